@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace eha {
+
+/// Process exit codes of every program of the project; documented in eha(1).
+enum class ExitCode : int {
+  ok = 0,
+  bug = 1,
+  usage = 2,
+  model_rejected = 3,
+  not_converged = 4,
+  bad_data = 10,
+  safety_trip = 11,
+  deadline = 12,
+  device_unavailable = 69,
+  io = 74,
+  permission = 77,
+  configuration = 78,
+  interrupted = 130,
+};
+
+/// Root of the exceptions for broken input or environment. A message gives what, where, value, limit and
+/// next step; it carries no program name and no trailing newline. Legitimate negative outcomes (a rejected
+/// model, a search that did not converge) are values, not exceptions.
+class Error : public std::runtime_error {
+ public:
+  Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  [[nodiscard]] ExitCode exit_code() const noexcept { return code_; }
+
+ private:
+  ExitCode code_;
+};
+
+/// A wrong command line.
+class UsageError : public Error {
+ public:
+  explicit UsageError(const std::string& message) : Error(ExitCode::usage, message) {}
+};
+
+/// A rig, experiment or model file whose content is wrong. May hold several lines, one per fault.
+class ConfigError : public Error {
+ public:
+  explicit ConfigError(const std::string& message) : Error(ExitCode::configuration, message) {}
+};
+
+/// A record that cannot be used.
+class DataError : public Error {
+ public:
+  explicit DataError(const std::string& message) : Error(ExitCode::bad_data, message) {}
+};
+
+/// A device that is absent, refuses, or is not what the rig file says.
+class DeviceError : public Error {
+ public:
+  explicit DeviceError(const std::string& message) : Error(ExitCode::device_unavailable, message) {}
+};
+
+/// A limit of the rig was reached; the output is safe when this is thrown.
+class SafetyTrip : public Error {
+ public:
+  explicit SafetyTrip(const std::string& message) : Error(ExitCode::safety_trip, message) {}
+};
+
+/// A file that cannot be read or written.
+class IoError : public Error {
+ public:
+  explicit IoError(const std::string& message) : Error(ExitCode::io, message) {}
+};
+
+/// An operation the caller has no right to.
+class PermissionError : public Error {
+ public:
+  explicit PermissionError(const std::string& message) : Error(ExitCode::permission, message) {}
+};
+
+}  // namespace eha
