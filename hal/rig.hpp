@@ -19,41 +19,42 @@ enum class RigStatus : std::uint8_t {
 
 /// One sample of the rig's inputs.
 struct RigReading {
-  double displacement_in = 0.0;       ///< calibrated rod position [in]
-  double feedback_V = 0.0;            ///< the sensor's voltage [V]
-  std::uint32_t feedback_code = 0;    ///< raw converter code
-  std::uint32_t digital_inputs = 0;   ///< raw digital input word
-  bool feedback_at_rail = false;      ///< code 0 or full scale
-  bool emergency_stop = false;        ///< the (normally closed) emergency-stop circuit is open
+  double displacement_in = 0.0;      ///< calibrated rod position [in]
+  double feedback_V = 0.0;           ///< the sensor's voltage [V]
+  std::uint32_t feedback_code = 0;   ///< raw converter code
+  std::uint32_t digital_inputs = 0;  ///< raw digital input word
+  bool feedback_at_rail = false;     ///< code 0 or full scale
+  bool emergency_stop = false;       ///< the (normally closed) emergency-stop circuit is open
 };
 
 /// What a command became on the wire.
 struct AppliedCommand {
-  double applied_V = 0.0;     ///< the voltage of the code written [V]
-  std::uint32_t code = 0;     ///< raw converter code
+  double applied_V = 0.0;  ///< the voltage of the code written [V]
+  std::uint32_t code = 0;  ///< raw converter code
 };
 
 /// What the rig is and can do; fixed while it is open.
 struct RigCapabilities {
-  std::string backend;              ///< "sim", "comedi", "replay"
-  std::string device;               ///< "/dev/comedi0"; empty for sim
-  std::string board;                ///< "pci1716"
-  std::string driver;               ///< "adv_pci1710"
-  double command_min_V = 0.0;       ///< range of the output converter [V]
+  std::string backend;         ///< "sim", "comedi", "replay"
+  std::string device;          ///< "/dev/comedi0"; empty for sim
+  std::string board;           ///< "pci1716"
+  std::string driver;          ///< "adv_pci1710"
+  double command_min_V = 0.0;  ///< range of the output converter [V]
   double command_max_V = 0.0;
   double command_lsb_V = 0.0;
-  double feedback_min_V = 0.0;      ///< range of the input converter [V]
+  double feedback_min_V = 0.0;  ///< range of the input converter [V]
   double feedback_max_V = 0.0;
   double feedback_lsb_V = 0.0;
   bool has_emergency_stop = false;
   bool has_enable = false;
   bool has_heartbeat = false;
-  bool virtual_time = false;        ///< may run faster than real time (no machine moves)
+  bool virtual_time = false;  ///< may run faster than real time (no machine moves)
 };
 
 /// One rig: a valve command out, a displacement in, and the lines that make it safe. Opening happens in each
 /// backend's factory, which throws DeviceError or PermissionError; from then on nothing throws.
-/// Real-time safe: every member below is noexcept and neither allocates, locks nor logs. Not thread-safe.
+/// Real-time safe: every member below is noexcept and neither allocates, locks nor logs. Not thread-safe, except
+/// make_safe().
 class Rig {
  public:
   Rig() = default;
@@ -64,17 +65,19 @@ class Rig {
   [[nodiscard]] virtual const RigCapabilities& capabilities() const noexcept = 0;
 
   /// Samples the inputs at the start of tick. @param elapsed_ns time since the run's start [ns], never
-  /// decreasing; a simulated plant moves on to this time under the command held since the last call.
+  /// decreasing within a run; a simulated plant moves on to this time under the command held since the last call.
   virtual RigStatus read(std::int64_t elapsed_ns, RigReading& reading) noexcept = 0;
 
   /// Writes the valve command [V], held until the next one, and toggles the heartbeat line.
   virtual RigStatus command(double command_V, AppliedCommand& applied) noexcept = 0;
 
-  /// Switches the hydraulic enable line; `ok` and no effect when the rig has none.
+  /// Switches the hydraulic enable line; `ok` and no effect when the rig has none. Switching on fails with io_error
+  /// until a command has been written since the rig was opened.
   virtual RigStatus set_enable(bool on) noexcept = 0;
 
   /// Writes the rig's safe voltage, then switches the enable line off. May be called at any time, again and
-  /// again; tries the second step even when the first fails.
+  /// again, also from a signal handler while another thread is inside a call (that thread must write nothing
+  /// afterwards); tries the second step even when the first fails, and returns the first failure.
   virtual RigStatus make_safe() noexcept = 0;
 };
 

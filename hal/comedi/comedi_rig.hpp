@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+
+#include "hal/comedi/comedi_options.hpp"
+#include "hal/comedi/safe_snapshot.hpp"
+#include "hal/rig.hpp"
+
+#ifndef EHA_WITH_COMEDI
+#define EHA_WITH_COMEDI 0
+#endif
+
+namespace eha::hal {
+
+/// Whether this build can drive a card; `--version` says so.
+inline constexpr bool comedi_available = EHA_WITH_COMEDI != 0;
+
+/// A card behind the Rig interface, and what another process needs to make it safe.
+class ComediRig : public Rig {
+ public:
+  /// Write this to a file and start the guard on it before the enable line is switched on.
+  [[nodiscard]] virtual const SafeSnapshot& safe_snapshot() const noexcept = 0;
+};
+
+/// Opens a card through libcomedi, locks every subdevice it uses and leaves it safe: enable line off, then the
+/// output at the safe voltage (the first write to a range may pass through its lower end, so it comes second).
+///
+/// read() samples the feedback (select, settle, convert) and the digital inputs in one instruction list; command()
+/// writes the output and the toggled heartbeat in another. set_enable(true) does nothing but fail until an output write
+/// has succeeded. One kernel call may take up to a second when the card does not answer: the caller must look at the
+/// time.
+/// @param safe_V  what make_safe() writes [V], inside the command range
+/// @throws DeviceError      no device, another board, driver, subdevice, range or resolution than `options` say (the
+///                          message lists what the card offers), in use or locked by another process, or built without
+///                          comedi
+/// @throws PermissionError  the device node may not be opened
+/// @throws ConfigError      `options` contradict themselves
+/// Not thread-safe, except make_safe(), see there.
+[[nodiscard]] std::unique_ptr<ComediRig> open_comedi(const ComediOptions& options, double safe_V);
+
+}  // namespace eha::hal

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace eha::hal {
+
+/// All that is needed to make an opened card safe without its rig file: what was resolved at opening, in the card's own
+/// numbers.
+struct SafeSnapshot {
+  struct Line {
+    unsigned subdevice = 0;
+    unsigned channel = 0;
+    unsigned off_level = 0;         ///< 0 or 1: the level that switches the hydraulics off
+    bool is_bidirectional = false;  ///< the subdevice must be told that the line is an output
+  };
+  std::string device;      ///< "/dev/comedi0"
+  std::string board;       ///< what stands at `device` must report this name
+  unsigned subdevice = 0;  ///< analog output
+  unsigned channel = 0;
+  unsigned range = 0;      ///< index of the range
+  unsigned reference = 0;  ///< comedi's aref
+  unsigned safe_code = 0;  ///< converter code of the safe voltage
+  double safe_V = 0.0;     ///< for messages [V]
+  std::optional<Line> enable;
+};
+
+/// The snapshot as JSON, {"schema": "eha-safe/1", ...}.
+[[nodiscard]] std::string to_text(const SafeSnapshot& snapshot);
+
+/// @throws ConfigError  not a snapshot; the message names `file_name` and the key
+[[nodiscard]] SafeSnapshot safe_snapshot_from_text(std::string_view text, std::string_view file_name);
+
+/// Replaces `path` at once and durably (temporary file, fsync, rename). @throws IoError
+void write_safe_snapshot(const SafeSnapshot& snapshot, const std::filesystem::path& path);
+
+/// @throws IoError      cannot be read
+/// @throws ConfigError  as safe_snapshot_from_text
+[[nodiscard]] SafeSnapshot read_safe_snapshot(const std::filesystem::path& path);
+
+/// Switches the enable line off and writes the safe code, trying again every 10 ms while another process holds a
+/// lock or the device is busy, for at most `patience`. One that fails does not keep the other from being tried.
+/// @throws DeviceError      still not safe after `patience`, or the board is another one; says which line is not safe
+/// @throws PermissionError  the device node may not be opened
+void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::milliseconds patience);
+
+}  // namespace eha::hal
