@@ -3,6 +3,8 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace eha {
 
@@ -41,10 +43,24 @@ class UsageError : public Error {
   explicit UsageError(const std::string& message) : Error(ExitCode::usage, message) {}
 };
 
-/// A rig, experiment or model file whose content is wrong. May hold several lines, one per fault.
+/// A rig, experiment or model file that cannot be read or whose content is wrong. Holds one line per fault, in
+/// the order of the file; what() is the lines joined by newlines. A program prints each line for itself.
 class ConfigError : public Error {
  public:
-  explicit ConfigError(const std::string& message) : Error(ExitCode::configuration, message) {}
+  explicit ConfigError(const std::string& message) : ConfigError(std::vector<std::string>{message}) {}
+  /// @param lines at least one
+  explicit ConfigError(std::vector<std::string> lines)
+      : Error(ExitCode::configuration, joined(lines)), lines_(std::move(lines)) {}
+  [[nodiscard]] const std::vector<std::string>& lines() const noexcept { return lines_; }
+
+ private:
+  static std::string joined(const std::vector<std::string>& lines) {
+    std::string text;
+    for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
+    return text;
+  }
+
+  std::vector<std::string> lines_;
 };
 
 /// A record that cannot be used.

@@ -41,7 +41,4 @@ struct FitResult {
 /// and estimated anew in `offset_reestimated`.
 [[nodiscard]] ValidationReport validate(const Model& model, const Record& record, const FitOptions& options);
 
-/// Holds a fitted model against the experiment's limits.
-[[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits);
-
 }  // namespace eha::ident

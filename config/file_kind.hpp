@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace eha::config {
+
+/// What a TOML file describes.
+enum class FileKind { rig, experiment };
+
+/// Tells a rig file from an experiment file by the keys at its top.
+/// @throws ConfigError  not TOML, or neither (or as much the one as the other)
+[[nodiscard]] FileKind kind_of(std::string_view text, const std::string& file_name);
+
+/// A configuration file's content.
+/// @throws ConfigError      missing, a directory, empty, binary, too large, or unreadable
+/// @throws PermissionError  the caller may not read it
+[[nodiscard]] std::string read_config_file(const std::string& path);
+
+}  // namespace eha::config

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "ident/model.hpp"
+
+namespace eha::ident {
+
+/// Scores a simulated output against a measured one, e = measured - simulated, with the mean of what is scored:
+///   R2 = 100 (1 - sum e^2 / sum (y - mean y)^2),  fit = 100 (1 - |e| / |y - mean y|),  MSE = mean e^2.
+/// R2 and fit are minus infinity where the measured part is constant and not met exactly, 100 where it is.
+/// @param measured, simulated  N >= 1 samples each [output unit]
+/// @throws DataError  lengths differ or are 0
+/// Cost O(N). Source: Ljung, System Identification, 2nd ed., sec. 16.4.
+[[nodiscard]] Score score(const Eigen::Ref<const Eigen::VectorXd>& measured,
+                          const Eigen::Ref<const Eigen::VectorXd>& simulated);
+
+}  // namespace eha::ident

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "ident/estimation/fit_options.hpp"
+#include "ident/model.hpp"
+
+namespace eha::ident {
+
+/// Holds a fitted model against the experiment's limits. Rejects a fit that did not converge, an R2 below its limit, an
+/// error above its limit, a model that is unstable or too near to it; each with a sentence that gives value and limit.
+/// Further sentences tell what does not reject: residual correlated with past input, residual not white, no validation.
+/// A model without validation (the whole record estimated) is judged by its estimation figures, and a sentence says so.
+/// Never throws on a model's content; a figure that is not finite does not pass.
+[[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits);
+
+}  // namespace eha::ident
