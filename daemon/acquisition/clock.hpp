@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+
+namespace eha::acquisition {
+
+/// The time that ticks are kept by. Real-time safe. Used by the loop's thread only.
+class Clock {
+ public:
+  Clock() = default;
+  Clock(const Clock&) = delete;
+  Clock& operator=(const Clock&) = delete;
+  virtual ~Clock() = default;
+
+  /// @returns time from an arbitrary origin [ns], never decreasing
+  [[nodiscard]] virtual std::int64_t now_ns() noexcept = 0;
+
+  /// Returns at or after `deadline_ns`; at once when that has passed.
+  virtual void sleep_until(std::int64_t deadline_ns) noexcept = 0;
+
+  /// Whether time waits for the program: no deadlines, no SCHED_FIFO, the loop waits for a slow writer.
+  [[nodiscard]] virtual bool is_virtual() const noexcept = 0;
+};
+
+/// CLOCK_MONOTONIC with absolute sleeps.
+class MonotonicClock final : public Clock {
+ public:
+  [[nodiscard]] std::int64_t now_ns() noexcept override;
+  void sleep_until(std::int64_t deadline_ns) noexcept override;
+  [[nodiscard]] bool is_virtual() const noexcept override { return false; }
+};
+
+/// Time that passes by being slept through, so that a simulated run takes no longer than its arithmetic.
+class VirtualClock final : public Clock {
+ public:
+  [[nodiscard]] std::int64_t now_ns() noexcept override { return now_ns_; }
+  void sleep_until(std::int64_t deadline_ns) noexcept override {
+    if (deadline_ns > now_ns_) now_ns_ = deadline_ns;
+  }
+  [[nodiscard]] bool is_virtual() const noexcept override { return true; }
+
+  /// Lets time pass inside a tick, as a slow call would.
+  void advance(std::int64_t duration_ns) noexcept { now_ns_ += duration_ns; }
+
+ private:
+  std::int64_t now_ns_ = 0;
+};
+
+}  // namespace eha::acquisition

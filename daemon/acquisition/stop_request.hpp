@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <atomic>
+
+namespace eha::acquisition {
+
+/// Asks a running loop to stop: once to ramp out, twice to be safe at once. Every member may be called from any
+/// thread and from a signal handler. Real-time safe.
+class StopRequest {
+ public:
+  void request() noexcept { count_.fetch_add(1, std::memory_order_relaxed); }
+  [[nodiscard]] int count() const noexcept { return count_.load(std::memory_order_relaxed); }
+
+  /// For a fatal-signal handler that is about to write the safe command itself: the loop writes nothing any more.
+  void take_over_outputs() noexcept { outputs_taken_.store(true, std::memory_order_release); }
+  [[nodiscard]] bool outputs_taken() const noexcept { return outputs_taken_.load(std::memory_order_acquire); }
+
+ private:
+  std::atomic<int> count_{0};
+  std::atomic<bool> outputs_taken_{false};
+  static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+};
+
+}  // namespace eha::acquisition

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <type_traits>
+
+#include "hal/rig.hpp"
+
+namespace eha::acquisition {
+
+/// Where the latched machine of a rig is; see state_machine.hpp.
+enum class State : std::uint8_t { faulted, idle, armed, ramp_in, running, ramp_out, safe_stop };
+
+/// Why the rig was brought to its safe state.
+enum class Fault : std::uint8_t {
+  none,
+  emergency_stop,       ///< the emergency-stop circuit is open
+  travel_limit,         ///< the rod is, or cannot be stopped, within the allowed travel
+  velocity_limit,       ///< the rod is too fast
+  feedback_rail,        ///< the sensor reads 0 or full scale
+  frozen_sensor,        ///< the sensor's code does not change although the valve is driven
+  feedback_not_finite,  ///< the displacement is NaN or infinite
+  command_not_finite,   ///< a NaN or infinite voltage was to be written
+  repeated_timeouts,    ///< three time-outs in a row
+  call_overran,         ///< a failed call took longer than a tick
+  read_failed,          ///< the driver refused a read
+  command_failed,       ///< the driver refused a write
+  device_removed,       ///< the device is gone
+  consecutive_late,     ///< too many late or skipped ticks in a row
+  total_late,           ///< too many late or skipped ticks over time
+  second_stop,          ///< a second stop while ramping out
+  safe_write_failed,    ///< the normal end could not be confirmed by the device
+};
+
+/// Bits of TickRecord::flags.
+enum TickFlag : std::uint16_t {
+  kLate = 1u << 0,           ///< started more than half a period after its time
+  kSkipped = 1u << 1,        ///< never ran: nothing sampled (displacement NaN), command held
+  kClamped = 1u << 2,        ///< the request was outside the rig's command limits
+  kSlewLimited = 1u << 3,    ///< the request was further away than the rig's slew limit lets the command move
+  kFeedbackHeld = 1u << 4,   ///< the read timed out; displacement and code are the last good ones
+  kCommandHeld = 1u << 5,    ///< the write did not happen; the output holds its last voltage
+  kFeedbackRail = 1u << 6,   ///< the code was 0 or full scale
+  kEmergencyStop = 1u << 7,  ///< the emergency-stop circuit was open
+};
+
+/// One tick as recorded: the displacement was sampled, then the command was applied and held to the next tick.
+/// 64 bytes, little-endian, no padding: the journal's unit. Rows whose state is `running` are the experiment.
+struct TickRecord {
+  std::int64_t scheduled_ns;     ///< when the tick was due, from the run's first tick [ns]; sequence times period
+  std::uint32_t sequence;        ///< tick number on the grid; a gap means ticks lost beyond the flagged ones
+  std::int32_t lateness_ns;      ///< wake-up after the scheduled time, saturated; 0 in virtual time
+  std::uint32_t execution_ns;    ///< from wake-up to the end of the tick, saturated; 0 in virtual time
+  std::uint32_t feedback_code;   ///< raw code of the displacement converter
+  std::uint32_t command_code;    ///< raw code on the output
+  std::uint32_t digital_inputs;  ///< raw digital input word
+  std::uint16_t flags;           ///< TickFlag bits
+  State state;
+  Fault fault;               ///< first fault of the run; none until it happens
+  std::uint16_t repetition;  ///< 1-based while running, otherwise 0
+  hal::RigStatus read_status;
+  hal::RigStatus command_status;
+  double requested_V;      ///< what the table or the ramp asked for [V]
+  double applied_V;        ///< voltage of the code on the output [V]
+  double displacement_in;  ///< calibrated rod position [in]
+};
+static_assert(sizeof(TickRecord) == 64 && std::is_trivially_copyable_v<TickRecord>);
+static_assert(offsetof(TickRecord, sequence) == 8 && offsetof(TickRecord, flags) == 32 &&
+              offsetof(TickRecord, repetition) == 36 && offsetof(TickRecord, requested_V) == 40);
+static_assert(std::endian::native == std::endian::little, "TickRecord is written to disk as it is in memory");
+
+/// Names as used in files and messages: "ramp_in", "travel_limit", ... Real-time safe.
+[[nodiscard]] std::string_view to_text(State state) noexcept;
+[[nodiscard]] std::string_view to_text(Fault fault) noexcept;
+[[nodiscard]] std::string_view to_text(hal::RigStatus status) noexcept;
+
+}  // namespace eha::acquisition

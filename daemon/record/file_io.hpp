@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace eha::record {
+
+/// Owns a file descriptor. Not thread-safe.
+class FileDescriptor {
+ public:
+  FileDescriptor() = default;
+  explicit FileDescriptor(int descriptor) noexcept : descriptor_(descriptor) {}
+  FileDescriptor(FileDescriptor&& other) noexcept : descriptor_(other.release()) {}
+  FileDescriptor& operator=(FileDescriptor&& other) noexcept;
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  ~FileDescriptor();
+
+  [[nodiscard]] int get() const noexcept { return descriptor_; }
+  [[nodiscard]] explicit operator bool() const noexcept { return descriptor_ >= 0; }
+  int release() noexcept;
+
+ private:
+  int descriptor_ = -1;
+};
+
+/// Opens a file with open(2), close-on-exec added. @throws PermissionError, IoError  naming the path and the reason
+[[nodiscard]] FileDescriptor open_file(const std::filesystem::path& path, int flags, unsigned mode = 0644);
+
+/// Throws the error of a failed system call: PermissionError for EACCES and EPERM, otherwise IoError.
+/// @param doing  "write", "create", ... as in "cannot write PATH: ..."
+[[noreturn]] void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number);
+
+/// Replaces `path` by `text` so that a reader, or a power loss, sees the old or the new content and never a part:
+/// temporary file beside it, fsync, rename, fsync of the folder.
+/// @throws PermissionError, IoError  and leaves nothing behind
+void write_file_atomically(const std::filesystem::path& path, std::string_view text);
+
+/// Makes a file that was written elsewhere under a temporary name durable and gives it its name.
+/// @throws PermissionError, IoError
+void publish_file(const std::filesystem::path& temporary, const std::filesystem::path& path);
+
+/// @throws PermissionError, IoError
+[[nodiscard]] std::string read_file(const std::filesystem::path& path);
+
+/// SHA-256 of a file's content, 64 lower-case hexadecimal digits (FIPS 180-4, through libcrypto). Cost: one read.
+/// @throws PermissionError, IoError
+[[nodiscard]] std::string sha256_of_file(const std::filesystem::path& path);
+
+/// @throws IoError  fewer than `bytes` are free for this user on the file system that holds `folder`
+void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);
+
+}  // namespace eha::record

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/acquisition/run.hpp"
+#include "daemon/acquisition/tick_record.hpp"
+#include "ident/record.hpp"
+
+namespace eha::record {
+
+/// What a run folder holds beside models/ and report.html; `data_40ms.csv` is named after its spacing.
+inline constexpr std::string_view kManifestFile = "run.json";
+inline constexpr std::string_view kJournalFile = "raw.ehalog";
+inline constexpr std::string_view kRawFile = "raw.h5";
+inline constexpr std::string_view kModelsFolder = "models";
+
+/// A run read back from its folder.
+struct LoadedRun {
+  std::filesystem::path folder;
+  nlohmann::ordered_json manifest;
+  acquisition::Outcome outcome = acquisition::Outcome::completed;
+  /// Every experiment row: applied volts in, displacement out; row 0 is the excitation's first tick, at 0 s.
+  ident::Record record;
+  std::size_t samples_per_repetition = 0;
+  std::size_t repetitions = 0;
+  /// Rows that were not measured (skipped ticks, held or lost samples); their displacement is interpolated linearly.
+  std::size_t interpolated_rows = 0;
+  std::string experiment_text;  ///< the experiment file as it was run; for config::parse_experiment
+  std::string rig_text;         ///< the rig file as it was run; for config::parse_rig
+};
+
+/// Creates `<UTC time>-<name>` under `runs_folder` (created too), with an empty models folder; a second run within one
+/// second gets a number behind its name. @param name  letters, digits, '-', '_' and '.', anything else becomes '-'
+/// @throws PermissionError, IoError
+[[nodiscard]] std::filesystem::path create_run_folder(const std::filesystem::path& runs_folder, std::string_view name);
+
+/// Whether a path looks like a run's folder: a folder with a manifest or a journal in it.
+[[nodiscard]] bool is_run_folder(const std::filesystem::path& path);
+
+/// Reads a run back: raw.h5 when it is there, otherwise the journal. A folder's `latest` link may be given.
+/// @throws DataError  a file was changed since the run (SHA-256), is damaged, or holds no experiment row
+/// @throws IoError, PermissionError  a file is missing or cannot be read
+[[nodiscard]] LoadedRun read_run(const std::filesystem::path& folder);
+
+/// Every row as recorded, ramps included, from the same files with the same errors.
+[[nodiscard]] std::vector<acquisition::TickRecord> read_ticks(const std::filesystem::path& folder);
+
+/// The run folders under `runs_folder`, oldest first; none when it does not exist.
+/// @throws IoError, PermissionError
+[[nodiscard]] std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_folder);
+
+/// @throws IoError, PermissionError; DataError  not a manifest
+[[nodiscard]] nlohmann::ordered_json read_manifest(const std::filesystem::path& folder);
+
+/// Puts `identification` (verdict, models, whatever the caller has to say) under the manifest's key of that name, lists
+/// every file of the folder anew with its SHA-256, and replaces the manifest atomically.
+/// @throws IoError, PermissionError, DataError
+void finish_manifest(const std::filesystem::path& folder, nlohmann::ordered_json identification);
+
+/// Moves the link `latest` beside the run folder to it, atomically. Only for a run with an accepted model.
+/// @throws IoError, PermissionError
+void publish_latest(const std::filesystem::path& folder);
+
+}  // namespace eha::record
