@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "board.hpp"
+
+#include <fcntl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <utility>
+
+namespace eha::test {
+namespace {
+
+[[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what + ": " + std::strerror(errno)); }
+
+std::string parameter_path(const std::string& module, const std::string& parameter) {
+  return "/sys/module/" + module + "/parameters/" + parameter;
+}
+
+}  // namespace
+
+Board::Board(std::string module) : module_(std::move(module)) {
+  const std::string path = "/modules/" + module_ + ".ko";
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) fail(path);
+  const long loaded = syscall(SYS_finit_module, file, "", 0);
+  close(file);
+  if (loaded != 0) fail("loading " + path);
+  if (!std::filesystem::exists("/dev/comedi0")) fail("/dev/comedi0");
+}
+
+Board::~Board() {
+  if (syscall(SYS_delete_module, module_.c_str(), O_NONBLOCK) != 0) {
+    std::cerr << "unloading " << module_ << ": " << std::strerror(errno) << "\n";
+  }
+}
+
+void Board::set(const std::string& parameter, int value) const {
+  std::ofstream file(parameter_path(module_, parameter));
+  file << value << std::flush;
+  if (!file) fail(parameter);
+}
+
+int Board::get(const std::string& parameter) const {
+  std::ifstream file(parameter_path(module_, parameter));
+  int value = 0;
+  if (!(file >> value)) fail(parameter);
+  return value;
+}
+
+Wire read_wire() {
+  std::ifstream file("/proc/pci1716_wire");
+  Wire wire;
+  std::string key;
+  std::int64_t ignored = 0;
+  file >> key >> wire.ao0_uV >> key >> ignored >> key >> wire.digital_outputs >> key >> ignored;
+  if (!file || key != "changes") throw std::runtime_error("/proc/pci1716_wire is not as expected");
+  for (WireChange change; file >> change.time_ns >> change.wire >> change.value;) wire.changes.push_back(change);
+  return wire;
+}
+
+}  // namespace eha::test

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace eha::test {
+
+/// A comedi board of the test machine, /dev/comedi0 while this lives: "comedi_test" (the kernel's own, outputs wired
+/// to inputs) or "pci1716_card" (card/pci1716_card.c).
+/// @throws std::runtime_error  the module does not load or the device does not appear
+class Board {
+ public:
+  explicit Board(std::string module);
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+  ~Board();
+
+  /// Writes a module parameter: the faults of the stand-in card.
+  void set(const std::string& parameter, int value) const;
+  [[nodiscard]] int get(const std::string& parameter) const;
+
+ private:
+  std::string module_;
+};
+
+/// One change of a wire of the stand-in card.
+struct WireChange {
+  std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC [ns]
+  std::string wire;          ///< "ao0", "ao1", "do"
+  std::int64_t value = 0;    ///< [uV], or the digital word
+};
+
+/// What the stand-in card has on its wires.
+struct Wire {
+  std::int64_t ao0_uV = 0;
+  std::int64_t digital_outputs = 0;
+  std::vector<WireChange> changes;  ///< the newest 4096, oldest first
+};
+
+[[nodiscard]] Wire read_wire();
+
+}  // namespace eha::test

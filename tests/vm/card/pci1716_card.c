@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * A PCI-1716 without the card, for the tests: the driver and board name, subdevices, channels, ranges and resolution
+ * that the out-of-tree adv_pci1710 driver gives, on the kernel's own comedi core. Analog output 0 is wired to analog
+ * input 0, output 1 to input 2 (so that the differential pairs read the same); the odd inputs are grounded.
+ *
+ * Like the real driver, attach and detach put the outputs to code 0 of 0..5 V and all digital outputs off, and a
+ * change of range shows the old code in the new range until the new code is written: both steps are in the log.
+ *
+ * Faults, in /sys/module/pci1716_card/parameters. A count is how many more conversions it spoils, -1 all to come:
+ *   ai_timeout, ai_io_error (counts)     the conversion ends with ETIME, with EIO
+ *   ai_stall (count), ai_stall_ms        the conversion takes that much longer
+ *   ai_stuck (0 or 1)                    every channel keeps the code of its last good conversion
+ *   all_ones (0 or 1)                    analog and digital inputs read all ones, as a card that left its bus does
+ *   removed (0 or 1)                     the device goes, as by a hot unplug; 0 brings it back
+ *   di                                   word at the digital inputs (an emergency stop is one of its bits)
+ * The plant between output and input: input 0 [V] = ai_offset_mV/1000 + ai_gain_permille/1000 * output 0 [V].
+ *
+ * /proc/pci1716_wire: what stands on the wire, then the newest changes, oldest first:
+ *   CLOCK_MONOTONIC_ns ao0|ao1|do value_uV|word
+ */
+#include <linux/comedi/comedidev.h>
+#include <linux/delay.h>
+#include <linux/math64.h>
+#include <linux/module.h>
+#include <linux/platform_device.h>
+#include <linux/proc_fs.h>
+#include <linux/seq_file.h>
+#include <linux/timekeeping.h>
+
+enum { AI_CHANNELS = 16, AO_CHANNELS = 2, DIO_LINES = 16, MAX_CODE = 0xffff, AO_RESET_RANGE = 2, LOG_LENGTH = 4096 };
+
+static int ai_timeout, ai_io_error, ai_stall, ai_stall_ms, ai_stuck, all_ones;
+static int ai_offset_mV, ai_gain_permille = 1000;
+static uint di = 0xffff;
+module_param(ai_timeout, int, 0644);
+module_param(ai_io_error, int, 0644);
+module_param(ai_stall, int, 0644);
+module_param(ai_stall_ms, int, 0644);
+module_param(ai_stuck, int, 0644);
+module_param(all_ones, int, 0644);
+module_param(ai_offset_mV, int, 0644);
+module_param(ai_gain_permille, int, 0644);
+module_param(di, uint, 0644);
+
+static const struct comedi_lrange ai_ranges = {
+	9, { BIP_RANGE(5), BIP_RANGE(2.5), BIP_RANGE(1.25), BIP_RANGE(0.625), BIP_RANGE(10),
+	     UNI_RANGE(10), UNI_RANGE(5), UNI_RANGE(2.5), UNI_RANGE(1.25) }
+};
+static const struct comedi_lrange ao_ranges = {
+	6, { BIP_RANGE(5), BIP_RANGE(10), UNI_RANGE(5), UNI_RANGE(10), RANGE_ext(-1, 1), RANGE_ext(0, 1) }
+};
+
+enum wire { WIRE_AO0, WIRE_AO1, WIRE_DO };
+static const char *const wire_names[] = { "ao0", "ao1", "do" };
+
+struct wire_change {
+	u64 time_ns;
+	enum wire wire;
+	s32 value; /* uV, or the digital word */
+};
+
+/* One card, so its state is the module's; the comedi core's mutex guards it, the log has its own lock for readers. */
+static struct {
+	unsigned int code, range;
+} ao[AO_CHANNELS];
+static unsigned int last_good[AI_CHANNELS];
+static unsigned int do_word;
+static DEFINE_SPINLOCK(log_lock);
+static struct wire_change wire_log[LOG_LENGTH];
+static u64 log_count;
+
+static void log_change(enum wire wire, s32 value)
+{
+	struct wire_change *entry;
+
+	spin_lock(&log_lock);
+	entry = &wire_log[log_count++ % LOG_LENGTH];
+	entry->time_ns = ktime_get_ns();
+	entry->wire = wire;
+	entry->value = value;
+	spin_unlock(&log_lock);
+}
+
+static s64 code_to_nV(const struct comedi_krange *range, unsigned int code)
+{
+	s64 span_uV = (s64)range->max - range->min;
+
+	return range->min * 1000LL + div_s64(span_uV * 1000 * code, MAX_CODE);
+}
+
+static unsigned int nV_to_code(const struct comedi_krange *range, s64 nV)
+{
+	s64 span_nV = ((s64)range->max - range->min) * 1000;
+	s64 above_nV = nV - range->min * 1000LL;
+
+	if (above_nV <= 0)
+		return 0;
+	if (above_nV >= span_nV)
+		return MAX_CODE;
+	return div64_s64(above_nV * MAX_CODE + span_nV / 2, span_nV);
+}
+
+static s64 ao_nV(unsigned int channel)
+{
+	return code_to_nV(&ao_ranges.range[ao[channel].range], ao[channel].code);
+}
+
+static void log_ao(unsigned int channel)
+{
+	log_change(channel ? WIRE_AO1 : WIRE_AO0, (s32)div_s64(ao_nV(channel), 1000));
+}
+
+/* Whether a fault with this many conversions to go strikes now. */
+static bool strikes(int *count)
+{
+	if (*count > 0)
+		(*count)--;
+	else if (*count == 0)
+		return false;
+	return true;
+}
+
+static s64 input_nV(unsigned int channel)
+{
+	if (channel == 0)
+		return ai_offset_mV * 1000000LL + div_s64(ao_nV(0) * ai_gain_permille, 1000);
+	if (channel == 2)
+		return ao_nV(1);
+	return 0;
+}
+
+static int ai_read(struct comedi_device *dev, struct comedi_subdevice *s, struct comedi_insn *insn, unsigned int *data)
+{
+	unsigned int channel = CR_CHAN(insn->chanspec);
+	unsigned int i;
+
+	for (i = 0; i < insn->n; i++) {
+		if (strikes(&ai_stall))
+			msleep(ai_stall_ms);
+		if (strikes(&ai_timeout))
+			return -ETIME;
+		if (strikes(&ai_io_error))
+			return -EIO;
+		if (!ai_stuck)
+			last_good[channel] = nV_to_code(&ai_ranges.range[CR_RANGE(insn->chanspec)], input_nV(channel));
+		data[i] = all_ones ? MAX_CODE : last_good[channel];
+	}
+	return insn->n;
+}
+
+static int ao_write(struct comedi_device *dev, struct comedi_subdevice *s, struct comedi_insn *insn, unsigned int *data)
+{
+	unsigned int channel = CR_CHAN(insn->chanspec);
+	unsigned int range = CR_RANGE(insn->chanspec);
+	unsigned int i;
+
+	if (range != ao[channel].range) {
+		ao[channel].range = range;
+		log_ao(channel);
+	}
+	for (i = 0; i < insn->n; i++) {
+		ao[channel].code = data[i];
+		log_ao(channel);
+	}
+	return insn->n;
+}
+
+static int ao_read(struct comedi_device *dev, struct comedi_subdevice *s, struct comedi_insn *insn, unsigned int *data)
+{
+	unsigned int i;
+
+	for (i = 0; i < insn->n; i++)
+		data[i] = ao[CR_CHAN(insn->chanspec)].code;
+	return insn->n;
+}
+
+static int di_bits(struct comedi_device *dev, struct comedi_subdevice *s, struct comedi_insn *insn, unsigned int *data)
+{
+	data[1] = all_ones ? 0xffff : di & 0xffff;
+	return insn->n;
+}
+
+static int do_bits(struct comedi_device *dev, struct comedi_subdevice *s, struct comedi_insn *insn, unsigned int *data)
+{
+	if (comedi_dio_update_state(s, data)) {
+		do_word = s->state;
+		log_change(WIRE_DO, do_word);
+	}
+	data[1] = s->state;
+	return insn->n;
+}
+
+static void reset_outputs(void)
+{
+	unsigned int channel;
+
+	for (channel = 0; channel < AO_CHANNELS; channel++) {
+		ao[channel].range = AO_RESET_RANGE;
+		ao[channel].code = 0;
+		log_ao(channel);
+	}
+	do_word = 0;
+	log_change(WIRE_DO, 0);
+}
+
+static void set_up(struct comedi_subdevice *s, int type, int flags, int channels, unsigned int maxdata,
+		   const struct comedi_lrange *ranges)
+{
+	s->type = type;
+	s->subdev_flags = flags | SDF_GROUND | SDF_COMMON;
+	s->n_chan = channels;
+	s->maxdata = maxdata;
+	s->range_table = ranges;
+}
+
+static int card_auto_attach(struct comedi_device *dev, unsigned long context)
+{
+	struct comedi_subdevice *s;
+	int status;
+
+	dev->board_name = "pci1716";
+	status = comedi_alloc_subdevices(dev, 4);
+	if (status)
+		return status;
+
+	s = &dev->subdevices[0];
+	set_up(s, COMEDI_SUBD_AI, SDF_READABLE | SDF_DIFF, AI_CHANNELS, MAX_CODE, &ai_ranges);
+	s->insn_read = ai_read;
+
+	s = &dev->subdevices[1];
+	set_up(s, COMEDI_SUBD_AO, SDF_WRITABLE, AO_CHANNELS, MAX_CODE, &ao_ranges);
+	s->insn_write = ao_write;
+	s->insn_read = ao_read;
+
+	s = &dev->subdevices[2];
+	set_up(s, COMEDI_SUBD_DI, SDF_READABLE, DIO_LINES, 1, &range_digital);
+	s->insn_bits = di_bits;
+
+	s = &dev->subdevices[3];
+	set_up(s, COMEDI_SUBD_DO, SDF_WRITABLE, DIO_LINES, 1, &range_digital);
+	s->io_bits = 0xffff;
+	s->insn_bits = do_bits;
+
+	reset_outputs();
+	return 0;
+}
+
+static void card_detach(struct comedi_device *dev)
+{
+	reset_outputs();
+}
+
+static struct comedi_driver card_driver = {
+	.driver_name = "adv_pci1710",
+	.module = THIS_MODULE,
+	.auto_attach = card_auto_attach,
+	.detach = card_detach,
+};
+
+static struct platform_device *card;
+static bool removed;
+
+static int set_removed(const char *text, const struct kernel_param *parameter)
+{
+	bool was = removed;
+	int status = param_set_bool(text, parameter);
+
+	if (status || removed == was || !card)
+		return status;
+	if (!removed)
+		return comedi_auto_config(&card->dev, &card_driver, 0);
+	comedi_auto_unconfig(&card->dev);
+	return 0;
+}
+
+static const struct kernel_param_ops removed_ops = { .set = set_removed, .get = param_get_bool };
+module_param_cb(removed, &removed_ops, &removed, 0644);
+
+static int show_wire(struct seq_file *file, void *unused)
+{
+	u64 i, count;
+
+	spin_lock(&log_lock);
+	count = log_count;
+	spin_unlock(&log_lock);
+	seq_printf(file, "ao0 %lld\nao1 %lld\ndo %u\nchanges %llu\n", div_s64(ao_nV(0), 1000), div_s64(ao_nV(1), 1000),
+		   do_word, count);
+	for (i = count > LOG_LENGTH ? count - LOG_LENGTH : 0; i < count; i++) {
+		struct wire_change entry;
+
+		spin_lock(&log_lock);
+		entry = wire_log[i % LOG_LENGTH];
+		spin_unlock(&log_lock);
+		seq_printf(file, "%llu %s %d\n", entry.time_ns, wire_names[entry.wire], entry.value);
+	}
+	return 0;
+}
+
+static int __init card_init(void)
+{
+	int status;
+
+	if (!proc_create_single("pci1716_wire", 0444, NULL, show_wire))
+		return -ENOMEM;
+	card = platform_device_register_simple("pci1716_card", -1, NULL, 0);
+	if (IS_ERR(card)) {
+		status = PTR_ERR(card);
+		goto no_card;
+	}
+	status = comedi_driver_register(&card_driver);
+	if (status)
+		goto no_driver;
+	status = comedi_auto_config(&card->dev, &card_driver, 0);
+	if (status)
+		goto no_config;
+	return 0;
+
+no_config:
+	comedi_driver_unregister(&card_driver);
+no_driver:
+	platform_device_unregister(card);
+no_card:
+	remove_proc_entry("pci1716_wire", NULL);
+	return status;
+}
+module_init(card_init);
+
+static void __exit card_exit(void)
+{
+	comedi_auto_unconfig(&card->dev);
+	comedi_driver_unregister(&card_driver);
+	platform_device_unregister(card);
+	remove_proc_entry("pci1716_wire", NULL);
+}
+module_exit(card_exit);
+
+MODULE_DESCRIPTION("Stand-in for the Advantech PCI-1716, for tests");
+MODULE_LICENSE("GPL");
