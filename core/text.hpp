@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace eha {
+
+/// Text for a message: control characters and bytes beyond ASCII become '?', and what exceeds `length` becomes "...".
+[[nodiscard]] inline std::string shortened(std::string_view text, std::size_t length) {
+  std::string result(text.substr(0, length));
+  for (char& c : result) {
+    if (c < ' ' || c > '~') c = '?';
+  }
+  if (text.size() > length) result += "...";
+  return result;
+}
+
+/// Single-character insertions, deletions and substitutions that make one text the other (Levenshtein).
+/// Cost O(|a| |b|).
+[[nodiscard]] inline std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, substituted});
+    }
+  }
+  return row[b.size()];
+}
+
+/// The continuation of "expected a known key" for a misspelt one: ` (did you mean "duration_s"?)`, or the list of all
+/// when none comes near.
+[[nodiscard]] inline std::string suggestion(std::string_view misspelt, const std::vector<std::string_view>& known) {
+  if (known.empty()) return {};
+  // A key longer than this is no misspelling, and comparing it would cost its length.
+  constexpr std::size_t kLongestKey = 80;
+  if (misspelt.size() <= kLongestKey) {
+    const auto distance = [&](std::string_view key) { return edit_distance(misspelt, key); };
+    const std::string_view nearest = *std::min_element(
+        known.begin(), known.end(), [&](auto left, auto right) { return distance(left) < distance(right); });
+    // Half of the letters right, or a forgotten unit.
+    const bool lacks_unit = nearest.size() > misspelt.size() && nearest.substr(0, misspelt.size()) == misspelt;
+    if (lacks_unit || distance(nearest) <= std::max(misspelt.size(), nearest.size()) / 2) {
+      return " (did you mean \"" + std::string(nearest) + "\"?)";
+    }
+  }
+  std::string list;
+  for (const std::string_view key : known) list += (list.empty() ? "" : ", ") + std::string(key);
+  return " (one of " + list + ")";
+}
+
+}  // namespace eha

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/model_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+const char* const kMinimal = R"({"transfer_function": {"numerator": [{"coefficient": 1, "order": 0}],
+ "denominator": [{"coefficient": 2, "order": 1.5}, {"coefficient": 1, "order": 0}]}})";
+
+Model full_model() {
+  Model model;
+  model.name = "fo";
+  model.transfer_function = {{{0.46, 0.0}}, {{0.61, 1.75}, {1.0, 0.9}, {0.04, 0.0}}, 0.016};
+  model.input_bias = 0.25;
+  model.initial_output = 3.8;
+  model.initial_state = {0.1, -1.0 / 3.0};
+  model.parameters = {{"a2", 0.61, 0.01, 0.59, 0.63, false}, {"n0", 0.0, 0.0, 0.0, 0.0, true}};
+  model.estimation = EstimationReport{{99.5, 1e-4, 93.0, 0.0, 0.0, 500}, 27, 0.4, "converged", true};
+  ValidationReport validation;
+  validation.score = {99.1, 2e-4, 90.5, -0.03, 0.04, 500};
+  validation.offset_reestimated = Score{99.2, 1.9e-4, 91.0, -0.02, 0.03, 500};
+  validation.acf = {{0, 1}, {1.0, 0.5}, 0.0877, 0.115};
+  validation.ccf = {{-1, 0, 1}, {0.1, 0.2, 0.3}, 0.2, 0.25};
+  validation.ljung_box_p = 1e-17;
+  model.validation = validation;
+  model.stability = StabilityReport{true, "argument_principle", 0.3};
+  model.verdict = Verdict{true, {"The residual is not white."}};
+  model.procedure = "paper";
+  model.provenance = {{"normalisation", "a1 = 1"}, {"seed", "1"}};
+  return model;
+}
+
+std::string message_of(const std::string& text, const std::string& file_name = "m.json") {
+  try {
+    (void)model_from_text(text, file_name);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ModelFile, HoldsTheDocumentedKeysInTheDocumentedOrder) {
+  const auto json = nlohmann::ordered_json::parse(to_text(full_model()));
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.push_back(key);
+  EXPECT_EQ(keys, (std::vector<std::string>{"schema", "name", "transfer_function", "input_bias", "initial_output",
+                                            "initial_state", "units", "parameters", "estimation", "validation",
+                                            "stability", "verdict", "procedure", "provenance"}));
+  EXPECT_EQ(json["schema"], "eha-model/1");
+  EXPECT_EQ(json["transfer_function"]["denominator"][0]["order"], 1.75);
+  EXPECT_EQ(json["units"], (nlohmann::ordered_json{{"input", "V"}, {"output", "in"}, {"time", "s"}}));
+  EXPECT_EQ(json["validation"]["ccf"]["lags"], (std::vector<int>{-1, 0, 1}));
+  EXPECT_EQ(json["validation"]["acf"]["bound99"], 0.115);
+}
+
+TEST(ModelFile, ReadsBackWhatItWrote) {
+  const Model model = full_model();
+  const Model read = model_from_text(to_text(model), "x.json");
+  EXPECT_EQ(to_text(read), to_text(model));
+  EXPECT_EQ(read.name, "fo");
+  EXPECT_EQ(read.transfer_function.delay_s, 0.016);
+  EXPECT_EQ(read.initial_state, model.initial_state);
+  EXPECT_TRUE(read.parameters.at(1).fixed);
+  EXPECT_EQ(read.validation->offset_reestimated->samples, 500U);
+  EXPECT_EQ(read.provenance, model.provenance);
+  EXPECT_EQ(read.procedure, "paper");
+}
+
+TEST(ModelFile, KeepsEveryBitOfEveryNumber) {
+  std::mt19937_64 draw(20160301);
+  std::uniform_int_distribution<int> exponent(-300, 300);
+  for (int i = 0; i < 2000; ++i) {
+    Model model = full_model();
+    const double value = std::ldexp(static_cast<double>(draw() >> 11U) + 1.0, exponent(draw));
+    model.transfer_function.numerator[0].coefficient = -value;
+    model.initial_output = value;
+    const Model read = model_from_text(to_text(model), "x.json");
+    ASSERT_EQ(read.transfer_function.numerator[0].coefficient, -value);
+    ASSERT_EQ(read.initial_output, value);
+  }
+}
+
+TEST(ModelFile, WritesNullForWhatIsNotFiniteAndReadsItAsNotANumber) {
+  Model model = full_model();
+  model.validation->score.r2_percent = -kInfinity;
+  model.parameters[0].std = kNan;
+  const std::string text = to_text(model);
+  const auto json = nlohmann::json::parse(text);
+  EXPECT_TRUE(json["validation"]["r2_percent"].is_null());
+  EXPECT_TRUE(json["parameters"][0]["std"].is_null());
+  EXPECT_TRUE(std::isnan(model_from_text(text, "x.json").parameters[0].std));
+}
+
+TEST(ModelFile, NeedsNothingButTheTransferFunction) {
+  const Model model = model_from_text(kMinimal, "somewhere/lag.json");
+  EXPECT_EQ(model.name, "lag");
+  EXPECT_EQ(model.transfer_function.denominator.at(0).order, 1.5);
+  EXPECT_EQ(model.transfer_function.delay_s, 0.0);
+  EXPECT_EQ(model.input_bias, 0.0);
+  EXPECT_EQ(model.input_unit, "V");
+  EXPECT_FALSE(model.validation.has_value());
+}
+
+TEST(ModelFile, AcceptsEmptyCorrelations) {
+  Model model = full_model();
+  auto json = nlohmann::json::parse(to_text(model));
+  json["validation"]["acf"] = nlohmann::json::object();
+  EXPECT_TRUE(model_from_text(json.dump(), "x.json").validation->acf.lags.empty());
+}
+
+struct Fault {
+  std::string pointer;  ///< JSON pointer of what is replaced
+  std::string value;    ///< JSON text; empty removes the field
+  std::string message;
+};
+
+class FaultyModelFile : public testing::TestWithParam<Fault> {};
+
+TEST_P(FaultyModelFile, IsRefusedNamingTheFileAndThePath) {
+  auto json = nlohmann::json::parse(to_text(full_model()));
+  const nlohmann::json::json_pointer pointer(GetParam().pointer);
+  if (GetParam().value.empty()) {
+    auto& parent = json[pointer.parent_pointer()];
+    ASSERT_EQ(parent.erase(pointer.back()), 1U);
+  } else {
+    json[pointer] = nlohmann::json::parse(GetParam().value);
+  }
+  EXPECT_EQ(message_of(json.dump(2)), "m.json: " + GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, FaultyModelFile,
+    testing::Values(
+        Fault{"/transfer_function", "", "transfer_function: expected a value, got no such field"},
+        Fault{"/transfer_function/denominator", "",
+              "transfer_function.denominator: expected a value, got no such field"},
+        Fault{"/transfer_function/numerator/0/order", "",
+              "transfer_function.numerator[0].order: expected a value, got no such field"},
+        Fault{"/transfer_function/denominator/1/order", "-1",
+              "transfer_function.denominator[1].order: expected a finite order of at least 0, got -1.000000"},
+        Fault{"/transfer_function/denominator", R"([{"coefficient": 0, "order": 1}])",
+              "transfer_function.denominator: expected a coefficient other than 0, all are 0"},
+        Fault{"/transfer_function/denominator", "[]",
+              "transfer_function.denominator: expected at least one term, got none"},
+        Fault{"/transfer_function/numerator/0/coefficient", "\"0.46\"",
+              "transfer_function.numerator[0].coefficient: expected a number, got \"0.46\""},
+        Fault{"/transfer_function/numerator/0/coefficient", "null",
+              "transfer_function.numerator[0].coefficient: expected a number, got null"},
+        Fault{"/transfer_function/numerator", "3", "transfer_function.numerator: expected an array, got 3"},
+        Fault{"/transfer_function", "[1]", "transfer_function: expected an object, got an array"},
+        Fault{"/transfer_function/delay_s", "-0.1",
+              "transfer_function.delay_s: expected a finite delay of at least 0 s"},
+        Fault{"/transfer_function/delay", "1",
+              "transfer_function.delay: expected a known field (did you mean \"delay_s\"?), got an unknown one"},
+        Fault{"/input_bais", "1",
+              "input_bais: expected a known field (did you mean \"input_bias\"?), got an unknown one"},
+        Fault{"/schema", "\"eha-model/2\"", "schema: expected \"eha-model/1\", got \"eha-model/2\""},
+        Fault{"/units/time", "\"ms\"", "units.time: expected \"s\", got \"ms\""},
+        Fault{"/input_bias", "true", "input_bias: expected a number, got true"},
+        Fault{"/initial_output", "null", "initial_output: expected a number, got null"},
+        Fault{"/validation/acf/lags/1", "1.5", "validation.acf.lags[1]: expected a whole number, got 1.5"},
+        Fault{"/validation/acf/lags/1", "1e300", "validation.acf.lags[1]: expected a whole number, got 1e+300"},
+        Fault{"/validation/acf/values", "[1]", "validation.acf: expected as many values as lags, got 1 and 2"},
+        Fault{"/estimation/samples", "-3", "estimation.samples: expected a whole number of at least 0, got -3"},
+        Fault{"/verdict/reasons/0", "7", "verdict.reasons[0]: expected a string, got 7"},
+        Fault{"/stability/stable", "\"yes\"", "stability.stable: expected true or false, got \"yes\""},
+        Fault{"/parameters/0/name", "", "parameters[0].name: expected a value, got no such field"},
+        Fault{"/provenance", "1", "provenance: expected an object, got 1"}));
+
+TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
+  EXPECT_EQ(message_of("{\n  \"name\": \"io\",\n  \"transfer_function\": ?\n}"),
+            "m.json:3:24: expected a model in JSON, got a syntax error while parsing value - invalid literal");
+  EXPECT_EQ(message_of(std::string(kMinimal).substr(0, 40)).rfind("m.json:1:41: expected a model in JSON", 0), 0U)
+      << message_of(std::string(kMinimal).substr(0, 40));
+}
+
+TEST(ModelFile, RefusesWhatIsNoJsonObject) {
+  EXPECT_EQ(message_of(""), "m.json: expected a model in JSON, got an empty file");
+  EXPECT_EQ(message_of(" \n\n"), "m.json: expected a model in JSON, got an empty file");
+  EXPECT_EQ(message_of(std::string("\x7f"
+                                   "ELF\0\0",
+                                   6)),
+            "m.json: expected a model in JSON, got a binary file");
+  EXPECT_EQ(message_of("[]"), "m.json: model: expected an object, got an array");
+  EXPECT_NE(message_of("{\"name\": 1e999}"), "accepted");
+}
+
+TEST(ModelFile, SurvivesDeepNesting) {
+  EXPECT_EQ(message_of(std::string(10'000'000, '[')), "m.json: expected a model at most 32 levels deep, got more");
+  std::string objects;
+  for (int i = 0; i < 1'000'000; ++i) objects += "{\"a\":";
+  EXPECT_EQ(message_of(objects), "m.json: expected a model at most 32 levels deep, got more");
+}
+
+TEST(ModelFile, SurvivesTenMegabytesOfGarbageWithAShortMessage) {
+  std::mt19937_64 draw(7);
+  std::string garbage(10'000'000, ' ');
+  for (char& c : garbage) c = static_cast<char>(1 + draw() % 255);
+  const std::string quoted = "{\"" + std::string(10'000'000, 'a') + "\xff";
+  std::string keys = "{";
+  for (int i = 0; i < 400'000; ++i) keys += "\"key" + std::to_string(i) + "\": 1,\n";
+  keys += "\"last\": 1}";
+  for (const std::string& text : {garbage, quoted, keys, "{\"" + std::string(10'000'000, 'k') + "\": 1}"}) {
+    const std::string message = message_of(text);
+    EXPECT_EQ(message.rfind("m.json:", 0), 0U);
+    EXPECT_LT(message.size(), 600U) << message.substr(0, 1000);
+  }
+}
+
+TEST(ModelFile, NeverCrashesOnAModelWithOneByteChanged) {
+  const std::string text = to_text(full_model());
+  int accepted = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    for (const char byte : {'\0', '"', '}', ']', '-', '9', 'e', '\xff'}) {
+      std::string changed = text;
+      changed[i] = byte;
+      if (message_of(changed) == "accepted") ++accepted;
+    }
+  }
+  EXPECT_GT(accepted, 0);
+}
+
+}  // namespace
+}  // namespace eha::ident
