@@ -71,8 +71,8 @@ class Rig {
   /// Writes the valve command [V], held until the next one, and toggles the heartbeat line.
   virtual RigStatus command(double command_V, AppliedCommand& applied) noexcept = 0;
 
-  /// Switches the hydraulic enable line; `ok` and no effect when the rig has none. Switching on fails with io_error
-  /// until a command has been written since the rig was opened.
+  /// Switches the hydraulic enable line; `ok` and no effect when the rig has none. A rig opens with the line off and
+  /// the safe voltage written, so that the first write to the output never meets live hydraulics.
   virtual RigStatus set_enable(bool on) noexcept = 0;
 
   /// Writes the rig's safe voltage, then switches the enable line off. May be called at any time, again and

@@ -3,6 +3,9 @@
 
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "hal/option_fault.hpp"
 
 namespace eha::hal {
 
@@ -50,5 +53,8 @@ struct ComediOptions {
   double offset_in = 0.0;        ///< displacement at 0 V [in]
   std::string calibration_date;  ///< of scale and offset, YYYY-MM-DD
 };
+
+/// Every option that contradicts itself or another one, as far as that shows without the card; empty when all is well.
+[[nodiscard]] std::vector<OptionFault> check(const ComediOptions& options);
 
 }  // namespace eha::hal

@@ -27,9 +27,8 @@ class ComediRig : public Rig {
 /// output at the safe voltage (the first write to a range may pass through its lower end, so it comes second).
 ///
 /// read() samples the feedback (select, settle, convert) and the digital inputs in one instruction list; command()
-/// writes the output and the toggled heartbeat in another. set_enable(true) does nothing but fail until an output write
-/// has succeeded. One kernel call may take up to a second when the card does not answer: the caller must look at the
-/// time.
+/// writes the output and the toggled heartbeat in another. One kernel call may take up to a second when the card does
+/// not answer: the caller must look at the time.
 /// @param safe_V  what make_safe() writes [V], inside the command range
 /// @throws DeviceError      no device, another board, driver, subdevice, range or resolution than `options` say (the
 ///                          message lists what the card offers), in use or locked by another process, or built without

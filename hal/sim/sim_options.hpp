@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
+
+#include "hal/option_fault.hpp"
 
 namespace eha::hal {
 
@@ -18,16 +21,15 @@ struct SimOptions {
   double rod_dead_volume_cm3 = 20.0;          ///< oil between valve and extended piston, rod side [cm^3]
   double leakage_cm3_per_s_per_bar = 0.004;   ///< flow past the piston seal, laminar [cm^3/(s bar)]
   double moving_mass_kg = 20.0;               ///< rod, piston and load [kg]
-  double end_stop_stiffness_N_per_mm = 2e4;   ///< of the cushion at each end of the stroke [N/mm]
-  double end_stop_damping_N_s_per_mm = 20.0;  ///< of the cushion, acts only while it is compressed [N s/mm]
+  double end_stop_stiffness_N_per_mm = 1e5;   ///< of the cushion at each end of the stroke [N/mm]
+  double end_stop_damping_N_s_per_mm = 40.0;  ///< of the cushion, acts only while it is compressed [N s/mm]
 
   // Friction: F(v) = (coulomb + (static - coulomb) / (1 + (v/stribeck)^2)) v/sqrt(v^2 + regularisation^2) + viscous v.
-  double coulomb_friction_N = 120.0;         ///< sliding friction [N]
-  double static_friction_N = 180.0;          ///< break-away friction, not below the sliding one [N]
-  double viscous_friction_N_s_per_mm = 0.4;  ///< [N s/mm]
-  double stribeck_velocity_mm_per_s = 2.0;   ///< speed at which half of the break-away excess is gone [mm/s]
-  double friction_regularisation_mm_per_s =
-      0.1;  ///< speed below which dry friction becomes steep viscous friction [mm/s]
+  double coulomb_friction_N = 120.0;              ///< sliding friction [N]
+  double static_friction_N = 180.0;               ///< break-away friction, not below the sliding one [N]
+  double viscous_friction_N_s_per_mm = 6.0;       ///< [N s/mm]
+  double stribeck_velocity_mm_per_s = 1.0;        ///< speed at which half of the break-away excess is gone [mm/s]
+  double friction_regularisation_mm_per_s = 0.5;  ///< below it dry friction is steep viscous friction [mm/s]
 
   // Oil and supply.
   double bulk_modulus_bar = 7000.0;   ///< effective, air and hoses included [bar]
@@ -40,7 +42,7 @@ struct SimOptions {
   double valve_rated_drop_bar = 35.0;        ///< pressure drop over one edge at the rated flow [bar]
   double valve_natural_frequency_Hz = 40.0;  ///< of the spool [Hz]
   double valve_damping_ratio = 0.8;          ///< of the spool, 1 is critical
-  double valve_dead_band_V = 0.05;           ///< half width: the spool's overlap to either side of its null [V]
+  double valve_dead_band_V = 0.15;           ///< half width: the spool's overlap to either side of its null [V]
   double valve_null_offset_V = 0.2;          ///< the spool stands at its null when the command is minus this [V]
 
   // Converters and sensor. displacement_in = offset_in + scale_in_per_V * feedback_V.
@@ -54,7 +56,10 @@ struct SimOptions {
   double sensor_noise_V = 0.001;  ///< standard deviation, white and Gaussian [V]
   std::uint64_t seed = 1;         ///< of the sensor noise
 
-  double sub_step_us = 100.0;  ///< longest integration step [us]
+  double sub_step_us = 50.0;  ///< longest integration step [us]
 };
+
+/// Every parameter that makes no physical sense or that the integration cannot follow; empty when all is well.
+[[nodiscard]] std::vector<OptionFault> check(const SimOptions& options);
 
 }  // namespace eha::hal

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "hal/sim/sim_rig.hpp"
+
+#include <cmath>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "hal/converter.hpp"
+#include "hal/sim/cylinder.hpp"
+#include "hal/sim/normal_noise.hpp"
+
+namespace eha::hal {
+namespace {
+
+constexpr double kInchPerMetre = 1.0 / 0.0254;
+
+class SimRig final : public Rig {
+ public:
+  SimRig(const SimOptions& options, double safe_V)
+      : cylinder_(options),
+        output_(options.command_min_V, options.command_max_V, options.resolution_bits),
+        input_(options.feedback_min_V, options.feedback_max_V, options.resolution_bits),
+        noise_(options.seed),
+        noise_V_(options.sensor_noise_V),
+        scale_in_per_V_(options.scale_in_per_V),
+        offset_in_(options.offset_in),
+        safe_V_(safe_V) {
+    capabilities_.backend = "sim";
+    capabilities_.command_min_V = options.command_min_V;
+    capabilities_.command_max_V = options.command_max_V;
+    capabilities_.command_lsb_V = output_.lsb_V();
+    capabilities_.feedback_min_V = options.feedback_min_V;
+    capabilities_.feedback_max_V = options.feedback_max_V;
+    capabilities_.feedback_lsb_V = input_.lsb_V();
+    capabilities_.has_enable = true;
+    capabilities_.virtual_time = true;
+    make_safe();
+  }
+
+  [[nodiscard]] const RigCapabilities& capabilities() const noexcept override { return capabilities_; }
+
+  RigStatus read(std::int64_t elapsed_ns, RigReading& reading) noexcept override {
+    if (elapsed_ns > elapsed_ns_) {
+      cylinder_.advance(held_V_, enabled_ ? Ports::open : Ports::blocked,
+                        static_cast<double>(elapsed_ns - elapsed_ns_) * 1e-9);
+    }
+    elapsed_ns_ = elapsed_ns;
+    const double exact_V = (cylinder_.state().displacement_m * kInchPerMetre - offset_in_) / scale_in_per_V_;
+    const std::uint32_t code = input_.code(exact_V + noise_V_ * noise_());
+    const double feedback_V = input_.volts(code);
+    reading = {.displacement_in = offset_in_ + scale_in_per_V_ * feedback_V,
+               .feedback_V = feedback_V,
+               .feedback_code = code,
+               .digital_inputs = 0,
+               .feedback_at_rail = input_.at_rail(code),
+               .emergency_stop = false};
+    return RigStatus::ok;
+  }
+
+  RigStatus command(double command_V, AppliedCommand& applied) noexcept override {
+    if (!std::isfinite(command_V)) return RigStatus::not_finite;
+    applied.code = output_.code(command_V);
+    applied.applied_V = output_.volts(applied.code);
+    held_V_ = applied.applied_V;
+    return RigStatus::ok;
+  }
+
+  RigStatus set_enable(bool on) noexcept override {
+    enabled_ = on;
+    return RigStatus::ok;
+  }
+
+  RigStatus make_safe() noexcept override {
+    held_V_ = output_.volts(output_.code(safe_V_));
+    enabled_ = false;
+    return RigStatus::ok;
+  }
+
+ private:
+  RigCapabilities capabilities_;
+  Cylinder cylinder_;
+  Converter output_;
+  Converter input_;
+  NormalNoise noise_;
+  double noise_V_;
+  double scale_in_per_V_;
+  double offset_in_;
+  double safe_V_;
+  double held_V_ = 0.0;
+  bool enabled_ = false;
+  std::int64_t elapsed_ns_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Rig> open_sim(const SimOptions& options, double safe_V) {
+  std::vector<OptionFault> faults = check(options);
+  if (!(safe_V >= options.command_min_V && safe_V <= options.command_max_V)) {
+    std::ostringstream message;
+    message << "expected to hold the rig's safe voltage, from " << options.command_min_V << " to "
+            << options.command_max_V << " V, got " << safe_V;
+    faults.push_back({"command_min_V", message.str()});
+  }
+  if (!faults.empty()) throw ConfigError(to_lines(faults, "sim"));
+  return std::make_unique<SimRig>(options, safe_V);
+}
+
+}  // namespace eha::hal
