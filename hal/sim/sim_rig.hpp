@@ -13,9 +13,9 @@ namespace eha::hal {
 /// The plant's time is that of read(): a call moves it on to elapsed_ns under the command held since. A time smaller
 /// than the last one begins a new run: the plant goes on from where it stands.
 ///
-/// Opened with the hydraulics off. While set_enable(false) holds, load-holding valves block both cylinder ports: the
-/// rod stays, but for a fraction of a millimetre while leakage evens the pressures out. Enabled at 0 V it creeps,
-/// because the valve's null is not at 0 V.
+/// Opened with the hydraulics off. While set_enable(false) holds, load-holding valves block both cylinder ports and the
+/// rod holds; only the oil trapped under pressure still pushes it out by a few millimetres, over minutes, as it leaks
+/// past the piston. Enabled at 0 V it creeps, because the valve's null is not at 0 V.
 ///
 /// Equal options and calls give equal bytes on every IEEE 754 machine: the model takes only + - * / and sqrt.
 /// @param safe_V  what make_safe() writes [V]
