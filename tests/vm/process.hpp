@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace eha::test {
+
+/// A program of the test machine, killed if it still runs when this goes.
+class Process {
+ public:
+  /// Starts argv[0], found on PATH, with no standard input. @throws std::runtime_error
+  explicit Process(const std::vector<std::string>& argv);
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+  ~Process();
+
+  /// Waits for its end. @returns its exit code, or 128 + the signal that ended it
+  int wait();
+  void signal(int number) const;
+  [[nodiscard]] pid_t id() const { return id_; }
+  /// What it has written to standard output and standard error until now.
+  [[nodiscard]] std::string output() const;
+
+ private:
+  pid_t id_ = -1;
+  int exit_code_ = -1;
+  int output_ = -1;  ///< an anonymous file
+};
+
+/// Looks every millisecond until `holds`. @returns whether it did within `patience`
+bool wait_until(const std::function<bool()>& holds, std::chrono::milliseconds patience = std::chrono::seconds(30));
+
+}  // namespace eha::test
