@@ -18,7 +18,7 @@ class ReplayRig final : public Rig {
   ///                   the last row from its time on
   /// @param recorded   capabilities of the rig that was recorded; `backend` becomes "replay", `virtual_time` true
   /// @param safe_V     what make_safe() writes [V]
-  /// @throws DataError  no readings, or a period that is not positive
+  /// @throws DataError  no readings, a period that is not positive, or a command range or step that is not
   ReplayRig(std::vector<RigReading> readings, std::int64_t period_ns, RigCapabilities recorded, double safe_V);
 
   [[nodiscard]] const RigCapabilities& capabilities() const noexcept override;
