@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+#include "ident/fractional/transfer_columns.hpp"
+
+namespace eha::ident {
+
+/// The part of a sampled transfer function that comes from beyond the Nyquist frequency.
+///
+/// With p = s h = sigma + i theta and F(p) = (G(p/h) - G(inf)) exp(-p x) / p, sampling the step response of G at
+/// (n - x) h gives sum_k F(p + 2 pi i k) over all integers k. The terms k != 0 vary slowly with theta; they are
+/// evaluated at Chebyshev nodes and given as two real series on [-pi, pi]:
+///   S(theta) = sum_even a_n T_n(theta/pi) + i sum_odd a_n T_n(theta/pi).
+/// |k| = 1..7 are summed one by one, |k| >= 8 by the Abel-Plana formula in its midpoint form, whose main integral is
+/// turned to the direction in which exp(-p x) decays (exp-sinh quadrature).
+/// Lubich-type contour and aliasing: see Abate and Whitt, Queueing Systems 10 (1992); Abel-Plana: Olver,
+/// Asymptotics and Special Functions, ch. 8.
+class AliasSum {
+ public:
+  static constexpr std::size_t kTerms = 22;    ///< Chebyshev terms
+  static constexpr int kExplicitAliases = 7;   ///< aliases summed one by one
+
+  /// @param sigma  real part of p, positive; @param step_s  sample period h [s]
+  AliasSum(double sigma, double step_s);
+
+  /// Coefficients a_n of every column.
+  struct Series {
+    std::vector<double> a;      ///< kTerms values
+    double unresolved_first;    ///< size of the last coefficients of |k| = 1: what a sharp resonance there leaves out
+    double unresolved_further;  ///< the same of 2 <= |k| <= 7
+  };
+
+  /// @param x  fractional delay in samples, -1/2..1/2
+  /// @param skip_first  leaves out |k| <= skip_first (0, 1 or 7), which the caller sums at every bin
+  [[nodiscard]] std::vector<Series> evaluate(const TransferColumns& columns, double x, int skip_first) const;
+
+ private:
+  struct Node {
+    std::complex<double> p;
+    std::complex<double> weight;
+  };
+  struct Side {
+    LaplacePoints points;
+    std::vector<Node> nodes;
+  };
+  /// Points in the order: first alias, further aliases, tail. One set for each sign of x.
+  Side make_side(double sigma, double step_s, double direction) const;
+
+  Side right_;
+  Side left_;
+};
+
+}  // namespace eha::ident

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/fractional/grunwald_letnikov.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "ident/fractional/transfer_columns.hpp"
+#include "ident/signal/fft.hpp"
+
+namespace eha::ident {
+namespace {
+
+using Complex = std::complex<double>;
+
+// What wraps around is damped by rho^L; what rounds is amplified by rho^-N = 10^5.5 at L = 2N.
+constexpr double kWrapAround = 1e-11;
+
+/// The input as it arrives after the delay, linear between samples.
+Eigen::VectorXd delayed(const Eigen::Ref<const Eigen::VectorXd>& input, double delay) {
+  const double whole = std::floor(delay);
+  const double fraction = delay - whole;
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(input.size());
+  if (whole >= static_cast<double>(input.size())) return out;
+  const auto shift = static_cast<Eigen::Index>(whole);
+  for (Eigen::Index n = shift; n < input.size(); ++n) {
+    out[n] = (1.0 - fraction) * input[n - shift];
+    if (n > shift) out[n] += fraction * input[n - shift - 1];
+  }
+  return out;
+}
+
+}  // namespace
+
+Eigen::VectorXd gl_kernel(const std::vector<Term>& terms, double step_s, Eigen::Index samples) {
+  Eigen::VectorXd kernel = Eigen::VectorXd::Zero(samples);
+  for (const Term& term : terms) {
+    double weight = term.coefficient * std::pow(step_s, -term.order);
+    for (Eigen::Index k = 0; k < samples && weight != 0.0; ++k) {
+      if (k > 0) weight *= 1.0 - (term.order + 1.0) / static_cast<double>(k);
+      kernel[k] += weight;
+    }
+  }
+  return kernel;
+}
+
+Eigen::VectorXd simulate_gl_directly(const TransferFunction& g, const Eigen::Ref<const Eigen::VectorXd>& input,
+                                     double step_s) {
+  const Eigen::Index n_samples = input.size();
+  const Eigen::VectorXd u = delayed(input, g.delay_s / step_s);
+  // Reversed kernels turn both sums into dot products of contiguous pieces.
+  const Eigen::VectorXd a = gl_kernel(g.denominator, step_s, n_samples).reverse();
+  const double a0 = a[n_samples - 1];
+  Eigen::VectorXd forced;
+  if (g.numerator.size() == 1 && g.numerator[0].order == 0.0) {
+    forced = g.numerator[0].coefficient * u;
+  } else {
+    const Eigen::VectorXd b = gl_kernel(g.numerator, step_s, n_samples).reverse();
+    forced.resize(n_samples);
+    for (Eigen::Index n = 0; n < n_samples; ++n) forced[n] = b.tail(n + 1).dot(u.head(n + 1));
+  }
+  Eigen::VectorXd y(n_samples);
+  for (Eigen::Index n = 0; n < n_samples; ++n) {
+    y[n] = (forced[n] - a.segment(n_samples - 1 - n, n).dot(y.head(n))) / a0;
+  }
+  return y;
+}
+
+Eigen::VectorXd simulate_by_quadrature(const TransferFunction& g, const Eigen::Ref<const Eigen::VectorXd>& input,
+                                       double step_s, Quadrature quadrature) {
+  const auto samples = static_cast<std::size_t>(input.size());
+  const std::size_t length = fast_length(2 * samples + 16);
+  const double sigma = -std::log(kWrapAround) / static_cast<double>(length);
+  const Eigen::VectorXd u = delayed(input, g.delay_s / step_s);
+  std::vector<double> signal(length, 0.0);
+  for (std::size_t n = 0; n < samples; ++n) {
+    signal[n] = u[static_cast<Eigen::Index>(n)] * std::exp(-sigma * static_cast<double>(n));
+  }
+  const RealFft fft(length);
+  std::vector<Complex> spectrum(fft.bins());
+  fft.forward(signal, spectrum);
+
+  LaplacePoints points;
+  std::vector<Complex> hold(fft.bins());
+  for (std::size_t j = 0; j < fft.bins(); ++j) {
+    const double theta = 2.0 * std::numbers::pi * static_cast<double>(j) / static_cast<double>(length);
+    const Complex z = std::polar(std::exp(-sigma), -theta);
+    const Complex delta = quadrature == Quadrature::bdf1 ? 1.0 - z : 1.5 - 2.0 * z + 0.5 * z * z;
+    points.add(delta.real() / step_s, delta.imag() / step_s);
+    hold[j] = (1.0 - z) / delta;
+  }
+  const TransferColumns columns(g, {g.numerator}, {});
+  std::vector<double> re(fft.bins());
+  std::vector<double> im(fft.bins());
+  columns.evaluate(points, 0, fft.bins(), re.data(), im.data(), fft.bins());
+  for (std::size_t j = 0; j < fft.bins(); ++j) spectrum[j] *= hold[j] * Complex(re[j], im[j]);
+  fft.inverse(spectrum, signal);
+
+  Eigen::VectorXd y(input.size());
+  for (std::size_t n = 0; n < samples; ++n) {
+    y[static_cast<Eigen::Index>(n)] = signal[n] * std::exp(sigma * static_cast<double>(n)) / static_cast<double>(length);
+  }
+  return y;
+}
+
+}  // namespace eha::ident

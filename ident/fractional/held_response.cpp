@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/fractional/held_response.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace eha::ident {
+namespace {
+
+using std::numbers::pi;
+using Complex = std::complex<double>;
+
+// What wraps around is damped by rho^L; what rounds is amplified by rho^-N.
+constexpr double kWrapAround = 1e-10;
+// A filter's stopband is left out of the sum below this; the response has fallen by as much again there.
+constexpr double kStopband = 1e-6;
+// Chebyshev coefficients that count, relative to the response's size.
+constexpr double kResolved = 1e-11;
+
+/// Real and imaginary part of S(theta) at x = theta/pi by Clenshaw's recurrence in T_2(x), over all bins.
+void add_series(const std::vector<double>& a, std::size_t length, double scale, std::vector<double>& re,
+                std::vector<double>& im) {
+  std::size_t used = 0;
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    if (std::abs(a[n]) > kResolved * 1e-2 * scale) used = n + 1;
+  }
+  if (used == 0) return;
+  const std::size_t pairs = (used + 1) / 2;
+  constexpr std::size_t kBlock = 256;
+  double y2[kBlock];
+  double even1[kBlock];
+  double even2[kBlock];
+  double odd1[kBlock];
+  double odd2[kBlock];
+  for (std::size_t start = 0; start < re.size(); start += kBlock) {
+    const std::size_t n = std::min(kBlock, re.size() - start);
+    const double step = 2.0 / static_cast<double>(length);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double x = step * static_cast<double>(start + i);
+      y2[i] = 2.0 * (2.0 * x * x - 1.0);
+      even1[i] = even2[i] = odd1[i] = odd2[i] = 0.0;
+    }
+    for (std::size_t m = pairs; m-- > 0;) {
+      const double even = a[2 * m];
+      const double odd = 2 * m + 1 < a.size() ? a[2 * m + 1] : 0.0;
+      for (std::size_t i = 0; i < n; ++i) {
+        const double next = even + y2[i] * even1[i] - even2[i];
+        even2[i] = even1[i];
+        even1[i] = next;
+        const double next_odd = odd + y2[i] * odd1[i] - odd2[i];
+        odd2[i] = odd1[i];
+        odd1[i] = next_odd;
+      }
+    }
+    // b_0 - y b_1 for the even series, x (b_0 - b_1) for the odd one.
+    for (std::size_t i = 0; i < n; ++i) {
+      const double x = step * static_cast<double>(start + i);
+      re[start + i] += even1[i] - 0.5 * y2[i] * even2[i];
+      im[start + i] += x * (odd1[i] - odd2[i]);
+    }
+  }
+}
+
+}  // namespace
+
+struct HeldResponse::Scratch {
+  std::vector<double> re;  ///< columns by bins
+  std::vector<double> im;
+};
+
+HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
+    : selection_(selection),
+      length_(fast_length(static_cast<std::size_t>(guard * static_cast<double>(selection.samples)) + 16,
+                          selection.every)),
+      sigma_(-std::log(kWrapAround) / static_cast<double>(length_)),
+      bins_(length_ / 2 + 1),
+      aliases_(sigma_, selection.step_s),
+      short_fft_(length_ / selection.every) {
+  const auto length = static_cast<double>(length_);
+  std::vector<Complex> factor(bins_, 1.0);
+  if (!selection_.filter_taps.empty()) {
+    const auto half = static_cast<std::ptrdiff_t>(selection_.filter_taps.size() / 2);
+    std::vector<double> circle(length_, 0.0);
+    for (std::ptrdiff_t m = -half; m <= half; ++m) {
+      const auto at = static_cast<std::size_t>(m < 0 ? m + static_cast<std::ptrdiff_t>(length_) : m);
+      circle[at] = selection_.filter_taps[static_cast<std::size_t>(m + half)] * std::exp(-sigma_ * static_cast<double>(m));
+    }
+    RealFft(length_).forward(circle, factor);
+    while (bins_ > 1 && std::abs(factor[bins_ - 1]) < kStopband) --bins_;
+  }
+  factor.resize(bins_);
+  inverse_re_.resize(bins_);
+  inverse_im_.resize(bins_);
+  for (std::size_t j = 0; j < bins_; ++j) {
+    const double theta = 2.0 * pi * static_cast<double>(j) / length;
+    points_.add(sigma_ / selection_.step_s, theta / selection_.step_s);
+    const Complex inverse = 1.0 / Complex(sigma_, theta);
+    inverse_re_[j] = inverse.real();
+    inverse_im_[j] = inverse.imag();
+    // The shift's angle is reduced in integers: j * first may exceed what a double's sine resolves.
+    const double turn = static_cast<double>((j * selection_.first) % length_) / length;
+    factor[j] *= std::polar(1.0, 2.0 * pi * turn);
+  }
+  selection_factor_ = std::move(factor);
+  growth_.resize(static_cast<Eigen::Index>(selection_.count));
+  for (Eigen::Index m = 0; m < growth_.size(); ++m) {
+    const auto n = static_cast<double>(selection_.first + static_cast<std::size_t>(m) * selection_.every);
+    growth_[m] = std::exp(sigma_ * n) / length;
+  }
+}
+
+void HeldResponse::weigh(InputSpectrum& spectrum) const {
+  spectrum.resize(bins_);
+  for (std::size_t j = 0; j < bins_; ++j) spectrum[j] *= selection_factor_[j];
+}
+
+InputSpectrum HeldResponse::input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
+  std::vector<double> increments(length_, 0.0);
+  double before = 0.0;
+  for (std::size_t n = 0; n < selection_.samples; ++n) {
+    const double now = input[static_cast<Eigen::Index>(n)];
+    increments[n] = (now - before) * std::exp(-sigma_ * static_cast<double>(n));
+    before = now;
+  }
+  InputSpectrum spectrum(length_ / 2 + 1);
+  RealFft(length_).forward(increments, spectrum);
+  weigh(spectrum);
+  return spectrum;
+}
+
+InputSpectrum HeldResponse::step_spectrum(std::size_t at) const {
+  InputSpectrum spectrum(bins_);
+  const double size = std::exp(-sigma_ * static_cast<double>(at));
+  for (std::size_t j = 0; j < bins_; ++j) {
+    const double turn = static_cast<double>((j * at) % length_) / static_cast<double>(length_);
+    spectrum[j] = std::polar(size, -2.0 * pi * turn);
+  }
+  weigh(spectrum);
+  return spectrum;
+}
+
+void HeldResponse::add_near_aliases(const TransferColumns& columns, double x, int aliases, Scratch& scratch) const {
+  std::vector<double> re(bins_ * columns.columns());
+  std::vector<double> im(re.size());
+  for (int k = -aliases; k <= aliases; ++k) {
+    if (k == 0) continue;
+    LaplacePoints points;
+    std::vector<Complex> factor(bins_);
+    for (std::size_t j = 0; j < bins_; ++j) {
+      const Complex p(sigma_, 2.0 * pi * (static_cast<double>(j) / static_cast<double>(length_) + k));
+      points.add(p.real() / selection_.step_s, p.imag() / selection_.step_s);
+      factor[j] = std::exp(-x * p) / p;
+    }
+    columns.evaluate(points, 0, bins_, re.data(), im.data(), bins_);
+    for (std::size_t c = 0; c < columns.columns(); ++c) {
+      for (std::size_t j = 0; j < bins_; ++j) {
+        const Complex f = Complex(re[c * bins_ + j] - columns.direct(c), im[c * bins_ + j]) * factor[j];
+        scratch.re[c * bins_ + j] += f.real();
+        scratch.im[c * bins_ + j] += f.imag();
+      }
+    }
+  }
+}
+
+Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double delay_s,
+                                      std::span<const ResponseRequest> requests) const {
+  const double delay = delay_s / selection_.step_s;
+  const double whole = std::round(delay);
+  const double x = delay - whole;
+  const std::size_t columns_count = columns.columns();
+
+  // F(p) at every bin; the delay's phase is applied to the sum of all aliases, the fraction's to each of them.
+  Scratch main{std::vector<double>(bins_ * columns_count), std::vector<double>(bins_ * columns_count)};
+  columns.evaluate(points_, 0, bins_, main.re.data(), main.im.data(), bins_);
+  std::vector<Complex> fraction;
+  if (x != 0.0) {
+    fraction.resize(bins_);
+    for (std::size_t j = 0; j < bins_; ++j) {
+      const double theta = 2.0 * pi * static_cast<double>(j) / static_cast<double>(length_);
+      fraction[j] = std::polar(std::exp(-x * sigma_), -x * theta);
+    }
+  }
+  for (std::size_t c = 0; c < columns_count; ++c) {
+    double* re = main.re.data() + c * bins_;
+    double* im = main.im.data() + c * bins_;
+    const double direct = columns.direct(c);
+    for (std::size_t j = 0; j < bins_; ++j) {
+      double factor_re = inverse_re_[j];
+      double factor_im = inverse_im_[j];
+      if (!fraction.empty()) {
+        const double f_re = fraction[j].real();
+        const double f_im = fraction[j].imag();
+        const double product_re = factor_re * f_re - factor_im * f_im;
+        factor_im = factor_re * f_im + factor_im * f_re;
+        factor_re = product_re;
+      }
+      const double g_re = re[j] - direct;
+      const double g_im = im[j];
+      re[j] = g_re * factor_re - g_im * factor_im;
+      im[j] = g_re * factor_im + g_im * factor_re;
+    }
+  }
+
+  // Aliases: smooth in theta unless a sharp resonance lies beyond Nyquist, which is then summed at every bin.
+  std::vector<double> scale(columns_count);
+  for (std::size_t c = 0; c < columns_count; ++c) {
+    for (std::size_t j = 0; j < bins_; ++j) {
+      scale[c] = std::max(scale[c], std::abs(main.re[c * bins_ + j]) + std::abs(main.im[c * bins_ + j]));
+    }
+    scale[c] *= sigma_;
+  }
+  std::vector<AliasSum::Series> series = aliases_.evaluate(columns, x, 0);
+  int near_aliases = 0;
+  for (std::size_t c = 0; c < columns_count; ++c) {
+    for (const double a : series[c].a) scale[c] = std::max(scale[c], std::abs(a));
+    if (series[c].unresolved_first > kResolved * scale[c]) near_aliases = std::max(near_aliases, 1);
+    if (series[c].unresolved_further > kResolved * scale[c]) near_aliases = AliasSum::kExplicitAliases;
+  }
+  if (near_aliases > 0) {
+    add_near_aliases(columns, x, near_aliases, main);
+    series = aliases_.evaluate(columns, x, near_aliases);
+  }
+  for (std::size_t c = 0; c < columns_count; ++c) {
+    std::vector<double> re(bins_, 0.0);
+    std::vector<double> im(bins_, 0.0);
+    add_series(series[c].a, length_, scale[c], re, im);
+    for (std::size_t j = 0; j < bins_; ++j) {
+      main.re[c * bins_ + j] += re[j];
+      main.im[c * bins_ + j] += im[j];
+    }
+  }
+
+  std::vector<Complex> shift;
+  if (whole != 0.0) {
+    shift.resize(bins_);
+    const auto samples = static_cast<std::size_t>(whole);
+    for (std::size_t j = 0; j < bins_; ++j) {
+      const double turn = static_cast<double>((j * samples) % length_) / static_cast<double>(length_);
+      shift[j] = std::polar(std::exp(-sigma_ * whole), -2.0 * pi * turn);
+    }
+  }
+
+  const std::size_t short_length = short_fft_.length();
+  std::vector<Complex> folded(short_fft_.bins());
+  std::vector<double> output(short_length);
+  Eigen::MatrixXd responses(static_cast<Eigen::Index>(selection_.count), static_cast<Eigen::Index>(requests.size()));
+  for (std::size_t r = 0; r < requests.size(); ++r) {
+    const ResponseRequest& request = requests[r];
+    const double* re = main.re.data() + request.column * bins_;
+    const double* im = main.im.data() + request.column * bins_;
+    const InputSpectrum& input = *request.input;
+    const double direct = columns.direct(request.column);
+    // A jump of the direct part reaches the sample at which it happens, or the next one.
+    const double jump_at = request.at_jump == AtJump::after ? std::ceil(delay) : std::floor(delay) + 1.0;
+    std::fill(folded.begin(), folded.end(), 0.0);
+    std::size_t q = 0;
+    for (std::size_t j = 0; j < bins_; ++j) {
+      double f_re = re[j];
+      double f_im = im[j];
+      if (!shift.empty()) {
+        const double s_re = shift[j].real();
+        const double s_im = shift[j].imag();
+        const double product_re = f_re * s_re - f_im * s_im;
+        f_im = f_re * s_im + f_im * s_re;
+        f_re = product_re;
+      }
+      if (direct != 0.0) {
+        const Complex p(sigma_, 2.0 * pi * static_cast<double>(j) / static_cast<double>(length_));
+        const Complex step = direct * std::exp(-jump_at * p) / (1.0 - std::exp(-p));
+        f_re += step.real();
+        f_im += step.imag();
+      }
+      const double u_re = input[j].real();
+      const double u_im = input[j].imag();
+      const Complex y(f_re * u_re - f_im * u_im, f_re * u_im + f_im * u_re);
+      // Outputs `every` samples apart: bins that differ by the short length fall together, L - j by symmetry.
+      if (q <= short_length / 2) folded[q] += y;
+      const std::size_t mirror = q == 0 ? 0 : short_length - q;
+      if (j != 0 && 2 * j != length_ && mirror <= short_length / 2) folded[mirror] += std::conj(y);
+      if (++q == short_length) q = 0;
+    }
+    short_fft_.inverse(folded, output);
+    for (std::size_t m = 0; m < selection_.count; ++m) {
+      responses(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(r)) = output[m] * growth_[static_cast<Eigen::Index>(m)];
+    }
+  }
+  return responses;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "ident/fractional/alias_sum.hpp"
+#include "ident/fractional/transfer_columns.hpp"
+#include "ident/signal/fft.hpp"
+
+namespace eha::ident {
+
+/// Which outputs of a held-input simulation are wanted.
+struct OutputSelection {
+  std::size_t samples = 0;       ///< N, inputs simulated
+  double step_s = 0.0;           ///< sample period [s]
+  std::size_t first = 0;         ///< first output wanted
+  std::size_t every = 1;         ///< distance of the outputs wanted [samples]
+  std::size_t count = 0;         ///< how many
+  /// Symmetric filter applied to the output before it is picked: taps at -m..m, odd length; empty for none.
+  std::vector<double> filter_taps;
+};
+
+/// Spectrum of an input's increments as the selection sees it (filter, shift and contour included).
+using InputSpectrum = std::vector<std::complex<double>>;
+
+/// Value of a response at a jump: just before it (a held input that takes effect after the sample is read) or just
+/// after it (the response to a state at t = 0).
+enum class AtJump { before, after };
+
+/// One response wanted: a column of TransferColumns driven by an input.
+struct ResponseRequest {
+  std::size_t column;
+  const InputSpectrum* input;
+  AtJump at_jump = AtJump::before;
+};
+
+/// Exact responses of fractional transfer functions to held inputs, by the aliased sum on a circle |z| = rho < 1:
+///   Y(z) = [F(p) + S(theta) + ...] (1 - z) U(z),  p = -ln z = sigma + i theta,
+/// inverted by one short inverse FFT a response. All that depends on the record alone is computed once, here.
+/// The models must be stable: the contour cannot see growth. Error about 1e-10 of max|y| with the default guard.
+/// Thread-safe after construction. Cost of a response O(L log L), L about guard * N.
+class HeldResponse {
+ public:
+  /// @param guard  length of the transform over N; 2 for 1e-10, 1.5 for 1e-9
+  explicit HeldResponse(const OutputSelection& selection, double guard = 2.0);
+
+  [[nodiscard]] std::size_t count() const noexcept { return selection_.count; }
+  [[nodiscard]] std::size_t samples() const noexcept { return selection_.samples; }
+  [[nodiscard]] double step_s() const noexcept { return selection_.step_s; }
+
+  /// @param input  N samples, at rest before the first
+  [[nodiscard]] InputSpectrum input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const;
+  /// A unit step at sample `at`.
+  [[nodiscard]] InputSpectrum step_spectrum(std::size_t at = 0) const;
+
+  /// One column of count() values a request. @param delay_s  common transport delay [s]
+  [[nodiscard]] Eigen::MatrixXd respond(const TransferColumns& columns, double delay_s,
+                                        std::span<const ResponseRequest> requests) const;
+
+ private:
+  struct Scratch;
+  void add_near_aliases(const TransferColumns& columns, double x, int aliases, Scratch& scratch) const;
+  void weigh(InputSpectrum& spectrum) const;
+
+  OutputSelection selection_;
+  std::size_t length_;   ///< L
+  double sigma_;         ///< -ln rho
+  std::size_t bins_;     ///< bins that carry signal: the filter's stopband is left out
+  AliasSum aliases_;
+  RealFft short_fft_;
+  LaplacePoints points_;
+  std::vector<double> inverse_re_;  ///< 1/p
+  std::vector<double> inverse_im_;
+  InputSpectrum selection_factor_;  ///< filter and shift to the first output
+  Eigen::VectorXd growth_;          ///< rho^-n of every output over L
+};
+
+}  // namespace eha::ident

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/fractional/stability.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <optional>
+
+namespace eha::ident {
+namespace {
+
+using std::numbers::pi;
+using Complex = std::complex<double>;
+
+constexpr int kHighestDegree = 24;
+constexpr double kSameOrder = 1e-9;  // relative distance of two orders that count as one
+constexpr int kDeepestSplit = 60;
+
+/// Terms by rising order, equal orders joined, zero coefficients dropped, the lowest order subtracted.
+struct Polynomial {
+  std::vector<Term> terms;
+  double removed_order = 0.0;
+};
+
+Polynomial reduced(std::vector<Term> terms) {
+  std::erase_if(terms, [](const Term& term) { return term.coefficient == 0.0; });
+  std::sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
+  Polynomial out;
+  for (const Term& term : terms) {
+    if (!out.terms.empty() && term.order - out.terms.back().order <= kSameOrder * std::max(1.0, term.order)) {
+      out.terms.back().coefficient += term.coefficient;
+    } else {
+      out.terms.push_back(term);
+    }
+  }
+  std::erase_if(out.terms, [](const Term& term) { return term.coefficient == 0.0; });
+  if (out.terms.empty()) return out;
+  out.removed_order = out.terms.front().order;
+  for (Term& term : out.terms) term.order -= out.removed_order;
+  return out;
+}
+
+/// D and s D'/D at s = exp(x + i phi), scaled by the largest term against overflow.
+struct Sample {
+  double x;
+  Complex value;
+  double slope;
+};
+
+Sample sample(const std::vector<Term>& terms, double x, double phi) {
+  double largest = -1e300;
+  for (const Term& term : terms) largest = std::max(largest, std::log(std::abs(term.coefficient)) + term.order * x);
+  Complex value = 0.0;
+  Complex slope = 0.0;
+  for (const Term& term : terms) {
+    const double size = std::log(std::abs(term.coefficient)) + term.order * x - largest;
+    const Complex t = std::copysign(std::exp(size), term.coefficient) * std::polar(1.0, term.order * phi);
+    value += t;
+    slope += term.order * t;
+  }
+  return {x, value, std::abs(slope) / std::max(std::abs(value), 1e-300)};
+}
+
+double turn(const std::vector<Term>& terms, const Sample& a, const Sample& b, double phi, int depth) {
+  // |s D'/D| bounds how fast the argument turns; near a zero at distance d it is 1/d, so an interval that hides a
+  // zero is always split.
+  if ((b.x - a.x) * std::max(a.slope, b.slope) <= 1.0 || depth == kDeepestSplit) return std::arg(b.value / a.value);
+  const Sample middle = sample(terms, 0.5 * (a.x + b.x), phi);
+  return turn(terms, a, middle, phi, depth + 1) + turn(terms, middle, b, phi, depth + 1);
+}
+
+int zeros_in_sector(const Polynomial& d, double phi) {
+  if (d.terms.size() < 2) return 0;
+  double low = 1e300;
+  double high = -1e300;
+  double least_gap = 1e300;
+  for (std::size_t i = 0; i < d.terms.size(); ++i) {
+    for (std::size_t j = i + 1; j < d.terms.size(); ++j) {
+      const double gap = d.terms[j].order - d.terms[i].order;
+      const double cross = std::log(std::abs(d.terms[i].coefficient / d.terms[j].coefficient)) / gap;
+      low = std::min(low, cross);
+      high = std::max(high, cross);
+      least_gap = std::min(least_gap, gap);
+    }
+  }
+  // Where one term outweighs the rest a hundredfold the argument is within 0.01 rad of that term's.
+  const double margin = std::log(100.0 * static_cast<double>(d.terms.size())) / least_gap;
+  const double turned =
+      turn(d.terms, sample(d.terms, low - margin, phi), sample(d.terms, high + margin, phi), phi, 0);
+  return static_cast<int>(std::lround((d.terms.back().order * phi - turned) / pi));
+}
+
+/// The coarsest base order that makes all orders whole multiples, if one of modest degree exists.
+std::optional<double> base_order(const Polynomial& d) {
+  const double top = d.terms.back().order;
+  for (int degree = 1; degree <= kHighestDegree; ++degree) {
+    const double q = top / degree;
+    const bool fits = std::all_of(d.terms.begin(), d.terms.end(), [&](const Term& term) {
+      return std::abs(term.order / q - std::round(term.order / q)) <= kSameOrder * degree;
+    });
+    if (fits) return q;
+  }
+  return std::nullopt;
+}
+
+/// Least |arg s| over the poles on the principal sheet, pi when there is none.
+double least_angle_commensurate(const Polynomial& d, double q) {
+  const auto degree = static_cast<Eigen::Index>(std::lround(d.terms.back().order / q));
+  Eigen::VectorXd a = Eigen::VectorXd::Zero(degree + 1);
+  for (const Term& term : d.terms) a[std::lround(term.order / q)] = term.coefficient;
+  // Scaling the variable balances the companion matrix: w = s^q / radius.
+  const double radius = std::pow(std::abs(a[0] / a[degree]), 1.0 / static_cast<double>(degree));
+  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(degree, degree);
+  for (Eigen::Index k = 0; k < degree; ++k) {
+    companion(0, k) = -a[degree - 1 - k] / a[degree] * std::pow(radius, -static_cast<double>(k + 1));
+    if (k + 1 < degree) companion(k + 1, k) = 1.0;
+  }
+  double angle = pi;
+  const Eigen::VectorXcd roots = companion.eigenvalues();
+  for (const Complex& root : roots) {
+    angle = std::min(angle, std::abs(std::arg(root)) / q);
+  }
+  return angle;
+}
+
+double least_angle_by_winding(const Polynomial& d) {
+  double inside = 0.0;
+  double outside = pi;
+  if (zeros_in_sector(d, pi) == 0) return pi;
+  for (int step = 0; step < 40; ++step) {
+    const double middle = 0.5 * (inside + outside);
+    (zeros_in_sector(d, middle) == 0 ? inside : outside) = middle;
+  }
+  return 0.5 * (inside + outside);
+}
+
+/// All terms of one sign and within a half plane for every s of the closed right half plane: no sum can vanish.
+bool plainly_stable(const Polynomial& d) {
+  const bool positive =
+      std::all_of(d.terms.begin(), d.terms.end(), [](const Term& term) { return term.coefficient > 0.0; });
+  return positive && d.terms.back().order < 2.0;
+}
+
+}  // namespace
+
+int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad) {
+  return zeros_in_sector(reduced(denominator), half_angle_rad);
+}
+
+bool grows(const TransferFunction& g) {
+  const Polynomial d = reduced(g.denominator);
+  if (d.terms.size() < 2 || plainly_stable(d)) return false;
+  if (const auto q = base_order(d)) {
+    // Rounding may put a pole of the imaginary axis to either side; it does not grow.
+    return least_angle_commensurate(d, *q) < 0.5 * pi - 1e-9;
+  }
+  return zeros_in_sector(d, 0.5 * pi) > 0;
+}
+
+StabilityReport stability(const TransferFunction& g) {
+  const Polynomial d = reduced(g.denominator);
+  StabilityReport report;
+  report.test = "argument_principle";
+  double angle = pi;
+  if (d.terms.size() >= 2) {
+    if (const auto q = base_order(d)) {
+      report.test = "matignon";
+      angle = least_angle_commensurate(d, *q);
+    } else {
+      angle = least_angle_by_winding(d);
+    }
+  }
+  report.margin_rad = std::min(angle, pi) - 0.5 * pi;
+  if (d.removed_order > 0.0) report.margin_rad = std::min(report.margin_rad, 0.0);
+  report.stable = report.margin_rad > 1e-9;
+  return report;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "ident/fractional/transfer_function.hpp"
+#include "ident/model.hpp"
+
+namespace eha::ident {
+
+/// Number of zeros of the denominator with |arg s| < half_angle_rad on the principal sheet, a factor s^n apart, by the
+/// argument principle along the ray arg s = half_angle_rad. Orders are taken as they are, never rounded.
+/// @param half_angle_rad  (0, pi)
+/// Cost: some hundred evaluations of the denominator.
+[[nodiscard]] int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad);
+
+/// Whether some mode of G grows: a pole with positive real part. An integrator (a pole at 0) does not grow.
+[[nodiscard]] bool grows(const TransferFunction& g);
+
+/// Bounded-input bounded-output stability with its margin. Orders that are multiples of one base order q with degree at
+/// most 24 are decided by Matignon's theorem (every root of the polynomial in s^q outside |arg| <= q pi/2), others by
+/// the argument principle. A pole at the origin is not stable; its margin is 0.
+/// Matignon, CESA'96 (1996); argument principle: Ahlfors, Complex Analysis, ch. 4.
+[[nodiscard]] StabilityReport stability(const TransferFunction& g);
+
+}  // namespace eha::ident
