@@ -99,32 +99,34 @@ double last_coefficients(const Eigen::VectorXcd& a) {
 AliasSum::Side AliasSum::make_side(double sigma, double step_s, double direction) const {
   static const Rule gauss = gauss_rule();
   Side side;
-  const auto add = [&](Complex p, Complex weight) {
+  const auto add = [&](Complex node, Complex offset, Complex weight) {
+    const Complex p = node + offset;
     side.points.add(p.real() / step_s, p.imag() / step_s);
-    side.nodes.push_back({p, weight / p});
+    side.nodes.push_back({offset, weight / p});
   };
   const auto node = [&](std::size_t m, std::size_t nodes) {
     return Complex(sigma, pi * std::cos(chebyshev_angle(m, nodes)));
   };
-  for (std::size_t m = 0; m < kFirstNodes; ++m) add(node(m, kFirstNodes) + Complex(0.0, 2.0 * pi), 1.0);
+  for (std::size_t m = 0; m < kFirstNodes; ++m) add(node(m, kFirstNodes), Complex(0.0, 2.0 * pi), 1.0);
   for (std::size_t m = 0; m < kFurtherNodes; ++m) {
     for (std::size_t k = 0; k < kFurtherAliases; ++k) {
-      add(node(m, kFurtherNodes) + Complex(0.0, 2.0 * pi * static_cast<double>(k + 2)), 1.0);
+      add(node(m, kFurtherNodes), Complex(0.0, 2.0 * pi * static_cast<double>(k + 2)), 1.0);
     }
   }
   const Complex i(0.0, 1.0);
   for (std::size_t m = 0; m < kTailNodes; ++m) {
-    const Complex start = node(m, kTailNodes) + Complex(0.0, 2.0 * pi * kTailStart);
+    const Complex at = node(m, kTailNodes);
+    const Complex start(0.0, 2.0 * pi * kTailStart);
     for (double t = kQuadratureFirst; t <= kQuadratureLast; t += kQuadratureStep) {
       const double r = std::abs(start) * std::exp(0.5 * pi * std::sinh(t));
       const double slope = r * 0.5 * pi * std::cosh(t) * kQuadratureStep;
-      add(start + direction * r, direction * slope / (2.0 * pi * i));
+      add(at, start + direction * r, direction * slope / (2.0 * pi * i));
     }
     for (std::size_t j = 0; j < gauss.node.size(); ++j) {
       const double y = gauss.node[j];
       const Complex weight = i * gauss.weight[j] * std::exp(-pi * y);
-      add(start + 2.0 * pi * y, weight);
-      add(start - 2.0 * pi * y, -weight);
+      add(at, start + 2.0 * pi * y, weight);
+      add(at, start - 2.0 * pi * y, -weight);
     }
   }
   return side;
@@ -138,7 +140,7 @@ std::vector<AliasSum::Series> AliasSum::evaluate(const TransferColumns& columns,
   const std::size_t count = side.nodes.size();
   std::vector<Complex> factor(count);
   for (std::size_t i = 0; i < count; ++i) {
-    factor[i] = x == 0.0 ? side.nodes[i].weight : side.nodes[i].weight * std::exp(-x * side.nodes[i].p);
+    factor[i] = x == 0.0 ? side.nodes[i].weight : side.nodes[i].weight * std::exp(-x * side.nodes[i].offset);
   }
   std::vector<double> re(count * columns.columns());
   std::vector<double> im(re.size());

@@ -12,9 +12,10 @@ namespace eha::ident {
 
 /// The part of a sampled transfer function that comes from beyond the Nyquist frequency.
 ///
-/// With p = s h = sigma + i theta and F(p) = (G(p/h) - G(inf)) exp(-p x) / p, sampling the step response of G at
-/// (n - x) h gives sum_k F(p + 2 pi i k) over all integers k. The terms k != 0 vary slowly with theta; they are
-/// evaluated at Chebyshev nodes and given as two real series on [-pi, pi]:
+/// With p = s h = sigma + i theta and F(p) = (G(p/h) - G(inf)) / p, sampling the step response of G at (n - x) h gives
+///   exp(-p x) sum_k F(p + 2 pi i k) exp(-2 pi i k x)
+/// over all integers k. The terms k != 0 vary slowly with theta; they are evaluated at Chebyshev nodes and given as two
+/// real series on [-pi, pi]:
 ///   S(theta) = sum_even a_n T_n(theta/pi) + i sum_odd a_n T_n(theta/pi).
 /// |k| = 1..7 are summed one by one, |k| >= 8 by the Abel-Plana formula in its midpoint form, whose main integral is
 /// turned to the direction in which exp(-p x) decays (exp-sinh quadrature).
@@ -41,7 +42,7 @@ class AliasSum {
 
  private:
   struct Node {
-    std::complex<double> p;
+    std::complex<double> offset;  ///< p less the node it serves
     std::complex<double> weight;
   };
   struct Side {

@@ -150,7 +150,7 @@ void HeldResponse::add_near_aliases(const TransferColumns& columns, double x, in
     for (std::size_t j = 0; j < bins_; ++j) {
       const Complex p(sigma_, 2.0 * pi * (static_cast<double>(j) / static_cast<double>(length_) + k));
       points.add(p.real() / selection_.step_s, p.imag() / selection_.step_s);
-      factor[j] = std::exp(-x * p) / p;
+      factor[j] = std::exp(Complex(0.0, -2.0 * pi * k * x)) / p;
     }
     columns.evaluate(points, 0, bins_, re.data(), im.data(), bins_);
     for (std::size_t c = 0; c < columns.columns(); ++c) {
@@ -170,35 +170,18 @@ Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double del
   const double x = delay - whole;
   const std::size_t columns_count = columns.columns();
 
-  // F(p) at every bin; the delay's phase is applied to the sum of all aliases, the fraction's to each of them.
+  // F(p) at every bin.
   Scratch main{std::vector<double>(bins_ * columns_count), std::vector<double>(bins_ * columns_count)};
   columns.evaluate(points_, 0, bins_, main.re.data(), main.im.data(), bins_);
-  std::vector<Complex> fraction;
-  if (x != 0.0) {
-    fraction.resize(bins_);
-    for (std::size_t j = 0; j < bins_; ++j) {
-      const double theta = 2.0 * pi * static_cast<double>(j) / static_cast<double>(length_);
-      fraction[j] = std::polar(std::exp(-x * sigma_), -x * theta);
-    }
-  }
   for (std::size_t c = 0; c < columns_count; ++c) {
     double* re = main.re.data() + c * bins_;
     double* im = main.im.data() + c * bins_;
     const double direct = columns.direct(c);
     for (std::size_t j = 0; j < bins_; ++j) {
-      double factor_re = inverse_re_[j];
-      double factor_im = inverse_im_[j];
-      if (!fraction.empty()) {
-        const double f_re = fraction[j].real();
-        const double f_im = fraction[j].imag();
-        const double product_re = factor_re * f_re - factor_im * f_im;
-        factor_im = factor_re * f_im + factor_im * f_re;
-        factor_re = product_re;
-      }
       const double g_re = re[j] - direct;
       const double g_im = im[j];
-      re[j] = g_re * factor_re - g_im * factor_im;
-      im[j] = g_re * factor_im + g_im * factor_re;
+      re[j] = g_re * inverse_re_[j] - g_im * inverse_im_[j];
+      im[j] = g_re * inverse_im_[j] + g_im * inverse_re_[j];
     }
   }
 
@@ -232,12 +215,13 @@ Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double del
   }
 
   std::vector<Complex> shift;
-  if (whole != 0.0) {
+  if (delay_s != 0.0) {
     shift.resize(bins_);
     const auto samples = static_cast<std::size_t>(whole);
+    const auto length = static_cast<double>(length_);
     for (std::size_t j = 0; j < bins_; ++j) {
-      const double turn = static_cast<double>((j * samples) % length_) / static_cast<double>(length_);
-      shift[j] = std::polar(std::exp(-sigma_ * whole), -2.0 * pi * turn);
+      const double turn = (static_cast<double>((j * samples) % length_) + x * static_cast<double>(j)) / length;
+      shift[j] = std::polar(std::exp(-sigma_ * delay), -2.0 * pi * turn);
     }
   }
 
