@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include "daemon/acquisition/run.hpp"
+
+namespace eha::acquisition {
+namespace {
+
+std::string describe_fault(const FaultReport& report) {
+  const double value = report.value;
+  const double limit = report.limit;
+  const std::string_view status = to_text(report.status);
+  switch (report.fault) {
+    case Fault::none:
+      return {};
+    case Fault::emergency_stop:
+      return "the emergency-stop circuit is open; close it and arm again";
+    case Fault::travel_limit:
+      return fmt::format(
+          "the rod is at, or would not stop before, {:.3f} in, the limit is {:.3f} in; lower the excitation or start "
+          "further from the end",
+          value, limit);
+    case Fault::velocity_limit:
+      return fmt::format("the rod moved at {:.2f} in/s, the limit is {:.2f} in/s; lower the excitation", value, limit);
+    case Fault::feedback_rail:
+      return fmt::format(
+          "the displacement converter is at the end of its range ({:.3f} V); check the sensor, its cable and range",
+          value);
+    case Fault::frozen_sensor:
+      return fmt::format(
+          "the displacement code did not change for {:.3f} s although the valve was driven, the limit is {:.3f} s; "
+          "check the sensor and the hydraulic supply",
+          value, limit);
+    case Fault::feedback_not_finite:
+      return "the displacement is not a number; check the calibration in the rig file";
+    case Fault::command_not_finite:
+      return "a voltage that is not a number was to be written; this is a bug";
+    case Fault::repeated_timeouts:
+      return fmt::format(
+          "the card timed out in {:.0f} ticks in a row, {:.0f} are tolerated; check the card and its driver", value,
+          limit);
+    case Fault::call_overran:
+      return fmt::format(
+          "a failed call on the card ({}) took {:.4f} s, a tick is {:.4f} s; check the card and its driver", status,
+          value, limit);
+    case Fault::read_failed:
+      return fmt::format("the card refused a read ({}); check the card and its driver", status);
+    case Fault::command_failed:
+      return fmt::format("the card refused a write ({}); check the card and its driver", status);
+    case Fault::device_removed:
+      return "the device is gone; check the card and its driver";
+    case Fault::consecutive_late:
+      return fmt::format(
+          "{:.0f} ticks in a row were late or skipped, the limit is {:.0f} (realtime.abort_consecutive_late); see the "
+          "latency in run.json and try eha doctor",
+          value, limit);
+    case Fault::total_late:
+      return fmt::format(
+          "{:.0f} ticks were late or skipped, the limit is {:.0f} (realtime.abort_total_late, one is forgiven each "
+          "second); see the latency in run.json and try eha doctor",
+          value, limit);
+    case Fault::second_stop:
+      return "stopped at once by a second stop request";
+    case Fault::safe_write_failed:
+      return fmt::format("the device did not confirm the safe output at the end of the run ({})", status);
+  }
+  return "unknown fault";
+}
+
+bool is_of_the_device(Fault fault) {
+  switch (fault) {
+    case Fault::repeated_timeouts:
+    case Fault::call_overran:
+    case Fault::read_failed:
+    case Fault::command_failed:
+    case Fault::device_removed:
+    case Fault::safe_write_failed:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+ExitCode exit_code(const RunReport& report) noexcept {
+  switch (report.outcome) {
+    case Outcome::completed:
+    case Outcome::recovered:
+      return ExitCode::ok;
+    case Outcome::interrupted:
+      return ExitCode::interrupted;
+    case Outcome::faulted:
+      return is_of_the_device(report.fault.fault) ? ExitCode::device_unavailable : ExitCode::safety_trip;
+    case Outcome::deadline:
+      return ExitCode::deadline;
+    case Outcome::write_failed:
+      return ExitCode::io;
+  }
+  return ExitCode::bug;
+}
+
+std::string describe(const RunReport& report) {
+  std::string text;
+  if (report.fault.fault != Fault::none) {
+    text = fmt::format("{} at {:.3f} s: {}", to_text(report.fault.fault),
+                       static_cast<double>(report.fault.at_ns) * 1e-9, describe_fault(report.fault));
+  } else if (report.outcome == Outcome::interrupted) {
+    text = "interrupted by a stop request; the command was ramped out";
+  } else if (report.outcome == Outcome::write_failed) {
+    text = "the record could not be kept; the command was ramped out and what was written before is kept";
+  }
+  if (report.counters.dropped > 0) {
+    text += fmt::format("{}{} records were lost because the writer was too slow", text.empty() ? "" : "; ",
+                        report.counters.dropped);
+  }
+  if (!report.safe_confirmed) {
+    text +=
+        fmt::format("{}THE OUTPUT IS NOT CONFIRMED SAFE: switch the hydraulics off by hand", text.empty() ? "" : "; ");
+  }
+  return text;
+}
+
+}  // namespace eha::acquisition

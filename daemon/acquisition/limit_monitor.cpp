@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/acquisition/limit_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace eha::acquisition {
+namespace {
+
+constexpr double kVelocityWindow_s = 0.020;
+constexpr double kDrivenShare = 0.10;  // wider than the dead band of the valves this is meant for, some 1 to 5 %
+constexpr double kSecondsPerNanosecond = 1e-9;
+
+}  // namespace
+
+LimitMonitor::LimitMonitor(const config::RigLimits& limits, double period_s) noexcept
+    : limits_(limits),
+      period_s_(period_s),
+      driven_V_(kDrivenShare * 0.5 * (limits.command_max_V - limits.command_min_V)),
+      window_(static_cast<std::size_t>(
+          std::clamp(std::round(kVelocityWindow_s / period_s) + 1.0, 3.0, static_cast<double>(kLongestWindow)))) {}
+
+Breach LimitMonitor::check(std::int64_t at_ns, const hal::RigReading& reading, double applied_V) noexcept {
+  if (reading.emergency_stop) return {Fault::emergency_stop};
+  if (reading.feedback_at_rail) return {Fault::feedback_rail, reading.feedback_V};
+  if (!std::isfinite(reading.displacement_in)) return {Fault::feedback_not_finite, reading.displacement_in};
+  estimate_velocity(at_ns, reading.displacement_in);
+  if (const Breach breach = check_travel(reading.displacement_in); breach.fault != Fault::none) return breach;
+  if (std::abs(velocity_in_per_s_) > limits_.velocity_limit_in_per_s) {
+    return {Fault::velocity_limit, velocity_in_per_s_,
+            std::copysign(limits_.velocity_limit_in_per_s, velocity_in_per_s_)};
+  }
+  if (is_frozen(at_ns, reading.feedback_code, applied_V)) {
+    return {Fault::frozen_sensor, unchanged_s_, limits_.frozen_sensor_s};
+  }
+  return {};
+}
+
+void LimitMonitor::estimate_velocity(std::int64_t at_ns, double displacement_in) noexcept {
+  times_ns_[readings_ % window_] = at_ns;
+  positions_in_[readings_ % window_] = displacement_in;
+  ++readings_;
+  if (readings_ < window_) return;
+  double mean_time_s = 0.0;
+  double mean_in = 0.0;
+  for (std::size_t i = 0; i < window_; ++i) {
+    mean_time_s += static_cast<double>(times_ns_[i] - at_ns) * kSecondsPerNanosecond;
+    mean_in += positions_in_[i];
+  }
+  mean_time_s /= static_cast<double>(window_);
+  mean_in /= static_cast<double>(window_);
+  double numerator = 0.0;
+  double denominator = 0.0;
+  for (std::size_t i = 0; i < window_; ++i) {
+    const double time_s = static_cast<double>(times_ns_[i] - at_ns) * kSecondsPerNanosecond - mean_time_s;
+    numerator += time_s * (positions_in_[i] - mean_in);
+    denominator += time_s * time_s;
+  }
+  velocity_in_per_s_ = numerator / denominator;
+}
+
+Breach LimitMonitor::check_travel(double displacement_in) const noexcept {
+  const double speed = std::abs(velocity_in_per_s_);
+  const double age_s = (0.5 * static_cast<double>(window_ - 1) + 1.0) * period_s_;
+  const double stopping_in = speed * age_s + speed * speed / (2.0 * limits_.stopping_deceleration_in_per_s2);
+  const double lowest_in = displacement_in - (velocity_in_per_s_ < 0.0 ? stopping_in : 0.0);
+  const double highest_in = displacement_in + (velocity_in_per_s_ > 0.0 ? stopping_in : 0.0);
+  if (lowest_in < limits_.travel_min_in) return {Fault::travel_limit, lowest_in, limits_.travel_min_in};
+  if (highest_in > limits_.travel_max_in) return {Fault::travel_limit, highest_in, limits_.travel_max_in};
+  return {};
+}
+
+bool LimitMonitor::is_frozen(std::int64_t at_ns, std::uint32_t code, double applied_V) noexcept {
+  const bool is_first = readings_ == 1;
+  const double since_last_s = static_cast<double>(at_ns - last_at_ns_) * kSecondsPerNanosecond;
+  const bool is_driven = std::abs(applied_V - limits_.safe_V) > driven_V_;
+  if (is_first || code != last_code_) {
+    unchanged_s_ = 0.0;
+  } else if (is_driven) {
+    unchanged_s_ += since_last_s;
+  }
+  last_code_ = code;
+  last_at_ns_ = at_ns;
+  // Half a period of slack keeps the comparison away from the rounding of the sum.
+  return limits_.frozen_sensor_s > 0.0 && unchanged_s_ + 0.5 * period_s_ >= limits_.frozen_sensor_s;
+}
+
+}  // namespace eha::acquisition

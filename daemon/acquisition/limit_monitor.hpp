@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/tick_record.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::acquisition {
+
+/// What a reading violates; Fault::none when nothing.
+struct Breach {
+  Fault fault = Fault::none;
+  double value = 0.0;  ///< in the unit of the limit
+  double limit = 0.0;
+};
+
+/// Holds every reading against the rig's limits. Real-time safe; cost: one pass over 20 ms of readings.
+///
+/// Velocity v is the slope of the straight line through the last 20 ms of readings (least squares; 0 until that much is
+/// there), so that one noisy code is not a speed. Travel is exceeded when the rod is outside, or when it could not stop
+/// inside: x +- (|v| t + v^2 / (2 a)), with a the rig's stopping deceleration and t the age of v plus one tick.
+/// A sensor is frozen when its code stays the same for the rig's time while the command is more than 10 % of half the
+/// command range away from the safe voltage; time that is not driven does not count.
+class LimitMonitor {
+ public:
+  LimitMonitor(const config::RigLimits& limits, double period_s) noexcept;
+
+  /// @param at_ns      time of the reading from the run's start, increasing [ns]
+  /// @param applied_V  the voltage held since the reading before [V]
+  [[nodiscard]] Breach check(std::int64_t at_ns, const hal::RigReading& reading, double applied_V) noexcept;
+
+  /// Of the last reading checked [in/s].
+  [[nodiscard]] double velocity_in_per_s() const noexcept { return velocity_in_per_s_; }
+
+ private:
+  static constexpr std::size_t kLongestWindow = 64;
+
+  void estimate_velocity(std::int64_t at_ns, double displacement_in) noexcept;
+  [[nodiscard]] Breach check_travel(double displacement_in) const noexcept;
+  [[nodiscard]] bool is_frozen(std::int64_t at_ns, std::uint32_t code, double applied_V) noexcept;
+
+  config::RigLimits limits_;
+  double period_s_;
+  double driven_V_;  ///< distance from the safe voltage from which the rod ought to move [V]
+  std::size_t window_;
+  std::array<std::int64_t, kLongestWindow> times_ns_{};
+  std::array<double, kLongestWindow> positions_in_{};
+  std::size_t readings_ = 0;
+  double velocity_in_per_s_ = 0.0;
+  std::uint32_t last_code_ = 0;
+  std::int64_t last_at_ns_ = 0;
+  double unchanged_s_ = 0.0;
+};
+
+}  // namespace eha::acquisition

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/acquisition/realtime.hpp"
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <system_error>
+
+namespace eha::acquisition {
+namespace {
+
+constexpr std::size_t kPrefaultedStack = 128 * 1024;
+// glibc's defaults, to go back to once no loop runs.
+constexpr int kDefaultTrimThreshold = 128 * 1024;
+constexpr int kDefaultMmapMax = 65536;
+
+std::string reason(int error_number) { return std::generic_category().message(error_number); }
+
+/// An unprivileged process under a finite limit could lock what it has now and then fail to allocate later.
+bool may_lock_everything() {
+  rlimit limit{};
+  return geteuid() == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
+}
+
+/// Touches the pages below the present end of the stack, so that they are there when a tick needs them.
+[[gnu::noinline]] void prefault_stack() {
+  std::array<volatile std::byte, kPrefaultedStack> pages;
+  for (std::size_t i = 0; i < pages.size(); i += 1024) pages[i] = std::byte{0};
+}
+
+}  // namespace
+
+KernelFacts kernel_facts() {
+  KernelFacts facts;
+  utsname names{};
+  if (uname(&names) == 0) {
+    facts.release = names.release;
+    facts.version = names.version;
+  }
+  std::ifstream flag("/sys/kernel/realtime");
+  int value = 0;
+  facts.preempt_rt = (flag >> value && value == 1) || facts.version.find("PREEMPT_RT") != std::string::npos ||
+                     facts.version.find("PREEMPT RT") != std::string::npos;
+  return facts;
+}
+
+RealtimeProcess::RealtimeProcess(RealtimeFacts& facts) {
+  prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
+  if (!may_lock_everything()) {
+    facts.refused.emplace_back(
+        "memory is not locked: the limit on locked memory is finite (LimitMEMLOCK=infinity, or memlock unlimited in "
+        "/etc/security/limits.d, mends it)");
+  } else if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    facts.refused.push_back("memory is not locked: " + reason(errno));
+  } else {
+    locked_ = true;
+    mallopt(M_TRIM_THRESHOLD, -1);
+    mallopt(M_MMAP_MAX, 0);
+  }
+  facts.memory_locked = locked_;
+  dma_latency_ = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+  const std::int32_t latency_us = 0;
+  facts.c_states_held = dma_latency_ >= 0 &&
+                        write(dma_latency_, &latency_us, sizeof latency_us) == static_cast<ssize_t>(sizeof latency_us);
+  if (!facts.c_states_held) {
+    facts.refused.push_back("deep CPU sleep is not held off: /dev/cpu_dma_latency: " + reason(errno));
+  }
+}
+
+RealtimeProcess::~RealtimeProcess() {
+  if (dma_latency_ >= 0) close(dma_latency_);
+  if (locked_) {
+    munlockall();
+    mallopt(M_TRIM_THRESHOLD, kDefaultTrimThreshold);
+    mallopt(M_MMAP_MAX, kDefaultMmapMax);
+  }
+  prctl(PR_SET_THP_DISABLE, 0, 0, 0, 0);
+}
+
+void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts) {
+  if (options.cpu) {
+    cpu_set_t cpus;
+    CPU_ZERO(&cpus);
+    const bool exists = *options.cpu >= 0 && *options.cpu < CPU_SETSIZE;
+    if (exists) CPU_SET(static_cast<std::size_t>(*options.cpu), &cpus);
+    const int error = exists ? pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus) : EINVAL;
+    facts.cpu_bound = error == 0;
+    if (error != 0) {
+      facts.refused.push_back("the loop is not bound to CPU " + std::to_string(*options.cpu) + ": " + reason(error));
+    }
+  }
+  sched_param parameter{};
+  parameter.sched_priority = options.priority;
+  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+  facts.fifo = error == 0;
+  if (error != 0) {
+    facts.refused.push_back("SCHED_FIFO " + std::to_string(options.priority) + " is refused: " + reason(error) +
+                            " (LimitRTPRIO, or rtprio in /etc/security/limits.d, mends it)");
+  }
+  prefault_stack();
+}
+
+}  // namespace eha::acquisition

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/run.hpp"
+
+namespace eha::acquisition {
+
+/// The kernel under the loop.
+struct KernelFacts {
+  std::string release;      ///< "6.1.0-25-rt-amd64"
+  std::string version;      ///< "#1 SMP PREEMPT_RT Debian ..."
+  bool preempt_rt = false;  ///< /sys/kernel/realtime, or PREEMPT_RT in the version
+};
+
+[[nodiscard]] KernelFacts kernel_facts();
+
+/// Keeps a whole process ready for a real-time thread while it lives: memory locked, heap never given back, no
+/// transparent huge pages, no deep CPU sleep. What the system refuses is put down, not thrown. Not thread-safe.
+class RealtimeProcess {
+ public:
+  explicit RealtimeProcess(RealtimeFacts& facts);
+  RealtimeProcess(const RealtimeProcess&) = delete;
+  RealtimeProcess& operator=(const RealtimeProcess&) = delete;
+  ~RealtimeProcess();
+
+ private:
+  bool locked_ = false;
+  int dma_latency_ = -1;
+};
+
+/// Makes the calling thread a real-time one: CPU, SCHED_FIFO, stack paged in. What the system refuses is put down.
+void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts);
+
+}  // namespace eha::acquisition

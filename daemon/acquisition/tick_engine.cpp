@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/acquisition/tick_engine.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace eha::acquisition {
+namespace {
+
+constexpr double kArmed_s = 0.1;
+constexpr int kTolerableTimeouts = 2;
+constexpr int kSafeAttempts = 20;
+
+template <typename Integer>
+Integer saturated(std::int64_t value) noexcept {
+  return static_cast<Integer>(
+      std::clamp<std::int64_t>(value, std::numeric_limits<Integer>::min(), std::numeric_limits<Integer>::max()));
+}
+
+void raise_flag(TickRecord& row, TickFlag flag) noexcept { row.flags = static_cast<std::uint16_t>(row.flags | flag); }
+
+}  // namespace
+
+TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, const Excitation& excitation,
+                       const config::RigLimits& limits, const config::RealtimeOptions& realtime, LatePolicy late_policy,
+                       Clock& clock) noexcept
+    : rig_(rig),
+      machine_(machine),
+      excitation_(excitation),
+      rows_(static_cast<std::uint32_t>(excitation.table_V.size()) * excitation.repetitions),
+      safe_V_(limits.safe_V),
+      period_ns_(std::llround(realtime.sample_period_s * 1e9)),
+      armed_ticks_wanted_(static_cast<std::uint32_t>(std::ceil(kArmed_s / realtime.sample_period_s))),
+      clock_(clock),
+      chain_(limits, realtime.sample_period_s),
+      limits_monitor_(limits, realtime.sample_period_s),
+      deadlines_(realtime, late_policy) {
+  applied_.applied_V = safe_V_;
+  safe_applied_.applied_V = safe_V_;
+}
+
+TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
+  TickRecord row{};
+  now_ns_ = inputs.scheduled_ns;
+  timed_out_ = false;
+  row.scheduled_ns = inputs.scheduled_ns;
+  row.sequence = inputs.sequence;
+  row.lateness_ns = saturated<std::int32_t>(inputs.lateness_ns);
+  ++counters_.ticks;
+
+  const bool is_late = inputs.lateness_ns > period_ns_ / 2;
+  if (is_late) {
+    raise_flag(row, kLate);
+    ++counters_.late;
+  }
+  const Breach missed = deadlines_.note(inputs.skipped, is_late);
+  if (machine_.state() == State::safe_stop) {
+    // The device may not answer any more: nothing but making it safe is worth a call.
+    raise_flag(row, kFeedbackHeld);
+  } else {
+    if (missed.fault != Fault::none) trip(missed.fault, missed.value, missed.limit);
+    sample(inputs, row);
+    decide(inputs);
+  }
+  row.displacement_in = has_reading_ ? reading_.displacement_in : std::numeric_limits<double>::quiet_NaN();
+  row.feedback_code = reading_.feedback_code;
+  row.digital_inputs = reading_.digital_inputs;
+
+  drive(inputs, row);
+  timeouts_in_a_row_ = timed_out_ ? timeouts_in_a_row_ : 0;
+
+  // A fault in this tick's write shows in this tick's row, although the row's experiment part is over with it.
+  row.state = machine_.state() == State::faulted || machine_.state() == State::safe_stop ? State::safe_stop : row.state;
+  row.fault = fault_.fault;
+  row.applied_V = applied_.applied_V;
+  row.command_code = applied_.code;
+  if (row.state == State::running) {
+    row.repetition = static_cast<std::uint16_t>((inputs.sequence - first_row_) / excitation_.table_V.size() + 1);
+    ++counters_.experiment_rows;
+  }
+  row.execution_ns = saturated<std::uint32_t>(clock_.now_ns() - inputs.woken_ns);
+  return row;
+}
+
+TickRecord TickEngine::skipped_row(std::uint32_t sequence, std::int64_t scheduled_ns) noexcept {
+  TickRecord row{};
+  row.scheduled_ns = scheduled_ns;
+  row.sequence = sequence;
+  row.flags = kSkipped | kFeedbackHeld | kCommandHeld;
+  row.state = machine_.state();
+  row.fault = fault_.fault;
+  row.feedback_code = reading_.feedback_code;
+  row.digital_inputs = reading_.digital_inputs;
+  row.displacement_in = std::numeric_limits<double>::quiet_NaN();
+  row.requested_V = safe_V_;
+  if (row.state == State::running) {
+    const std::uint32_t index = sequence - first_row_;
+    if (index < rows_) {
+      row.repetition = static_cast<std::uint16_t>(index / excitation_.table_V.size() + 1);
+      row.requested_V = requested_V(sequence);
+      ++counters_.experiment_rows;
+    } else {
+      row.state = State::ramp_out;
+    }
+  }
+  row.applied_V = applied_.applied_V;
+  row.command_code = applied_.code;
+  ++counters_.skipped;
+  return row;
+}
+
+std::uint32_t TickEngine::rows_played(std::uint32_t sequence) const noexcept {
+  switch (machine_.state()) {
+    case State::running:
+      return std::min(rows_, sequence - first_row_ + 1);
+    case State::armed:
+    case State::ramp_in:
+      return 0;
+    default:
+      return static_cast<std::uint32_t>(std::min<std::uint64_t>(counters_.experiment_rows, rows_));
+  }
+}
+
+void TickEngine::sample(const TickInputs& inputs, TickRecord& row) noexcept {
+  hal::RigReading reading;
+  const std::int64_t begun_ns = clock_.now_ns();
+  row.read_status = rig_.read(inputs.scheduled_ns, reading);
+  if (!note_call(row.read_status, begun_ns, Fault::read_failed)) {
+    raise_flag(row, kFeedbackHeld);
+    return;
+  }
+  reading_ = reading;
+  has_reading_ = true;
+  if (reading.feedback_at_rail) raise_flag(row, kFeedbackRail);
+  if (reading.emergency_stop) raise_flag(row, kEmergencyStop);
+  const Breach breach = limits_monitor_.check(inputs.scheduled_ns, reading, applied_.applied_V);
+  if (breach.fault != Fault::none) trip(breach.fault, breach.value, breach.limit);
+}
+
+void TickEngine::decide(const TickInputs& inputs) noexcept {
+  if (inputs.sink_failing) sink_failed_ = true;
+  if (inputs.stops >= 2) {
+    interrupted_ = true;
+    trip(Fault::second_stop, static_cast<double>(inputs.stops), 1.0);
+    return;
+  }
+  if ((inputs.stops == 1 || inputs.sink_failing) && in_progress()) {
+    interrupted_ = inputs.stops == 1;
+    machine_.move_to(State::ramp_out);
+    return;
+  }
+  switch (machine_.state()) {
+    case State::armed:
+      if (enabled_ && has_reading_ && ++armed_ticks_ >= armed_ticks_wanted_) machine_.move_to(State::ramp_in);
+      break;
+    case State::ramp_in:
+      if (ramp_reached_ && machine_.move_to(State::running)) first_row_ = inputs.sequence;
+      break;
+    case State::running:
+      if (inputs.sequence - first_row_ >= rows_) machine_.move_to(State::ramp_out);
+      break;
+    default:
+      break;
+  }
+}
+
+void TickEngine::drive(const TickInputs& inputs, TickRecord& row) noexcept {
+  row.state = machine_.state();
+  row.requested_V = requested_V(inputs.sequence);
+  if (inputs.outputs_taken) {
+    raise_flag(row, kCommandHeld);
+    machine_.move_to(State::safe_stop);
+    machine_.move_to(State::faulted);
+    finished_ = true;
+    return;
+  }
+  if (machine_.state() == State::safe_stop) {
+    drive_safe(row);
+    return;
+  }
+  if (!std::isfinite(row.requested_V)) {
+    trip(Fault::command_not_finite, row.requested_V);
+    drive_safe(row);
+    return;
+  }
+  const CommandChain::Step step = chain_.plan(row.requested_V);
+  if (step.clamped) raise_flag(row, kClamped);
+  if (step.slew_limited) raise_flag(row, kSlewLimited);
+  if (row.state == State::running) {
+    counters_.clamped += step.clamped ? 1 : 0;
+    counters_.slew_limited += step.slew_limited ? 1 : 0;
+  }
+  hal::AppliedCommand applied;
+  const std::int64_t begun_ns = clock_.now_ns();
+  row.command_status = rig_.command(step.command_V, applied);
+  if (note_call(row.command_status, begun_ns, Fault::command_failed)) {
+    applied_ = applied;
+    chain_.accept(step.command_V);
+    ramp_reached_ = !step.slew_limited;
+    if (row.state == State::armed && !enabled_) enable();
+    if (row.state == State::ramp_out && ramp_reached_) finish_ramp_out();
+  } else {
+    raise_flag(row, kCommandHeld);
+  }
+  if (machine_.state() == State::safe_stop) drive_safe(row);
+}
+
+void TickEngine::drive_safe(TickRecord& row) noexcept {
+  row.requested_V = safe_V_;
+  hal::AppliedCommand applied;
+  // command() first: it says which code the safe voltage became. make_safe() has the last word on the wire.
+  const hal::RigStatus command_status = rig_.command(safe_V_, applied);
+  if (command_status == hal::RigStatus::ok) applied_ = applied;
+  const hal::RigStatus safe_status = rig_.make_safe();
+  if (row.command_status == hal::RigStatus::ok) row.command_status = command_status;
+  if (command_status != hal::RigStatus::ok && safe_status == hal::RigStatus::ok) applied_ = safe_applied_;
+  if (command_status != hal::RigStatus::ok && safe_status != hal::RigStatus::ok) raise_flag(row, kCommandHeld);
+  safe_confirmed_ = safe_status == hal::RigStatus::ok;
+  if (safe_confirmed_ || ++safe_attempts_ >= kSafeAttempts) {
+    machine_.move_to(State::faulted);
+    finished_ = true;
+  }
+}
+
+void TickEngine::enable() noexcept {
+  safe_applied_ = applied_;
+  const std::int64_t begun_ns = clock_.now_ns();
+  enabled_ = note_call(rig_.set_enable(true), begun_ns, Fault::command_failed);
+}
+
+void TickEngine::finish_ramp_out() noexcept {
+  const hal::RigStatus status = rig_.make_safe();
+  if (status != hal::RigStatus::ok) {
+    trip(Fault::safe_write_failed, 0.0, 0.0, status);
+    return;
+  }
+  safe_confirmed_ = true;
+  machine_.move_to(State::idle);
+  finished_ = true;
+}
+
+double TickEngine::requested_V(std::uint32_t sequence) const noexcept {
+  switch (machine_.state()) {
+    case State::ramp_in:
+      return excitation_.table_V.front();
+    case State::running:
+      return excitation_.table_V[(sequence - first_row_) % excitation_.table_V.size()];
+    default:
+      return safe_V_;
+  }
+}
+
+bool TickEngine::note_call(hal::RigStatus status, std::int64_t begun_ns, Fault refusal) noexcept {
+  if (status == hal::RigStatus::ok) return true;
+  const std::int64_t duration_ns = clock_.now_ns() - begun_ns;
+  if (status == hal::RigStatus::removed) {
+    trip(Fault::device_removed, 0.0, 0.0, status);
+  } else if (duration_ns > period_ns_) {
+    trip(Fault::call_overran, static_cast<double>(duration_ns) * 1e-9, static_cast<double>(period_ns_) * 1e-9, status);
+  } else if (status == hal::RigStatus::timed_out) {
+    ++counters_.timeouts;
+    if (!timed_out_) ++timeouts_in_a_row_;
+    timed_out_ = true;
+    if (timeouts_in_a_row_ > kTolerableTimeouts) {
+      trip(Fault::repeated_timeouts, static_cast<double>(timeouts_in_a_row_), kTolerableTimeouts, status);
+    }
+  } else if (status == hal::RigStatus::not_finite) {
+    trip(Fault::command_not_finite, 0.0, 0.0, status);
+  } else {
+    trip(refusal, 0.0, 0.0, status);
+  }
+  return false;
+}
+
+void TickEngine::trip(Fault fault, double value, double limit, hal::RigStatus status) noexcept {
+  if (fault_.fault == Fault::none) fault_ = {fault, status, now_ns_, value, limit};
+  machine_.move_to(State::safe_stop);
+}
+
+bool TickEngine::in_progress() const noexcept {
+  const State state = machine_.state();
+  return state == State::armed || state == State::ramp_in || state == State::running;
+}
+
+}  // namespace eha::acquisition

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/clock.hpp"
+#include "daemon/acquisition/command_chain.hpp"
+#include "daemon/acquisition/deadline_monitor.hpp"
+#include "daemon/acquisition/limit_monitor.hpp"
+#include "daemon/acquisition/run.hpp"
+#include "daemon/acquisition/state_machine.hpp"
+#include "daemon/acquisition/status_board.hpp"
+#include "daemon/acquisition/tick_record.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::acquisition {
+
+/// What a tick is told about the world outside it.
+struct TickInputs {
+  std::uint32_t sequence = 0;
+  std::int64_t scheduled_ns = 0;  ///< from the run's first tick [ns]
+  std::int64_t woken_ns = 0;      ///< on the engine's clock [ns]
+  std::int64_t lateness_ns = 0;   ///< 0 up to a period [ns]
+  std::uint32_t skipped = 0;      ///< grid ticks lost just before this one
+  int stops = 0;                  ///< stop requests so far
+  bool outputs_taken = false;     ///< a fatal-signal handler writes the outputs now
+  bool sink_failing = false;      ///< records can no longer be kept, or soon not
+};
+
+/// What happens in one tick, and nothing about when: read, check, decide, command, record.
+///
+/// armed (100 ms): the safe voltage is written, then the enable line goes on, and the velocity estimate fills.
+/// ramp_in: from the safe voltage to table_V[0] under the slew limit. running: table_V, `repetitions` times; the index
+/// follows the grid, so a skipped tick does not shift the excitation. ramp_out: back to the safe voltage under the slew
+/// limit, then make_safe() and idle; on the normal end, a stop, or a failing sink. safe_stop: on any fault or a second
+/// stop: the safe voltage and make_safe() in the same tick, again each tick until the device confirms (20 times), then
+/// faulted.
+/// One time-out that returns within a tick is held and flagged; three ticks with one in a row, any other failure, and
+/// any failure that took longer than a tick are faults.
+/// Real-time safe. Not thread-safe.
+class TickEngine {
+ public:
+  /// Everything is checked by run(); the table and the rig must outlive the engine.
+  TickEngine(hal::Rig& rig, StateMachine& machine, const Excitation& excitation, const config::RigLimits& limits,
+             const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock) noexcept;
+
+  TickRecord tick(const TickInputs& inputs) noexcept;
+
+  /// The row of a tick that never ran.
+  TickRecord skipped_row(std::uint32_t sequence, std::int64_t scheduled_ns) noexcept;
+
+  [[nodiscard]] bool finished() const noexcept { return finished_; }
+  [[nodiscard]] bool interrupted() const noexcept { return interrupted_; }
+  [[nodiscard]] bool sink_failed() const noexcept { return sink_failed_; }
+  [[nodiscard]] bool safe_confirmed() const noexcept { return safe_confirmed_; }
+  [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
+  [[nodiscard]] const LoopCounters& counters() const noexcept { return counters_; }
+  [[nodiscard]] double velocity_in_per_s() const noexcept { return limits_monitor_.velocity_in_per_s(); }
+  [[nodiscard]] std::uint32_t experiment_rows() const noexcept { return rows_; }
+  /// Rows of the experiment that are over, for progress.
+  [[nodiscard]] std::uint32_t rows_played(std::uint32_t sequence) const noexcept;
+
+ private:
+  void sample(const TickInputs& inputs, TickRecord& row) noexcept;
+  void decide(const TickInputs& inputs) noexcept;
+  void drive(const TickInputs& inputs, TickRecord& row) noexcept;
+  void drive_safe(TickRecord& row) noexcept;
+  void enable() noexcept;
+  void finish_ramp_out() noexcept;
+  [[nodiscard]] double requested_V(std::uint32_t sequence) const noexcept;
+  [[nodiscard]] bool note_call(hal::RigStatus status, std::int64_t begun_ns, Fault refusal) noexcept;
+  void trip(Fault fault, double value = 0.0, double limit = 0.0, hal::RigStatus status = hal::RigStatus::ok) noexcept;
+  [[nodiscard]] bool in_progress() const noexcept;
+
+  hal::Rig& rig_;
+  StateMachine& machine_;
+  Excitation excitation_;
+  std::uint32_t rows_;
+  double safe_V_;
+  std::int64_t period_ns_;
+  std::uint32_t armed_ticks_wanted_;
+  Clock& clock_;
+  CommandChain chain_;
+  LimitMonitor limits_monitor_;
+  DeadlineMonitor deadlines_;
+
+  hal::RigReading reading_;      ///< the last good one
+  hal::AppliedCommand applied_;  ///< what the output holds
+  hal::AppliedCommand safe_applied_;
+  FaultReport fault_;
+  LoopCounters counters_;
+  std::int64_t now_ns_ = 0;      ///< scheduled time of the tick under way
+  std::uint32_t first_row_ = 0;  ///< sequence of the first running tick
+  std::uint32_t armed_ticks_ = 0;
+  int timeouts_in_a_row_ = 0;
+  int safe_attempts_ = 0;
+  bool timed_out_ = false;  ///< in the tick under way
+  bool has_reading_ = false;
+  bool enabled_ = false;
+  bool ramp_reached_ = false;
+  bool interrupted_ = false;
+  bool sink_failed_ = false;
+  bool safe_confirmed_ = false;
+  bool finished_ = false;
+};
+
+}  // namespace eha::acquisition
