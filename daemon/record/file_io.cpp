@@ -89,19 +89,27 @@ void publish_file(const std::filesystem::path& temporary, const std::filesystem:
   synchronise(open_file(folder, O_RDONLY | O_DIRECTORY).get(), folder);
 }
 
+AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), temporary_(path_) {
+  temporary_ += "." + std::to_string(::getpid()) + ".tmp";
+  file_ = open_file(temporary_, O_WRONLY | O_CREAT | O_TRUNC);
+}
+
+AtomicFile::~AtomicFile() {
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(std::string_view text) { write_all(file_.get(), text, temporary_); }
+
+void AtomicFile::commit() {
+  file_ = FileDescriptor();
+  publish_file(temporary_, path_);
+  temporary_.clear();
+}
+
 void write_file_atomically(const std::filesystem::path& path, std::string_view text) {
-  std::filesystem::path temporary = path;
-  temporary += "." + std::to_string(::getpid()) + ".tmp";
-  try {
-    {
-      const FileDescriptor file = open_file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
-      write_all(file.get(), text, temporary);
-    }
-    publish_file(temporary, path);
-  } catch (...) {
-    ::unlink(temporary.c_str());
-    throw;
-  }
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
 }
 
 std::string read_file(const std::filesystem::path& path) {

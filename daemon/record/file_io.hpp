@@ -34,8 +34,28 @@ class FileDescriptor {
 /// @param doing  "write", "create", ... as in "cannot write PATH: ..."
 [[noreturn]] void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number);
 
-/// Replaces `path` by `text` so that a reader, or a power loss, sees the old or the new content and never a part:
-/// temporary file beside it, fsync, rename, fsync of the folder.
+/// A file that appears under its name whole or not at all: written under a temporary name beside it, made durable,
+/// then renamed. Without commit() nothing is left behind. Not thread-safe.
+class AtomicFile {
+ public:
+  /// @throws PermissionError, IoError
+  explicit AtomicFile(std::filesystem::path path);
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  /// @throws IoError
+  void write(std::string_view text);
+  /// @throws PermissionError, IoError
+  void commit();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  FileDescriptor file_;
+};
+
+/// Replaces `path` by `text` so that a reader, or a power loss, sees the old or the new content and never a part.
 /// @throws PermissionError, IoError  and leaves nothing behind
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
 

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "config/experiment_config.hpp"
+#include "config/rig_config.hpp"
+
+namespace eha::record {
+
+/// A configuration as it applies, defaults filled in, with the file's text behind it. File names are left out: they
+/// depend on where the program was started.
+[[nodiscard]] nlohmann::ordered_json to_json(const config::RigConfig& rig);
+[[nodiscard]] nlohmann::ordered_json to_json(const config::ExperimentConfig& experiment);
+
+}  // namespace eha::record

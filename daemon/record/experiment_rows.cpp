@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/experiment_rows.hpp"
+
+#include <cmath>
+
+namespace eha::record {
+
+void ExperimentRows::add(std::span<const acquisition::TickRecord> ticks) {
+  for (const acquisition::TickRecord& tick : ticks) {
+    if (tick.state != acquisition::State::running) continue;
+    if (!has_first_) first_sequence_ = tick.sequence;
+    has_first_ = true;
+    const std::uint32_t row = tick.sequence - first_sequence_;
+    while (next_row_ < row) add_unmeasured(last_V_);
+    last_V_ = tick.applied_V;
+    const bool is_measured =
+        (tick.flags & (acquisition::kSkipped | acquisition::kFeedbackHeld)) == 0 && std::isfinite(tick.displacement_in);
+    if (is_measured) {
+      add_measured(tick.applied_V, tick.displacement_in);
+    } else {
+      add_unmeasured(tick.applied_V);
+    }
+  }
+}
+
+void ExperimentRows::finish() {
+  if (has_measured_) release(last_in_);
+}
+
+void ExperimentRows::add_measured(double voltage_V, double displacement_in) {
+  if (!has_measured_) last_in_ = displacement_in;
+  has_measured_ = true;
+  release(displacement_in);
+  emit_(next_row_++, voltage_V, displacement_in);
+  last_in_ = displacement_in;
+}
+
+void ExperimentRows::add_unmeasured(double voltage_V) {
+  waiting_V_.push_back(voltage_V);
+  ++next_row_;
+  ++interpolated_;
+}
+
+void ExperimentRows::release(double until_in) {
+  const std::size_t count = waiting_V_.size();
+  const std::size_t first = next_row_ - count;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double share = static_cast<double>(i + 1) / static_cast<double>(count + 1);
+    emit_(first + i, waiting_V_[i], last_in_ + share * (until_in - last_in_));
+  }
+  waiting_V_.clear();
+}
+
+}  // namespace eha::record

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "daemon/acquisition/tick_record.hpp"
+
+namespace eha::record {
+
+/// Turns ticks into the even rows of the experiment: row k applied `voltage_V` from k ticks after the first running
+/// one. What was not measured (a skipped tick, a read that timed out, a gap) is interpolated linearly between its
+/// measured neighbours, held at the ends, and counted; the voltage is known there all the same, the output holds it.
+/// Memory: the longest gap.
+class ExperimentRows {
+ public:
+  using Emit = std::function<void(std::size_t row, double voltage_V, double displacement_in)>;
+
+  explicit ExperimentRows(Emit emit) : emit_(std::move(emit)) {}
+
+  /// In the order recorded.
+  void add(std::span<const acquisition::TickRecord> ticks);
+  /// After the last tick.
+  void finish();
+
+  [[nodiscard]] std::size_t rows() const { return next_row_; }
+  [[nodiscard]] std::size_t interpolated() const { return interpolated_; }
+
+ private:
+  void add_measured(double voltage_V, double displacement_in);
+  void add_unmeasured(double voltage_V);
+  void release(double until_in);
+
+  Emit emit_;
+  std::vector<double> waiting_V_;  ///< voltages of the unmeasured rows since the last measured one
+  std::size_t next_row_ = 0;       ///< rows taken, waiting ones included
+  std::size_t interpolated_ = 0;
+  std::uint32_t first_sequence_ = 0;
+  bool has_first_ = false;
+  bool has_measured_ = false;
+  double last_V_ = 0.0;
+  double last_in_ = 0.0;
+};
+
+}  // namespace eha::record

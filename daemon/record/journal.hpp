@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "daemon/acquisition/tick_record.hpp"
+#include "daemon/record/file_io.hpp"
+
+namespace eha::record {
+
+/// The crash-safe form of a run, all numbers little-endian:
+///
+///     "EHALOG01"  u32 length  u32 crc   JSON header of that length
+///     "EHAB"      u32 count   u32 index u32 crc   count x 64-byte TickRecord      (blocks, index from 0)
+///     "EHAE"      u32 length  u32 index u32 crc   JSON of that length             (once, at an orderly end)
+///
+/// Each CRC-32C covers what stands between the tag and the CRC, and the payload after it. What stands before the first
+/// byte that does not fit is good; nothing after it is used.
+inline constexpr std::size_t kJournalPreambleSize = 16;
+inline constexpr std::size_t kJournalBlockHeaderSize = 16;
+
+/// Appends a run to a new journal. Not thread-safe. The file is locked (flock) while this lives.
+class JournalWriter {
+ public:
+  /// @param records_per_block  records that go out in one write(), the last block excepted
+  /// @throws PermissionError, IoError  the file exists or cannot be written
+  JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header, std::size_t records_per_block);
+
+  /// Collects records and writes every full block. @throws IoError  what was written before stays good
+  void append(std::span<const acquisition::TickRecord> records);
+
+  /// Makes what was written durable. @throws IoError
+  void synchronise();
+
+  /// Writes the last, shorter block and the end, and makes all durable. Nothing may be appended afterwards.
+  /// @throws IoError
+  void finish(const nlohmann::ordered_json& end);
+
+  [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
+
+ private:
+  void write_block();
+  void write_out();
+
+  std::filesystem::path path_;
+  FileDescriptor file_;
+  std::size_t records_per_block_;
+  std::uint32_t next_index_ = 0;
+  std::uint64_t rows_ = 0;       ///< in blocks handed to the system
+  std::uint64_t good_size_ = 0;  ///< bytes of the file that hold whole blocks
+  std::vector<acquisition::TickRecord> pending_;
+  std::string buffer_;
+};
+
+/// What a journal holds beside its records.
+struct JournalFacts {
+  nlohmann::ordered_json header;
+  std::optional<nlohmann::ordered_json> end;  ///< none when the run did not end in an orderly way
+  std::uint64_t rows = 0;
+  std::uint64_t good_bytes = 0;  ///< up to the end of the last intact block
+  std::uint64_t torn_bytes = 0;  ///< behind it
+};
+
+/// Reads a journal up to its first damaged byte, one block at a time, in constant memory.
+/// @param consume  called with the records of each intact block, in order
+/// @throws DataError  not a journal, or its header is damaged
+/// @throws PermissionError, IoError  cannot be read
+JournalFacts read_journal(const std::filesystem::path& path,
+                          const std::function<void(std::span<const acquisition::TickRecord>)>& consume);
+
+/// Whether another process is writing this journal now. @throws PermissionError, IoError
+[[nodiscard]] bool is_being_written(const std::filesystem::path& path);
+
+}  // namespace eha::record

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/run_folder.hpp"
+
+#include <fmt/chrono.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <chrono>
+#include <ctime>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/record/experiment_rows.hpp"
+#include "daemon/record/file_io.hpp"
+#include "daemon/record/journal.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/raw_file.hpp"
+
+namespace eha::record {
+namespace {
+
+using acquisition::TickRecord;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kLatestLink = "latest";
+constexpr int kMostRunsPerSecond = 1000;
+
+std::string file_safe(std::string_view name) {
+  std::string safe(name.empty() ? "run" : name);
+  for (char& letter : safe) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (std::isalnum(byte) == 0 && letter != '-' && letter != '_' && letter != '.') letter = '-';
+  }
+  return safe;
+}
+
+/// The folder itself, links followed and no slash at its end. @throws IoError, PermissionError
+std::filesystem::path resolve(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::path resolved = std::filesystem::canonical(folder, error);
+  if (error) throw_system_error("open", folder, error.value());
+  return resolved;
+}
+
+void require_unchanged(const std::filesystem::path& path, const Json& manifest) {
+  for (const Json& entry : manifest.value("files", Json::array())) {
+    if (entry.value("path", "") != path.filename().string()) continue;
+    if (entry.value("sha256", "") == sha256_of_file(path)) return;
+    throw DataError(path.string() + ": changed since the run (its SHA-256 is not the one in " +
+                    std::string(kManifestFile) + "); restore it, or move it away to read the journal instead");
+  }
+}
+
+/// Calls consume(header, ticks) once for raw.h5, or once a block for the journal.
+template <typename Consume>
+void read_raw(const std::filesystem::path& folder, const Json& manifest, Consume&& consume) {
+  if (std::filesystem::exists(folder / kRawFile)) {
+    require_unchanged(folder / kRawFile, manifest);
+    consume(read_raw_file(folder / kRawFile).records);
+    return;
+  }
+  const std::filesystem::path journal = folder / kJournalFile;
+  if (!std::filesystem::exists(journal)) {
+    throw IoError(folder.string() + ": holds neither " + std::string(kRawFile) + " nor " + std::string(kJournalFile));
+  }
+  require_unchanged(journal, manifest);
+  read_journal(journal, [&](std::span<const TickRecord> ticks) {
+    consume(std::vector<TickRecord>(ticks.begin(), ticks.end()));
+  });
+}
+
+}  // namespace
+
+std::filesystem::path create_run_folder(const std::filesystem::path& runs_folder, std::string_view name) {
+  std::error_code error;
+  std::filesystem::create_directories(runs_folder, error);
+  if (error) throw_system_error("create", runs_folder, error.value());
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  const std::string stem = fmt::format("{:%Y%m%dT%H%M%SZ}-{}", fmt::gmtime(now), file_safe(name));
+  for (int number = 1; number <= kMostRunsPerSecond; ++number) {
+    const std::filesystem::path folder = runs_folder / (number == 1 ? stem : fmt::format("{}-{}", stem, number));
+    if (::mkdir(folder.c_str(), 0755) == 0) {
+      std::filesystem::create_directory(folder / kModelsFolder, error);
+      if (error) throw_system_error("create", folder / kModelsFolder, error.value());
+      return folder;
+    }
+    if (errno != EEXIST) throw_system_error("create", folder, errno);
+  }
+  throw IoError("cannot create a run folder in " + runs_folder.string() + ": more than a thousand in this second");
+}
+
+bool is_run_folder(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored) && (std::filesystem::exists(path / kManifestFile, ignored) ||
+                                                          std::filesystem::exists(path / kJournalFile, ignored));
+}
+
+Json read_manifest(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / kManifestFile;
+  Json manifest = Json::parse(read_file(path), nullptr, false);
+  if (!manifest.is_object() || manifest.value("schema", "") != "eha-run/1") {
+    throw DataError(path.string() + ": not the manifest of a run (schema eha-run/1)");
+  }
+  return manifest;
+}
+
+LoadedRun read_run(const std::filesystem::path& folder) {
+  LoadedRun run;
+  run.folder = resolve(folder);
+  run.manifest = read_manifest(run.folder);
+  const std::string source = (run.folder / kManifestFile).string();
+  try {
+    const std::string outcome = run.manifest.at("outcome");
+    if (outcome == kInProgress) {
+      throw DataError(run.folder.string() +
+                      ": the run is still going, or its process died; in the second case: eha runs recover");
+    }
+    run.outcome = outcome_from_text(outcome, source);
+    run.record.step_s = run.manifest.at("sample_period_s");
+    run.samples_per_repetition = run.manifest.at("samples_per_repetition");
+    run.repetitions = run.manifest.at("repetitions");
+    run.experiment_text = run.manifest.at("experiment").at("text");
+    run.rig_text = run.manifest.at("rig").at("text");
+  } catch (const Json::exception& error) {
+    throw DataError(source + ": " + error.what());
+  }
+  std::vector<double> input;
+  std::vector<double> output;
+  ExperimentRows rows([&](std::size_t, double voltage_V, double displacement_in) {
+    input.push_back(voltage_V);
+    output.push_back(displacement_in);
+  });
+  read_raw(run.folder, run.manifest, [&](const std::vector<TickRecord>& ticks) { rows.add(ticks); });
+  rows.finish();
+  if (input.empty()) throw DataError(run.folder.string() + ": the run holds no row of the experiment");
+  run.interpolated_rows = rows.interpolated();
+  run.record.input = Eigen::Map<const Eigen::VectorXd>(input.data(), static_cast<Eigen::Index>(input.size()));
+  run.record.output = Eigen::Map<const Eigen::VectorXd>(output.data(), static_cast<Eigen::Index>(output.size()));
+  return run;
+}
+
+std::vector<TickRecord> read_ticks(const std::filesystem::path& folder) {
+  const std::filesystem::path resolved = resolve(folder);
+  std::vector<TickRecord> all;
+  read_raw(resolved, read_manifest(resolved),
+           [&](const std::vector<TickRecord>& ticks) { all.insert(all.end(), ticks.begin(), ticks.end()); });
+  return all;
+}
+
+std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_folder) {
+  std::vector<std::filesystem::path> runs;
+  std::error_code error;
+  if (!std::filesystem::exists(runs_folder, error)) return runs;
+  std::filesystem::directory_iterator entries(runs_folder, error);
+  if (error) throw_system_error("list", runs_folder, error.value());
+  for (const auto& entry : entries) {
+    if (!entry.is_symlink() && is_run_folder(entry.path())) runs.push_back(entry.path());
+  }
+  std::sort(runs.begin(), runs.end());
+  return runs;
+}
+
+void finish_manifest(const std::filesystem::path& folder, Json identification) {
+  const std::filesystem::path resolved = resolve(folder);
+  Json manifest = read_manifest(resolved);
+  manifest["identification"] = std::move(identification);
+  write_manifest(resolved, manifest);
+}
+
+void publish_latest(const std::filesystem::path& folder) {
+  const std::filesystem::path run = resolve(folder);
+  const std::filesystem::path link = run.parent_path() / kLatestLink;
+  std::filesystem::path temporary = link;
+  temporary += "." + std::to_string(::getpid()) + ".tmp";
+  ::unlink(temporary.c_str());
+  if (::symlink(run.filename().c_str(), temporary.c_str()) != 0) throw_system_error("create", temporary, errno);
+  if (::rename(temporary.c_str(), link.c_str()) != 0) {
+    const int error_number = errno;
+    ::unlink(temporary.c_str());
+    throw_system_error("replace", link, error_number);
+  }
+}
+
+}  // namespace eha::record
