@@ -2,14 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
+#include "hal/comedi/card_description.hpp"
 #include "hal/comedi/comedi_options.hpp"
 #include "hal/comedi/safe_snapshot.hpp"
 #include "hal/rig.hpp"
-
-#ifndef EHA_WITH_COMEDI
-#define EHA_WITH_COMEDI 0
-#endif
 
 namespace eha::hal {
 
@@ -37,5 +35,9 @@ class ComediRig : public Rig {
 /// @throws ConfigError      `options` contradict themselves
 /// Not thread-safe, except make_safe(), see there.
 [[nodiscard]] std::unique_ptr<ComediRig> open_comedi(const ComediOptions& options, double safe_V);
+
+/// What the card at a device node says of itself; changes nothing on it.
+/// @throws DeviceError, PermissionError  as open_comedi
+[[nodiscard]] CardDescription describe_card(const std::string& device);
 
 }  // namespace eha::hal

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "hal/comedi/comedi_options.hpp"
+
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+namespace eha::hal {
+namespace {
+
+constexpr unsigned kLinesOfOneInstruction = 32;
+/// The kernel refuses to wait for 100 us or longer inside an instruction list.
+constexpr double kSettlingLimit_us = 100.0;
+/// comedi packs a channel into 16 bits.
+constexpr unsigned kChannelLimit = 65536;
+
+template <class Value>
+OptionFault fault(std::string key, const std::string& expected, const Value& got) {
+  std::ostringstream text;
+  text << "expected " << expected << ", got " << got;
+  return {std::move(key), text.str()};
+}
+
+bool is_date(const std::string& text) {
+  if (text.size() != 10 || text[4] != '-' || text[7] != '-') return false;
+  for (const std::size_t i : {0U, 1U, 2U, 3U, 5U, 6U, 8U, 9U}) {
+    if (text[i] < '0' || text[i] > '9') return false;
+  }
+  const int month = std::stoi(text.substr(5, 2));
+  const int day = std::stoi(text.substr(8, 2));
+  return month >= 1 && month <= 12 && day >= 1 && day <= 31;
+}
+
+bool same_line(const std::optional<DigitalLine>& a, const std::optional<DigitalLine>& b) {
+  return a && b && a->subdevice == b->subdevice && a->channel == b->channel;
+}
+
+}  // namespace
+
+std::vector<OptionFault> check(const ComediOptions& o) {
+  std::vector<OptionFault> faults;
+  if (o.device.empty()) faults.push_back(fault("device", "the device node, as \"/dev/comedi0\"", "\"\""));
+  if (o.board.empty()) faults.push_back(fault("board", "the board's name, as \"pci1716\"", "\"\""));
+  if (o.driver.empty()) faults.push_back(fault("driver", "the driver's name, as \"adv_pci1710\"", "\"\""));
+  if (o.resolution_bits < 1 || o.resolution_bits > 31) {
+    faults.push_back(fault("resolution_bits", "from 1 to 31", o.resolution_bits));
+  }
+  for (const auto& [key, channel] :
+       {std::pair<const char*, const AnalogChannel&>{"feedback", o.feedback}, {"command", o.command}}) {
+    if (channel.channel >= kChannelLimit) {
+      faults.push_back(fault(std::string(key) + ".channel", "from 0 to 65535", channel.channel));
+    }
+    if (!(std::isfinite(channel.range_min_V) && std::isfinite(channel.range_max_V) &&
+          channel.range_min_V < channel.range_max_V)) {
+      std::ostringstream expected;
+      expected << "more than range_min_V = " << channel.range_min_V;
+      faults.push_back(fault(std::string(key) + ".range_max_V", expected.str(), channel.range_max_V));
+    }
+  }
+  if (!(o.feedback_settling_us >= 0.0 && o.feedback_settling_us < kSettlingLimit_us)) {
+    faults.push_back(fault("feedback_settling_us", "from 0 to 99", o.feedback_settling_us));
+  }
+  for (const auto& [key, line] :
+       {std::pair<const char*, const std::optional<DigitalLine>&>{"emergency_stop", o.emergency_stop},
+        {"enable", o.enable},
+        {"heartbeat", o.heartbeat}}) {
+    if (line && line->channel >= kLinesOfOneInstruction) {
+      faults.push_back(fault(std::string(key) + ".channel", "from 0 to 31", line->channel));
+    }
+  }
+  if (same_line(o.enable, o.heartbeat)) {
+    faults.push_back(fault("heartbeat.channel", "another line than enable", o.heartbeat->channel));
+  }
+  if (same_line(o.emergency_stop, o.enable) || same_line(o.emergency_stop, o.heartbeat)) {
+    faults.push_back(fault("emergency_stop.channel", "a line of its own", o.emergency_stop->channel));
+  }
+  if (!std::isfinite(o.scale_in_per_V) || std::abs(o.scale_in_per_V) < 1e-9) {
+    faults.push_back(fault("scale_in_per_V", "a number that is not 0", o.scale_in_per_V));
+  }
+  if (!std::isfinite(o.offset_in)) faults.push_back(fault("offset_in", "a finite number", o.offset_in));
+  if (!is_date(o.calibration_date)) {
+    faults.push_back(fault("calibration_date", "a day as YYYY-MM-DD", '"' + o.calibration_date + '"'));
+  }
+  return faults;
+}
+
+}  // namespace eha::hal
