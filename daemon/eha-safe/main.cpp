@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <iostream>
+#include <string>
+
+#include "core/error.hpp"
+#include "hal/comedi/safe_snapshot.hpp"
+
+namespace {
+
+/// For as long as this a dying process may take to let go of the card: the kernel's own converter time-outs are 1 s a
+/// call.
+constexpr std::chrono::milliseconds kPatience{10'000};
+
+/// @returns whether the line `done` came before the end of the standard input
+bool hears_done() {
+  std::string line;
+  for (;;) {
+    char byte = 0;
+    const ssize_t count = read(STDIN_FILENO, &byte, 1);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    if (byte != '\n') {
+      line += byte;
+    } else if (line == "done") {
+      return true;
+    } else {
+      line.clear();
+    }
+  }
+}
+
+/// What ends the process that is watched must not end its guard.
+void outlive_the_watched_process() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) signal(number, SIG_IGN);
+}
+
+int run(const std::string& file, bool guard) {
+  const eha::hal::SafeSnapshot snapshot = eha::hal::read_safe_snapshot(file);
+  if (guard) {
+    outlive_the_watched_process();
+    std::cout << "ready" << std::endl;
+    if (hears_done()) return 0;
+    std::cerr << "eha-safe: the program that drove " << snapshot.device << " ended without a word\n";
+  }
+  eha::hal::make_safe_from_snapshot(snapshot, kPatience);
+  std::cerr << "eha-safe: " << snapshot.device << ": output at " << snapshot.safe_V << " V, "
+            << (snapshot.enable ? "hydraulics off" : "no enable line") << "\n";
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Makes a rig safe without its rig file: writes the safe voltage and switches the hydraulics off.",
+               "eha-safe");
+  std::string file;
+  bool guard = false;
+  app.add_option("SNAPSHOT", file, "what the program that opened the rig left behind")->required();
+  app.add_flag("--guard", guard,
+               "print `ready`, then act at the end of standard input, unless the line `done` came before");
+  app.set_version_flag("--version", EHA_VERSION);
+  app.footer(
+      "Exit status: 0 safe, or nothing to do; 2 usage; 69 NOT safe; 74, 78 the snapshot cannot be read; "
+      "77 no right to open the card.");
+  try {
+    app.parse(argc, argv);
+    return run(file, guard);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(eha::ExitCode::usage);
+  } catch (const eha::Error& error) {
+    std::cerr << "eha-safe: error: " << error.what() << "\n";
+    return static_cast<int>(error.exit_code());
+  } catch (const std::exception& error) {
+    std::cerr << "eha-safe: error: " << error.what() << "\n";
+    return static_cast<int>(eha::ExitCode::bug);
+  }
+}
