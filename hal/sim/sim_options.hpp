@@ -57,6 +57,8 @@ struct SimOptions {
   std::uint64_t seed = 1;         ///< of the sensor noise
 
   double sub_step_us = 50.0;  ///< longest integration step [us]
+
+  bool operator==(const SimOptions&) const = default;
 };
 
 /// Every parameter that makes no physical sense or that the integration cannot follow; empty when all is well.

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "config/fault_list.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "core/error.hpp"
+
+namespace eha::config {
+namespace {
+
+/// Whether `path` is `key` or lies beneath it.
+bool is_within(std::string_view path, std::string_view key) {
+  if (!path.starts_with(key)) return false;
+  return path.size() == key.size() || path[key.size()] == '.' || path[key.size()] == '[';
+}
+
+}  // namespace
+
+void FaultList::add(Position position, const std::string& key, std::string_view expected, std::string_view got) {
+  add_text(position, key, fmt::format("expected {}, got {}", expected, got));
+}
+
+void FaultList::add_text(Position position, const std::string& key, std::string_view text) {
+  faults_.push_back({position, key, std::string(text)});
+}
+
+bool FaultList::clean(std::string_view key) const {
+  return std::none_of(faults_.begin(), faults_.end(), [&](const Fault& fault) { return is_within(fault.key, key); });
+}
+
+void FaultList::throw_if_any() const {
+  if (faults_.empty()) return;
+  std::vector<Fault> sorted = faults_;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Fault& a, const Fault& b) {
+    return std::tie(a.position.line, a.position.column) < std::tie(b.position.line, b.position.column);
+  });
+  std::vector<std::string> lines;
+  for (const Fault& fault : sorted) {
+    lines.push_back(
+        fmt::format("{}:{}:{}: {}: {}", file_name_, fault.position.line, fault.position.column, fault.key, fault.text));
+  }
+  throw ConfigError(std::move(lines));
+}
+
+Position position_of(const PositionMap& positions, std::string_view key) {
+  while (true) {
+    if (const auto found = positions.find(std::string(key)); found != positions.end()) return found->second;
+    const std::size_t cut = key.find_last_of(".[");
+    if (cut == std::string_view::npos) return {};
+    key = key.substr(0, cut);
+  }
+}
+
+}  // namespace eha::config

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "config/file_kind.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+
+#include "config/toml_section.hpp"
+#include "core/error.hpp"
+
+namespace eha::config {
+namespace {
+
+/// The shipped files have a few kilobytes; what is far larger is something else.
+constexpr std::size_t kLargestFile = std::size_t{1} << 20U;
+
+constexpr std::array<std::string_view, 5> kRigKeys = {"backend", "limits", "realtime", "sim", "comedi"};
+constexpr std::array<std::string_view, 7> kExperimentKeys = {"excitation",     "duration_s", "repetitions", "record",
+                                                             "identification", "model",      "acceptance"};
+
+struct FileCloser {
+  void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+};
+
+[[noreturn]] void refuse_to_read(const std::string& path, int error) {
+  const std::string message = path + ": cannot be read: " + std::strerror(error);
+  if (error == EACCES || error == EPERM) throw PermissionError(message + "; check the file's owner and mode");
+  throw ConfigError(message + "; check the path");
+}
+
+}  // namespace
+
+FileKind kind_of(std::string_view text, const std::string& file_name) {
+  const Document document = parse_document(text, file_name);
+  const auto count = [&](const auto& keys) {
+    return std::count_if(keys.begin(), keys.end(), [&](std::string_view key) { return document.root.contains(key); });
+  };
+  const auto rig = count(kRigKeys);
+  const auto experiment = count(kExperimentKeys);
+  if (rig == experiment) {
+    throw ConfigError(file_name +
+                      ": expected a rig file (backend, [limits], ...) or an experiment file ([excitation], duration_s, "
+                      "...), got the keys of neither or of both");
+  }
+  return rig > experiment ? FileKind::rig : FileKind::experiment;
+}
+
+std::string read_config_file(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    throw ConfigError(path + ": expected a configuration file, got a directory; name a file in it");
+  }
+  const std::unique_ptr<std::FILE, FileCloser> file(std::fopen(path.c_str(), "rbe"));
+  if (!file) refuse_to_read(path, errno);
+  std::string text(kLargestFile + 1, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), file.get()));
+  if (std::ferror(file.get()) != 0) refuse_to_read(path, errno);
+  if (text.size() > kLargestFile) {
+    throw ConfigError(path + ": expected a configuration file of at most 1 MiB, got more; check the path");
+  }
+  return text;
+}
+
+}  // namespace eha::config

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "config/toml_section.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace eha::config {
+namespace {
+
+constexpr std::size_t kLongestStem = 64;
+
+Position place(const toml::source_region& source) {
+  return {std::max<std::uint32_t>(1, source.begin.line), std::max<std::uint32_t>(1, source.begin.column)};
+}
+
+/// A value as a message shows it.
+std::string shown(const toml::node& node) {
+  constexpr std::size_t kLongest = 40;
+  if (const auto* text = node.as_string()) return '"' + shortened(text->get(), kLongest) + '"';
+  if (const auto* number = node.as_integer()) return fmt::format("{}", number->get());
+  if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
+  if (const auto* flag = node.as_boolean()) return flag->get() ? "true" : "false";
+  if (node.is_table()) return "a table";
+  if (node.is_array()) return "an array";
+  return "a date or time";
+}
+
+bool is_stem_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+}
+
+bool is_file_stem(std::string_view text) {
+  return !text.empty() && text.size() <= kLongestStem && std::all_of(text.begin(), text.end(), is_stem_character) &&
+         text.front() != '.' && text.front() != '_' && text.front() != '-';
+}
+
+std::string integer_range(std::int64_t low, std::int64_t high) {
+  if (low == high) return fmt::format("{}", low);
+  if (high == std::numeric_limits<std::int64_t>::max()) return fmt::format("an integer of at least {}", low);
+  return fmt::format("an integer from {} to {}", low, high);
+}
+
+std::string quoted_list(const std::vector<std::string_view>& names) {
+  std::string list;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) list += i + 1 == names.size() ? " or " : ", ";
+    list += '"' + std::string(names[i]) + '"';
+  }
+  return list;
+}
+
+}  // namespace
+
+bool Range::contains(double value) const {
+  if (!std::isfinite(value)) return false;
+  return (low_excluded ? value > low : value >= low) && (high_excluded ? value < high : value <= high);
+}
+
+std::string Range::describe() const {
+  const bool bounded_below = std::isfinite(low);
+  const bool bounded_above = std::isfinite(high);
+  if (bounded_below && bounded_above && !low_excluded && !high_excluded) {
+    return fmt::format("a number from {} to {}", low, high);
+  }
+  std::string text = "a finite number";
+  if (bounded_below) text = fmt::format("a number {} {}", low_excluded ? "above" : "of at least", low);
+  if (bounded_above) {
+    text += fmt::format("{} {} {}", bounded_below ? " and" : "", high_excluded ? "below" : "of at most", high);
+  }
+  return text;
+}
+
+Document parse_document(std::string_view text, const std::string& file_name) {
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
+    throw ConfigError(file_name +
+                      ": expected a configuration file, got an empty one; start from one of the shipped ones");
+  }
+  if (text.find('\0') != std::string_view::npos) {
+    throw ConfigError(file_name + ": expected a configuration file in TOML, got a binary file");
+  }
+  try {
+    return {toml::parse(text, file_name), FaultList(file_name), {}};
+  } catch (const toml::parse_error& error) {
+    const Position position = place(error.source());
+    throw ConfigError(fmt::format("{}:{}:{}: expected TOML, got a syntax error: {}", file_name, position.line,
+                                  position.column, shortened(error.description(), 200)));
+  }
+}
+
+Section::Section(const toml::table& table, std::string path, Document& document)
+    : table_(&table), path_(std::move(path)), document_(&document) {
+  if (!path_.empty()) document_->positions[path_] = place(table.source());
+}
+
+std::string Section::path(std::string_view key) const {
+  return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+}
+
+void Section::wrong(std::string_view key, const toml::node& node, std::string_view expected) {
+  document_->faults.add(place(node.source()), path(key), expected, shown(node));
+}
+
+const toml::node* Section::find(std::string_view key, std::string_view expected, Need need) {
+  known_.push_back(key);
+  const toml::node* node = table_->get(key);
+  if (node != nullptr) {
+    document_->positions[path(key)] = place(node->source());
+  } else if (need == Need::required) {
+    const Position position = path_.empty() ? Position{} : place(table_->source());
+    document_->faults.add(position, path(key), expected, "no such key");
+  }
+  return node;
+}
+
+void Section::number(std::string_view key, double& target, const Range& range, Need need) {
+  const std::string expected = range.describe();
+  const toml::node* node = find(key, expected, need);
+  if (node == nullptr) return;
+  const auto value = node->is_number() ? node->value<double>() : std::nullopt;
+  if (value && range.contains(*value)) {
+    target = *value;
+  } else {
+    wrong(key, *node, expected);
+  }
+}
+
+void Section::number(std::string_view key, std::optional<double>& target, const Range& range) {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  number(key, value, range, Need::optional);
+  if (std::isfinite(value)) target = value;
+}
+
+std::optional<std::int64_t> Section::whole_number(std::string_view key, std::int64_t low, std::int64_t high,
+                                                  Need need) {
+  const std::string expected = integer_range(low, high);
+  const toml::node* node = find(key, expected, need);
+  if (node == nullptr) return std::nullopt;
+  const auto* value = node->as_integer();
+  if (value != nullptr && value->get() >= low && value->get() <= high) return value->get();
+  wrong(key, *node, expected);
+  return std::nullopt;
+}
+
+void Section::boolean(std::string_view key, bool& target, Need need) {
+  const toml::node* node = find(key, "true or false", need);
+  if (node == nullptr) return;
+  if (const auto* value = node->as_boolean()) {
+    target = value->get();
+  } else {
+    wrong(key, *node, "true or false");
+  }
+}
+
+void Section::boolean(std::string_view key, std::optional<bool>& target) {
+  bool value = false;
+  if (!has(key)) return ignore(key);
+  boolean(key, value);
+  target = value;
+}
+
+void Section::text(std::string_view key, std::string& target, Need need) {
+  const toml::node* node = find(key, "a string", need);
+  if (node == nullptr) return;
+  const auto* value = node->as_string();
+  if (value != nullptr && !value->get().empty()) {
+    target = value->get();
+  } else {
+    wrong(key, *node, "a string that is not empty");
+  }
+}
+
+void Section::file_stem(std::string_view key, std::string& target) {
+  constexpr std::string_view kExpected =
+      "a name of at most 64 letters, digits, '.', '_' and '-' that starts with a letter or digit";
+  const toml::node* node = find(key, kExpected, Need::required);
+  if (node == nullptr) return;
+  const auto* value = node->as_string();
+  if (value != nullptr && is_file_stem(value->get())) {
+    target = value->get();
+  } else {
+    wrong(key, *node, kExpected);
+  }
+}
+
+std::optional<std::size_t> Section::one_of(std::string_view key, const std::vector<std::string_view>& names,
+                                           Need need) {
+  const std::string expected = quoted_list(names);
+  const toml::node* node = find(key, expected, need);
+  if (node == nullptr) return std::nullopt;
+  if (const auto* value = node->as_string()) {
+    const auto found = std::find(names.begin(), names.end(), value->get());
+    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  }
+  wrong(key, *node, expected);
+  return std::nullopt;
+}
+
+std::optional<Section> Section::section(std::string_view key, Need need) {
+  const toml::node* node = find(key, "a table", need);
+  if (node == nullptr) return std::nullopt;
+  if (const toml::table* table = node->as_table()) return Section(*table, path(key), *document_);
+  wrong(key, *node, "a table");
+  return std::nullopt;
+}
+
+std::optional<Section> Section::section_or_none(std::string_view key) {
+  constexpr std::string_view kExpected = "a table or \"none\"";
+  const toml::node* node = find(key, kExpected, Need::required);
+  if (node == nullptr) return std::nullopt;
+  if (const toml::table* table = node->as_table()) return Section(*table, path(key), *document_);
+  const auto* word = node->as_string();
+  if (word == nullptr || word->get() != "none") wrong(key, *node, kExpected);
+  return std::nullopt;
+}
+
+std::vector<Section> Section::sections(std::string_view key, Need need) {
+  constexpr std::string_view kExpected = "an array of at least one table";
+  std::vector<Section> result;
+  const toml::node* node = find(key, kExpected, need);
+  if (node == nullptr) return result;
+  const toml::array* array = node->as_array();
+  if (array == nullptr || array->empty()) {
+    wrong(key, *node, kExpected);
+    return result;
+  }
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const toml::node& element = *array->get(i);
+    const std::string element_path = fmt::format("{}[{}]", path(key), i);
+    if (const toml::table* table = element.as_table()) {
+      result.emplace_back(*table, element_path, *document_);
+    } else {
+      document_->faults.add(place(element.source()), element_path, "a table", shown(element));
+    }
+  }
+  return result;
+}
+
+void Section::forbid(std::string_view key, std::string_view why) {
+  known_.push_back(key);
+  if (const toml::node* node = table_->get(key)) {
+    document_->faults.add(place(node->source()), path(key), fmt::format("no such key ({})", why), shown(*node));
+  }
+}
+
+void Section::finish() {
+  for (const auto& [key, node] : *table_) {
+    const std::string_view name = key.str();
+    if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
+    document_->faults.add(place(key.source()), path(shortened(name, 60)), "a known key" + suggestion(name, known_),
+                          "an unknown one");
+  }
+}
+
+}  // namespace eha::config

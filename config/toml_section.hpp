@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "config/fault_list.hpp"
+#include "config/position.hpp"
+
+namespace eha::config {
+
+/// Whether a key may be left out.
+enum class Need { required, optional };
+
+/// What a number may be. Infinite bounds are no bounds; the number itself must be finite.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_excluded = false;
+  bool high_excluded = false;
+
+  [[nodiscard]] bool contains(double value) const;
+  [[nodiscard]] std::string describe() const;  ///< "a number from 0 to 1"
+
+  static Range any() { return {}; }
+  static Range above(double low) { return {.low = low, .low_excluded = true}; }
+  static Range at_least(double low) { return {.low = low}; }
+  static Range between(double low, double high) { return {.low = low, .high = high}; }
+};
+
+/// A parsed file while it is read.
+struct Document {
+  toml::table root;
+  FaultList faults;
+  PositionMap positions;
+};
+
+/// @throws ConfigError  not TOML, with the place of the syntax error, or binary, or empty
+[[nodiscard]] Document parse_document(std::string_view text, const std::string& file_name);
+
+/// One table of a file, read key by key: what is missing, of the wrong type or out of range goes to the document's
+/// faults and leaves the target as it was. finish() then reports every key that was never asked for.
+class Section {
+ public:
+  Section(const toml::table& table, std::string path, Document& document);
+  static Section root(Document& document) { return {document.root, "", document}; }
+
+  [[nodiscard]] bool has(std::string_view key) const { return table_->contains(key); }
+  /// Full path of a key.
+  [[nodiscard]] std::string path(std::string_view key) const;
+
+  void number(std::string_view key, double& target, const Range& range, Need need = Need::required);
+  void boolean(std::string_view key, bool& target, Need need = Need::required);
+  /// A string that is not empty.
+  void text(std::string_view key, std::string& target, Need need = Need::required);
+  /// A string of at most 64 letters, digits, '.', '_' and '-' that starts with a letter or digit.
+  void file_stem(std::string_view key, std::string& target);
+
+  template <typename Integer>
+  void integer(std::string_view key, Integer& target, std::int64_t low, std::int64_t high, Need need = Need::required) {
+    static_assert(std::is_integral_v<Integer>);
+    if (const auto value = whole_number(key, low, high, need)) target = static_cast<Integer>(*value);
+  }
+
+  /// The same for a key that may be left out and has no default.
+  template <typename Integer>
+  void integer(std::string_view key, std::optional<Integer>& target, std::int64_t low, std::int64_t high) {
+    if (const auto value = whole_number(key, low, high, Need::optional)) target = static_cast<Integer>(*value);
+  }
+  void number(std::string_view key, std::optional<double>& target, const Range& range);
+  void boolean(std::string_view key, std::optional<bool>& target);
+
+  /// One of the names in `choices`, a list of {name, value}.
+  template <typename Choices, typename Value>
+  void choice(std::string_view key, Value& target, const Choices& choices, Need need = Need::required) {
+    std::vector<std::string_view> names;
+    for (const auto& choice : choices) names.push_back(choice.first);
+    if (const auto index = one_of(key, names, need)) target = choices[*index].second;
+  }
+
+  /// A table beneath this one.
+  [[nodiscard]] std::optional<Section> section(std::string_view key, Need need = Need::required);
+  /// A table beneath this one, or the word "none".
+  [[nodiscard]] std::optional<Section> section_or_none(std::string_view key);
+  /// An array of tables; a fault when it has none and is required.
+  [[nodiscard]] std::vector<Section> sections(std::string_view key, Need need = Need::required);
+
+  /// Reports a key that makes no sense here, and why.
+  void forbid(std::string_view key, std::string_view why);
+
+  /// Accepts a key without looking at it.
+  void ignore(std::string_view key) { known_.push_back(key); }
+
+  /// Reports every key that was not asked for, with the nearest known one.
+  void finish();
+
+ private:
+  const toml::node* find(std::string_view key, std::string_view expected, Need need);
+  std::optional<std::int64_t> whole_number(std::string_view key, std::int64_t low, std::int64_t high, Need need);
+  std::optional<std::size_t> one_of(std::string_view key, const std::vector<std::string_view>& names, Need need);
+  void wrong(std::string_view key, const toml::node& node, std::string_view expected);
+
+  const toml::table* table_;
+  std::string path_;
+  Document* document_;
+  std::vector<std::string_view> known_;
+};
+
+}  // namespace eha::config

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "config/experiment_config.hpp"
+#include "config/file_kind.hpp"
+#include "config/rig_config.hpp"
+#include "hal/sim/sim_rig.hpp"
+#include "ident/excitation/excitation.hpp"
+
+namespace eha::config {
+namespace {
+
+const std::string kDirectory = EHA_CONFIG_DIR;
+
+RigConfig simulated() { return load_rig(kDirectory + "/rigs/sim.toml"); }
+RigConfig card() { return load_rig(kDirectory + "/rigs/pci1716.toml"); }
+ExperimentConfig paper() { return load_experiment(kDirectory + "/experiments/paper.toml"); }
+
+/// The shipped files are the documentation of their keys.
+void expect_a_comment_on_every_key(const std::string& text) {
+  std::size_t start = 0;
+  while (start < text.size()) {
+    const std::size_t end = std::min(text.find('\n', start), text.size());
+    const std::string line = text.substr(start, end - start);
+    start = end + 1;
+    const bool is_tone = line.find("{ frequency_Hz") != std::string::npos || line.starts_with("tones = [");
+    const bool is_key = line.find(" = ") != std::string::npos && !line.starts_with("#") && !is_tone;
+    if (is_key) {
+      EXPECT_NE(line.find(" # "), std::string::npos) << line;
+    }
+  }
+}
+
+TEST(ShippedFiles, ExplainEveryKey) {
+  for (const std::string& text : {simulated().text, card().text, paper().text}) expect_a_comment_on_every_key(text);
+}
+
+TEST(ShippedFiles, AreToldApart) {
+  EXPECT_EQ(kind_of(simulated().text, "a"), FileKind::rig);
+  EXPECT_EQ(kind_of(card().text, "b"), FileKind::rig);
+  EXPECT_EQ(kind_of(paper().text, "c"), FileKind::experiment);
+}
+
+TEST(ShippedFiles, TheSimulatedRigSaysWhatTheSimulatorHasByDefault) {
+  const RigConfig rig = simulated();
+  EXPECT_EQ(rig.backend, Backend::sim);
+  EXPECT_EQ(rig.sim, hal::SimOptions{});
+  EXPECT_EQ(rig.realtime.sample_period_s, 0.001);
+  EXPECT_FALSE(rig.realtime.cpu.has_value());
+}
+
+TEST(ShippedFiles, TheSimulatedRigIsNotTamed) {
+  const hal::SimOptions sim = simulated().sim;
+  const double area_ratio = sim.bore_mm * sim.bore_mm / (sim.bore_mm * sim.bore_mm - sim.rod_mm * sim.rod_mm);
+  EXPECT_GT(area_ratio, 1.25);
+  EXPECT_GT(sim.valve_dead_band_V, 0.0);
+  EXPECT_GT(sim.valve_null_offset_V, 0.1);
+  EXPECT_GT(sim.static_friction_N, sim.coulomb_friction_N);
+  EXPECT_GT(sim.coulomb_friction_N, 0.0);
+  EXPECT_GT(sim.leakage_cm3_per_s_per_bar, 0.0);
+  EXPECT_GT(sim.sensor_noise_V, 0.0);
+}
+
+TEST(ShippedFiles, TheCardIsWiredAsThePci1716Is) {
+  const RigConfig rig = card();
+  EXPECT_EQ(rig.backend, Backend::comedi);
+  EXPECT_EQ(rig.comedi.board, "pci1716");
+  EXPECT_EQ(rig.comedi.feedback.subdevice, 0U);
+  EXPECT_EQ(rig.comedi.feedback.reference, hal::AnalogReference::diff);
+  EXPECT_EQ(rig.comedi.feedback.channel % 2, 0U);
+  EXPECT_EQ(rig.comedi.command.subdevice, 1U);
+  EXPECT_EQ(rig.comedi.command.range_max_V, 5.0);
+  ASSERT_TRUE(rig.comedi.emergency_stop && rig.comedi.enable && rig.comedi.heartbeat);
+  EXPECT_EQ(rig.comedi.emergency_stop->subdevice, 2U);
+  EXPECT_EQ(rig.comedi.enable->subdevice, 3U);
+  EXPECT_NE(rig.comedi.enable->channel, rig.comedi.heartbeat->channel);
+}
+
+TEST(ShippedFiles, ThePaperExperimentIsTheOneInThePaper) {
+  const ExperimentConfig experiment = paper();
+  EXPECT_EQ(experiment.duration_s, 50.0);
+  EXPECT_EQ(experiment.excitation.tones.size(), 3U);
+  EXPECT_EQ(experiment.fit.discard_s, 10.0);
+  EXPECT_EQ(experiment.fit.decimation, 40);
+  EXPECT_EQ(experiment.fit.split, 0.5);
+  ASSERT_EQ(experiment.models.size(), 2U);
+  EXPECT_EQ(experiment.models[0].name, "io");
+  EXPECT_EQ(experiment.models[1].kind, ident::StructureKind::fo);
+  for (const ident::Tone& tone : experiment.excitation.tones) {
+    EXPECT_GE(tone.frequency_Hz, 0.01);
+    EXPECT_LE(tone.frequency_Hz, 1.0);
+    // Each 20 s half holds whole periods.
+    EXPECT_NEAR(tone.frequency_Hz * 20.0, std::round(tone.frequency_Hz * 20.0), 1e-9);
+  }
+}
+
+TEST(ShippedFiles, ThePaperExperimentFitsBothRigs) {
+  for (const RigConfig& rig : {simulated(), card()}) {
+    EXPECT_NO_THROW(check_against(paper(), rig)) << rig.file_name;
+    EXPECT_EQ(samples_per_repetition(paper(), rig), 50000U);
+    const Eigen::VectorXd table = ident::excitation(paper().excitation, 0.001, 50000);
+    EXPECT_NEAR(table.cwiseAbs().maxCoeff(), 4.85, 0.005) << "as paper.toml says";
+  }
+}
+
+TEST(ShippedFiles, ThePaperExperimentKeepsTheSimulatedRodOffItsTravelLimits) {
+  const RigConfig rig = simulated();
+  const ExperimentConfig experiment = paper();
+  const std::size_t samples = samples_per_repetition(experiment, rig);
+  const Eigen::VectorXd table = ident::excitation(experiment.excitation, rig.realtime.sample_period_s, samples);
+  const auto plant = hal::open_sim(rig.sim, rig.limits.safe_V);
+  ASSERT_EQ(plant->set_enable(true), hal::RigStatus::ok);
+  double lowest_in = std::numeric_limits<double>::infinity();
+  double highest_in = -lowest_in;
+  hal::RigReading reading;
+  hal::AppliedCommand applied;
+  const std::int64_t tick_ns = std::llround(rig.realtime.sample_period_s * 1e9);
+  // The paper's three repetitions, one after the other.
+  for (int repetition = 0; repetition < 3; ++repetition) {
+    for (std::size_t k = 0; k < samples; ++k) {
+      const auto tick = static_cast<std::int64_t>(static_cast<std::size_t>(repetition) * samples + k);
+      ASSERT_EQ(plant->read(tick * tick_ns, reading), hal::RigStatus::ok);
+      ASSERT_EQ(plant->command(table(static_cast<Eigen::Index>(k)), applied), hal::RigStatus::ok);
+      lowest_in = std::min(lowest_in, reading.displacement_in);
+      highest_in = std::max(highest_in, reading.displacement_in);
+    }
+    RecordProperty("lowest_in_after_" + std::to_string(repetition + 1), std::to_string(lowest_in));
+    RecordProperty("highest_in_after_" + std::to_string(repetition + 1), std::to_string(highest_in));
+  }
+  constexpr double kMargin_in = 0.3;
+  EXPECT_GT(lowest_in, rig.limits.travel_min_in + kMargin_in);
+  EXPECT_LT(highest_in, rig.limits.travel_max_in - kMargin_in);
+}
+
+}  // namespace
+}  // namespace eha::config
