@@ -207,7 +207,8 @@ class LimitChecks {
     const double at_min = ranges.offset_in + ranges.scale_in_per_V * ranges.feedback_min_V;
     const double at_max = ranges.offset_in + ranges.scale_in_per_V * ranges.feedback_max_V;
     const Range range = Range::between(std::min(at_min, at_max), std::max(at_min, at_max));
-    const std::string expected = fmt::format("a displacement that the sensor can show, {}..{}", range.low, range.high);
+    const std::string expected =
+        fmt::format("a displacement that the sensor can show, {:.6g}..{:.6g}", range.low, range.high);
     if (!range.contains(rig_.limits.travel_min_in)) fault("travel_min_in", expected, rig_.limits.travel_min_in);
     if (!range.contains(rig_.limits.travel_max_in)) fault("travel_max_in", expected, rig_.limits.travel_max_in);
     if (rig_.backend != Backend::sim) return;

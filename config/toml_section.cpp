@@ -65,12 +65,12 @@ std::string Range::describe() const {
   const bool bounded_below = std::isfinite(low);
   const bool bounded_above = std::isfinite(high);
   if (bounded_below && bounded_above && !low_excluded && !high_excluded) {
-    return fmt::format("a number from {} to {}", low, high);
+    return fmt::format("a number from {:.6g} to {:.6g}", low, high);
   }
   std::string text = "a finite number";
-  if (bounded_below) text = fmt::format("a number {} {}", low_excluded ? "above" : "of at least", low);
+  if (bounded_below) text = fmt::format("a number {} {:.6g}", low_excluded ? "above" : "of at least", low);
   if (bounded_above) {
-    text += fmt::format("{} {} {}", bounded_below ? " and" : "", high_excluded ? "below" : "of at most", high);
+    text += fmt::format("{} {} {:.6g}", bounded_below ? " and" : "", high_excluded ? "below" : "of at most", high);
   }
   return text;
 }

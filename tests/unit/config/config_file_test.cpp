@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "config/experiment_config.hpp"
+#include "config/file_kind.hpp"
+#include "config/rig_config.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace eha::config {
+namespace {
+
+class ConfigFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "eha_config_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    directory_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  std::string file(const std::string& content) {
+    const std::string path = directory_ + "/x.toml";
+    std::ofstream(path, std::ios::binary) << content;
+    return path;
+  }
+
+  /// The same refusal for either kind of file.
+  static std::string refusal(const std::string& path) {
+    std::string rig;
+    std::string experiment;
+    try {
+      (void)load_rig(path);
+    } catch (const ConfigError& error) {
+      EXPECT_EQ(error.exit_code(), ExitCode::configuration);
+      rig = error.what();
+    }
+    try {
+      (void)load_experiment(path);
+    } catch (const ConfigError& error) {
+      experiment = error.what();
+    }
+    EXPECT_EQ(rig, experiment);
+    return rig;
+  }
+
+  std::string directory_;
+};
+
+TEST_F(ConfigFile, ThatIsMissingIsNamed) {
+  EXPECT_EQ(refusal(directory_ + "/absent.toml"),
+            directory_ + "/absent.toml: cannot be read: No such file or directory; check the path");
+}
+
+TEST_F(ConfigFile, ThatIsADirectoryIsRefused) {
+  EXPECT_EQ(refusal(directory_), directory_ + ": expected a configuration file, got a directory; name a file in it");
+}
+
+TEST_F(ConfigFile, ThatIsEmptyIsRefused) {
+  for (const char* content : {"", "\n \t\n"}) {
+    const std::string path = file(content);
+    EXPECT_EQ(refusal(path),
+              path + ": expected a configuration file, got an empty one; start from one of the shipped ones");
+  }
+}
+
+TEST_F(ConfigFile, ThatIsBinaryIsRefused) {
+  const std::string path =
+      file(std::string("\x7f"
+                       "ELF\x02\0\0",
+                       7));
+  EXPECT_EQ(refusal(path), path + ": expected a configuration file in TOML, got a binary file");
+}
+
+TEST_F(ConfigFile, ThatIsFarTooLargeIsRefused) {
+  const std::string path = file(std::string(3'000'000, '#'));
+  EXPECT_EQ(refusal(path), path + ": expected a configuration file of at most 1 MiB, got more; check the path");
+}
+
+TEST_F(ConfigFile, ThatMayNotBeReadIsAMatterOfPermission) {
+  const std::string path = file("schema = 1\n");
+  std::filesystem::permissions(path, std::filesystem::perms::none);
+  // Root may read everything, so it becomes somebody else for a moment.
+  constexpr uid_t kNobody = 65534;
+  const uid_t user = geteuid();
+  if (user == 0 && seteuid(kNobody) != 0) GTEST_SKIP() << "root cannot change its user here";
+  EXPECT_THROW((void)load_rig(path), PermissionError);
+  ASSERT_EQ(seteuid(user), 0);
+}
+
+TEST_F(ConfigFile, IsReadAsItStands) {
+  const std::string path = file("schema = 1\r\n# end without newline");
+  EXPECT_EQ(read_config_file(path), "schema = 1\r\n# end without newline");
+}
+
+TEST(FileKind, FollowsTheKeysAtTheTop) {
+  EXPECT_EQ(kind_of("backend = \"sim\"\n", "x"), FileKind::rig);
+  EXPECT_EQ(kind_of("[limits]\n[sim]\n[record]\n", "x"), FileKind::rig);
+  EXPECT_EQ(kind_of("duration_s = 1\n", "x"), FileKind::experiment);
+  EXPECT_EQ(kind_of("[[model]]\n", "x"), FileKind::experiment);
+}
+
+TEST(FileKind, IsRefusedWhereItCannotBeTold) {
+  for (const char* text : {"schema = 1\n", "[limits]\n[record]\n"}) EXPECT_THROW((void)kind_of(text, "x"), ConfigError);
+  EXPECT_THROW((void)kind_of("schema = = 1\n", "x"), ConfigError);
+}
+
+TEST(Suggestion, NamesTheNearestKeyOrAllWhenNoneIsNear) {
+  EXPECT_EQ(suggestion("duration", {"discard_s", "duration_s"}), " (did you mean \"duration_s\"?)");
+  EXPECT_EQ(suggestion("hold", {"levels", "hold_s"}), " (did you mean \"hold_s\"?)");
+  EXPECT_EQ(suggestion("zzz", {"levels", "hold_s"}), " (one of levels, hold_s)");
+  EXPECT_EQ(suggestion(std::string(1'000'000, 'x'), {"a", "b"}), " (one of a, b)");
+  EXPECT_EQ(suggestion("x", {}), "");
+}
+
+TEST(EditDistance, CountsInsertionsDeletionsAndSubstitutions) {
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
+  EXPECT_EQ(edit_distance("", "abc"), 3U);
+  EXPECT_EQ(edit_distance("abc", "abc"), 0U);
+}
+
+TEST(Shortened, KeepsPlainTextAndMasksTheRest) {
+  EXPECT_EQ(shortened("plain text", 20), "plain text");
+  EXPECT_EQ(shortened("a\x1b[31m\xff", 20), "a?[31m?");
+  EXPECT_EQ(shortened("abcdef", 3), "abc...");
+}
+
+}  // namespace
+}  // namespace eha::config
