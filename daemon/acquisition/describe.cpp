@@ -21,7 +21,10 @@ std::string describe_fault(const FaultReport& report) {
           "further from the end",
           value, limit);
     case Fault::velocity_limit:
-      return fmt::format("the rod moved at {:.2f} in/s, the limit is {:.2f} in/s; lower the excitation", value, limit);
+      return fmt::format(
+          "the rod moved at {:.2f} in/s, the limit is {:.2f} in/s; lower the excitation, or "
+          "check the sensor if the rod did not",
+          value, limit);
     case Fault::feedback_rail:
       return fmt::format(
           "the displacement converter is at the end of its range ({:.3f} V); check the sensor, its cable and range",

@@ -8,6 +8,7 @@ namespace eha::acquisition {
 namespace {
 
 constexpr double kVelocityWindow_s = 0.020;
+constexpr double kJumpTolerance_s = 0.010;
 constexpr double kDrivenShare = 0.10;  // wider than the dead band of the valves this is meant for, some 1 to 5 %
 constexpr double kSecondsPerNanosecond = 1e-9;
 
@@ -24,7 +25,9 @@ Breach LimitMonitor::check(std::int64_t at_ns, const hal::RigReading& reading, d
   if (reading.emergency_stop) return {Fault::emergency_stop};
   if (reading.feedback_at_rail) return {Fault::feedback_rail, reading.feedback_V};
   if (!std::isfinite(reading.displacement_in)) return {Fault::feedback_not_finite, reading.displacement_in};
+  const Breach jump = check_jump(at_ns, reading.displacement_in);
   estimate_velocity(at_ns, reading.displacement_in);
+  if (jump.fault != Fault::none) return jump;
   if (const Breach breach = check_travel(reading.displacement_in); breach.fault != Fault::none) return breach;
   if (std::abs(velocity_in_per_s_) > limits_.velocity_limit_in_per_s) {
     return {Fault::velocity_limit, velocity_in_per_s_,
@@ -34,6 +37,15 @@ Breach LimitMonitor::check(std::int64_t at_ns, const hal::RigReading& reading, d
     return {Fault::frozen_sensor, unchanged_s_, limits_.frozen_sensor_s};
   }
   return {};
+}
+
+Breach LimitMonitor::check_jump(std::int64_t at_ns, double displacement_in) const noexcept {
+  if (readings_ == 0) return {};
+  const std::size_t last = (readings_ - 1) % window_;
+  const double since_last_s = static_cast<double>(at_ns - times_ns_[last]) * kSecondsPerNanosecond;
+  const double jump_in = displacement_in - positions_in_[last];
+  if (std::abs(jump_in) <= limits_.velocity_limit_in_per_s * (since_last_s + kJumpTolerance_s)) return {};
+  return {Fault::velocity_limit, jump_in / since_last_s, std::copysign(limits_.velocity_limit_in_per_s, jump_in)};
 }
 
 void LimitMonitor::estimate_velocity(std::int64_t at_ns, double displacement_in) noexcept {

@@ -23,6 +23,8 @@ struct Breach {
 /// Velocity v is the slope of the straight line through the last 20 ms of readings (least squares; 0 until that much is
 /// there), so that one noisy code is not a speed. Travel is exceeded when the rod is outside, or when it could not stop
 /// inside: x +- (|v| t + v^2 / (2 a)), with a the rig's stopping deceleration and t the age of v plus one tick.
+/// Too fast is also a jump between two readings by more than the rod may cover in the time between them and 10 ms more:
+/// no rod, a failing sensor does that.
 /// A sensor is frozen when its code stays the same for the rig's time while the command is more than 10 % of half the
 /// command range away from the safe voltage; time that is not driven does not count.
 class LimitMonitor {
@@ -39,6 +41,7 @@ class LimitMonitor {
  private:
   static constexpr std::size_t kLongestWindow = 64;
 
+  [[nodiscard]] Breach check_jump(std::int64_t at_ns, double displacement_in) const noexcept;
   void estimate_velocity(std::int64_t at_ns, double displacement_in) noexcept;
   [[nodiscard]] Breach check_travel(double displacement_in) const noexcept;
   [[nodiscard]] bool is_frozen(std::int64_t at_ns, std::uint32_t code, double applied_V) noexcept;

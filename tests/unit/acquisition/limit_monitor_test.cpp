@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/acquisition/limit_monitor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/unit/acquisition/play.hpp"
+
+namespace eha::acquisition {
+namespace {
+
+constexpr std::int64_t kTick_ns = 1'000'000;
+
+hal::RigReading at(double displacement_in, std::uint32_t code = 0) {
+  hal::RigReading reading;
+  reading.displacement_in = displacement_in;
+  reading.feedback_code = code;
+  return reading;
+}
+
+/// Feeds a straight motion until something trips. @returns the breach, and where the rod was
+Breach move(LimitMonitor& monitor, double from_in, double speed_in_per_s, double& position_in, int ticks = 10'000) {
+  Breach breach;
+  for (int k = 0; k < ticks && breach.fault == Fault::none; ++k) {
+    position_in = from_in + speed_in_per_s * 0.001 * k;
+    breach = monitor.check(k * kTick_ns, at(position_in, static_cast<std::uint32_t>(k)), 0.0);
+  }
+  return breach;
+}
+
+TEST(LimitMonitor, TripsWhereTheRodCanStillStopBeforeTheEndOfItsTravel) {
+  for (const double speed : {1.0, 4.0, 10.0}) {
+    LimitMonitor monitor(test_limits(), 0.001);
+    double position_in = 0.0;
+    const Breach breach = move(monitor, 3.0, speed, position_in);
+    EXPECT_EQ(breach.fault, Fault::travel_limit);
+    const double braking_in = speed * speed / (2.0 * 400.0);
+    EXPECT_LE(position_in + braking_in, 5.7) << "at " << speed << " in/s the rod would not stop in time";
+    EXPECT_GE(position_in + braking_in, 5.7 - speed * 0.013) << "at " << speed << " in/s it tripped too early";
+    EXPECT_DOUBLE_EQ(breach.limit, 5.7);
+  }
+}
+
+TEST(LimitMonitor, GuardsTheLowerEndOfTravelInTheSameWay) {
+  LimitMonitor monitor(test_limits(), 0.001);
+  double position_in = 0.0;
+  EXPECT_EQ(move(monitor, 3.0, -4.0, position_in).fault, Fault::travel_limit);
+  EXPECT_GT(position_in, 0.2 + 4.0 * 4.0 / 800.0);
+}
+
+TEST(LimitMonitor, TripsAtOnceOnARodThatIsOutside) {
+  LimitMonitor monitor(test_limits(), 0.001);
+  EXPECT_EQ(monitor.check(0, at(5.71), 0.0).fault, Fault::travel_limit);
+}
+
+TEST(LimitMonitor, LetsARodMoveAwayFromANearEnd) {
+  LimitMonitor monitor(test_limits(), 0.001);
+  double position_in = 0.0;
+  EXPECT_EQ(move(monitor, 5.69, -5.0, position_in, 500).fault, Fault::none);
+}
+
+TEST(LimitMonitor, TripsOnTheSpeedOfTheRodAndNotOnTheNoiseOfItsSensor) {
+  config::RigLimits limits = test_limits();
+  limits.velocity_limit_in_per_s = 2.0;
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> noise_in(0.0, 0.001);  // differences of neighbours alone are 1.4 in/s
+  LimitMonitor still(limits, 0.001);
+  for (int k = 0; k < 100'000; ++k) {
+    ASSERT_EQ(still.check(k * kTick_ns, at(3.0 + noise_in(random)), 0.0).fault, Fault::none) << "seed 11, tick " << k;
+  }
+  LimitMonitor fast(limits, 0.001);
+  double position_in = 0.0;
+  const Breach breach = move(fast, 3.0, 2.1, position_in);
+  EXPECT_EQ(breach.fault, Fault::velocity_limit);
+  EXPECT_NEAR(breach.value, 2.1, 1e-9);
+}
+
+TEST(LimitMonitor, KeepsItsSpeedRightAcrossMissingReadings) {
+  LimitMonitor monitor(test_limits(), 0.001);
+  for (int k = 0; k < 200; ++k) {
+    if (k % 7 == 3) continue;
+    EXPECT_EQ(monitor.check(k * kTick_ns, at(3.0 + 0.004 * k, static_cast<std::uint32_t>(k)), 0.0).fault, Fault::none);
+  }
+  EXPECT_NEAR(monitor.velocity_in_per_s(), 4.0, 1e-9);
+}
+
+TEST(LimitMonitor, TripsOnAJumpThatNoRodCanMake) {
+  LimitMonitor monitor(test_limits(), 0.001);
+  for (int k = 0; k < 50; ++k) EXPECT_EQ(monitor.check(k * kTick_ns, at(3.0), 0.0).fault, Fault::none);
+  EXPECT_EQ(monitor.check(50 * kTick_ns, at(3.3), 0.0).fault, Fault::velocity_limit);
+}
+
+TEST(LimitMonitor, TakesASensorForFrozenAfterItsTimeButOnlyWhileTheValveIsDriven) {
+  LimitMonitor idle(test_limits(), 0.001);
+  for (int k = 0; k < 1000; ++k) ASSERT_EQ(idle.check(k * kTick_ns, at(3.0, 7), 0.4).fault, Fault::none);
+  LimitMonitor driven(test_limits(), 0.001);
+  int k = 0;
+  Breach breach;
+  while (breach.fault == Fault::none && k < 1000) breach = driven.check(k++ * kTick_ns, at(3.0, 7), -2.0);
+  EXPECT_EQ(breach.fault, Fault::frozen_sensor);
+  EXPECT_EQ(k, 51);  // 50 ms after the first reading
+}
+
+TEST(LimitMonitor, DoesNotLookForAFrozenSensorWhenThatIsOff) {
+  config::RigLimits limits = test_limits();
+  limits.frozen_sensor_s = 0.0;
+  LimitMonitor monitor(limits, 0.001);
+  for (int k = 0; k < 5000; ++k) ASSERT_EQ(monitor.check(k * kTick_ns, at(3.0, 7), 5.0).fault, Fault::none);
+}
+
+TEST(LimitMonitor, TripsOnEmergencyStopRailAndNonsense) {
+  LimitMonitor monitor(test_limits(), 0.001);
+  hal::RigReading reading = at(3.0);
+  reading.emergency_stop = true;
+  EXPECT_EQ(monitor.check(0, reading, 0.0).fault, Fault::emergency_stop);
+  reading = at(3.0);
+  reading.feedback_at_rail = true;
+  EXPECT_EQ(monitor.check(0, reading, 0.0).fault, Fault::feedback_rail);
+  EXPECT_EQ(monitor.check(0, at(std::numeric_limits<double>::quiet_NaN()), 0.0).fault, Fault::feedback_not_finite);
+  EXPECT_EQ(monitor.check(0, at(std::numeric_limits<double>::infinity()), 0.0).fault, Fault::feedback_not_finite);
+}
+
+}  // namespace
+}  // namespace eha::acquisition
