@@ -14,7 +14,6 @@
  *   all_ones (0 or 1)                    analog and digital inputs read all ones, as a card that left its bus does
  *   removed (0 or 1)                     the device goes, as by a hot unplug; 0 brings it back
  *   di                                   word at the digital inputs (an emergency stop is one of its bits)
- * The plant between output and input: input 0 [V] = ai_offset_mV/1000 + ai_gain_permille/1000 * output 0 [V].
  *
  * /proc/pci1716_wire: what stands on the wire, then the newest changes, oldest first:
  *   CLOCK_MONOTONIC_ns ao0|ao1|do value_uV|word
@@ -31,7 +30,6 @@
 enum { AI_CHANNELS = 16, AO_CHANNELS = 2, DIO_LINES = 16, MAX_CODE = 0xffff, AO_RESET_RANGE = 2, LOG_LENGTH = 4096 };
 
 static int ai_timeout, ai_io_error, ai_stall, ai_stall_ms, ai_stuck, all_ones;
-static int ai_offset_mV, ai_gain_permille = 1000;
 static uint di = 0xffff;
 module_param(ai_timeout, int, 0644);
 module_param(ai_io_error, int, 0644);
@@ -39,8 +37,6 @@ module_param(ai_stall, int, 0644);
 module_param(ai_stall_ms, int, 0644);
 module_param(ai_stuck, int, 0644);
 module_param(all_ones, int, 0644);
-module_param(ai_offset_mV, int, 0644);
-module_param(ai_gain_permille, int, 0644);
 module_param(di, uint, 0644);
 
 static const struct comedi_lrange ai_ranges = {
@@ -124,7 +120,7 @@ static bool strikes(int *count)
 static s64 input_nV(unsigned int channel)
 {
 	if (channel == 0)
-		return ai_offset_mV * 1000000LL + div_s64(ao_nV(0) * ai_gain_permille, 1000);
+		return ao_nV(0);
 	if (channel == 2)
 		return ao_nV(1);
 	return 0;
