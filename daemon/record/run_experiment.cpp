@@ -145,6 +145,7 @@ void write_files(FinishedRun& finished, JournalWriter* journal, Json& manifest) 
   if (!finished.write_error.empty() && (outcome == Outcome::completed || outcome == Outcome::interrupted)) {
     outcome = Outcome::write_failed;
   }
+  manifest["files"] = nullptr;
   manifest["outcome"] = acquisition::to_text(outcome);
   manifest["utc_end"] = utc_now();
   manifest["report"] = describe_report(finished.report);

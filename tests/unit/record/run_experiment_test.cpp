@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/run_experiment.hpp"
 
-#include <fstream>
-#include <set>
-#include <sstream>
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "core/error.hpp"
 #include "daemon/record/file_io.hpp"
+#include "daemon/record/journal.hpp"
+#include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "hal/faults/fault_rig.hpp"
 #include "tests/unit/record/record_fixture.hpp"
+#include "tests/unit/record/some_ticks.hpp"
 
 namespace eha::record {
 namespace {
 
 using acquisition::Outcome;
-using acquisition::State;
 using acquisition::TickRecord;
 
 class RunExperiment : public RecordTest {};
@@ -46,6 +51,156 @@ TEST_F(RunExperiment, GivesTheSameBytesTwiceInVirtualTime) {
   for (const char* name : {"raw.ehalog", "raw.h5", "data_40ms.csv"}) {
     EXPECT_EQ(read_file(first.folder / name), read_file(second.folder / name)) << name;
   }
+}
+
+TEST_F(RunExperiment, WritesTheSameTicksToTheJournalAndToHdf5) {
+  const FinishedRun finished = run();
+  std::vector<TickRecord> journal;
+  read_journal(finished.folder / kJournalFile,
+               [&](std::span<const TickRecord> ticks) { journal.insert(journal.end(), ticks.begin(), ticks.end()); });
+  EXPECT_EQ(journal.size(), finished.report.counters.ticks);
+  EXPECT_TRUE(same_bits(journal, read_ticks(finished.folder)));
+}
+
+TEST_F(RunExperiment, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
+  const std::unique_ptr<hal::Rig> sim = hal::open_sim(rig_config_.sim, 0.0);
+  hal::FaultRig rig(*sim, {{hal::FaultKind::emergency_stop, 800, hal::Fault::kAlways, 0.0}});
+  const FinishedRun finished = run_on(rig);
+  EXPECT_EQ(finished.report.outcome, Outcome::faulted);
+  const nlohmann::ordered_json manifest = read_manifest(finished.folder);
+  EXPECT_EQ(manifest["outcome"], "faulted");
+  EXPECT_EQ(manifest["report"]["fault"]["cause"], "emergency_stop");
+  EXPECT_DOUBLE_EQ(manifest["report"]["fault"]["at_s"], 0.8);
+  EXPECT_EQ(read_ticks(finished.folder).size(), 801u);
+  EXPECT_EQ(read_run(finished.folder).outcome, Outcome::faulted);
+}
+
+TEST_F(RunExperiment, InterpolatesAHeldSampleAndSaysSo) {
+  const std::unique_ptr<hal::Rig> sim = hal::open_sim(rig_config_.sim, 0.0);
+  hal::FaultRig rig(*sim,
+                    {{hal::FaultKind::read_timed_out, 800, 1, 0.0}, {hal::FaultKind::read_timed_out, 900, 2, 0.0}});
+  const FinishedRun finished = run_on(rig);
+  EXPECT_EQ(finished.report.outcome, Outcome::completed);
+  EXPECT_EQ(read_run(finished.folder).interpolated_rows, 3u);
+}
+
+TEST_F(RunExperiment, LeavesNoFolderBehindWhenTheRunIsRefused) {
+  rig_config_.limits.slew_V_per_s = 0.0;
+  EXPECT_THROW(static_cast<void>(run()), ConfigError);
+  EXPECT_TRUE(list_runs(folder_ / "runs").empty());
+}
+
+TEST_F(RunExperiment, RampsOutOnAStopAndKeepsWhatItHas) {
+  stop_.request();
+  const FinishedRun finished = run();
+  EXPECT_EQ(finished.report.outcome, Outcome::interrupted);
+  EXPECT_EQ(read_manifest(finished.folder)["outcome"], "interrupted");
+  EXPECT_FALSE(read_ticks(finished.folder).empty());
+}
+
+TEST_F(RunExperiment, ShowsTheCallerTheLastState) {
+  const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, 0.0);
+  acquisition::StateMachine machine;
+  machine.reset();
+  machine.arm();
+  acquisition::Snapshot last;
+  static_cast<void>(
+      run_experiment(*rig, machine, request(), stop_, [&](const acquisition::Snapshot& snapshot) { last = snapshot; }));
+  EXPECT_EQ(last.state, acquisition::State::idle);
+  EXPECT_EQ(last.experiment_row, 2000u);
+  EXPECT_EQ(last.experiment_rows, 2000u);
+}
+
+/// Lets files grow no further than this while it lives, as a full disk would.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    previous_handler_ = ::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &previous_);
+    const rlimit limit{bytes, previous_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &previous_);
+    ::signal(SIGXFSZ, previous_handler_);
+  }
+
+ private:
+  rlimit previous_{};
+  void (*previous_handler_)(int) = SIG_DFL;
+};
+
+TEST_F(RunExperiment, RampsOutAndFailsWhenTheJournalCanGrowNoFurtherAndKeepsWhatItHolds) {
+  set_duration(20.0);
+  std::filesystem::path folder;
+  {
+    const FileSizeLimit limit(100'000);
+    const FinishedRun finished = run();
+    folder = finished.folder;
+    EXPECT_EQ(finished.report.outcome, Outcome::write_failed);
+    EXPECT_EQ(finished.report.final_state, acquisition::State::idle);
+    EXPECT_TRUE(finished.report.safe_confirmed);
+    EXPECT_LT(finished.report.counters.experiment_rows, 20'000u);
+    EXPECT_NE(finished.write_error.find("File too large"), std::string::npos) << finished.write_error;
+    EXPECT_EQ(acquisition::exit_code(finished.report), ExitCode::io);
+    EXPECT_EQ(read_manifest(folder)["outcome"], "write_failed");
+    EXPECT_FALSE(std::filesystem::exists(folder / kRawFile));
+  }
+  // With room again, what was written comes back in whole blocks of 100 ticks.
+  const Recovery recovery = recover_run(folder);
+  EXPECT_EQ(recovery.outcome, Outcome::write_failed);
+  EXPECT_GE(recovery.rows, 1000u);
+  EXPECT_EQ(recovery.rows % 100, 0u);
+  EXPECT_EQ(recovery.torn_bytes, 0u);
+  EXPECT_EQ(read_ticks(folder).size(), recovery.rows);
+}
+
+/// A disk of 20 MB, for root only.
+class SmallDisk {
+ public:
+  explicit SmallDisk(std::filesystem::path path) : path_(std::move(path)) {
+    std::filesystem::create_directory(path_);
+    mounted_ = ::mount("tmpfs", path_.c_str(), "tmpfs", 0, "size=20m") == 0;
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  ~SmallDisk() {
+    if (mounted_) ::umount2(path_.c_str(), MNT_DETACH);
+  }
+  [[nodiscard]] bool mounted() const { return mounted_; }
+  /// Takes all the room that is left.
+  void fill() const {
+    const FileDescriptor ballast = open_file(path_ / "ballast", O_WRONLY | O_CREAT | O_APPEND);
+    const std::string block(1 << 16, 'x');
+    while (::write(ballast.get(), block.data(), block.size()) > 0) {
+    }
+  }
+
+ private:
+  std::filesystem::path path_;
+  bool mounted_ = false;
+};
+
+TEST_F(RunExperiment, RefusesToArmOnADiskThatIsTooSmallAndFailsCleanlyOnOneThatFillsUp) {
+  const SmallDisk disk(folder_ / "disk");
+  if (!disk.mounted()) GTEST_SKIP() << "a small disk can be mounted by root only";
+  set_duration(60.0);
+  EXPECT_THROW(static_cast<void>(run("disk")), IoError);
+  EXPECT_TRUE(list_runs(folder_ / "disk").empty());
+  // 10 s fit; what takes the room comes after the check, from elsewhere.
+  set_duration(10.0);
+  const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, 0.0);
+  acquisition::StateMachine machine;
+  machine.reset();
+  machine.arm();
+  const FinishedRun finished =
+      run_experiment(*rig, machine, request("disk"), stop_, [&](const acquisition::Snapshot&) { disk.fill(); });
+  EXPECT_EQ(finished.report.outcome, Outcome::write_failed);
+  EXPECT_TRUE(finished.report.safe_confirmed);
+  EXPECT_NE(finished.write_error.find("No space left"), std::string::npos) << finished.write_error;
+  EXPECT_TRUE(std::filesystem::exists(finished.folder / kJournalFile));
 }
 
 }  // namespace

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/experiment_rows.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+namespace eha::record {
+namespace {
+
+using acquisition::State;
+using acquisition::TickRecord;
+
+TickRecord tick(std::uint32_t sequence, State state = State::running, std::uint16_t flags = 0) {
+  TickRecord row{};
+  row.sequence = sequence;
+  row.state = state;
+  row.flags = flags;
+  row.applied_V = 0.1 * sequence;
+  row.displacement_in = (flags & acquisition::kSkipped) != 0 ? std::numeric_limits<double>::quiet_NaN() : sequence;
+  return row;
+}
+
+struct Rows {
+  std::vector<double> voltage_V;
+  std::vector<double> displacement_in;
+  std::size_t interpolated = 0;
+};
+
+Rows rows_of(const std::vector<TickRecord>& ticks) {
+  Rows result;
+  ExperimentRows rows([&](std::size_t row, double voltage_V, double displacement_in) {
+    EXPECT_EQ(row, result.voltage_V.size());
+    result.voltage_V.push_back(voltage_V);
+    result.displacement_in.push_back(displacement_in);
+  });
+  rows.add(ticks);
+  rows.finish();
+  result.interpolated = rows.interpolated();
+  return result;
+}
+
+TEST(ExperimentRows, TakeOnlyTheRunningTicks) {
+  const Rows rows =
+      rows_of({tick(4, State::armed), tick(5, State::ramp_in), tick(6), tick(7), tick(8, State::ramp_out)});
+  EXPECT_EQ(rows.displacement_in, (std::vector<double>{6, 7}));
+  EXPECT_EQ(rows.interpolated, 0u);
+}
+
+TEST(ExperimentRows, InterpolateSkippedAndHeldTicksAndCountThem) {
+  const Rows rows = rows_of({tick(10), tick(11, State::running, acquisition::kSkipped),
+                             tick(12, State::running, acquisition::kFeedbackHeld), tick(13)});
+  ASSERT_EQ(rows.displacement_in.size(), 4u);
+  EXPECT_DOUBLE_EQ(rows.displacement_in[1], 11.0);
+  EXPECT_DOUBLE_EQ(rows.displacement_in[2], 12.0);
+  EXPECT_DOUBLE_EQ(rows.voltage_V[1], 1.1);  // the voltage is known, whatever the sensor missed
+  EXPECT_EQ(rows.interpolated, 2u);
+}
+
+TEST(ExperimentRows, FillAGapInTheSequenceWithTheVoltageThatWasHeld) {
+  const Rows rows = rows_of({tick(10), tick(14)});
+  ASSERT_EQ(rows.displacement_in.size(), 5u);
+  EXPECT_DOUBLE_EQ(rows.displacement_in[2], 12.0);
+  EXPECT_DOUBLE_EQ(rows.voltage_V[3], 1.0);
+  EXPECT_EQ(rows.interpolated, 3u);
+}
+
+TEST(ExperimentRows, HoldTheNearestMeasurementAtBothEnds) {
+  const Rows rows = rows_of({tick(10, State::running, acquisition::kFeedbackHeld), tick(11), tick(12),
+                             tick(13, State::running, acquisition::kSkipped)});
+  ASSERT_EQ(rows.displacement_in.size(), 4u);
+  EXPECT_DOUBLE_EQ(rows.displacement_in[0], 11.0);
+  EXPECT_DOUBLE_EQ(rows.displacement_in[3], 12.0);
+}
+
+TEST(ExperimentRows, AreNoneWhenNothingWasMeasured) {
+  EXPECT_TRUE(rows_of({tick(10, State::running, acquisition::kSkipped)}).voltage_V.empty());
+  EXPECT_TRUE(rows_of({}).voltage_V.empty());
+}
+
+}  // namespace
+}  // namespace eha::record

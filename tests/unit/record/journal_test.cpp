@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/journal.hpp"
+
+#include <gtest/gtest.h>
+
+#include <boost/crc.hpp>
+#include <cstring>
+#include <fstream>
+
+#include "core/error.hpp"
+#include "tests/unit/record/some_ticks.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::record {
+namespace {
+
+using acquisition::TickRecord;
+
+constexpr std::size_t kPerBlock = 10;
+constexpr std::size_t kBlockSize = kJournalBlockHeaderSize + kPerBlock * sizeof(TickRecord);
+
+class Journal : public ::testing::Test {
+ protected:
+  /// 3 full blocks and one of 5 records; without an end unless asked for.
+  void write(bool with_end) {
+    JournalWriter writer(path_, header_, kPerBlock);
+    writer.append(std::span(ticks_).first(7));
+    writer.append(std::span(ticks_).subspan(7));
+    if (with_end) writer.finish({{"outcome", "completed"}});
+    rows_in_blocks_ = writer.rows();
+  }
+
+  JournalFacts read(std::vector<TickRecord>& ticks) const {
+    ticks.clear();
+    return read_journal(path_,
+                        [&](std::span<const TickRecord> some) { ticks.insert(ticks.end(), some.begin(), some.end()); });
+  }
+
+  [[nodiscard]] std::size_t header_size() const { return kJournalPreambleSize + header_.dump().size(); }
+  [[nodiscard]] std::string content() const { return read_file(path_); }
+  /// Changes one byte in place. Called twice, it changes it back.
+  void flip(std::size_t offset, unsigned mask) const {
+    std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekg(static_cast<std::streamoff>(offset));
+    const int byte = file.get();
+    file.seekp(static_cast<std::streamoff>(offset));
+    file.put(static_cast<char>(static_cast<unsigned>(byte) ^ mask));
+  }
+  void replace(const std::string& content) const { std::ofstream(path_, std::ios::binary) << content; }
+
+  /// Whether `ticks` are the first ones written, to the bit.
+  [[nodiscard]] bool are_first(const std::vector<TickRecord>& ticks) const {
+    return same_bits(ticks, {ticks_.begin(), ticks_.begin() + static_cast<std::ptrdiff_t>(ticks.size())});
+  }
+
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_.path() / "raw.ehalog";
+  nlohmann::ordered_json header_ = {{"schema", "eha-journal/1"}, {"name", "test"}};
+  std::vector<TickRecord> ticks_ = some_ticks(30);  // 35 with those before and after
+  std::uint64_t rows_in_blocks_ = 0;
+};
+
+TEST_F(Journal, GivesBackWhatWasWritten) {
+  write(true);
+  std::vector<TickRecord> ticks;
+  const JournalFacts facts = read(ticks);
+  EXPECT_TRUE(same_bits(ticks, ticks_));
+  EXPECT_EQ(facts.header, header_);
+  ASSERT_TRUE(facts.end.has_value());
+  EXPECT_EQ((*facts.end)["outcome"], "completed");
+  EXPECT_EQ(facts.rows, 35u);
+  EXPECT_EQ(facts.torn_bytes, 0u);
+}
+
+TEST_F(Journal, ChecksWithTheCrcThatTheStandardNames) {
+  // RFC 3720, B.4: 32 bytes of zeros.
+  boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true> crc;
+  const std::string zeros(32, '\0');
+  crc.process_bytes(zeros.data(), zeros.size());
+  EXPECT_EQ(crc.checksum(), 0x8A9136AAu);
+  // The header's CRC in the file, over its length and its text, as any other program would compute it.
+  write(true);
+  const std::string file = content();
+  std::uint32_t length = 0;
+  std::uint32_t stored = 0;
+  std::memcpy(&length, file.data() + 8, 4);
+  std::memcpy(&stored, file.data() + 12, 4);
+  crc.reset();
+  crc.process_bytes(file.data() + 8, 4);
+  crc.process_bytes(file.data() + kJournalPreambleSize, length);
+  EXPECT_EQ(crc.checksum(), stored);
+}
+
+TEST_F(Journal, KeepsAllWholeBlocksWhenCutAtAnyByteOfTheLastOne) {
+  write(false);
+  ASSERT_EQ(rows_in_blocks_, 30u);  // the 5 pending ones were never handed to the system
+  const std::size_t whole = std::filesystem::file_size(path_);
+  const std::size_t last_block = whole - kBlockSize;
+  for (std::size_t size = whole - 1; size >= last_block; --size) {
+    std::filesystem::resize_file(path_, size);
+    std::vector<TickRecord> ticks;
+    const JournalFacts facts = read(ticks);
+    ASSERT_EQ(ticks.size(), 20u) << "cut at " << size;
+    ASSERT_TRUE(are_first(ticks)) << "cut at " << size;
+    ASSERT_EQ(facts.torn_bytes, size - last_block);
+    ASSERT_FALSE(facts.end.has_value());
+  }
+}
+
+TEST_F(Journal, NeverGivesAWrongSampleWhateverByteOfABlockIsFlipped) {
+  write(true);
+  const std::size_t second_block = header_size() + kBlockSize;
+  for (std::size_t i = 0; i < kBlockSize; ++i) {
+    for (const unsigned mask : {0x01u, 0x80u, 0xFFu}) {
+      flip(second_block + i, mask);
+      std::vector<TickRecord> ticks;
+      const JournalFacts facts = read(ticks);
+      flip(second_block + i, mask);
+      ASSERT_EQ(ticks.size(), kPerBlock) << "byte " << i << " of the second block";
+      ASSERT_TRUE(are_first(ticks)) << "byte " << i;
+      ASSERT_EQ(facts.good_bytes, second_block);
+    }
+  }
+}
+
+TEST_F(Journal, NeverGivesAWrongSampleOrCrashesWhateverByteOfTheHeaderOrEndIsFlipped) {
+  write(true);
+  std::vector<TickRecord> ticks;
+  for (std::size_t i = 0; i < header_size(); ++i) {
+    flip(i, 0x10);
+    EXPECT_THROW(read(ticks), DataError) << "byte " << i;
+    EXPECT_TRUE(ticks.empty());
+    flip(i, 0x10);
+  }
+  const std::size_t end = header_size() + 3 * kBlockSize + kJournalBlockHeaderSize + 5 * sizeof(TickRecord);
+  for (std::size_t i = end; i < std::filesystem::file_size(path_); ++i) {
+    flip(i, 0x10);
+    const JournalFacts facts = read(ticks);
+    EXPECT_TRUE(same_bits(ticks, ticks_)) << "byte " << i;
+    EXPECT_FALSE(facts.end.has_value());
+    flip(i, 0x10);
+  }
+}
+
+TEST_F(Journal, RefusesBlocksInAnotherOrder) {
+  write(true);
+  const std::string whole = content();
+  const std::size_t first = header_size();
+  replace(whole.substr(0, first) + whole.substr(first + kBlockSize, kBlockSize) + whole.substr(first, kBlockSize));
+  std::vector<TickRecord> ticks;
+  EXPECT_EQ(read(ticks).rows, 0u);
+}
+
+TEST_F(Journal, RefusesWhatIsNoJournal) {
+  std::vector<TickRecord> ticks;
+  EXPECT_THROW(read(ticks), IoError);
+  for (const std::string& text : {std::string(), std::string("EHALOG01"), std::string(100, '\0'),
+                                  std::string("EHALOG01\xff\xff\xff\xff\xff\xff\xff\xff", 16)}) {
+    replace(text);
+    EXPECT_THROW(read(ticks), DataError) << text.size() << " bytes";
+  }
+}
+
+TEST_F(Journal, IsLockedWhileItIsWrittenAndNeverOverwritten) {
+  {
+    const JournalWriter writer(path_, header_, kPerBlock);
+    EXPECT_TRUE(is_being_written(path_));
+    EXPECT_THROW(JournalWriter(path_, header_, kPerBlock), IoError);
+  }
+  EXPECT_FALSE(is_being_written(path_));
+  EXPECT_THROW(JournalWriter(path_, header_, kPerBlock), IoError);
+}
+
+}  // namespace
+}  // namespace eha::record

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/recover.hpp"
+
+#include <fstream>
+
+#include "core/error.hpp"
+#include "daemon/record/file_io.hpp"
+#include "daemon/record/journal.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "tests/unit/record/record_fixture.hpp"
+#include "tests/unit/record/some_ticks.hpp"
+
+namespace eha::record {
+namespace {
+
+using acquisition::Outcome;
+
+class Recover : public RecordTest {
+ protected:
+  /// A run folder as its process would leave it behind when killed.
+  std::filesystem::path torn_run(std::size_t bytes_missing) {
+    const FinishedRun finished = run();
+    whole_ = read_ticks(finished.folder);
+    std::filesystem::remove(finished.folder / kRawFile);
+    std::filesystem::remove(finished.folder / "data_40ms.csv");
+    nlohmann::ordered_json manifest = read_manifest(finished.folder);
+    manifest["outcome"] = kInProgress;
+    manifest["files"] = nullptr;
+    manifest["report"] = nullptr;
+    write_file_atomically(finished.folder / kManifestFile, manifest.dump());
+    const std::filesystem::path journal = finished.folder / kJournalFile;
+    std::filesystem::resize_file(journal, std::filesystem::file_size(journal) - bytes_missing);
+    return finished.folder;
+  }
+
+  std::vector<acquisition::TickRecord> whole_;
+};
+
+TEST_F(Recover, MakesAReadableRunOfATornOneAndLosesOnlyItsLastBlock) {
+  const std::filesystem::path folder = torn_run(1000);
+  EXPECT_THROW(static_cast<void>(read_run(folder)), DataError);
+  EXPECT_EQ(find_torn_runs(folder_ / "runs"), std::vector{folder});
+  const Recovery recovery = recover_run(folder);
+  EXPECT_TRUE(recovery.changed);
+  EXPECT_EQ(recovery.outcome, Outcome::recovered);
+  EXPECT_GT(recovery.torn_bytes, 0u);
+  EXPECT_GE(recovery.rows + 100, whole_.size());
+  const std::vector<acquisition::TickRecord> ticks = read_ticks(folder);
+  ASSERT_EQ(ticks.size(), recovery.rows);
+  EXPECT_TRUE(same_bits(ticks, {whole_.begin(), whole_.begin() + static_cast<std::ptrdiff_t>(ticks.size())}));
+  const LoadedRun loaded = read_run(folder);
+  EXPECT_EQ(loaded.outcome, Outcome::recovered);
+  EXPECT_GT(loaded.record.input.size(), 1900);
+  EXPECT_TRUE(std::filesystem::exists(folder / "data_40ms.csv"));
+  EXPECT_TRUE(find_torn_runs(folder_ / "runs").empty());
+}
+
+TEST_F(Recover, TakesTheOutcomeFromTheJournalsEndWhenThatWasWritten) {
+  const std::filesystem::path folder = torn_run(0);
+  EXPECT_EQ(recover_run(folder).outcome, Outcome::completed);
+  EXPECT_EQ(read_run(folder).outcome, Outcome::completed);
+}
+
+TEST_F(Recover, MayBeRepeatedAndThenChangesNothing) {
+  const std::filesystem::path folder = torn_run(1000);
+  const Recovery first = recover_run(folder);
+  const std::string manifest = read_file(folder / kManifestFile);
+  const Recovery second = recover_run(folder);
+  EXPECT_FALSE(second.changed);
+  EXPECT_EQ(second.rows, first.rows);
+  EXPECT_EQ(read_file(folder / kManifestFile), manifest);
+}
+
+TEST_F(Recover, NeedsNoManifest) {
+  const std::filesystem::path folder = torn_run(1000);
+  std::filesystem::remove(folder / kManifestFile);
+  EXPECT_EQ(find_torn_runs(folder_ / "runs").size(), 1u);
+  recover_run(folder);
+  const LoadedRun loaded = read_run(folder);
+  EXPECT_EQ(loaded.experiment_text, experiment_.text);
+  EXPECT_EQ(loaded.manifest["seed"]["sensor_noise"], rig_config_.sim.seed);
+}
+
+TEST_F(Recover, LeavesARunAloneThatIsStillGoing) {
+  const std::filesystem::path folder = create_run_folder(folder_ / "runs", "going");
+  const JournalWriter writer(folder / kJournalFile, {{"name", "going"}}, 100);
+  EXPECT_TRUE(find_torn_runs(folder_ / "runs").empty());
+  EXPECT_THROW(recover_run(folder), IoError);
+}
+
+TEST_F(Recover, SaysWhenThereIsNothingToRecoverFrom) {
+  const std::filesystem::path folder = create_run_folder(folder_ / "runs", "empty");
+  EXPECT_THROW(recover_run(folder), IoError);
+  std::ofstream(folder / kJournalFile) << "garbage";
+  EXPECT_THROW(recover_run(folder), DataError);
+}
+
+}  // namespace
+}  // namespace eha::record
