@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+
+#include "config/experiment_config.hpp"
+#include "config/file_kind.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/rig_source.hpp"
+
+namespace eha::cli {
+namespace {
+
+void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
+  const char* backend = rig.backend == config::Backend::sim ? "sim" : "comedi";
+  console.print_json(
+      {{"schema", "eha-check/1"}, {"file", command.file}, {"kind", "rig"}, {"name", rig.name}, {"backend", backend}});
+  console.print(fmt::format(
+      "{}: a sound rig file, \"{}\": backend {}, {:g}..{:g} V, {:g} V/s, {:g}..{:g} in, tick {:g} s", command.file,
+      rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V, rig.limits.slew_V_per_s,
+      rig.limits.travel_min_in, rig.limits.travel_max_in, rig.realtime.sample_period_s));
+  console.next_step(fmt::format("eha check EXPERIMENT.toml --rig {}", command.file));
+}
+
+void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
+                       const std::optional<std::string>& rig_file, Console& console) {
+  nlohmann::ordered_json document{
+      {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
+  if (rig_file) document["rig"] = *rig_file;
+  console.print_json(document);
+  console.print(fmt::format(
+      "{}: a sound experiment, \"{}\": {:g} s, {} repetition{}, {} model{}{}", command.file, experiment.name,
+      experiment.duration_s, experiment.repetitions, experiment.repetitions == 1 ? "" : "s", experiment.models.size(),
+      experiment.models.size() == 1 ? "" : "s", rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
+  if (!rig_file) console.warning("no rig file to hold the experiment against; name one with --rig");
+  console.next_step(fmt::format("eha run {} --local --fast", command.file));
+}
+
+}  // namespace
+
+ExitCode execute(const CheckCommand& command, Console& console) {
+  const std::string text = config::read_config_file(command.file);
+  if (config::kind_of(text, command.file) == config::FileKind::rig) {
+    if (command.rig_file)
+      throw UsageError(fmt::format("{}: is itself a rig file; --rig is for experiments", command.file));
+    report_rig(command, config::parse_rig(text, command.file), console);
+    return ExitCode::ok;
+  }
+  std::optional<std::string> rig_file = command.rig_file;
+  if (!rig_file) {
+    if (const auto found = default_rig_file()) rig_file = found->string();
+  }
+  report_experiment(command,
+                    rig_file ? config::parse_experiment(text, command.file, config::load_rig(*rig_file))
+                             : config::parse_experiment(text, command.file),
+                    rig_file, console);
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

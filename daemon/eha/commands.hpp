@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/eha/console.hpp"
+#include "ident/estimation/fit_options.hpp"
+#include "ident/fractional/simulate.hpp"
+
+// One struct for each command of eha(1), filled by command_line.cpp, and the function that carries it out. Each returns
+// the exit code of a legitimate outcome and throws eha::Error for broken input or environment.
+
+namespace eha::cli {
+
+struct RunCommand {
+  std::string experiment_file;
+  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  bool local = false;                        ///< in this process
+  bool fast = false;                         ///< virtual time
+  bool yes = false;                          ///< move a real actuator without asking
+  bool allow_non_realtime = false;           ///< ordinary scheduling will do
+  std::filesystem::path output = "runs";     ///< where the run folder goes
+};
+
+/// What a command line says about using a record; unset members leave the experiment's or the default's.
+struct RecordOptions {
+  std::optional<int> decimation = {};
+  std::optional<double> discard_s = {};
+  std::optional<double> split = {};
+};
+
+/// What a command line says about the models to seek.
+struct ModelOptions {
+  std::vector<ident::StructureKind> kinds = {};  ///< --model, in order; empty: the experiment's, or io and fo
+  std::optional<int> poles = {};
+  std::optional<int> zeros = {};
+  std::optional<std::string> delay = {};  ///< "free" or seconds
+  std::optional<ident::InitialState> initial_state = {};
+  std::vector<std::string> fixed = {};   ///< NAME=VALUE
+  std::vector<std::string> free = {};    ///< NAME
+  std::vector<std::string> starts = {};  ///< NAME=VALUE
+  std::vector<std::string> bounds = {};  ///< NAME=LOW:HIGH
+};
+
+struct FitCommand {
+  std::string source;  ///< run folder or CSV record
+  std::optional<std::string> experiment_file = {};
+  std::optional<ident::Procedure> procedure = {};
+  std::optional<std::uint64_t> seed = {};
+  RecordOptions record;
+  ModelOptions models;
+  std::optional<std::filesystem::path> output = {};  ///< folder for one model file per model
+};
+
+struct SimulateCommand {
+  std::string model_file;
+  std::string input_file;
+  std::optional<std::filesystem::path> output = {};  ///< none: standard output
+  ident::SimulationMethod method = ident::SimulationMethod::exact;
+};
+
+struct ValidateCommand {
+  std::string model_file;
+  std::string source;  ///< run folder or CSV record
+  std::optional<std::string> experiment_file = {};
+  RecordOptions record;
+};
+
+struct CheckCommand {
+  std::string file;
+  std::optional<std::string> rig_file = {};
+};
+
+struct DesignCommand {
+  std::string experiment_file;
+  std::optional<std::string> rig_file = {};
+  std::optional<std::filesystem::path> output = {};
+};
+
+struct RunsListCommand {
+  std::filesystem::path folder = "runs";
+};
+
+struct RunsShowCommand {
+  std::filesystem::path run;
+};
+
+struct RunsRecoverCommand {
+  std::filesystem::path target;  ///< one run folder, or a folder of them
+};
+
+using Command = std::variant<RunCommand, FitCommand, SimulateCommand, ValidateCommand, CheckCommand, DesignCommand,
+                             RunsListCommand, RunsShowCommand, RunsRecoverCommand>;
+
+[[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const SimulateCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const ValidateCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const CheckCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const DesignCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const RunsListCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const RunsShowCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const RunsRecoverCommand& command, Console& console);
+
+}  // namespace eha::cli

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/console.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace eha::cli {
+namespace {
+
+bool environment_has(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr && *value != '\0';
+}
+
+template <typename Use>
+void for_each_line(std::string_view text, Use&& use) {
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    use(text.substr(0, end));
+    if (end == std::string_view::npos) return;
+    text.remove_prefix(end + 1);
+  }
+}
+
+void write_out(std::string_view text) {
+  // A failure stays in the stream's error flag until flush() asks.
+  static_cast<void>(std::fwrite(text.data(), 1, text.size(), stdout));
+}
+
+}  // namespace
+
+Console::Console(const ConsoleOptions& options)
+    : options_(options), bar_wanted_(!options.no_progress && !options.quiet && isatty(STDERR_FILENO) == 1) {
+  const auto mode = environment_has("NO_COLOR") ? spdlog::color_mode::never : spdlog::color_mode::automatic;
+  auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>(mode);
+  auto logger = std::make_shared<spdlog::logger>("eha", std::move(sink));
+  logger->set_pattern("eha: %^%l%$: %v");
+  logger->set_level(options.quiet ? spdlog::level::err : options.verbose ? spdlog::level::debug : spdlog::level::info);
+  spdlog::set_default_logger(std::move(logger));
+}
+
+void Console::error(std::string_view text) const {
+  for_each_line(text, [](std::string_view line) { spdlog::error("{}", line); });
+}
+
+void Console::warning(std::string_view text) const {
+  for_each_line(text, [](std::string_view line) { spdlog::warn("{}", line); });
+}
+
+void Console::info(std::string_view text) const {
+  for_each_line(text, [](std::string_view line) { spdlog::info("{}", line); });
+}
+
+void Console::debug(std::string_view text) const {
+  for_each_line(text, [](std::string_view line) { spdlog::debug("{}", line); });
+}
+
+void Console::print(std::string_view text) const {
+  if (options_.json) return;
+  write_out(text);
+  if (text.empty() || text.back() != '\n') write_out("\n");
+}
+
+void Console::print_json(const nlohmann::ordered_json& document) const {
+  if (options_.json) write_out(document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
+void Console::print_content(std::string_view text) const { write_out(text); }
+
+void Console::next_step(std::string_view command) const {
+  if (!options_.json && !options_.quiet) write_out(fmt::format("Next: {}\n", command));
+}
+
+void Console::progress(double share, std::string_view text) {
+  if (!bar_wanted_) return;
+  constexpr int kWidth = 30;
+  const int filled = static_cast<int>(std::lround(kWidth * std::clamp(share, 0.0, 1.0)));
+  const std::string bar =
+      std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kWidth - filled), '.');
+  // Carriage return, then erase to the end of the line (ECMA-48 EL).
+  std::cerr << fmt::format("\r[{}] {:3.0f} % {}\x1b[K", bar, 100.0 * std::clamp(share, 0.0, 1.0), text) << std::flush;
+  bar_drawn_ = true;
+}
+
+void Console::end_progress() {
+  if (bar_drawn_) std::cerr << "\r\x1b[K" << std::flush;
+  bar_drawn_ = false;
+}
+
+bool Console::confirm(std::string_view question) const {
+  if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1) {
+    throw UsageError(fmt::format("{} There is no terminal to ask on: add --yes if that is what you want", question));
+  }
+  std::cerr << question << " Type yes to go on: " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "yes";
+}
+
+void Console::flush() const {
+  errno = 0;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    const int reason = errno != 0 ? errno : EIO;
+    throw IoError(fmt::format("cannot write to standard output: {}", std::generic_category().message(reason)));
+  }
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "config/experiment_config.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "daemon/record/file_io.hpp"
+#include "daemon/record_csv/record_csv.hpp"
+#include "ident/excitation/excitation.hpp"
+
+namespace eha::cli {
+namespace {
+
+/// The table as CSV; each time is the nearest double to a whole number of ticks.
+std::string table_csv(const Eigen::VectorXd& table_V, double step_s) {
+  std::vector<double> time_s(static_cast<std::size_t>(table_V.size()));
+  // A tick is a decimal fraction of a second; dividing by its reciprocal, where that is whole, prints 0.003 and not
+  // 0.0030000000000000001.
+  const double rate_Hz = std::round(1.0 / step_s);
+  const bool whole = std::abs(rate_Hz * step_s - 1.0) < 1e-12;
+  for (std::size_t k = 0; k < time_s.size(); ++k) {
+    time_s[k] = whole ? static_cast<double>(k) / rate_Hz : static_cast<double>(k) * step_s;
+  }
+  return daemon::series_csv(time_s, {"voltage", "V"}, table_V);
+}
+
+}  // namespace
+
+ExitCode execute(const DesignCommand& command, Console& console) {
+  const config::RigConfig rig = load_rig_or_default(command.rig_file);
+  const config::ExperimentConfig experiment = config::load_experiment(command.experiment_file, rig);
+  const double step_s = rig.realtime.sample_period_s;
+  const std::size_t samples = config::samples_per_repetition(experiment, rig);
+  const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, step_s, samples);
+  const std::vector<double> lines_Hz = ident::excited_lines(experiment.excitation, step_s, samples);
+  const double peak_V = table_V.cwiseAbs().maxCoeff();
+  const double rms_V = std::sqrt(table_V.squaredNorm() / static_cast<double>(samples));
+  const double slew_V_per_s =
+      samples < 2
+          ? 0.0
+          : (table_V.tail(table_V.size() - 1) - table_V.head(table_V.size() - 1)).cwiseAbs().maxCoeff() / step_s;
+  const bool constant = table_V.maxCoeff() - table_V.minCoeff() <= 0.0;
+  if (command.output) record::write_file_atomically(*command.output, table_csv(table_V, step_s));
+
+  nlohmann::ordered_json document{{"schema", "eha-design/1"},
+                                  {"experiment", command.experiment_file},
+                                  {"rig", rig.file_name},
+                                  {"samples", samples},
+                                  {"step_s", step_s},
+                                  {"duration_s", experiment.duration_s},
+                                  {"peak_V", peak_V},
+                                  {"rms_V", rms_V},
+                                  {"max_slew_V_per_s", slew_V_per_s}};
+  if (!constant) document["crest_factor"] = ident::crest_factor(table_V);
+  document["lines_Hz"] = lines_Hz;
+  if (command.output) document["file"] = command.output->string();
+  console.print_json(document);
+
+  console.print(fmt::format("{}: {} samples of {:g} s ({:g} s), {} repetition{}", experiment.name, samples, step_s,
+                            experiment.duration_s, experiment.repetitions, experiment.repetitions == 1 ? "" : "s"));
+  console.print(
+      fmt::format("peak {:.4g} V (rig: {:g}..{:g} V), RMS {:.4g} V{}, fastest change {:.4g} V/s (rig: {:g} V/s)",
+                  peak_V, rig.limits.command_min_V, rig.limits.command_max_V, rms_V,
+                  constant ? "" : fmt::format(", crest factor {:.4g}", ident::crest_factor(table_V)), slew_V_per_s,
+                  rig.limits.slew_V_per_s));
+  if (!lines_Hz.empty()) {
+    constexpr std::size_t kShown = 12;
+    const std::vector<double> shown(lines_Hz.begin(),
+                                    lines_Hz.begin() + static_cast<std::ptrdiff_t>(std::min(kShown, lines_Hz.size())));
+    console.print(fmt::format("{} lines: {:.6g}{} Hz", lines_Hz.size(), fmt::join(shown, ", "),
+                              lines_Hz.size() > kShown ? fmt::format(", ..., {:.6g}", lines_Hz.back()) : ""));
+  }
+  if (command.output) console.print(fmt::format("written: {}", command.output->string()));
+  console.next_step(fmt::format("eha run {} --local --fast", command.experiment_file));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

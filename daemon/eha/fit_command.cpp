@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/identification.hpp"
+#include "daemon/eha/model_options.hpp"
+#include "daemon/eha/source.hpp"
+
+namespace eha::cli {
+namespace {
+
+IdentificationTask task_for(const FitCommand& command, const Source& source) {
+  IdentificationTask task{.record = source.record, .source_name = source.name};
+  if (source.experiment) {
+    task.options = source.experiment->fit;
+    task.acceptance = source.experiment->acceptance;
+  }
+  task.structures = structures_for(
+      command.models, source.experiment ? source.experiment->models : std::vector<ident::StructureOptions>{});
+  task.options = with(task.options, command.record);
+  task.options.procedure = command.procedure.value_or(task.options.procedure);
+  task.options.seed = command.seed.value_or(task.options.seed);
+  return task;
+}
+
+/// Says a structure's fault as what it is: the command line's, when the command line asked for it.
+std::vector<IdentifiedModel> identify_for(const FitCommand& command, const IdentificationTask& task, Console& console) {
+  try {
+    return identify(task, console);
+  } catch (const ConfigError& error) {
+    if (command.experiment_file) throw;
+    throw UsageError(error.what());
+  }
+}
+
+std::string next_step(const FitCommand& command, const Identification& identification) {
+  for (std::size_t i = 0; i < identification.written.size(); ++i) {
+    const auto& verdict = identification.models[i].result.model.verdict;
+    if (verdict && verdict->accepted) {
+      return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", identification.written[i].string());
+    }
+  }
+  return fmt::format("eha fit {} -o models", command.source);
+}
+
+}  // namespace
+
+ExitCode execute(const FitCommand& command, Console& console) {
+  const Source source = load_source(command.source, command.experiment_file);
+  if (source.outcome != acquisition::Outcome::completed) {
+    console.warning(fmt::format("{} did not complete ({}); what was recorded is fitted", command.source,
+                                acquisition::to_text(source.outcome)));
+  }
+  const IdentificationTask task = task_for(command, source);
+  Identification identification;
+  identification.models = identify_for(command, task, console);
+  if (source.run_folder) identification.paper = identify_as_in_the_paper(task, console);
+  if (command.output) {
+    identification.written = write_models(identification.models, *command.output);
+  } else if (source.run_folder) {
+    identification.written = publish_models(*source.run_folder, identification.models, identification.paper);
+  }
+  show(identification, {{"schema", "eha-fit/1"}, {"source", command.source}}, console);
+  if (identification.written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
+  const ExitCode code = exit_code(identification.models);
+  if (code == ExitCode::ok) console.next_step(next_step(command, identification));
+  return code;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/local_rig.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "daemon/record/file_io.hpp"
+#include "hal/comedi/comedi_rig.hpp"
+#include "hal/comedi/safe_snapshot.hpp"
+#include "hal/sim/sim_rig.hpp"
+
+namespace eha::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of this process's own; only the guard reads what is in it.
+fs::path create_private_folder() {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  const fs::path base = runtime != nullptr && *runtime != '\0' ? fs::path(runtime) : fs::temp_directory_path();
+  std::string name = (base / "eha-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) record::throw_system_error("create", name, errno);
+  return name;
+}
+
+}  // namespace
+
+LocalRig::LocalRig(const config::RigConfig& config) {
+  if (config.backend == config::Backend::sim) {
+    rig_ = hal::open_sim(config.sim, config.limits.safe_V);
+    return;
+  }
+  std::unique_ptr<hal::ComediRig> card = hal::open_comedi(config.comedi, config.limits.safe_V);
+  snapshot_folder_ = create_private_folder();
+  const fs::path snapshot = snapshot_folder_ / "safe.json";
+  hal::write_safe_snapshot(card->safe_snapshot(), snapshot);
+  guard_.emplace(guard_program(), snapshot);
+  rig_ = std::move(card);
+}
+
+LocalRig::~LocalRig() {
+  rig_.reset();
+  guard_.reset();
+  std::error_code ignored;
+  if (!snapshot_folder_.empty()) fs::remove_all(snapshot_folder_, ignored);
+}
+
+void LocalRig::made_safe() {
+  if (guard_) guard_->done();
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <csignal>
+#include <exception>
+#include <variant>
+
+#include "core/error.hpp"
+#include "daemon/eha/command_line.hpp"
+#include "daemon/eha/console.hpp"
+
+namespace {
+
+using eha::ExitCode;
+using eha::cli::Console;
+
+ExitCode run_program(int argc, char** argv) {
+  // A closed pipe is an error to report, not a reason to die silently.
+  std::signal(SIGPIPE, SIG_IGN);
+  Console console({});
+  try {
+    const eha::cli::ParsedLine line = eha::cli::parse_command_line(argc, argv);
+    console = Console(line.console);
+    ExitCode code = ExitCode::ok;
+    if (line.command) {
+      code = std::visit([&console](const auto& command) { return execute(command, console); }, *line.command);
+    } else {
+      console.print_content(line.text);
+    }
+    console.flush();
+    return code;
+  } catch (const eha::Error& error) {
+    console.end_progress();
+    console.error(error.what());
+    return error.exit_code();
+  } catch (const std::bad_alloc&) {
+    console.end_progress();
+    console.error("out of memory; decimate or shorten the record");
+    return ExitCode::io;
+  } catch (const std::exception& error) {
+    console.end_progress();
+    console.error(std::string("internal error: ") + error.what() +
+                  "; this is a bug in eha, please report it with the command and its input");
+    return ExitCode::bug;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return static_cast<int>(run_program(argc, argv)); }

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/eha/identification.hpp"
+#include "daemon/eha/text_table.hpp"
+
+namespace eha::cli {
+namespace {
+
+using ident::Model;
+using ident::ParameterEstimate;
+using ident::Score;
+using ident::StructureKind;
+
+std::string structure_text(const ident::StructureOptions& structure) {
+  switch (structure.kind) {
+    case StructureKind::fo:
+      return "K s^b0/(a2 s^n2+a1 s^n1+a0 s^n0)";
+    case StructureKind::lag:
+      return "K/(a1 s^n1+a0)";
+    case StructureKind::commensurate:
+      return fmt::format("in s^q, degree {}, numerator {}", structure.poles, structure.zeros);
+    case StructureKind::io:
+      break;
+  }
+  if (structure.poles == 2 && structure.zeros == 0) return "K/(a2 s^2+a1 s+a0)";
+  return fmt::format("{} poles, {} zeros", structure.poles, structure.zeros);
+}
+
+/// An order parameter: q, or n or b with digits.
+bool is_order(const std::string& name) {
+  if (name == "q") return true;
+  return name.size() > 1 && (name[0] == 'n' || name[0] == 'b') &&
+         std::all_of(name.begin() + 1, name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+/// A value with as many digits as its standard error gives meaning to.
+std::string with_error(const ParameterEstimate& parameter) {
+  if (parameter.fixed) return fmt::format("{:.6g}", parameter.value);
+  if (!std::isfinite(parameter.std)) return fmt::format("{:.4g} +- ?", parameter.value);
+  if (!(parameter.std > 0.0)) return fmt::format("{:.6g} +- 0", parameter.value);
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(parameter.std))), 0, 9);
+  return fmt::format("{:.{}f} +- {:.{}f}", parameter.value, decimals, parameter.std, decimals);
+}
+
+std::string orders_text(const Model& model) {
+  std::vector<std::string> parts;
+  for (const ParameterEstimate& parameter : model.parameters) {
+    if (is_order(parameter.name)) parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
+  }
+  if (parts.empty()) {
+    for (const ident::Term& term : model.transfer_function.denominator) parts.push_back(fmt::format("{}", term.order));
+  }
+  for (const ParameterEstimate& parameter : model.parameters) {
+    if (parameter.name == "delay_s" && (!parameter.fixed || parameter.value > 0.0)) {
+      parts.push_back(fmt::format("delay {} s", with_error(parameter)));
+    }
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void add_score(std::vector<std::string>& row, const std::optional<Score>& score) {
+  row.push_back(score ? fmt::format("{:.2f}", score->r2_percent) : "-");
+  row.push_back(score ? fmt::format("{:.3g}", score->mse) : "-");
+  row.push_back(score ? fmt::format("{:.2f}", score->fit_percent) : "-");
+}
+
+std::vector<std::string> row_for(const IdentifiedModel& identified, const char* mark) {
+  const Model& model = identified.result.model;
+  std::vector<std::string> row{model.name + mark, structure_text(identified.structure), orders_text(model)};
+  add_score(row, model.estimation ? std::optional(model.estimation->score) : std::nullopt);
+  add_score(row, model.validation ? std::optional(model.validation->score) : std::nullopt);
+  const auto again = model.validation ? model.validation->offset_reestimated : std::nullopt;
+  row.push_back(again ? fmt::format("{:.2f}", again->r2_percent) : "-");
+  row.push_back(again ? fmt::format("{:.3g}", again->mse) : "-");
+  row.emplace_back(!model.stability ? "?" : model.stability->stable ? "yes" : "no");
+  row.emplace_back(model.verdict && model.verdict->accepted ? "accepted" : "rejected");
+  row.push_back(model.estimation ? fmt::format("{:.2f}", model.estimation->seconds) : "-");
+  return row;
+}
+
+std::string polynomial(const std::vector<ident::Term>& terms) {
+  std::string text;
+  for (const ident::Term& term : terms) {
+    const double size = std::abs(term.coefficient);
+    text += text.empty() ? (term.coefficient < 0.0 ? "-" : "") : (term.coefficient < 0.0 ? " - " : " + ");
+    if (!(term.order > 0.0)) {
+      text += fmt::format("{:.5g}", size);
+    } else {
+      if (std::abs(size - 1.0) > 0.0) text += fmt::format("{:.5g} ", size);
+      text += std::abs(term.order - 1.0) > 0.0 ? fmt::format("s^{:.5g}", term.order) : "s";
+    }
+  }
+  return text;
+}
+
+std::string formula(const Model& model) {
+  const ident::TransferFunction& g = model.transfer_function;
+  std::string text = fmt::format("({}) / ({})", polynomial(g.numerator), polynomial(g.denominator));
+  if (g.delay_s > 0.0) text += fmt::format(" exp(-{:.5g} s)", g.delay_s);
+  return text + fmt::format(", input bias {:.4g} {}, initial output {:.5g} {}", model.input_bias, model.input_unit,
+                            model.initial_output, model.output_unit);
+}
+
+std::string notes_on(const IdentifiedModel& identified, const char* mark) {
+  const Model& model = identified.result.model;
+  const std::string name = model.name + mark;
+  std::string text = fmt::format("{}: {}\n", name, formula(model));
+  if (model.verdict) {
+    for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);
+  }
+  if (!identified.result.indistinguishable.empty()) {
+    text += fmt::format("  The record cannot tell these apart: {}.\n",
+                        fmt::join(identified.result.indistinguishable, ", "));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string report(const std::vector<IdentifiedModel>& models, const std::vector<IdentifiedModel>& paper) {
+  const std::string unit = models.empty() || models.front().result.model.output_unit.empty()
+                               ? "MSE"
+                               : fmt::format("MSE {}^2", models.front().result.model.output_unit);
+  const std::vector<Column> columns{
+      {"model", Align::left},   {"structure", Align::left}, {"orders +- std", Align::left}, {"est. R2 %", Align::right},
+      {unit, Align::right},     {"fit %", Align::right},    {"val. R2 %", Align::right},    {unit, Align::right},
+      {"fit %", Align::right},  {"re. R2 %", Align::right}, {unit, Align::right},           {"stable", Align::left},
+      {"verdict", Align::left}, {"s", Align::right}};
+  std::vector<std::vector<std::string>> rows;
+  for (const IdentifiedModel& identified : models) rows.push_back(row_for(identified, ""));
+  for (const IdentifiedModel& identified : paper) rows.push_back(row_for(identified, " (paper)"));
+  std::string text = text_table(columns, rows);
+  text += "est.: estimation part; val.: validation part, offset kept; re.: validation part, offset re-estimated\n\n";
+  for (const IdentifiedModel& identified : models) text += notes_on(identified, "");
+  for (const IdentifiedModel& identified : paper) text += notes_on(identified, " (paper)");
+  return text;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/rig_source.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+
+#include "core/error.hpp"
+
+namespace eha::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
+
+std::optional<fs::path> default_rig_file() {
+  std::error_code ignored;
+  const std::array<fs::path, 2> fixed{"/etc/ehad/rig.toml", fs::path(EHA_DATA_DIR) / "rigs" / "sim.toml"};
+  for (const fs::path& path : fixed) {
+    if (fs::is_regular_file(path, ignored)) return path;
+  }
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  for (fs::path folder = program.parent_path(); folder.has_relative_path(); folder = folder.parent_path()) {
+    const std::array<fs::path, 2> near{folder / "share" / "ehad" / "rigs" / "sim.toml",
+                                       folder / "config" / "rigs" / "sim.toml"};
+    for (const fs::path& path : near) {
+      if (fs::is_regular_file(path, ignored)) return path;
+    }
+  }
+  return std::nullopt;
+}
+
+config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file) {
+  if (rig_file) return config::load_rig(*rig_file);
+  const std::optional<fs::path> found = default_rig_file();
+  if (!found) {
+    throw UsageError(
+        fmt::format("no rig file: neither /etc/ehad/rig.toml nor {}/rigs/sim.toml is there; name one "
+                    "with --rig",
+                    EHA_DATA_DIR));
+  }
+  return config::load_rig(found->string());
+}
+
+void require_trusted_rig_file(const config::RigConfig& rig) {
+  if (rig.backend != config::Backend::comedi) return;
+  struct stat facts {};
+  if (stat(rig.file_name.c_str(), &facts) != 0) {
+    throw PermissionError(fmt::format("cannot look at {}: {}", rig.file_name, std::generic_category().message(errno)));
+  }
+  if (facts.st_uid != 0 || (facts.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
+    throw PermissionError(
+        fmt::format("{}: a rig file that drives a real card must belong to root and be writable by no one else, "
+                    "because its limits protect the machine; as root: chown root {} && chmod go-w {}",
+                    rig.file_name, rig.file_name, rig.file_name));
+  }
+}
+
+}  // namespace eha::cli

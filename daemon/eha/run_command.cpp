@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "config/experiment_config.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/identification.hpp"
+#include "daemon/eha/local_rig.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/source.hpp"
+#include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/record/run_experiment.hpp"
+#include "ident/excitation/excitation.hpp"
+
+namespace eha::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Plays and records; the rig is idle or safe again on return, and on every exception.
+record::FinishedRun acquire(const RunCommand& command, const config::RigConfig& rig_config,
+                            const config::ExperimentConfig& experiment, Console& console) {
+  const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, rig_config.realtime.sample_period_s,
+                                                    config::samples_per_repetition(experiment, rig_config));
+  // Before the rig is opened: from then on a signal must not end the process.
+  const StopOnSignals stop;
+  LocalRig local(rig_config);
+  acquisition::StateMachine machine;
+  machine.reset();
+  machine.arm();
+  const record::RunRequest request{
+      .runs_folder = command.output,
+      .rig = rig_config,
+      .experiment = experiment,
+      .table_V = {table_V.data(), static_cast<std::size_t>(table_V.size())},
+      .time_base = command.fast ? record::TimeBase::virtual_time : record::TimeBase::monotonic,
+      .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse};
+  const double step_s = rig_config.realtime.sample_period_s;
+  record::FinishedRun run = record::run_experiment(
+      local.rig(), machine, request, stop.request(), [&console, step_s](const acquisition::Snapshot& now) {
+        const double rows = now.experiment_rows > 0 ? now.experiment_rows : 1;
+        console.progress(now.experiment_row / rows,
+                         fmt::format("{:.1f} of {:.1f} s, {:+.2f} V, {:.3f} in", now.experiment_row * step_s,
+                                     now.experiment_rows * step_s, now.applied_V, now.displacement_in));
+      });
+  console.end_progress();
+  if (run.report.safe_confirmed) local.made_safe();
+  for (const std::string& sentence : run.report.realtime.refused) console.warning(sentence);
+  return run;
+}
+
+/// A run that did not complete: what happened, what was kept.
+ExitCode report_incomplete(const record::FinishedRun& run, Console& console) {
+  console.error(acquisition::describe(run.report));
+  if (!run.write_error.empty()) console.error(run.write_error);
+  console.info(fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same", run.folder.string(),
+                           run.folder.string()));
+  const ExitCode code = acquisition::exit_code(run.report);
+  console.print_json({{"schema", "eha-run/1"},
+                      {"run", run.folder.string()},
+                      {"outcome", acquisition::to_text(run.report.outcome)},
+                      {"exit_code", static_cast<int>(code)}});
+  return code;
+}
+
+ExitCode identify_run(const fs::path& folder, Console& console) {
+  const Source source = load_source(folder.string(), std::nullopt);
+  const IdentificationTask task{.record = source.record,
+                                .source_name = source.name,
+                                .structures = source.experiment->models,
+                                .options = source.experiment->fit,
+                                .acceptance = source.experiment->acceptance};
+  Identification identification;
+  identification.models = identify(task, console);
+  identification.paper = identify_as_in_the_paper(task, console);
+  identification.written = publish_models(folder, identification.models, identification.paper);
+  show(identification, {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, console);
+  console.next_step(fmt::format("eha runs show {}", folder.string()));
+  return exit_code(identification.models);
+}
+
+}  // namespace
+
+ExitCode execute(const RunCommand& command, Console& console) {
+  if (!command.local) {
+    throw DeviceError("ehad is not running; use --local to run the experiment in this process");
+  }
+  const config::RigConfig rig = load_rig_or_default(command.rig_file);
+  const config::ExperimentConfig experiment = config::load_experiment(command.experiment_file, rig);
+  if (command.fast && rig.backend != config::Backend::sim) {
+    throw UsageError(fmt::format("--fast: {} drives a real machine, which keeps its own time", rig.file_name));
+  }
+  require_trusted_rig_file(rig);
+  if (rig.backend == config::Backend::comedi && !command.yes &&
+      !console.confirm(fmt::format("This moves the actuator on {} ({}): \"{}\", {:g} s, within {:g}..{:g} V.",
+                                   rig.comedi.device, rig.comedi.board, experiment.name,
+                                   experiment.duration_s * experiment.repetitions, rig.limits.command_min_V,
+                                   rig.limits.command_max_V))) {
+    console.info("not confirmed; nothing was moved");
+    return ExitCode::interrupted;
+  }
+  console.info(fmt::format("{}: {:g} s, {} repetition{} on {} ({})", experiment.name, experiment.duration_s,
+                           experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
+  const record::FinishedRun run = acquire(command, rig, experiment, console);
+  console.info(fmt::format("recorded in {}", run.folder.string()));
+  if (run.report.outcome != acquisition::Outcome::completed) return report_incomplete(run, console);
+  return identify_run(run.folder, console);
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/text_table.hpp"
+#include "daemon/record/recover.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& manifest, const char* key) {
+  const auto found = manifest.find(key);
+  if (found == manifest.end() || found->is_null()) return "-";
+  return found->is_string() ? found->get<std::string>() : found->dump();
+}
+
+/// The list of models under `identification`, empty when the run was never fitted.
+Json models_of(const Json& manifest) {
+  const auto identification = manifest.find("identification");
+  if (identification == manifest.end() || !identification->is_object()) return Json::array();
+  return identification->value("models", Json::array());
+}
+
+std::string verdict_of(const Json& models) {
+  std::vector<std::string> accepted;
+  for (const Json& model : models) {
+    if (model.value("accepted", false)) accepted.push_back(model.value("name", "?"));
+  }
+  if (models.empty()) return "not fitted";
+  return accepted.empty() ? "all rejected" : fmt::format("accepted: {}", fmt::join(accepted, ", "));
+}
+
+}  // namespace
+
+ExitCode execute(const RunsListCommand& command, Console& console) {
+  Json document{{"schema", "eha-runs/1"}, {"runs", Json::array()}};
+  std::vector<std::vector<std::string>> rows;
+  for (const fs::path& run : record::list_runs(command.folder)) {
+    Json manifest;
+    try {
+      manifest = record::read_manifest(run);
+    } catch (const Error& error) {
+      // One damaged run must not hide the others.
+      console.warning(error.what());
+      manifest = Json{{"outcome", "unreadable"}};
+    }
+    const Json models = models_of(manifest);
+    rows.push_back({run.filename().string(), text_of(manifest, "outcome"), verdict_of(models)});
+    document["runs"].push_back(
+        {{"folder", run.string()}, {"outcome", text_of(manifest, "outcome")}, {"models", models}});
+  }
+  console.print_json(document);
+  if (rows.empty()) {
+    console.print(fmt::format("no runs in {}", command.folder.string()));
+    console.next_step("eha run EXPERIMENT.toml --local --fast");
+    return ExitCode::ok;
+  }
+  console.print(text_table({{"run", Align::left}, {"outcome", Align::left}, {"models", Align::left}}, rows));
+  console.next_step(fmt::format("eha runs show {}", (command.folder / rows.back().front()).string()));
+  return ExitCode::ok;
+}
+
+ExitCode execute(const RunsShowCommand& command, Console& console) {
+  const Json manifest = record::read_manifest(command.run);
+  console.print_json(manifest);
+  console.print(fmt::format("run      {}", command.run.string()));
+  console.print(fmt::format("outcome  {}", text_of(manifest, "outcome")));
+  const Json models = models_of(manifest);
+  std::vector<std::vector<std::string>> rows;
+  const auto percent = [](const Json& model, const char* key) {
+    const auto found = model.find(key);
+    return found != model.end() && found->is_number() ? fmt::format("{:.2f}", found->get<double>()) : std::string("-");
+  };
+  for (const Json& model : models) {
+    rows.push_back({model.value("name", "?"), percent(model, "estimation_r2_percent"),
+                    percent(model, "validation_r2_percent"), percent(model, "validation_r2_percent_offset_reestimated"),
+                    model.value("accepted", false) ? "accepted" : "rejected", model.value("file", "-")});
+  }
+  if (!rows.empty()) {
+    console.print(text_table({{"model", Align::left},
+                              {"est. R2 %", Align::right},
+                              {"val. R2 %", Align::right},
+                              {"re. R2 %", Align::right},
+                              {"verdict", Align::left},
+                              {"file", Align::left}},
+                             rows));
+  }
+  for (const Json& model : models) {
+    for (const Json& reason : model.value("reasons", Json::array())) {
+      console.print(
+          fmt::format("{}: {}", model.value("name", "?"), reason.is_string() ? reason.get<std::string>() : ""));
+    }
+  }
+  console.next_step(fmt::format("eha fit {}", command.run.string()));
+  return ExitCode::ok;
+}
+
+ExitCode execute(const RunsRecoverCommand& command, Console& console) {
+  const std::vector<fs::path> runs = record::is_run_folder(command.target) ? std::vector<fs::path>{command.target}
+                                                                           : record::find_torn_runs(command.target);
+  Json document{{"schema", "eha-recovery/1"}, {"runs", Json::array()}};
+  for (const fs::path& run : runs) {
+    const record::Recovery recovery = record::recover_run(run);
+    const std::string outcome(acquisition::to_text(recovery.outcome));
+    document["runs"].push_back({{"folder", run.string()},
+                                {"changed", recovery.changed},
+                                {"outcome", outcome},
+                                {"rows", recovery.rows},
+                                {"torn_bytes", recovery.torn_bytes}});
+    console.print(recovery.changed ? fmt::format("{}: {} rows kept, {} torn bytes left out, outcome {}", run.string(),
+                                                 recovery.rows, recovery.torn_bytes, outcome)
+                                   : fmt::format("{}: complete, nothing to do", run.string()));
+  }
+  if (runs.empty()) console.print(fmt::format("no torn runs in {}", command.target.string()));
+  console.print_json(document);
+  if (!runs.empty()) console.next_step(fmt::format("eha fit {}", runs.front().string()));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

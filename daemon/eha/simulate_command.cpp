@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <string>
+
+#include "daemon/eha/commands.hpp"
+#include "daemon/record/file_io.hpp"
+#include "daemon/record_csv/record_csv.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/model_file.hpp"
+
+namespace eha::cli {
+
+ExitCode execute(const SimulateCommand& command, Console& console) {
+  const ident::Model model = ident::model_from_text(record::read_file(command.model_file), command.model_file);
+  const daemon::InputSeries input = daemon::read_input_csv(command.input_file);
+  Eigen::VectorXd output;
+  try {
+    output = ident::simulate(model, input.values, input.step_s, command.method);
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{}: {}", command.model_file, error.what()));
+  } catch (const DataError& error) {
+    throw DataError(fmt::format("{}: {}", command.input_file, error.what()));
+  }
+  if (!input.channel.unit.empty() && input.channel.unit != model.input_unit) {
+    console.warning(fmt::format("{}: the input is in {}, the model's is in {}; the numbers are taken as they are",
+                                command.input_file, input.channel.unit, model.input_unit));
+  }
+
+  const ident::Channel channel{"output", model.output_unit};
+  const std::string text = daemon::series_csv(input.time_s, channel, output);
+  if (command.output) record::write_file_atomically(*command.output, text);
+  if (console.json()) {
+    nlohmann::ordered_json document{{"schema", "eha-simulation/1"},    {"model", command.model_file},
+                                    {"input", command.input_file},     {"samples", output.size()},
+                                    {"step_s", input.step_s},          {"output_min", output.minCoeff()},
+                                    {"output_max", output.maxCoeff()}, {"output_last", output[output.size() - 1]},
+                                    {"unit", model.output_unit}};
+    if (command.output) {
+      document["file"] = command.output->string();
+    } else {
+      document["time_s"] = input.time_s;
+      document["output"] = std::vector<double>(output.begin(), output.end());
+    }
+    console.print_json(document);
+  } else if (!command.output) {
+    console.print_content(text);
+  } else {
+    console.print(fmt::format("written: {} ({} samples, {:.6g} .. {:.6g} {})", command.output->string(), output.size(),
+                              output.minCoeff(), output.maxCoeff(), model.output_unit));
+    console.next_step(fmt::format("eha validate {} RECORD.csv", command.model_file));
+  }
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

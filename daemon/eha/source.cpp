@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/source.hpp"
+
+#include <fmt/format.h>
+
+#include <system_error>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/record_csv/record_csv.hpp"
+
+namespace eha::cli {
+
+Source load_source(const std::string& name, const std::optional<std::string>& experiment_file) {
+  Source source;
+  source.name = name;
+  // Before the record, which may be long: a fault of the experiment is cheap to find.
+  if (experiment_file) source.experiment = config::load_experiment(*experiment_file);
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(name, ignored)) {
+    source.record = daemon::read_record_csv(name);
+    return source;
+  }
+  if (!record::is_run_folder(name)) {
+    throw DataError(
+        fmt::format("{}: a folder without run.json or raw.ehalog is no run folder; expected one, or a CSV "
+                    "record",
+                    name));
+  }
+  record::LoadedRun run = record::read_run(name);
+  source.record = std::move(run.record);
+  source.run_folder = std::move(run.folder);
+  source.outcome = run.outcome;
+  if (!source.experiment) {
+    source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name));
+  }
+  return source;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "config/experiment_config.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "ident/record.hpp"
+
+namespace eha::cli {
+
+/// A record to identify from, and where it came from.
+struct Source {
+  std::string name;  ///< as given on the command line, for messages
+  ident::Record record;
+  std::optional<config::ExperimentConfig> experiment;  ///< of the run, or the one named
+  std::optional<std::filesystem::path> run_folder;     ///< when it is a run
+  acquisition::Outcome outcome = acquisition::Outcome::completed;
+};
+
+/// Reads a run folder or a CSV record.
+/// @param experiment_file  takes the place of the run's own experiment
+/// @throws DataError, IoError, PermissionError, ConfigError  as record::read_run, read_record_csv, load_experiment
+[[nodiscard]] Source load_source(const std::string& name, const std::optional<std::string>& experiment_file);
+
+}  // namespace eha::cli

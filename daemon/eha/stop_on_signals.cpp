@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/stop_on_signals.hpp"
+
+#include <cstddef>
+#include <optional>
+
+namespace eha::cli {
+namespace {
+
+/// A signal handler can reach nothing but what is global; made anew for each StopOnSignals.
+std::optional<acquisition::StopRequest> stop_request;
+
+void on_signal(int) { stop_request->request(); }
+
+}  // namespace
+
+StopOnSignals::StopOnSignals() {
+  stop_request.emplace();
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &action, &before_[i]);
+}
+
+StopOnSignals::~StopOnSignals() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
+}
+
+const acquisition::StopRequest& StopOnSignals::request() const noexcept { return *stop_request; }
+
+}  // namespace eha::cli

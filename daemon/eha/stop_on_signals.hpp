@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <csignal>
+
+#include "daemon/acquisition/stop_request.hpp"
+
+namespace eha::cli {
+
+/// While it lives, SIGINT, SIGTERM and SIGHUP ask the loop to stop instead of ending the process: the first one ramps
+/// out, the second makes the rig safe at once. One at a time in a process.
+class StopOnSignals {
+ public:
+  StopOnSignals();
+  StopOnSignals(const StopOnSignals&) = delete;
+  StopOnSignals& operator=(const StopOnSignals&) = delete;
+  ~StopOnSignals();
+
+  [[nodiscard]] const acquisition::StopRequest& request() const noexcept;
+
+ private:
+  static constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+  std::array<struct sigaction, kSignals.size()> before_{};
+};
+
+}  // namespace eha::cli

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/text_table.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace eha::cli {
+namespace {
+
+/// Characters of UTF-8 text: every byte that does not continue one.
+std::size_t characters(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xC0U) != 0x80U; }));
+}
+
+}  // namespace
+
+std::string text_table(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  for (const Column& column : columns) widths.push_back(characters(column.title));
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < columns.size(); ++i) widths[i] = std::max(widths[i], characters(row[i]));
+  }
+  std::string out;
+  const auto add_line = [&](auto&& cell) {
+    std::string line;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const std::string text = cell(i);
+      const std::string blanks(widths[i] - characters(text), ' ');
+      line += columns[i].align == Align::left ? text + blanks : blanks + text;
+      line += "  ";
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  };
+  add_line([&](std::size_t i) { return columns[i].title; });
+  add_line([&](std::size_t i) { return std::string(widths[i], '-'); });
+  for (const auto& row : rows) add_line([&](std::size_t i) { return row[i]; });
+  return out;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace eha::cli {
+
+enum class Align { left, right };
+
+/// A column of a table for people.
+struct Column {
+  std::string title;
+  Align align = Align::left;
+};
+
+/// A table as text: titles, a rule, rows; columns two blanks apart, as wide as their widest cell in characters (UTF-8
+/// aware), no trailing blanks. @param rows  each as long as `columns`
+[[nodiscard]] std::string text_table(const std::vector<Column>& columns,
+                                     const std::vector<std::vector<std::string>>& rows);
+
+}  // namespace eha::cli

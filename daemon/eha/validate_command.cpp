@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/model_options.hpp"
+#include "daemon/eha/source.hpp"
+#include "daemon/record/file_io.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/fractional/stability.hpp"
+#include "ident/model_file.hpp"
+#include "ident/validation/verdict.hpp"
+
+namespace eha::cli {
+namespace {
+
+std::string score_line(const char* what, const ident::Score& score, const ident::Model& model) {
+  return fmt::format("{:<20} R2 {:.2f} %  MSE {:.4g} {}^2  fit {:.2f} %  error {:.4g} .. {:.4g} {}\n", what,
+                     score.r2_percent, score.mse, model.output_unit, score.fit_percent, score.error_min,
+                     score.error_max, model.output_unit);
+}
+
+std::string correlation_line(const char* what, const ident::Correlation& correlation, int first_lag) {
+  double greatest = 0.0;
+  std::size_t outside95 = 0;
+  std::size_t outside99 = 0;
+  std::size_t lags = 0;
+  for (std::size_t i = 0; i < correlation.lags.size(); ++i) {
+    if (correlation.lags[i] < first_lag) continue;
+    const double value = std::abs(correlation.values[i]);
+    greatest = std::max(greatest, value);
+    outside95 += value > correlation.bound95 ? 1 : 0;
+    outside99 += value > correlation.bound99 ? 1 : 0;
+    ++lags;
+  }
+  return fmt::format(
+      "{:<20} greatest {:.3f}; of {} lags {} outside the 95 % bound {:.3f}, {} outside the 99 % bound {:.3f}\n", what,
+      greatest, lags, outside95, correlation.bound95, outside99, correlation.bound99);
+}
+
+}  // namespace
+
+ExitCode execute(const ValidateCommand& command, Console& console) {
+  ident::Model model = ident::model_from_text(record::read_file(command.model_file), command.model_file);
+  const Source source = load_source(command.source, command.experiment_file);
+  ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
+  options = with(options, command.record);
+  ident::ValidationReport validation;
+  try {
+    validation = ident::validate(model, source.record, options);
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{}: {}", command.model_file, error.what()));
+  } catch (const DataError& error) {
+    throw DataError(fmt::format("{}: {}", command.source, error.what()));
+  }
+  if (!model.stability) model.stability = ident::stability(model.transfer_function);
+  model.validation = validation;
+  // A record of another day starts elsewhere: there the offset says nothing about the model.
+  ident::Model judged = model;
+  if (validation.offset_reestimated) judged.validation->score = *validation.offset_reestimated;
+  const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};
+  model.verdict = ident::judge(judged, limits);
+
+  nlohmann::ordered_json document{{"schema", "eha-validation/1"}, {"source", command.source}};
+  document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));
+  console.print_json(document);
+
+  std::string text = fmt::format("{} on {}: {} samples\n", model.name, command.source, validation.score.samples);
+  text += score_line("offset kept", validation.score, model);
+  if (validation.offset_reestimated) text += score_line("offset re-estimated", *validation.offset_reestimated, model);
+  text += correlation_line("residual with itself", validation.acf, 1);
+  text += correlation_line("residual with input", validation.ccf, 0);
+  text += fmt::format("{}: {}\n", model.name, model.verdict->accepted ? "accepted" : "rejected");
+  for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);
+  console.print(text);
+  if (!model.verdict->accepted) return ExitCode::model_rejected;
+  console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", command.model_file));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

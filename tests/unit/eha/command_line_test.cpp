@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/command_line.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Words = std::vector<const char*>;
+
+ParsedLine parse(Words words) {
+  words.insert(words.begin(), "eha");
+  return parse_command_line(static_cast<int>(words.size()), words.data());
+}
+
+/// The command of a line that must hold one of this kind.
+template <typename Wanted>
+Wanted command_of(const Words& words) {
+  const ParsedLine line = parse(words);
+  if (!line.command) throw std::logic_error("no command");
+  return std::get<Wanted>(*line.command);
+}
+
+std::string fault_of(const Words& words) {
+  try {
+    static_cast<void>(parse(words));
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "no fault";
+}
+
+TEST(CommandLine, ReadsRun) {
+  const auto run = command_of<RunCommand>({"run", "e.toml", "--local", "--rig", "r.toml", "--fast", "--output", "d"});
+  EXPECT_EQ(run.experiment_file, "e.toml");
+  EXPECT_EQ(run.rig_file, "r.toml");
+  EXPECT_TRUE(run.local);
+  EXPECT_TRUE(run.fast);
+  EXPECT_FALSE(run.yes);
+  EXPECT_EQ(run.output, "d");
+  EXPECT_EQ(command_of<RunCommand>({"run", "e.toml"}).output, "runs");
+}
+
+TEST(CommandLine, AllowsRigAndFastOnlyWithLocal) {
+  EXPECT_NE(fault_of({"run", "e.toml", "--rig", "r.toml"}).find("--local"), std::string::npos);
+  EXPECT_NE(fault_of({"run", "e.toml", "--fast"}).find("--local"), std::string::npos);
+}
+
+TEST(CommandLine, ReadsFit) {
+  const auto fit = command_of<FitCommand>(
+      {"fit",        "--model", "io",        "--model",     "fo",      "r.csv", "--poles", "3",     "--zeros",
+       "1",          "--delay", "free",      "--procedure", "paper",   "--fix", "a=1",     "--fix", "b=-2",
+       "--decimate", "40",      "--discard", "10",          "--split", "1",     "--seed",  "7",     "--initial-state",
+       "none",       "-o",      "out"});
+  EXPECT_EQ(fit.source, "r.csv");
+  EXPECT_EQ(fit.models.kinds, (std::vector{ident::StructureKind::io, ident::StructureKind::fo}));
+  EXPECT_EQ(fit.models.poles, 3);
+  EXPECT_EQ(fit.models.zeros, 1);
+  EXPECT_EQ(fit.models.delay, "free");
+  EXPECT_EQ(fit.procedure, ident::Procedure::paper);
+  EXPECT_EQ(fit.models.fixed, (std::vector<std::string>{"a=1", "b=-2"}));
+  EXPECT_EQ(fit.record.decimation, 40);
+  EXPECT_EQ(fit.record.discard_s, 10.0);
+  EXPECT_EQ(fit.record.split, 1.0);
+  EXPECT_EQ(fit.seed, 7U);
+  EXPECT_EQ(fit.models.initial_state, ident::InitialState::none);
+  EXPECT_EQ(fit.output, "out");
+}
+
+TEST(CommandLine, ReadsTheOtherCommands) {
+  EXPECT_EQ(command_of<SimulateCommand>({"simulate", "m.json", "u.csv", "--method", "gl1"}).method,
+            ident::SimulationMethod::gl1);
+  EXPECT_EQ(command_of<ValidateCommand>({"validate", "m.json", "r.csv"}).source, "r.csv");
+  EXPECT_EQ(command_of<CheckCommand>({"check", "e.toml"}).file, "e.toml");
+  EXPECT_EQ(command_of<DesignCommand>({"design", "e.toml", "-o", "u.csv"}).output, "u.csv");
+  EXPECT_EQ(command_of<RunsListCommand>({"runs", "list"}).folder, "runs");
+  EXPECT_EQ(command_of<RunsShowCommand>({"runs", "show", "r"}).run, "r");
+  EXPECT_EQ(command_of<RunsRecoverCommand>({"runs", "recover", "r"}).target, "r");
+}
+
+TEST(CommandLine, TakesCommonOptionsBeforeAndAfterTheCommand) {
+  EXPECT_TRUE(parse({"--json", "check", "e.toml"}).console.json);
+  EXPECT_TRUE(parse({"check", "e.toml", "--json"}).console.json);
+  EXPECT_TRUE(parse({"runs", "list", "-q"}).console.quiet);
+  EXPECT_TRUE(parse({"runs", "list", "--no-progress"}).console.no_progress);
+}
+
+TEST(CommandLine, RefusesWhatItDoesNotKnow) {
+  for (const auto& words : std::vector<Words>{
+           {},
+           {"frobnicate"},
+           {"run"},
+           {"run", "a", "b"},
+           {"fit", "r.csv", "--model", "pid"},
+           {"fit", "r.csv", "--poles", "0"},
+           {"fit", "r.csv", "--poles", "11"},
+           {"fit", "r.csv", "--poles", "2.5"},
+           {"fit", "r.csv", "--split", "0"},
+           {"fit", "r.csv", "--split", "1.1"},
+           {"fit", "r.csv", "--split", "nan"},
+           {"fit", "r.csv", "--discard", "-1"},
+           {"fit", "r.csv", "--decimate", "0"},
+           {"fit", "r.csv", "--seed", "-1"},
+           {"fit", "r.csv", "--procedure", "Paper"},
+           {"fit", "r.csv", "--seed", "1", "--seed", "2"},
+           {"simulate", "m.json", "u.csv", "--method", "euler"},
+           {"runs"},
+           {"check", "e.toml", "--unknown"},
+       }) {
+    EXPECT_NE(fault_of(words), "no fault") << (words.empty() ? "nothing" : words.back());
+  }
+}
+
+TEST(CommandLine, SaysWhereHelpIs) {
+  EXPECT_NE(fault_of({"fit", "r.csv", "--poles", "0"}).find("see `eha fit --help`"), std::string::npos);
+}
+
+TEST(CommandLine, ExplainsItself) {
+  const std::string help = parse({"--help"}).text;
+  for (const char* word : {"run", "fit", "simulate", "validate", "check", "design", "runs", "Exit codes", "Examples"}) {
+    EXPECT_NE(help.find(word), std::string::npos) << word;
+  }
+  for (const char* command : {"run", "fit", "simulate", "validate", "check", "design", "runs"}) {
+    EXPECT_NE(parse({command, "--help"}).text.find("Examples"), std::string::npos) << command;
+  }
+}
+
+TEST(CommandLine, NamesItsVersionAndBackends) {
+  const std::string version = parse({"--version"}).text;
+  EXPECT_EQ(version.rfind("eha ", 0), 0U) << version;
+  EXPECT_NE(version.find("comedi backend: "), std::string::npos) << version;
+  EXPECT_NE(version.find("NLopt"), std::string::npos) << version;
+}
+
+}  // namespace
+}  // namespace eha::cli

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/model_options.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace eha::cli {
+namespace {
+
+using ident::ParameterRequest;
+using ident::StructureKind;
+using ident::StructureOptions;
+
+/// Message of the usage error that these options end in.
+std::string fault_of(const ModelOptions& options) {
+  try {
+    static_cast<void>(structures_for(options, {}));
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "no fault";
+}
+
+TEST(ModelOptions, TakeIoAndFoWhereNothingIsAsked) {
+  const auto structures = structures_for({}, {});
+  ASSERT_EQ(structures.size(), 2U);
+  EXPECT_EQ(structures[0].name, "io");
+  EXPECT_EQ(structures[0].kind, StructureKind::io);
+  EXPECT_EQ(structures[1].name, "fo");
+  EXPECT_EQ(structures[1].kind, StructureKind::fo);
+}
+
+TEST(ModelOptions, TakeTheExperimentsModelsUnlessOthersAreNamed) {
+  StructureOptions third_order;
+  third_order.name = "third";
+  third_order.poles = 3;
+  EXPECT_EQ(structures_for({}, {third_order}).front().poles, 3);
+
+  ModelOptions options;
+  options.kinds = {StructureKind::lag, StructureKind::io};
+  const auto structures = structures_for(options, {third_order});
+  ASSERT_EQ(structures.size(), 2U);
+  EXPECT_EQ(structures[0].name, "lag");
+  EXPECT_EQ(structures[1].name, "third");
+  EXPECT_EQ(structures[1].poles, 3);
+}
+
+TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
+  ModelOptions options;
+  options.poles = 3;
+  options.zeros = 1;
+  const auto structures = structures_for(options, {});
+  EXPECT_EQ(structures[0].poles, 3);
+  EXPECT_EQ(structures[0].zeros, 1);
+  EXPECT_EQ(structures[1].poles, StructureOptions{}.poles);
+
+  options.kinds = {StructureKind::fo};
+  EXPECT_EQ(fault_of(options).substr(0, 30), "--poles and --zeros are for th");
+  options.kinds = {StructureKind::io};
+  options.zeros = 4;
+  EXPECT_EQ(fault_of(options), "--zeros: expected at most 3 as there are so many poles, got 4");
+}
+
+TEST(ModelOptions, FreeOrHoldTheDelay) {
+  ModelOptions options;
+  options.delay = "free";
+  EXPECT_TRUE(structures_for(options, {})[0].delay_free);
+  options.delay = "0.16";
+  EXPECT_FALSE(structures_for(options, {})[0].delay_free);
+  EXPECT_DOUBLE_EQ(structures_for(options, {})[0].delay_s, 0.16);
+  options.delay = "-1";
+  EXPECT_EQ(fault_of(options), "--delay: expected free or seconds >= 0, got -1");
+  options.delay = "soon";
+  EXPECT_EQ(fault_of(options), "--delay soon: expected a finite number, got \"soon\"");
+}
+
+TEST(ModelOptions, CollectWhatIsAskedOfOneParameter) {
+  ModelOptions options;
+  options.fixed = {"n1=0.9"};
+  options.free = {"b0"};
+  options.starts = {"n2=1.7"};
+  options.bounds = {"n2=1.5:2"};
+  const std::vector<ParameterRequest> parameters = structures_for(options, {})[1].parameters;
+  ASSERT_EQ(parameters.size(), 3U);
+  EXPECT_EQ(parameters[0].name, "n1");
+  EXPECT_EQ(parameters[0].fixed, true);
+  EXPECT_EQ(parameters[0].start, 0.9);
+  EXPECT_EQ(parameters[1].name, "b0");
+  EXPECT_EQ(parameters[1].fixed, false);
+  EXPECT_EQ(parameters[2].name, "n2");
+  EXPECT_FALSE(parameters[2].fixed.has_value());
+  EXPECT_EQ(parameters[2].start, 1.7);
+  EXPECT_EQ(parameters[2].lower, 1.5);
+  EXPECT_EQ(parameters[2].upper, 2.0);
+}
+
+TEST(ModelOptions, OverrideWhatTheExperimentAsksOfAParameter) {
+  StructureOptions configured;
+  configured.parameters = {{.name = "a0", .fixed = true, .start = 1.0, .lower = {}, .upper = {}}};
+  ModelOptions options;
+  options.free = {"a0"};
+  const auto structures = structures_for(options, {configured});
+  ASSERT_EQ(structures[0].parameters.size(), 1U);
+  EXPECT_EQ(structures[0].parameters[0].fixed, false);
+  EXPECT_EQ(structures[0].parameters[0].start, 1.0);
+}
+
+TEST(ModelOptions, RefuseMalformedRequests) {
+  EXPECT_EQ(fault_of({.fixed = {"n1"}}), "--fix n1: expected NAME=VALUE");
+  EXPECT_EQ(fault_of({.fixed = {"=3"}}), "--fix =3: expected NAME=VALUE");
+  EXPECT_EQ(fault_of({.fixed = {"n1=big"}}), "--fix n1=big: expected a finite number, got \"big\"");
+  EXPECT_EQ(fault_of({.fixed = {"n1=nan"}}), "--fix n1=nan: expected a finite number, got \"nan\"");
+  EXPECT_EQ(fault_of({.starts = {"n1=1x"}}), "--start n1=1x: expected a finite number, got \"1x\"");
+  EXPECT_EQ(fault_of({.bounds = {"n1=1"}}), "--bound 1: expected NAME=LOW:HIGH");
+  EXPECT_EQ(fault_of({.bounds = {"n1=2:1"}}), "--bound n1=2:1: the lower bound must be below the upper one");
+  EXPECT_EQ(fault_of({.kinds = {StructureKind::io, StructureKind::io}}).substr(0, 27), "--model io is given twice, ");
+}
+
+TEST(RecordOptions, OverrideOnlyWhatIsSet) {
+  ident::FitOptions options;
+  options.decimation = 40;
+  options.discard_s = 10.0;
+  options.split = 0.5;
+  const ident::FitOptions changed = with(options, {.decimation = {}, .discard_s = 2.0, .split = 1.0});
+  EXPECT_EQ(changed.decimation, 40);
+  EXPECT_DOUBLE_EQ(changed.discard_s, 2.0);
+  EXPECT_DOUBLE_EQ(changed.split, 1.0);
+}
+
+}  // namespace
+}  // namespace eha::cli

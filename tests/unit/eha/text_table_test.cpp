@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/text_table.hpp"
+
+#include <gtest/gtest.h>
+
+namespace eha::cli {
+namespace {
+
+TEST(TextTable, AlignsByCharactersAndLeavesNoTrailingBlanks) {
+  const std::string text = text_table({{"name", Align::left}, {"µm", Align::right}, {"note", Align::left}},
+                                      {{"a", "1.5", "good"}, {"longer", "±12", ""}});
+  EXPECT_EQ(text,
+            "name     µm  note\n"
+            "------  ---  ----\n"
+            "a       1.5  good\n"
+            "longer  ±12\n");
+}
+
+TEST(TextTable, HasTitlesWithoutRows) { EXPECT_EQ(text_table({{"a", Align::left}}, {}), "a\n-\n"); }
+
+}  // namespace
+}  // namespace eha::cli
