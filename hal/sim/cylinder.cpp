@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 namespace eha::hal {
@@ -111,10 +112,10 @@ CylinderState Cylinder::derivative(const CylinderState& s, double spool_target_V
 void Cylinder::advance(double command_V, Ports ports, double duration_s) noexcept {
   if (!(duration_s > 0.0)) return;
   // The tolerance keeps a duration of whole sub-steps from being cut into one more by rounding.
-  const double steps = std::max(1.0, std::ceil(duration_s / sub_step_s_ * (1.0 - 1e-9)));
-  const double h = duration_s / steps;
+  const auto steps = std::max<std::int64_t>(1, std::llround(std::ceil(duration_s / sub_step_s_ * (1.0 - 1e-9))));
+  const double h = duration_s / static_cast<double>(steps);
   const double target_V = ports == Ports::open ? command_V + null_offset_V_ : 0.0;
-  for (double i = 0.0; i < steps; i += 1.0) {
+  for (std::int64_t i = 0; i < steps; ++i) {
     const CylinderState k1 = derivative(state_, target_V, ports);
     const CylinderState k2 = derivative(plus(state_, 0.5 * h, k1), target_V, ports);
     const CylinderState k3 = derivative(plus(state_, 0.5 * h, k2), target_V, ports);

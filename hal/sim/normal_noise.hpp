@@ -19,7 +19,7 @@ class NormalNoise {
       for (int part = 0; part < 4; ++part, bits >>= 16) sum += static_cast<std::int64_t>(bits & 0xffff);
     }
     // Each part is uniform on 0 .. 65535, mean 65535 / 2.
-    return static_cast<double>(sum - 6 * 65535) / 65536.0;
+    return static_cast<double>(sum - std::int64_t{6} * 65535) / 65536.0;
   }
 
  private:
