@@ -260,6 +260,7 @@ RigConfig parse_rig(std::string_view text, const std::string& file_name) {
   } else {
     read_comedi(root, rig.comedi);
     root.forbid("sim", "backend = \"comedi\"");
+    if (document.root.contains("comedi")) add_backend_faults(hal::check(rig.comedi), "comedi", document);
   }
   root.finish();
   if (backend_is_known) LimitChecks(rig, document).run();

@@ -30,6 +30,36 @@ std::string shown(const toml::node& node) {
   return "a date or time";
 }
 
+/// toml++ destroys nested tables by recursion, and each dot of a key nests one: 20 000 overflow the stack. Its own
+/// limit of 256 nested values and this one for a line keep well below.
+constexpr std::size_t kMostDots = 25;
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Dots of a line but for those in numbers. A row of dotted keys that look like numbers still counts at least half.
+std::size_t count_dots(std::string_view line) {
+  std::size_t count = 0;
+  for (std::size_t dot = line.find('.'); dot != std::string_view::npos; dot = line.find('.', dot + 1)) {
+    std::size_t end = dot + 1;
+    while (end < line.size() && is_digit(line[end])) ++end;
+    const bool in_number =
+        dot > 0 && is_digit(line[dot - 1]) && end > dot + 1 && (end == line.size() || line[end] != '.');
+    if (!in_number) ++count;
+  }
+  return count;
+}
+
+void refuse_many_dots(std::string_view text, const std::string& file_name) {
+  for (std::size_t line = 1; !text.empty(); ++line) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    if (count_dots(text.substr(0, end)) > kMostDots) {
+      throw ConfigError(fmt::format("{}:{}:1: expected at most {} dots outside of numbers in a line, got more",
+                                    file_name, line, kMostDots));
+    }
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
 bool is_stem_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
 }
@@ -83,6 +113,7 @@ Document parse_document(std::string_view text, const std::string& file_name) {
   if (text.find('\0') != std::string_view::npos) {
     throw ConfigError(file_name + ": expected a configuration file in TOML, got a binary file");
   }
+  refuse_many_dots(text, file_name);
   try {
     return {toml::parse(text, file_name), FaultList(file_name), {}};
   } catch (const toml::parse_error& error) {

@@ -93,6 +93,32 @@ TEST_F(ConfigFile, ThatMayNotBeReadIsAMatterOfPermission) {
   ASSERT_EQ(seteuid(user), 0);
 }
 
+std::string repeated(const std::string& text, int times) {
+  std::string result;
+  for (int i = 0; i < times; ++i) result += text;
+  return result;
+}
+
+TEST(ConfigText, ThatIsNestedVeryDeepIsRefused) {
+  const std::string nested = "a" + repeated(".a", 24) + "=[{\n";
+  for (const std::string& text : {"a" + repeated(".a", 200'000) + " = 1\n", "[a" + repeated(".a", 200'000) + "]\n",
+                                  "1" + repeated(".1", 200'000) + " = 1\n", "1" + repeated(".1 .1", 200'000) + " = 1\n",
+                                  repeated("a={", 200'000), "a = " + repeated("[", 900'000), repeated("[", 900'000),
+                                  repeated(nested, 10'000), repeated(nested, 100) + "?"}) {
+    EXPECT_THROW((void)parse_rig(text, "x.toml"), ConfigError) << text.substr(0, 20);
+    EXPECT_THROW((void)kind_of(text, "x.toml"), ConfigError) << text.substr(0, 20);
+  }
+}
+
+TEST(ConfigText, MayHoldManyNumbersInALine) {
+  const std::string tone = "{ frequency_Hz = 0.05, amplitude_V = 0.025, phase_rad = 1.5 },";
+  const ExperimentConfig experiment =
+      parse_experiment("schema = 1\nname = \"x\"\nduration_s = 10.0\n[excitation]\nkind = \"multisine\"\ntones = [" +
+                           repeated(tone, 100) + "]\n[[model]]\nname = \"io\"\nstructure = \"io\"\n",
+                       "x.toml");
+  EXPECT_EQ(experiment.excitation.tones.size(), 100U);
+}
+
 TEST_F(ConfigFile, IsReadAsItStands) {
   const std::string path = file("schema = 1\r\n# end without newline");
   EXPECT_EQ(read_config_file(path), "schema = 1\r\n# end without newline");
