@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "ident/estimation/fit_options.hpp"
+#include "ident/estimation/model_output.hpp"
 #include "ident/executor.hpp"
-#include "ident/fractional/simulate.hpp"
 #include "ident/model.hpp"
 #include "ident/record.hpp"
 
@@ -15,13 +15,13 @@ namespace eha::ident {
 
 /// A fitted model and what was compared to get it.
 struct FitResult {
-  Model model;                 ///< estimation, validation and stability filled; verdict not
-  Eigen::VectorXd time_s;      ///< of the compared samples, estimation part then validation part
-  Eigen::VectorXd measured;    ///< filtered and decimated as compared [output unit]
-  Eigen::VectorXd simulated;   ///< [output unit]
-  std::size_t estimation_samples = 0;       ///< how many of them estimated
-  std::vector<std::string> free_parameters; ///< row and column names of `correlation`
-  Eigen::MatrixXd correlation;              ///< of the free parameters' errors
+  Model model;                                 ///< estimation, validation and stability filled; verdict not
+  Eigen::VectorXd time_s;                      ///< of the compared samples, estimation part then validation part
+  Eigen::VectorXd measured;                    ///< filtered and decimated as compared [output unit]
+  Eigen::VectorXd simulated;                   ///< [output unit]
+  std::size_t estimation_samples = 0;          ///< how many of them estimated
+  std::vector<std::string> free_parameters;    ///< row and column names of `correlation`
+  Eigen::MatrixXd correlation;                 ///< of the free parameters' errors
   std::vector<std::string> indistinguishable;  ///< free parameters that the record cannot tell apart
 };
 
@@ -31,11 +31,6 @@ struct FitResult {
 /// Deterministic for a given seed, whatever the executor.
 [[nodiscard]] FitResult fit(const Record& record, const StructureOptions& structure, const FitOptions& options,
                             const Executor& executor = run_in_order);
-
-/// Output of the whole model, bias, offset and free response included: N samples at the record's times.
-/// @throws as simulate(TransferFunction, ...)
-[[nodiscard]] Eigen::VectorXd simulate(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& input,
-                                       double step_s, SimulationMethod method = SimulationMethod::exact);
 
 /// Scores a model on a record it has not seen: bias kept, initial_output (and initial_state) as stored in `score`
 /// and estimated anew in `offset_reestimated`.

@@ -21,8 +21,8 @@ enum class StructureKind {
 
 /// What the user wants of one parameter; unset members are the structure's own choice.
 struct ParameterRequest {
-  std::string name;                 ///< as in Model::parameters: "n2", "a0", "K", "b0", "q", "delay_s", "input_bias", "initial_output"
-  std::optional<bool> fixed;        ///< true holds it at `start`, false frees it
+  std::string name;  ///< as in Model::parameters: "n2", "a0", "K", "b0", "q", "delay_s", "input_bias", "initial_output"
+  std::optional<bool> fixed;  ///< true holds it at `start`, false frees it
   std::optional<double> start;
   std::optional<double> lower;
   std::optional<double> upper;
@@ -35,20 +35,27 @@ enum class InitialState { automatic, none, estimated };
 struct StructureOptions {
   std::string name = "io";  ///< file name of the model
   StructureKind kind = StructureKind::io;
-  int poles = 2;            ///< io and commensurate: 1..10
-  int zeros = 0;            ///< io and commensurate: 0..poles
+  int poles = 2;  ///< io and commensurate: 1..10
+  int zeros = 0;  ///< io and commensurate: 0..poles
   bool delay_free = false;
-  double delay_s = 0.0;     ///< value when held, start when free [s]
+  double delay_s = 0.0;  ///< value when held, start when free [s]
   InitialState initial_state = InitialState::automatic;
   std::vector<ParameterRequest> parameters;
+};
+
+/// Where a fit starts.
+enum class Search {
+  global,  ///< anywhere in the structure's search box, then local
+  local,   ///< at the requested start values, nowhere else
 };
 
 /// How a record is used.
 struct FitOptions {
   Procedure procedure = Procedure::standard;
-  int decimation = 1;          ///< every how many samples model and data are compared
-  double discard_s = 0.0;      ///< not compared, though simulated [s]
-  double split = 0.5;          ///< share of the compared samples that estimates; 1 leaves no validation
+  Search search = Search::global;
+  int decimation = 1;      ///< every how many samples model and data are compared
+  double discard_s = 0.0;  ///< not compared, though simulated [s]
+  double split = 0.5;      ///< share of the compared samples that estimates; 1 leaves no validation
   std::uint64_t seed = 1;
 };
 

@@ -23,8 +23,8 @@ namespace eha::ident {
 /// Asymptotics and Special Functions, ch. 8.
 class AliasSum {
  public:
-  static constexpr std::size_t kTerms = 22;    ///< Chebyshev terms
-  static constexpr int kExplicitAliases = 7;   ///< aliases summed one by one
+  static constexpr std::size_t kTerms = 22;   ///< Chebyshev terms
+  static constexpr int kExplicitAliases = 7;  ///< aliases summed one by one
 
   /// @param sigma  real part of p, positive; @param step_s  sample period h [s]
   AliasSum(double sigma, double step_s);

@@ -99,7 +99,8 @@ Eigen::VectorXd simulate_by_quadrature(const TransferFunction& g, const Eigen::R
 
   Eigen::VectorXd y(input.size());
   for (std::size_t n = 0; n < samples; ++n) {
-    y[static_cast<Eigen::Index>(n)] = signal[n] * std::exp(sigma * static_cast<double>(n)) / static_cast<double>(length);
+    y[static_cast<Eigen::Index>(n)] =
+        signal[n] * std::exp(sigma * static_cast<double>(n)) / static_cast<double>(length);
   }
   return y;
 }

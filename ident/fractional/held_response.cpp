@@ -71,8 +71,8 @@ struct HeldResponse::Scratch {
 
 HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     : selection_(selection),
-      length_(fast_length(static_cast<std::size_t>(guard * static_cast<double>(selection.samples)) + 16,
-                          selection.every)),
+      length_(
+          fast_length(static_cast<std::size_t>(guard * static_cast<double>(selection.samples)) + 16, selection.every)),
       sigma_(-std::log(kWrapAround) / static_cast<double>(length_)),
       bins_(length_ / 2 + 1),
       aliases_(sigma_, selection.step_s),
@@ -84,7 +84,8 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     std::vector<double> circle(length_, 0.0);
     for (std::ptrdiff_t m = -half; m <= half; ++m) {
       const auto at = static_cast<std::size_t>(m < 0 ? m + static_cast<std::ptrdiff_t>(length_) : m);
-      circle[at] = selection_.filter_taps[static_cast<std::size_t>(m + half)] * std::exp(-sigma_ * static_cast<double>(m));
+      circle[at] =
+          selection_.filter_taps[static_cast<std::size_t>(m + half)] * std::exp(-sigma_ * static_cast<double>(m));
     }
     RealFft(length_).forward(circle, factor);
     while (bins_ > 1 && std::abs(factor[bins_ - 1]) < kStopband) --bins_;
@@ -266,7 +267,8 @@ Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double del
     }
     short_fft_.inverse(folded, output);
     for (std::size_t m = 0; m < selection_.count; ++m) {
-      responses(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(r)) = output[m] * growth_[static_cast<Eigen::Index>(m)];
+      responses(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(r)) =
+          output[m] * growth_[static_cast<Eigen::Index>(m)];
     }
   }
   return responses;

@@ -15,11 +15,11 @@ namespace eha::ident {
 
 /// Which outputs of a held-input simulation are wanted.
 struct OutputSelection {
-  std::size_t samples = 0;       ///< N, inputs simulated
-  double step_s = 0.0;           ///< sample period [s]
-  std::size_t first = 0;         ///< first output wanted
-  std::size_t every = 1;         ///< distance of the outputs wanted [samples]
-  std::size_t count = 0;         ///< how many
+  std::size_t samples = 0;  ///< N, inputs simulated
+  double step_s = 0.0;      ///< sample period [s]
+  std::size_t first = 0;    ///< first output wanted
+  std::size_t every = 1;    ///< distance of the outputs wanted [samples]
+  std::size_t count = 0;    ///< how many
   /// Symmetric filter applied to the output before it is picked: taps at -m..m, odd length; empty for none.
   std::vector<double> filter_taps;
 };
@@ -67,9 +67,9 @@ class HeldResponse {
   void weigh(InputSpectrum& spectrum) const;
 
   OutputSelection selection_;
-  std::size_t length_;   ///< L
-  double sigma_;         ///< -ln rho
-  std::size_t bins_;     ///< bins that carry signal: the filter's stopband is left out
+  std::size_t length_;  ///< L
+  double sigma_;        ///< -ln rho
+  std::size_t bins_;    ///< bins that carry signal: the filter's stopband is left out
   AliasSum aliases_;
   RealFft short_fft_;
   LaplacePoints points_;

@@ -36,7 +36,8 @@ SimulationMethod simulation_method(std::string_view name) {
 Eigen::VectorXd simulate(const TransferFunction& g, const Eigen::Ref<const Eigen::VectorXd>& input, double step_s,
                          SimulationMethod method) {
   check(g);
-  if (!(step_s > 0.0) || !std::isfinite(step_s)) throw DataError("sample period: expected a positive number of seconds");
+  if (!(step_s > 0.0) || !std::isfinite(step_s))
+    throw DataError("sample period: expected a positive number of seconds");
   if (!input.allFinite()) throw DataError("input: expected finite samples, got a NaN or infinite one");
   if (input.size() == 0) return {};
   const bool unstable = grows(g);

@@ -87,8 +87,7 @@ int zeros_in_sector(const Polynomial& d, double phi) {
   }
   // Where one term outweighs the rest a hundredfold the argument is within 0.01 rad of that term's.
   const double margin = std::log(100.0 * static_cast<double>(d.terms.size())) / least_gap;
-  const double turned =
-      turn(d.terms, sample(d.terms, low - margin, phi), sample(d.terms, high + margin, phi), phi, 0);
+  const double turned = turn(d.terms, sample(d.terms, low - margin, phi), sample(d.terms, high + margin, phi), phi, 0);
   return static_cast<int>(std::lround((d.terms.back().order * phi - turned) / pi));
 }
 

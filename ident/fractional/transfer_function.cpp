@@ -41,8 +41,8 @@ std::complex<double> evaluate(const std::vector<Term>& terms, std::complex<doubl
 void check(const TransferFunction& g) {
   check_terms(g.numerator, "transfer_function.numerator");
   check_terms(g.denominator, "transfer_function.denominator");
-  const bool is_zero = std::all_of(g.denominator.begin(), g.denominator.end(),
-                                   [](const Term& term) { return term.coefficient == 0.0; });
+  const bool is_zero =
+      std::all_of(g.denominator.begin(), g.denominator.end(), [](const Term& term) { return term.coefficient == 0.0; });
   if (is_zero) throw ConfigError("transfer_function.denominator: expected a coefficient other than 0, all are 0");
   if (!std::isfinite(g.delay_s) || g.delay_s < 0.0) {
     throw ConfigError("transfer_function.delay_s: expected a finite delay of at least 0 s");

@@ -17,7 +17,7 @@ inline std::filesystem::path shared(const std::string& name) {
 
 }  // namespace eha::test
 
-#define EHA_REQUIRE_SHARED(path)                                                                      \
-  if (!std::filesystem::exists(path)) {                                                               \
+#define EHA_REQUIRE_SHARED(path)                                                                         \
+  if (!std::filesystem::exists(path)) {                                                                  \
     GTEST_SKIP() << "reference data absent: " << (path) << "; set EHA_SHARED to the folder they are in"; \
   }

@@ -141,7 +141,8 @@ Eigen::VectorXd plain_recursion(const TransferFunction& g, const Eigen::VectorXd
   const auto weights = [&](double order) {
     std::vector<long double> w(static_cast<std::size_t>(n_samples), 1.0L);
     for (std::size_t j = 1; j < w.size(); ++j) {
-      w[j] = w[j - 1] * (static_cast<long double>(j) - 1.0L - static_cast<long double>(order)) / static_cast<long double>(j);
+      w[j] = w[j - 1] * (static_cast<long double>(j) - 1.0L - static_cast<long double>(order)) /
+             static_cast<long double>(j);
     }
     return w;
   };

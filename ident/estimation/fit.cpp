@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/estimation/fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "ident/estimation/global_search.hpp"
+#include "ident/estimation/least_squares.hpp"
+#include "ident/estimation/model_output.hpp"
+#include "ident/estimation/output_error.hpp"
+#include "ident/estimation/paper_procedure.hpp"
+#include "ident/estimation/parametrisation.hpp"
+#include "ident/estimation/uncertainty.hpp"
+#include "ident/fractional/stability.hpp"
+#include "ident/validation/correlation.hpp"
+#include "ident/validation/score.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr int kCorrelationLags = 20;
+constexpr Eigen::Index kFewestRows = 20;
+// Optima of the coarse record are followed on the whole one while the evidence against them, as a difference of BIC, is
+// less than this; "strong" evidence begins at 6 (Kass and Raftery, J. Am. Stat. Assoc. 90, 1995).
+constexpr double kStrongEvidence = 6.0;
+constexpr std::size_t kMostFollowed = 4;
+// A mode slower than this many records looks like an integrator.
+constexpr double kResolvedRecords = 10.0;
+
+/// One way to treat what came before t = 0.
+struct Variant {
+  LinearPart linear;
+  bool bias_coordinate = false;
+};
+
+/// A local optimum of one variant on the whole record.
+struct Outcome {
+  Variant variant;
+  Parametrisation parametrisation;
+  LeastSquaresResult best;
+  std::size_t free = 0;  ///< parameters estimated
+};
+
+const ParameterRequest* find(const StructureOptions& structure, const std::string& name) {
+  const auto found = std::find_if(structure.parameters.begin(), structure.parameters.end(),
+                                  [&](const ParameterRequest& request) { return request.name == name; });
+  return found == structure.parameters.end() ? nullptr : &*found;
+}
+
+LinearQuantity quantity(const StructureOptions& structure, const std::string& name) {
+  LinearQuantity q;
+  if (const ParameterRequest* request = find(structure, name)) {
+    q.fixed = request->fixed.value_or(false);
+    q.value = request->start.value_or(0.0);
+    q.lower = request->lower.value_or(q.lower);
+    q.upper = request->upper.value_or(q.upper);
+  }
+  return q;
+}
+
+std::vector<Variant> variants(const StructureOptions& structure, std::size_t numerator_terms) {
+  Variant at_rest;
+  for (std::size_t j = 0; j < numerator_terms; ++j) {
+    at_rest.linear.numerator.push_back(quantity(structure, numerator_name(j, numerator_terms)));
+  }
+  at_rest.linear.initial_output = quantity(structure, "initial_output");
+  const ParameterRequest* bias = find(structure, "input_bias");
+  const bool bias_fixed = bias != nullptr && bias->fixed.value_or(false);
+  if (bias_fixed) at_rest.linear.fixed_bias = bias->start.value_or(0.0);
+  // With one numerator term the bias enters linearly, beside the gain; bounds on it make it a coordinate.
+  const bool bounded = bias != nullptr && (bias->lower || bias->upper);
+  at_rest.linear.solve_bias = !bias_fixed && !bounded && numerator_terms == 1;
+  at_rest.bias_coordinate = !bias_fixed && !at_rest.linear.solve_bias;
+
+  // A constant input switched on at t = 0 is, for integer orders, one of the free responses.
+  Variant moving = at_rest;
+  moving.linear.solve_bias = false;
+  moving.bias_coordinate = false;
+  moving.linear.initial_states = structure.poles;
+
+  const bool can_move = structure.kind == StructureKind::io;
+  if (structure.initial_state == InitialState::estimated && !can_move) {
+    throw ConfigError(fmt::format(
+        "model {}: initial_state: only models of integer order have a finite initial state; expected auto or none",
+        structure.name));
+  }
+  if (!can_move || structure.initial_state == InitialState::none) return {at_rest};
+  if (structure.initial_state == InitialState::estimated) return {moving};
+  return {at_rest, moving};
+}
+
+std::size_t free_parameters(const Parametrisation& parametrisation, const LinearPart& linear) {
+  std::size_t free = parametrisation.coordinates().size() + static_cast<std::size_t>(linear.initial_states);
+  for (const LinearQuantity& q : linear.numerator) free += q.fixed ? 0 : 1;
+  return free + (linear.solve_bias ? 1 : 0) + (linear.initial_output.fixed ? 0 : 1);
+}
+
+void check_record(const Record& record, const FitOptions& options) {
+  if (record.input.size() != record.output.size()) throw DataError("record: input and output differ in length");
+  if (!record.input.allFinite() || !record.output.allFinite()) throw DataError("record: expected finite samples");
+  if (!(record.step_s > 0.0)) throw DataError("record: expected a positive sample period");
+  if (options.decimation < 1)
+    throw ConfigError(fmt::format("decimation: expected at least 1, got {}", options.decimation));
+  if (!(options.split > 0.0) || options.split > 1.0) {
+    throw ConfigError(fmt::format("split: expected a share above 0 and up to 1, got {}", options.split));
+  }
+  if (record.input.size() < kFewestRows) {
+    throw DataError(
+        fmt::format("record: {} rows are too few to fit; expected at least {}", record.input.size(), kFewestRows));
+  }
+  const auto constant = [](const Eigen::VectorXd& v) { return (v.array() == v[0]).all(); };
+  if (constant(record.input)) {
+    throw DataError(fmt::format("record: the input is constant at {} {}; a model needs an input that moves",
+                                record.input[0], record.input_channel.unit));
+  }
+  if (constant(record.output)) {
+    throw DataError(fmt::format("record: the output is constant at {} {}; a model needs an output that moves",
+                                record.output[0], record.output_channel.unit));
+  }
+}
+
+/// n_eff ln(cost/n) + p ln(n_eff): the residual's colour leaves fewer independent samples than rows.
+double effective_bic(double cost, Eigen::Index rows, std::size_t free, double effective_samples) {
+  return effective_samples * std::log(std::max(cost, 1e-300) / static_cast<double>(rows)) +
+         static_cast<double>(free) * std::log(effective_samples);
+}
+
+/// Searches one variant on the coarse record and follows its best optima on the whole one.
+std::vector<Outcome> estimate(const Parametrisation& parametrisation, const Variant& variant,
+                              const ComparedRecord& compared, const ComparedRecord& coarse, const FitOptions& options,
+                              const Executor& executor, std::size_t& evaluations) {
+  const std::size_t free = free_parameters(parametrisation, variant.linear);
+  std::vector<Eigen::VectorXd> starts;
+  if (options.search == Search::global) {
+    const SearchResult found = search(OutputError(coarse, parametrisation, variant.linear), options.seed, executor);
+    evaluations += found.evaluations;
+    for (const LeastSquaresResult& optimum : found.optima) {
+      const OutputError::Point& best = found.optima.front().point;
+      const double effective = residual_model(best.residual).effective_samples;
+      const double evidence = effective_bic(optimum.point.cost, best.residual.size(), free, effective) -
+                              effective_bic(best.cost, best.residual.size(), free, effective);
+      if (starts.size() < kMostFollowed && evidence < kStrongEvidence) starts.push_back(optimum.theta);
+    }
+  } else {
+    starts.push_back(parametrisation.start());
+  }
+  const OutputError problem(compared, parametrisation, variant.linear);
+  std::vector<LeastSquaresResult> refined(starts.size());
+  executor(starts.size(), [&](std::size_t k) { refined[k] = minimise(problem, starts[k]); });
+  std::vector<Outcome> outcomes;
+  for (LeastSquaresResult& r : refined) {
+    evaluations += r.evaluations;
+    if (r.termination != Termination::infeasible) outcomes.push_back({variant, parametrisation, std::move(r), free});
+  }
+  return outcomes;
+}
+
+/// Whether the slowest mode is so slow that the record cannot tell it from an integrator: the frequency at which the
+/// two lowest terms of the denominator cross is far below one period a record.
+bool looks_integrating(const Outcome& outcome, double duration_s) {
+  std::vector<Term> d = outcome.parametrisation.transfer_function(outcome.best.theta, {}).denominator;
+  std::stable_sort(d.begin(), d.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
+  const double gap = d[1].order - d[0].order;
+  return std::pow(d[0].coefficient / d[1].coefficient, 1.0 / gap) * duration_s * kResolvedRecords < 1.0;
+}
+
+/// The optimum to report. The best by BIC; but one that looks integrating gives way to one that does not while the
+/// evidence against that is weak: a slow drift of the disturbance is easily mistaken for an integrator.
+const Outcome& choose(const std::vector<Outcome>& outcomes, double duration_s) {
+  const auto by_cost = [](const Outcome& a, const Outcome& b) { return a.best.point.cost < b.best.point.cost; };
+  const Outcome& closest = *std::min_element(outcomes.begin(), outcomes.end(), by_cost);
+  const double effective = residual_model(closest.best.point.residual).effective_samples;
+  const auto bic = [&](const Outcome& o) {
+    return effective_bic(o.best.point.cost, o.best.point.residual.size(), o.free, effective);
+  };
+  const auto by_bic = [&](const Outcome& a, const Outcome& b) { return bic(a) < bic(b); };
+  const Outcome& best = *std::min_element(outcomes.begin(), outcomes.end(), by_bic);
+  if (!looks_integrating(best, duration_s)) return best;
+  const Outcome* regular = nullptr;
+  for (const Outcome& o : outcomes) {
+    if (looks_integrating(o, duration_s) || bic(o) - bic(best) >= kStrongEvidence) continue;
+    if (regular == nullptr || bic(o) < bic(*regular)) regular = &o;
+  }
+  return regular != nullptr ? *regular : best;
+}
+
+struct Normalised {
+  TransferFunction g;
+  double divisor;
+};
+
+/// Orders rising, the coefficient of the second lowest one 1.
+Normalised normalised(TransferFunction g) {
+  std::stable_sort(g.denominator.begin(), g.denominator.end(),
+                   [](const Term& a, const Term& b) { return a.order < b.order; });
+  const double divisor = g.denominator[normalised_term(g)].coefficient;
+  for (Term& term : g.numerator) term.coefficient /= divisor;
+  for (Term& term : g.denominator) term.coefficient /= divisor;
+  return {std::move(g), divisor};
+}
+
+void fill_validation(FitResult& result, const Record& record, const Comparison& comparison) {
+  const ModelOutput output = output_at(result.model, record, comparison);
+  result.measured = picked(record.output, comparison);
+  result.simulated = output.total(result.model);
+  result.time_s.resize(static_cast<Eigen::Index>(comparison.count));
+  for (Eigen::Index j = 0; j < result.time_s.size(); ++j) {
+    result.time_s[j] =
+        record.start_s +
+        record.step_s * static_cast<double>(comparison.first + static_cast<std::size_t>(j) * comparison.every);
+  }
+  const auto estimated = static_cast<Eigen::Index>(result.estimation_samples);
+  result.model.estimation->score = score(result.measured.head(estimated), result.simulated.head(estimated));
+  const Eigen::Index rest = result.measured.size() - estimated;
+  if (rest < 2) return;
+  ValidationReport report;
+  const Eigen::VectorXd measured = result.measured.tail(rest);
+  const Eigen::VectorXd simulated = result.simulated.tail(rest);
+  report.score = score(measured, simulated);
+  ModelOutput tail{output.forced.tail(rest), Eigen::MatrixXd(output.free.rows() == 0 ? 0 : rest, output.free.cols())};
+  if (output.free.cols() > 0) tail.free = output.free.bottomRows(rest);
+  report.offset_reestimated = score(measured, tail.total(with_offset_fitted(result.model, tail, measured)));
+  const Eigen::VectorXd residual = measured - simulated;
+  const int lags = static_cast<int>(std::min<Eigen::Index>(kCorrelationLags, rest - 1));
+  report.acf = autocorrelation(residual, lags);
+  report.ccf = cross_correlation(residual, picked(record.input, comparison).tail(rest), lags);
+  report.ljung_box_p = ljung_box_p(report.acf, static_cast<std::size_t>(rest));
+  result.model.validation = report;
+}
+
+/// Parameters as the model file lists them, with the uncertainty of the free ones.
+void fill_parameters(FitResult& result, const ComparedRecord& compared, const Outcome& outcome,
+                     const LinearSolution& solution, const StructureOptions& structure) {
+  const TransferFunction& g = result.model.transfer_function;
+  Parametrisation plain = Parametrisation::plain(structure, g);
+  LinearPart linear = outcome.variant.linear;
+  // Reported as a parameter of its own, whether it was solved for or a coordinate.
+  linear.solve_bias = linear.solve_bias || outcome.variant.bias_coordinate;
+  const OutputError problem(compared, plain, linear);
+  const Eigen::MatrixXd derivatives = problem.derivatives(plain.start(), solution, result.free_parameters);
+  const ResidualModel residual = residual_model(outcome.best.point.residual);
+  const Uncertainty known = uncertainty(derivatives, result.free_parameters, residual);
+  result.correlation = known.correlation;
+  result.indistinguishable = known.indistinguishable;
+
+  const auto add = [&](const std::string& name, double value) {
+    ParameterEstimate p{name, value, 0.0, value, value, true};
+    const auto at = std::find(result.free_parameters.begin(), result.free_parameters.end(), name);
+    if (at != result.free_parameters.end()) {
+      const auto i = static_cast<Eigen::Index>(at - result.free_parameters.begin());
+      p.fixed = false;
+      p.std = std::sqrt(known.covariance(i, i));
+      p.lower95 = value - known.interval_factor * p.std;
+      p.upper95 = value + known.interval_factor * p.std;
+    }
+    result.model.parameters.push_back(p);
+  };
+  for (std::size_t j = 0; j < g.numerator.size(); ++j)
+    add(numerator_name(j, g.numerator.size()), g.numerator[j].coefficient);
+  for (std::size_t i = g.denominator.size(); i-- > 0;) add(coefficient_name(i), g.denominator[i].coefficient);
+  if (structure.kind == StructureKind::commensurate) {
+    add("q", g.denominator[1].order);
+  } else if (structure.kind != StructureKind::io) {
+    for (std::size_t i = g.denominator.size(); i-- > 0;) add(order_name(i), g.denominator[i].order);
+    add("b0", g.numerator[0].order);
+  }
+  add("delay_s", g.delay_s);
+  add("input_bias", result.model.input_bias);
+  add("initial_output", result.model.initial_output);
+  for (std::size_t i = 0; i < result.model.initial_state.size(); ++i)
+    add("x" + std::to_string(i), result.model.initial_state[i]);
+}
+
+}  // namespace
+
+FitResult fit(const Record& record, const StructureOptions& structure, const FitOptions& options,
+              const Executor& executor) {
+  check_record(record, options);
+  if (options.procedure == Procedure::paper) return fit_by_paper(record, structure, options);
+
+  const auto discard = static_cast<std::size_t>(std::ceil(options.discard_s / record.step_s - 1e-9));
+  const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
+                                              static_cast<std::size_t>(options.decimation), discard);
+  const auto rows = static_cast<std::size_t>(std::lround(options.split * static_cast<double>(comparison.count)));
+  if (rows < static_cast<std::size_t>(kFewestRows)) {
+    throw DataError(fmt::format(
+        "record: {} rows are left to estimate from after discarding {} s and keeping every {}th of {} rows (the "
+        "anti-alias "
+        "filter needs {} rows at either end); expected at least {}",
+        rows, options.discard_s, options.decimation, record.input.size(), comparison.taps.size() / 2, kFewestRows));
+  }
+  const ComparedRecord compared(record, comparison, rows);
+  const CoarseRecord shortened = coarsen(record);
+  const std::size_t factor = shortened.factor;
+  const Comparison every_row =
+      compare_every(static_cast<std::size_t>(shortened.record.input.size()), 1, (discard + factor - 1) / factor);
+  const std::size_t last = comparison.first + (rows - 1) * comparison.every;
+  const std::size_t coarse_rows =
+      std::min(every_row.count, last / factor + 1 - std::min(last / factor + 1, every_row.first));
+  const ComparedRecord coarse(shortened.record, every_row, coarse_rows);
+
+  // The fitted part sets the scale; the search need not resolve more than the coarse record does.
+  const double duration_s = record.step_s * static_cast<double>(last + 1);
+  const Parametrisation parametrisation = Parametrisation::search(structure, {duration_s, shortened.record.step_s});
+  std::vector<Outcome> outcomes;
+  std::size_t evaluations = 0;
+  for (const Variant& variant : variants(structure, parametrisation.numerator_terms())) {
+    Parametrisation coordinates = parametrisation;
+    if (variant.bias_coordinate) coordinates.add_input_bias(structure, record.input.cwiseAbs().maxCoeff());
+    for (Outcome& o : estimate(coordinates, variant, compared, coarse, options, executor, evaluations)) {
+      outcomes.push_back(std::move(o));
+    }
+  }
+  if (outcomes.empty()) {
+    throw DataError(
+        fmt::format("model {}: no stable model of this structure was found for the record", structure.name));
+  }
+  const Outcome& chosen = choose(outcomes, duration_s);
+
+  FitResult result;
+  LinearSolution solution = chosen.best.point.linear;
+  const Normalised scaled = normalised(chosen.parametrisation.transfer_function(chosen.best.theta, solution.numerator));
+  solution.numerator /= scaled.divisor;
+  solution.initial_state /= scaled.divisor;
+  Model& model = result.model;
+  model.name = structure.name;
+  model.transfer_function = scaled.g;
+  model.input_bias = solution.input_bias;
+  model.initial_output = solution.initial_output;
+  model.initial_state.assign(solution.initial_state.begin(), solution.initial_state.end());
+  model.input_unit = record.input_channel.unit;
+  model.output_unit = record.output_channel.unit;
+  model.procedure = "default";
+  model.estimation.emplace();
+  model.estimation->evaluations = evaluations;
+  model.estimation->termination = text(chosen.best.termination);
+  model.estimation->converged =
+      chosen.best.termination == Termination::converged || chosen.best.termination == Termination::at_bound;
+  model.stability = stability(model.transfer_function);
+  model.provenance["normalisation"] = "a1 = 1, lowest order of the denominator 0";
+  if (!chosen.variant.linear.solve_bias && !chosen.variant.bias_coordinate && chosen.variant.linear.fixed_bias == 0.0) {
+    model.provenance["input_bias"] =
+        "fixed at 0: with an initial state a constant input cannot be told apart from offset and state";
+  }
+  result.estimation_samples = rows;
+  fill_parameters(result, compared, chosen, solution, structure);
+  fill_validation(result, record, comparison);
+  // Highest order first, as transfer functions are written.
+  std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());
+  std::reverse(model.transfer_function.denominator.begin(), model.transfer_function.denominator.end());
+  return result;
+}
+
+ValidationReport validate(const Model& model, const Record& record, const FitOptions& options) {
+  check_record(record, options);
+  FitResult result;
+  result.model = model;
+  result.model.estimation.emplace();
+  const auto discard = static_cast<std::size_t>(std::ceil(options.discard_s / record.step_s - 1e-9));
+  const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
+                                              static_cast<std::size_t>(options.decimation), discard);
+  if (comparison.count < 2) throw DataError("record: too few rows are left to score the model on");
+  fill_validation(result, record, comparison);
+  return *result.model.validation;
+}
+
+}  // namespace eha::ident

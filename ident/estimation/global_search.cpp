@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/estimation/global_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <nlopt.hpp>
+#include <numbers>
+
+#include "ident/signal/fft.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kCoarseRows = 1000.0;      // enough to find a basin in
+constexpr double kMostCoarseRows = 8000.0;  // however fast the output is
+// Share of the output's power above a fifth of the coarse Nyquist frequency that a coarse record may lose.
+constexpr double kLostPower = 1e-4;
+constexpr int kEvaluationsPerDimension = 60;
+constexpr std::size_t kPolished = 8;
+constexpr double kDistinct = 0.12;   // of the search box, root mean square
+constexpr double kInfeasible = 1e3;  // logarithm of a cost no model reaches
+constexpr double kSameCost = 1e-4;   // relative; two optima closer than this are one
+
+/// Lowest frequency [cycles a sample] above which the output's increments hold less than kLostPower of their power.
+/// Increments, because a drifting output would hide its fast part behind the drift.
+double bandwidth(const Eigen::VectorXd& output) {
+  const auto n = static_cast<std::size_t>(output.size()) - 1;
+  const RealFft fft(fast_length(n));
+  std::vector<double> signal(fft.length(), 0.0);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double window =
+        0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(n));
+    signal[k] = window * (output[static_cast<Eigen::Index>(k) + 1] - output[static_cast<Eigen::Index>(k)]);
+  }
+  std::vector<std::complex<double>> spectrum(fft.bins());
+  fft.forward(signal, spectrum);
+  // Integrated back, so that sensor noise does not pass for bandwidth.
+  std::vector<double> power(fft.bins(), 0.0);
+  double total = 0.0;
+  for (std::size_t j = 1; j < fft.bins(); ++j) {
+    power[j] = std::norm(spectrum[j]) / static_cast<double>(j);
+    total += power[j];
+  }
+  double above = 0.0;
+  std::size_t j = fft.bins() - 1;
+  while (j > 1 && above + power[j] < kLostPower * total) above += power[j--];
+  return static_cast<double>(j) / static_cast<double>(fft.length());
+}
+
+}  // namespace
+
+CoarseRecord coarsen(const Record& record) {
+  CoarseRecord coarse;
+  const auto rows = static_cast<double>(record.output.size());
+  const double by_length = rows / kCoarseRows;
+  const double by_bandwidth = 0.1 / std::max(bandwidth(record.output), 1e-9);
+  const double factor_wanted = std::max(std::min(by_length, by_bandwidth), rows / kMostCoarseRows);
+  coarse.factor = static_cast<std::size_t>(std::max(1.0, std::floor(factor_wanted)));
+  coarse.record = record;
+  if (coarse.factor == 1) return coarse;
+  const auto factor = static_cast<Eigen::Index>(coarse.factor);
+  const Eigen::Index blocks = record.input.size() / factor;
+  coarse.record.step_s = record.step_s * static_cast<double>(coarse.factor);
+  coarse.record.input.resize(blocks);
+  coarse.record.output.resize(blocks);
+  for (Eigen::Index k = 0; k < blocks; ++k) {
+    coarse.record.input[k] = record.input.segment(k * factor, factor).mean();
+    coarse.record.output[k] = record.output[k * factor];
+  }
+  return coarse;
+}
+
+SearchResult search(const OutputError& problem, std::uint64_t seed, const Executor& executor) {
+  const auto& coordinates = problem.parametrisation().coordinates();
+  const auto n = static_cast<Eigen::Index>(coordinates.size());
+  SearchResult result;
+  if (n == 0) {
+    result.optima.push_back(minimise(problem, Eigen::VectorXd()));
+    return result;
+  }
+  std::vector<double> lower;
+  std::vector<double> upper;
+  std::vector<double> start;
+  for (const Coordinate& c : coordinates) {
+    lower.push_back(c.search_lower);
+    upper.push_back(c.search_upper);
+    start.push_back(std::clamp(c.start, c.search_lower, c.search_upper));
+  }
+  struct Seen {
+    double log_cost;
+    Eigen::VectorXd theta;
+  };
+  std::vector<Seen> seen;
+  nlopt::srand(static_cast<unsigned long>(seed));
+  nlopt::opt crs(nlopt::GN_CRS2_LM, static_cast<unsigned>(n));
+  crs.set_lower_bounds(lower);
+  crs.set_upper_bounds(upper);
+  crs.set_maxeval(kEvaluationsPerDimension * static_cast<int>(n + 1));
+  crs.set_population(static_cast<unsigned>(10 * (n + 1)));
+  const auto objective = [&](const std::vector<double>& x) {
+    const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(x.data(), n);
+    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    const double value = point ? std::log(std::max(point->cost, 1e-300)) : kInfeasible;
+    if (point) seen.push_back({value, theta});
+    return value;
+  };
+  using Objective = decltype(objective);
+  crs.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
+                           void* data) { return (*static_cast<const Objective*>(data))(x); },
+                        const_cast<void*>(static_cast<const void*>(&objective)));
+  double least = 0.0;
+  try {
+    crs.optimize(start, least);
+  } catch (const nlopt::roundoff_limited&) {
+    // The population has collapsed onto one point; what it saw on the way counts.
+  }
+  result.evaluations = seen.size();
+
+  std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.log_cost < b.log_cost; });
+  std::vector<Eigen::VectorXd> starts;
+  for (const Seen& point : seen) {
+    if (starts.size() == kPolished) break;
+    const bool close = std::any_of(starts.begin(), starts.end(), [&](const Eigen::VectorXd& other) {
+      double distance = 0.0;
+      for (Eigen::Index l = 0; l < n; ++l) {
+        const auto k = static_cast<std::size_t>(l);
+        const double width = std::max(upper[k] - lower[k], 1e-12);
+        distance += std::pow((point.theta[l] - other[l]) / width, 2);
+      }
+      return std::sqrt(distance / static_cast<double>(n)) < kDistinct;
+    });
+    if (!close) starts.push_back(point.theta);
+  }
+  std::vector<LeastSquaresResult> polished(starts.size());
+  const LeastSquaresOptions rough{80, 1e-7, 1e-6};
+  executor(starts.size(), [&](std::size_t k) { polished[k] = minimise(problem, starts[k], rough); });
+  for (const LeastSquaresResult& p : polished) result.evaluations += p.evaluations;
+  std::erase_if(polished, [](const LeastSquaresResult& p) { return p.termination == Termination::infeasible; });
+  std::stable_sort(polished.begin(), polished.end(), [](const LeastSquaresResult& a, const LeastSquaresResult& b) {
+    return a.point.cost < b.point.cost;
+  });
+  for (LeastSquaresResult& p : polished) {
+    if (!result.optima.empty() && p.point.cost <= result.optima.back().point.cost * (1.0 + kSameCost)) continue;
+    result.optima.push_back(std::move(p));
+  }
+  return result;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string_view>
+
+#include "ident/estimation/output_error.hpp"
+
+namespace eha::ident {
+
+/// Why a local search ended.
+enum class Termination {
+  converged,         ///< neither the cost nor the coordinates change any more
+  at_bound,          ///< converged with a coordinate on a bound
+  no_progress,       ///< no smaller cost could be found along any damped step
+  evaluation_limit,  ///< gave up
+  infeasible,        ///< the start is not a stable, proper model
+};
+
+[[nodiscard]] std::string_view text(Termination termination);
+
+struct LeastSquaresOptions {
+  std::size_t max_evaluations = 200;
+  double cost_tolerance = 1e-12;  ///< relative fall of the cost that ends the search
+  double step_tolerance = 1e-10;  ///< relative change of the output that ends the search
+};
+
+struct LeastSquaresResult {
+  Eigen::VectorXd theta;
+  OutputError::Point point;  ///< with Jacobian
+  std::size_t evaluations = 0;
+  Termination termination = Termination::infeasible;
+};
+
+/// Minimises the output error inside the coordinates' bounds from one start: Levenberg-Marquardt with Marquardt's
+/// scaling and Nielsen's damping; coordinates on a bound that the descent pushes outward are held, steps that would
+/// cross one are shortened to it and solved again for the rest. Trials that are unstable count as failed steps.
+/// Nielsen, IMM-REP-1999-05, DTU (1999); projection: Kanzow, Yamashita and Fukushima, J. Comput. Appl. Math. 172
+/// (2004).
+[[nodiscard]] LeastSquaresResult minimise(const OutputError& problem, const Eigen::VectorXd& start,
+                                          const LeastSquaresOptions& options = {});
+
+}  // namespace eha::ident

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/estimation/output_error.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "ident/fractional/stability.hpp"
+
+namespace eha::ident {
+namespace {
+
+// A column this small beside the others it depends on is not solved for.
+constexpr double kRankThreshold = 1e-10;
+// G must fall off: the sampled response of a model with a direct part that moves is not differentiable.
+constexpr double kLeastExcess = 1e-3;
+
+double top_order(const std::vector<Term>& terms) {
+  double top = 0.0;
+  for (const Term& term : terms) top = std::max(top, term.order);
+  return top;
+}
+
+OutputSelection selection(const Record& record, const Comparison& comparison, std::size_t rows) {
+  OutputSelection s;
+  s.step_s = record.step_s;
+  s.first = comparison.first;
+  s.every = comparison.every;
+  s.count = rows;
+  s.filter_taps = comparison.taps;
+  // Samples after the last row's window cannot reach it.
+  s.samples = rows == 0 ? 0 : comparison.first + (rows - 1) * comparison.every + comparison.taps.size() / 2 + 1;
+  return s;
+}
+
+std::vector<std::vector<Term>> state_numerators(int states) {
+  // The response to an impulse s^i/D is the step response of s^(i+1)/D.
+  std::vector<std::vector<Term>> numerators;
+  for (int i = 0; i < states; ++i) numerators.push_back({{1.0, static_cast<double>(i + 1)}});
+  return numerators;
+}
+
+}  // namespace
+
+ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, double guard)
+    : response_(selection(record, comparison, rows), guard),
+      input_(response_.input_spectrum(record.input)),
+      step_(response_.step_spectrum()),
+      measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {}
+
+OutputError::OutputError(const ComparedRecord& record, const Parametrisation& parametrisation, LinearPart linear)
+    : record_(record), parametrisation_(parametrisation), linear_(std::move(linear)) {
+  for (const Coordinate& c : parametrisation_.coordinates()) {
+    bias_coordinate_ = bias_coordinate_ || c.role == CoordinateRole::input_bias;
+  }
+}
+
+double OutputError::bias_at(const Eigen::VectorXd& theta) const {
+  return bias_coordinate_ ? parametrisation_.input_bias(theta) : linear_.fixed_bias;
+}
+
+double OutputError::output_energy() const {
+  return (record_.measured().array() - record_.measured().mean()).square().sum();
+}
+
+InputSpectrum OutputError::biased(double bias) const {
+  InputSpectrum input = record_.input();
+  if (bias == 0.0) return input;
+  for (std::size_t j = 0; j < input.size(); ++j) input[j] += bias * record_.step()[j];
+  return input;
+}
+
+OutputError::Basis OutputError::basis(const TransferFunction& g, double bias, bool steps) const {
+  std::vector<std::vector<Term>> numerators;
+  for (const Term& term : g.numerator) numerators.push_back({{1.0, term.order}});
+  const TransferColumns columns(g, numerators, {});
+  const InputSpectrum input = biased(bias);
+  std::vector<ResponseRequest> requests;
+  for (std::size_t j = 0; j < numerators.size(); ++j) requests.push_back({j, &input});
+  for (std::size_t j = 0; steps && j < numerators.size(); ++j) requests.push_back({j, &record_.step()});
+  const Eigen::MatrixXd responses = record_.response().respond(columns, g.delay_s, requests);
+  const auto count = static_cast<Eigen::Index>(numerators.size());
+  Basis b{responses.leftCols(count), responses.rightCols(responses.cols() - count), {}};
+  if (linear_.initial_states > 0) {
+    const TransferColumns states(g, state_numerators(linear_.initial_states), {});
+    std::vector<ResponseRequest> free;
+    for (std::size_t i = 0; i < states.columns(); ++i) free.push_back({i, &record_.step(), AtJump::after});
+    b.states = record_.response().respond(states, 0.0, free);
+  }
+  return b;
+}
+
+LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double bias,
+                                  Eigen::MatrixXd* orthonormal) const {
+  // Column order: numerator terms, bias, initial output, initial states.
+  const auto terms = static_cast<Eigen::Index>(linear_.numerator.size());
+  std::vector<LinearQuantity> quantities = linear_.numerator;
+  if (linear_.solve_bias) quantities.push_back({});
+  quantities.push_back(linear_.initial_output);
+  quantities.resize(static_cast<std::size_t>(columns.cols()));
+
+  Eigen::VectorXd x(columns.cols());
+  std::vector<bool> held(quantities.size());
+  for (std::size_t k = 0; k < quantities.size(); ++k) {
+    held[k] = quantities[k].fixed;
+    x[static_cast<Eigen::Index>(k)] = quantities[k].fixed ? quantities[k].value : 0.0;
+  }
+  for (std::size_t round = 0; round <= quantities.size(); ++round) {
+    std::vector<Eigen::Index> free;
+    Eigen::VectorXd rest = target;
+    for (std::size_t k = 0; k < quantities.size(); ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      if (!held[k]) {
+        free.push_back(i);
+      } else if (x[i] != 0.0) {
+        rest -= x[i] * columns.col(i);
+      }
+    }
+    const Eigen::MatrixXd chosen = columns(Eigen::all, free);
+    const Eigen::VectorXd scale = chosen.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+    const Eigen::MatrixXd a = chosen * scale.asDiagonal();
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a.rows(), a.cols());
+    qr.setThreshold(kRankThreshold);
+    qr.compute(a);
+    const Eigen::VectorXd solved = scale.cwiseProduct(qr.solve(rest));
+    if (orthonormal != nullptr) *orthonormal = qr.householderQ() * Eigen::MatrixXd::Identity(a.rows(), qr.rank());
+    // The quantity furthest outside its bounds is held at the bound it passed, one a round.
+    double worst = 0.0;
+    Eigen::Index passed = -1;
+    for (std::size_t f = 0; f < free.size(); ++f) {
+      const Eigen::Index i = free[f];
+      x[i] = solved[static_cast<Eigen::Index>(f)];
+      const LinearQuantity& q = quantities[static_cast<std::size_t>(i)];
+      const double excess = std::max(q.lower - x[i], x[i] - q.upper);
+      if (excess > worst) {
+        worst = excess;
+        passed = i;
+      }
+    }
+    if (passed < 0) break;
+    const LinearQuantity& q = quantities[static_cast<std::size_t>(passed)];
+    x[passed] = std::clamp(x[passed], q.lower, q.upper);
+    held[static_cast<std::size_t>(passed)] = true;
+  }
+  LinearSolution solution;
+  solution.numerator = x.head(terms);
+  Eigen::Index at = terms;
+  solution.input_bias = bias;
+  if (linear_.solve_bias) {
+    const double gain = solution.numerator[0];
+    solution.input_bias = gain == 0.0 ? 0.0 : x[at] / gain;
+    ++at;
+  }
+  solution.initial_output = x[at++];
+  solution.initial_state = x.tail(x.size() - at);
+  return solution;
+}
+
+Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear) const {
+  const TransferFunction g = parametrisation_.transfer_function(theta, linear.numerator);
+  const std::vector<Sensitivity> sensitivities = parametrisation_.sensitivities(theta, g);
+  const TransferColumns columns(g, {g.numerator}, sensitivities);
+  const InputSpectrum input = biased(linear.input_bias);
+  std::vector<ResponseRequest> requests;
+  for (std::size_t l = 0; l < sensitivities.size(); ++l) {
+    // The bias moves the input, not G: its column is the model's step response.
+    const bool bias = parametrisation_.coordinates()[l].role == CoordinateRole::input_bias;
+    requests.push_back(bias ? ResponseRequest{0, &record_.step()} : ResponseRequest{l + 1, &input});
+  }
+  Eigen::MatrixXd jacobian = record_.response().respond(columns, g.delay_s, requests);
+  if (linear.initial_state.size() > 0) {
+    TransferFunction free{{}, g.denominator, 0.0};
+    for (Eigen::Index i = 0; i < linear.initial_state.size(); ++i) {
+      free.numerator.push_back({linear.initial_state[i], static_cast<double>(i + 1)});
+    }
+    std::vector<Sensitivity> by_denominator = sensitivities;
+    for (Sensitivity& s : by_denominator) {
+      s.numerator.clear();
+      s.delay = 0.0;
+    }
+    const TransferColumns states(free, {}, by_denominator);
+    for (std::size_t l = 0; l < requests.size(); ++l) requests[l] = {l, &record_.step(), AtJump::after};
+    jacobian += record_.response().respond(states, 0.0, requests);
+  }
+  return jacobian;
+}
+
+std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& theta, Want want) const {
+  const TransferFunction g = parametrisation_.transfer_function(theta, {});
+  if (top_order(g.numerator) > top_order(g.denominator) - (g.numerator.size() == 1 ? kLeastExcess : 0.0)) return {};
+  if (grows(g)) return {};
+  const double bias = bias_at(theta);
+  const Basis b = basis(g, bias, linear_.solve_bias);
+  const Eigen::Index rows = record_.measured().size();
+  Eigen::MatrixXd columns(rows, b.numerator.cols() + b.step.cols() + 1 + b.states.cols());
+  columns << b.numerator, b.step, Eigen::VectorXd::Ones(rows), b.states;
+  if (!columns.allFinite()) return {};
+  Eigen::MatrixXd orthonormal;
+  Point point;
+  point.linear = solve(columns, record_.measured(), bias, want == Want::jacobian ? &orthonormal : nullptr);
+  point.residual = record_.measured() - b.numerator * point.linear.numerator;
+  point.residual.array() -= point.linear.initial_output;
+  if (b.step.cols() > 0) {
+    point.residual -= point.linear.input_bias * point.linear.numerator[0] * b.step.col(0);
+  }
+  if (b.states.cols() > 0) point.residual -= b.states * point.linear.initial_state;
+  point.cost = point.residual.squaredNorm();
+  if (want == Want::jacobian) {
+    point.jacobian = coordinate_derivatives(theta, point.linear);
+    point.jacobian -= orthonormal * (orthonormal.transpose() * point.jacobian);
+    if (!point.jacobian.allFinite()) return {};
+  }
+  return point;
+}
+
+Eigen::VectorXd OutputError::simulated(const Eigen::VectorXd& theta, const LinearSolution& linear) const {
+  const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), linear.input_bias, false);
+  Eigen::VectorXd y = b.numerator * linear.numerator;
+  if (b.states.cols() > 0) y += b.states * linear.initial_state;
+  return y.array() + linear.initial_output;
+}
+
+Eigen::MatrixXd OutputError::derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
+                                         std::vector<std::string>& names) const {
+  names.clear();
+  for (const Coordinate& c : parametrisation_.coordinates()) names.push_back(c.name);
+  const Eigen::MatrixXd nonlinear = coordinate_derivatives(theta, linear);
+  const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), linear.input_bias, true);
+  std::vector<Eigen::VectorXd> columns;
+  for (std::size_t j = 0; j < linear_.numerator.size(); ++j) {
+    if (linear_.numerator[j].fixed) continue;
+    names.push_back(numerator_name(j, linear_.numerator.size()));
+    columns.emplace_back(b.numerator.col(static_cast<Eigen::Index>(j)));
+  }
+  if (linear_.solve_bias) {
+    names.emplace_back("input_bias");
+    columns.emplace_back(b.step * linear.numerator);
+  }
+  if (!linear_.initial_output.fixed) {
+    names.emplace_back("initial_output");
+    columns.emplace_back(Eigen::VectorXd::Ones(record_.measured().size()));
+  }
+  for (Eigen::Index i = 0; i < linear.initial_state.size(); ++i) {
+    names.push_back("x" + std::to_string(i));
+    columns.emplace_back(b.states.col(i));
+  }
+  Eigen::MatrixXd all(record_.measured().size(), nonlinear.cols() + static_cast<Eigen::Index>(columns.size()));
+  all.leftCols(nonlinear.cols()) = nonlinear;
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    all.col(nonlinear.cols() + static_cast<Eigen::Index>(k)) = columns[k];
+  return all;
+}
+
+}  // namespace eha::ident

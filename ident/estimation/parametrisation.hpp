@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "ident/estimation/fit_options.hpp"
+#include "ident/fractional/transfer_columns.hpp"
+#include "ident/fractional/transfer_function.hpp"
+
+namespace eha::ident {
+
+/// What one nonlinear coordinate moves.
+enum class CoordinateRole {
+  denominator,        ///< coefficient of denominator term `index`
+  log_denominator,    ///< ln of that coefficient's weight at the reference frequency
+  denominator_order,  ///< order of denominator term `index`
+  numerator_order,    ///< order of numerator term `index`
+  base_order,         ///< q: term k of numerator and denominator has order k q
+  section_frequency,  ///< ln of the natural frequency of section `index` [ln rad/s]
+  section_damping,    ///< ln of the damping ratio of section `index`
+  delay,              ///< transport delay [s]
+  input_bias,         ///< [input unit]; moves the input, not G
+};
+
+struct Coordinate {
+  std::string name;
+  CoordinateRole role;
+  std::size_t index = 0;
+  double start = 0.0;
+  double lower = 0.0;
+  double upper = 0.0;
+  double search_lower = 0.0;  ///< box of the global search, inside the bounds
+  double search_upper = 0.0;
+};
+
+/// Maps coordinates to a transfer function and its sensitivities. Numerator coefficients are not coordinates: they
+/// enter the output linearly and are solved for. Three uses: `search` coordinates converge well from afar (logarithms
+/// of coefficients weighed at a reference frequency; natural frequencies and damping ratios, which are stable by
+/// construction), `plain` ones are what a model file reports.
+class Parametrisation {
+ public:
+  /// Time span and band of the record a search is for.
+  struct Scale {
+    double duration_s;
+    double step_s;  ///< finest time the search needs to resolve [s]
+  };
+
+  /// Coordinates to search in. @throws ConfigError  a request names no parameter of the structure or contradicts itself
+  [[nodiscard]] static Parametrisation search(const StructureOptions& structure, const Scale& scale);
+
+  /// Coordinates to report: coefficients, orders and delay of a normalised g as they are. Which coefficient is 1 by
+  /// normalisation is `normalised_term`; requests with fixed = true and the structure's own constants are left out.
+  [[nodiscard]] static Parametrisation plain(const StructureOptions& structure, const TransferFunction& g);
+
+  /// Makes the input bias a coordinate, for structures in which it does not enter linearly. @param largest_input  max
+  /// |u|
+  void add_input_bias(const StructureOptions& structure, double largest_input);
+
+  [[nodiscard]] const std::vector<Coordinate>& coordinates() const noexcept { return coordinates_; }
+  [[nodiscard]] std::size_t numerator_terms() const noexcept { return base_.numerator.size(); }
+
+  /// Numerator coefficients are taken from `numerator`; an empty one leaves them 1.
+  [[nodiscard]] TransferFunction transfer_function(const Eigen::VectorXd& theta,
+                                                   const Eigen::VectorXd& numerator) const;
+
+  /// One a coordinate, at g = transfer_function(theta, numerator).
+  [[nodiscard]] std::vector<Sensitivity> sensitivities(const Eigen::VectorXd& theta, const TransferFunction& g) const;
+
+  /// Value of the input_bias coordinate, 0 when there is none.
+  [[nodiscard]] double input_bias(const Eigen::VectorXd& theta) const;
+
+  [[nodiscard]] Eigen::VectorXd start() const;
+  [[nodiscard]] Eigen::VectorXd lower() const;
+  [[nodiscard]] Eigen::VectorXd upper() const;
+
+ private:
+  std::vector<double> section_polynomial(const Eigen::VectorXd& theta, std::size_t without) const;
+
+  TransferFunction base_;  ///< constants; coordinates overwrite their places
+  std::vector<Coordinate> coordinates_;
+  double reference_rad_s_ = 1.0;
+  std::size_t sections_ = 0;  ///< integer-order sections; 0 when coefficients are coordinates
+  bool odd_section_ = false;  ///< the last section is of first order
+};
+
+/// Index of the denominator term whose coefficient is 1 by normalisation: that of the second lowest order.
+[[nodiscard]] std::size_t normalised_term(const TransferFunction& g);
+
+/// Name of denominator term i, e.g. "a2"; of its order, e.g. "n2".
+[[nodiscard]] std::string coefficient_name(std::size_t index);
+[[nodiscard]] std::string order_name(std::size_t index);
+
+/// Name of numerator coefficient j: "K" when there is only one, else "b0", "b1", ...
+[[nodiscard]] std::string numerator_name(std::size_t index, std::size_t terms);
+
+}  // namespace eha::ident

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace eha::ident {
+
+/// Autoregressive model of a residual, its order chosen by BIC.
+struct ResidualModel {
+  std::vector<double> coefficients;    ///< e_k = sum_j c_j e_{k-j} + w_k; empty for white
+  std::vector<double> autocovariance;  ///< gamma_0, gamma_1, ... as long as the residual
+  double effective_samples = 0.0;      ///< n gamma_0 / sum of all gamma, at most n
+};
+
+/// Yule-Walker by Levinson's recursion, orders up to a tenth of the residual. Cost O(n order).
+[[nodiscard]] ResidualModel residual_model(const Eigen::VectorXd& residual);
+
+/// What a least-squares fit knows about its parameters.
+struct Uncertainty {
+  Eigen::MatrixXd covariance;    ///< p by p; rows of parameters that cannot be told apart are infinite on the diagonal
+  Eigen::MatrixXd correlation;   ///< p by p
+  double interval_factor = 0.0;  ///< half width of a 95 % interval over the standard error (Student's t)
+  std::vector<std::string> indistinguishable;
+};
+
+/// Covariance of least-squares estimates whose residual is coloured,
+///   (J'J)^-1 J' Gamma J (J'J)^-1 n_eff / (n_eff - p),
+/// which is sigma^2 (J'J)^-1 for a white residual.
+/// @param derivatives  n by p, of the simulated output by each parameter
+/// White, Econometrica 48 (1980); autoregressive spectrum: den Haan and Levin, Handbook of Statistics 15 (1997).
+[[nodiscard]] Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<std::string>& names,
+                                      const ResidualModel& residual);
+
+}  // namespace eha::ident

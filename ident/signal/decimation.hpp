@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+namespace eha::ident {
+
+/// Linear-phase (symmetric) anti-alias filter for keeping every `factor`-th sample: a Kaiser-windowed sinc with -6 dB
+/// at the new Nyquist frequency, flat to 1e-6 below half of it and -120 dB above one and a half of it, unit gain at 0.
+/// @returns 16 factor + 1 taps; empty for factor 1
+/// Kaiser and Schafer, IEEE Trans. ASSP 28 (1980).
+[[nodiscard]] std::vector<double> antialias_taps(std::size_t factor);
+
+/// Rows of a record that are compared with a model: first, first + every, ... The filter's window lies within the
+/// record for each of them, so no sample rests on invented data.
+struct Comparison {
+  std::size_t first = 0;
+  std::size_t every = 1;
+  std::size_t count = 0;
+  std::vector<double> taps;  ///< symmetric; empty for none
+};
+
+/// @param discard  rows before this one are not compared
+[[nodiscard]] Comparison compare_every(std::size_t samples, std::size_t every, std::size_t discard);
+
+/// The filtered rows themselves: count values. Cost O(count taps).
+[[nodiscard]] Eigen::VectorXd picked(const Eigen::Ref<const Eigen::VectorXd>& signal, const Comparison& comparison);
+
+}  // namespace eha::ident
