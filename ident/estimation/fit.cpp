@@ -213,7 +213,10 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
         record.step_s * static_cast<double>(comparison.first + static_cast<std::size_t>(j) * comparison.every);
   }
   const auto estimated = static_cast<Eigen::Index>(result.estimation_samples);
-  result.model.estimation->score = score(result.measured.head(estimated), result.simulated.head(estimated));
+  // A model scored on another record estimates nothing here.
+  if (estimated > 0) {
+    result.model.estimation->score = score(result.measured.head(estimated), result.simulated.head(estimated));
+  }
   const Eigen::Index rest = result.measured.size() - estimated;
   if (rest < 2) return;
   ValidationReport report;
@@ -358,7 +361,6 @@ ValidationReport validate(const Model& model, const Record& record, const FitOpt
   check_record(record, options);
   FitResult result;
   result.model = model;
-  result.model.estimation.emplace();
   const auto discard = static_cast<std::size_t>(std::ceil(options.discard_s / record.step_s - 1e-9));
   const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
                                               static_cast<std::size_t>(options.decimation), discard);
