@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -31,29 +30,38 @@ std::string structure_text(const ident::StructureOptions& structure) {
       break;
   }
   if (structure.poles == 2 && structure.zeros == 0) return "K/(a2 s^2+a1 s+a0)";
-  return fmt::format("{} poles, {} zeros", structure.poles, structure.zeros);
+  return fmt::format("{} pole{}, {} zero{}", structure.poles, structure.poles == 1 ? "" : "s", structure.zeros,
+                     structure.zeros == 1 ? "" : "s");
 }
 
-/// An order parameter: q, or n or b with digits.
-bool is_order(const std::string& name) {
-  if (name == "q") return true;
-  return name.size() > 1 && (name[0] == 'n' || name[0] == 'b') &&
-         std::all_of(name.begin() + 1, name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+/// Whether a parameter is an order of s. In integer structures b0, b1, ... are coefficients.
+bool is_order(const std::string& name, StructureKind kind) {
+  switch (kind) {
+    case StructureKind::io:
+      return false;
+    case StructureKind::commensurate:
+      return name == "q";
+    case StructureKind::fo:
+      return name == "n2" || name == "n1" || name == "n0" || name == "b0";
+    case StructureKind::lag:
+      return name == "n1";
+  }
+  return false;
 }
 
 /// A value with as many digits as its standard error gives meaning to.
 std::string with_error(const ParameterEstimate& parameter) {
-  if (parameter.fixed) return fmt::format("{:.6g}", parameter.value);
+  // The paper's procedure gives no standard errors.
+  if (parameter.fixed || std::abs(parameter.std) <= 0.0) return fmt::format("{:.6g}", parameter.value);
   if (!std::isfinite(parameter.std)) return fmt::format("{:.4g} +- ?", parameter.value);
-  if (!(parameter.std > 0.0)) return fmt::format("{:.6g} +- 0", parameter.value);
   const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(parameter.std))), 0, 9);
   return fmt::format("{:.{}f} +- {:.{}f}", parameter.value, decimals, parameter.std, decimals);
 }
 
-std::string orders_text(const Model& model) {
+std::string orders_text(const Model& model, StructureKind kind) {
   std::vector<std::string> parts;
   for (const ParameterEstimate& parameter : model.parameters) {
-    if (is_order(parameter.name)) parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
+    if (is_order(parameter.name, kind)) parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
   }
   if (parts.empty()) {
     for (const ident::Term& term : model.transfer_function.denominator) parts.push_back(fmt::format("{}", term.order));
@@ -74,7 +82,8 @@ void add_score(std::vector<std::string>& row, const std::optional<Score>& score)
 
 std::vector<std::string> row_for(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
-  std::vector<std::string> row{model.name + mark, structure_text(identified.structure), orders_text(model)};
+  std::vector<std::string> row{model.name + mark, structure_text(identified.structure),
+                               orders_text(model, identified.structure.kind)};
   add_score(row, model.estimation ? std::optional(model.estimation->score) : std::nullopt);
   add_score(row, model.validation ? std::optional(model.validation->score) : std::nullopt);
   const auto again = model.validation ? model.validation->offset_reestimated : std::nullopt;

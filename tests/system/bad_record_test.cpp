@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/system/program.hpp"
+#include "tests/system/refusal.hpp"
+
+namespace eha::test {
+namespace {
+
+const std::string kHeader = "time_s,voltage_V,displacement_in\n";
+
+/// `eha fit` must refuse this text as bad data.
+void expect_bad_record(const std::string& text, const std::vector<std::string>& fragments) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", text);
+  expect_refused(folder, {"fit", "r.csv", "-o", "models"}, ExitCode::bad_data, fragments);
+}
+
+/// The record with one of its rows (from 0) replaced; an empty text takes the row out.
+std::string with_row(int row, const std::string& replacement) {
+  std::string text = sound_record(1000);
+  std::size_t begin = 0;
+  for (int line = 0; line <= row; ++line) begin = text.find('\n', begin) + 1;
+  const std::size_t end = text.find('\n', begin) + 1;
+  return text.replace(begin, end - begin, replacement.empty() ? "" : replacement + "\n");
+}
+
+TEST(BadRecord, IsMissing) {
+  const TemporaryFolder folder;
+  expect_refused(folder, {"fit", "none.csv"}, ExitCode::io, {"none.csv", "No such file"});
+}
+
+TEST(BadRecord, IsAFolderWithoutARun) {
+  const TemporaryFolder folder;
+  expect_refused(folder, {"fit", "."}, ExitCode::bad_data, {"no run folder"});
+}
+
+TEST(BadRecord, MayNotBeRead) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may read every file";
+  const TemporaryFolder folder;
+  ASSERT_EQ(chmod(folder.write("r.csv", sound_record(1000)).c_str(), 0), 0);
+  const Ended ended = run_eha({"fit", "r.csv"}, folder.path());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::permission)) << ended.err;
+}
+
+TEST(BadRecord, IsEmpty) { expect_bad_record("", {"r.csv", "empty"}); }
+TEST(BadRecord, IsBinary) {
+  expect_bad_record(std::string("\x7f"
+                                "ELF\x02\x01\x01\0\0\0\0\0",
+                                12),
+                    {"r.csv:1", "binary"});
+}
+TEST(BadRecord, HasAWrongHeader) { expect_bad_record("t;u;y\n0;1;2\n", {"r.csv:1", "time_s,voltage_V"}); }
+TEST(BadRecord, HasNoHeader) { expect_bad_record("0,1,2\n0.01,1,2\n", {"r.csv:1", "header"}); }
+TEST(BadRecord, HasOneColumn) { expect_bad_record("time_s\n0\n1\n", {"r.csv:1", "1 column"}); }
+TEST(BadRecord, HasFourColumns) { expect_bad_record("time_s,a_V,b_V,c_in\n0,1,2,3\n", {"r.csv:1", "4 columns"}); }
+TEST(BadRecord, HasTextWhereANumberBelongs) {
+  expect_bad_record(with_row(10, "0.10,high,0.1"), {"r.csv:12", "voltage_V", "\"high\""});
+}
+TEST(BadRecord, HasANaN) { expect_bad_record(with_row(10, "0.10,1,nan"), {"r.csv:12", "displacement_in", "nan"}); }
+TEST(BadRecord, HasAnInfinity) { expect_bad_record(with_row(10, "0.10,inf,1"), {"r.csv:12", "voltage_V", "inf"}); }
+TEST(BadRecord, HasAGapInTime) { expect_bad_record(with_row(500, ""), {"r.csv:502", "0.02 s", "1 row missing"}); }
+TEST(BadRecord, HasJitterInTime) { expect_bad_record(with_row(500, "5.003,1,1"), {"r.csv:502", "expected 0.01 s"}); }
+TEST(BadRecord, GoesBackInTime) { expect_bad_record(with_row(500, "4.90,1,1"), {"r.csv:502", "must increase"}); }
+TEST(BadRecord, HasTenRows) { expect_bad_record(sound_record(10), {"r.csv", "10"}); }
+TEST(BadRecord, HasOneRow) { expect_bad_record(kHeader + "0,1,2\n", {"r.csv:2", "one row"}); }
+
+TEST(BadRecord, HasAConstantInput) {
+  std::string text = kHeader;
+  for (int k = 0; k < 1000; ++k) text += fmt::format("{:.2f},1.5,{:.6f}\n", 0.01 * k, 0.001 * k);
+  expect_bad_record(text, {"r.csv", "constant"});
+}
+
+TEST(BadRecord, HasAConstantOutput) {
+  std::string text = kHeader;
+  for (int k = 0; k < 1000; ++k) text += fmt::format("{:.2f},{},2.5\n", 0.01 * k, k % 7);
+  expect_bad_record(text, {"r.csv", "constant"});
+}
+
+TEST(BadRecord, LeavesAnEarlierModelFileAsItWas) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", with_row(900, "9.00,1,nan"));
+  folder.write("io.json", "an earlier model");
+  expect_refused(folder, {"fit", "r.csv", "--model", "io", "-o", "."}, ExitCode::bad_data, {"r.csv:902"});
+}
+
+}  // namespace
+}  // namespace eha::test

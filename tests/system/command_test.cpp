@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "core/error.hpp"
+#include "tests/system/program.hpp"
+#include "tests/system/refusal.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+using nlohmann::json;
+
+TEST(Command, WithoutTheServiceRunsOnlyLocally) {
+  const TemporaryFolder folder;
+  expect_refused(folder, {"run", source_file("config/experiments/paper.toml")}, ExitCode::device_unavailable,
+                 {"ehad is not running", "--local"});
+}
+
+TEST(Command, ThatIsUnknownIsAUsageError) {
+  const TemporaryFolder folder;
+  expect_refused(folder, {"frobnicate"}, ExitCode::usage, {"frobnicate", "--help"});
+  expect_refused(folder, {}, ExitCode::usage, {"--help"});
+  expect_refused(folder, {"fit", "r.csv", "--poles", "none"}, ExitCode::usage, {"--poles"});
+}
+
+TEST(Command, PrintsHelpAndVersion) {
+  const TemporaryFolder folder;
+  const Ended help = run_eha({"--help"}, folder.path());
+  EXPECT_EQ(help.code, 0);
+  EXPECT_NE(help.out.find("Exit codes"), std::string::npos);
+  const Ended version = run_eha({"--version"}, folder.path());
+  EXPECT_EQ(version.code, 0);
+  EXPECT_EQ(version.out.rfind("eha ", 0), 0U);
+}
+
+TEST(Command, ReportsAFullStandardOutput) {
+  const TemporaryFolder folder;
+  const Ended ended = run_eha({"--help"}, folder.path(), "/dev/full");
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::io));
+  EXPECT_NE(ended.err.find("No space left"), std::string::npos) << ended.err;
+}
+
+TEST(Simulate, GivesTheStepResponseOfALag) {
+  const TemporaryFolder folder;
+  folder.write("m.json", R"({"transfer_function": {"numerator": [{"coefficient": 2, "order": 0}],
+                             "denominator": [{"coefficient": 0.5, "order": 1}, {"coefficient": 1, "order": 0}]},
+                             "input_bias": 0.25, "initial_output": 3})");
+  std::string input = "time_s,note,voltage_V\n";
+  for (int k = 0; k < 100; ++k) input += fmt::format("{:.2f},x,1\n", 5.0 + 0.01 * k);
+  folder.write("u.csv", input);
+  const Ended ended = run_eha({"simulate", "m.json", "u.csv"}, folder.path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  std::istringstream lines(ended.out);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "time_s,output_in");
+  for (int k = 0; k < 100; ++k) {
+    ASSERT_TRUE(std::getline(lines, line)) << k;
+    const std::size_t comma = line.find(',');
+    EXPECT_NEAR(std::stod(line.substr(0, comma)), 5.0 + 0.01 * k, 1e-12);
+    // y = 3 + 2 (1 + 0.25) (1 - exp(-t / 0.5))
+    EXPECT_NEAR(std::stod(line.substr(comma + 1)), 3.0 + 2.5 * (1.0 - std::exp(-0.01 * k / 0.5)), 1e-7) << k;
+  }
+  EXPECT_FALSE(std::getline(lines, line));
+}
+
+TEST(Simulate, WritesAFileOrOneJsonDocument) {
+  const TemporaryFolder folder;
+  folder.write("m.json", R"({"transfer_function": {"numerator": [{"coefficient": 1, "order": 0}],
+                             "denominator": [{"coefficient": 1, "order": 1}, {"coefficient": 1, "order": 0}]}})");
+  folder.write("u.csv", "time_s,voltage_V\n0,1\n0.5,1\n1,1\n");
+  const Ended file = run_eha({"simulate", "m.json", "u.csv", "-o", "y.csv"}, folder.path());
+  EXPECT_EQ(file.code, 0) << file.err;
+  const std::string text = content_of(folder.path() / "y.csv");
+  EXPECT_EQ(text.rfind("time_s,output_in\n0,", 0), 0U) << text;
+  EXPECT_NEAR(std::stod(text.substr(text.find("\n1,") + 3)), 1.0 - std::exp(-1.0), 1e-7) << text;
+  const Ended document = run_eha({"simulate", "m.json", "u.csv", "--json", "--method", "cq2"}, folder.path());
+  EXPECT_EQ(json::parse(document.out).at("output").size(), 3U);
+}
+
+TEST(Check, AcceptsEveryShippedFile) {
+  const TemporaryFolder folder;
+  for (const char* file : {"config/rigs/sim.toml", "config/rigs/pci1716.toml", "config/experiments/paper.toml"}) {
+    const Ended ended = run_eha({"check", source_file(file)}, folder.path());
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_EQ(ended.err, "");
+  }
+}
+
+TEST(Design, WritesTheTableThatItDescribes) {
+  const TemporaryFolder folder;
+  folder.write("e.toml", R"(schema = 1
+name = "two_tones"
+duration_s = 20.0
+[excitation]
+kind = "multisine"
+offset_V = 0.5
+tones = [
+  { frequency_Hz = 0.05, amplitude_V = 2.0, phase_rad = 0.3 },
+  { frequency_Hz = 0.2, amplitude_V = 1.0, phase_rad = 1.9 },
+]
+[[model]]
+name = "io"
+structure = "io"
+)");
+  const Ended ended = run_eha(
+      {"design", "e.toml", "-o", "u.csv", "--json", "--rig", source_file("config/rigs/sim.toml")}, folder.path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json document = json::parse(ended.out);
+  EXPECT_EQ(document.at("samples"), 20000);
+  EXPECT_EQ(document.at("lines_Hz"), json::parse("[0.05, 0.2]"));
+  // Over whole periods the tones' mean squares add up.
+  EXPECT_NEAR(document.at("rms_V").get<double>(), std::sqrt(0.25 + 2.0 + 0.5), 1e-9);
+  const std::string table = content_of(folder.path() / "u.csv");
+  EXPECT_EQ(table.rfind("time_s,voltage_V\n0,", 0), 0U);
+  EXPECT_NEAR(std::stod(table.substr(table.find("\n0,") + 3)), 0.5 + 2.0 * std::cos(0.3) + std::cos(1.9), 1e-12);
+  EXPECT_EQ(lines_beginning_with(table, "19.999,"), 1U);
+}
+
+TEST(RunsList, SaysThatThereAreNone) {
+  const TemporaryFolder folder;
+  const Ended ended = run_eha({"runs", "list"}, folder.path());
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.out.find("no runs in runs"), std::string::npos);
+}
+
+TEST(RunsShow, RefusesWhatIsNoRun) {
+  const TemporaryFolder folder;
+  expect_refused(folder, {"runs", "show", "none"}, ExitCode::io, {"none"});
+}
+
+}  // namespace
+}  // namespace eha::test

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "core/error.hpp"
+#include "tests/system/program.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// One run of the paper's experiment on the simulated rig, shared by the tests that only look at it.
+class MainJob : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    ended_ = new Ended(run_paper(*folder_, "runs"));
+  }
+  static void TearDownTestSuite() {
+    delete ended_;
+    delete folder_;
+  }
+
+  static Ended run_paper(const TemporaryFolder& folder, const std::string& output) {
+    return run_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--fast", "--rig",
+                    source_file("config/rigs/sim.toml"), "--output", output, "--json"},
+                   folder.path());
+  }
+
+  [[nodiscard]] static fs::path run_folder() {
+    return folder_->path() / json::parse(ended_->out).at("run").get<std::string>();
+  }
+
+  static inline TemporaryFolder* folder_ = nullptr;
+  static inline Ended* ended_ = nullptr;
+};
+
+TEST_F(MainJob, EndsWithAnAcceptedModelThatValidatesAbove99Percent) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const json document = json::parse(ended_->out);
+  EXPECT_EQ(document.at("outcome"), "completed");
+  double best = 0.0;
+  for (const json& model : document.at("models")) {
+    if (!model.at("verdict").at("accepted").get<bool>()) continue;
+    best = std::max(best, model.at("validation").at("r2_percent").get<double>());
+  }
+  EXPECT_GE(best, 99.0);
+  EXPECT_EQ(document.at("paper_procedure").size(), 2U);
+}
+
+TEST_F(MainJob, LeavesEveryFileOfTheRunFolder) {
+  for (const char* file : {"run.json", "raw.ehalog", "raw.h5", "data_40ms.csv"}) {
+    EXPECT_TRUE(fs::is_regular_file(run_folder() / file)) << file;
+  }
+  const json manifest = json::parse(content_of(run_folder() / "run.json"));
+  EXPECT_EQ(manifest.at("outcome"), "completed");
+  for (const json& model : manifest.at("identification").at("models")) {
+    EXPECT_TRUE(fs::is_regular_file(run_folder() / model.at("file").get<std::string>())) << model;
+  }
+  EXPECT_EQ(fs::canonical(folder_->path() / "runs" / "latest"), fs::canonical(run_folder()));
+}
+
+TEST_F(MainJob, GivesTheSameBytesAndModelsAgain) {
+  const TemporaryFolder folder;
+  const Ended again = run_paper(folder, "again");
+  ASSERT_EQ(again.code, 0) << again.err;
+  const fs::path second = folder.path() / json::parse(again.out).at("run").get<std::string>();
+  for (const char* file : {"raw.ehalog", "raw.h5", "data_40ms.csv"}) {
+    EXPECT_EQ(content_of(run_folder() / file), content_of(second / file)) << file;
+  }
+  const json one = json::parse(ended_->out);
+  const json two = json::parse(again.out);
+  for (const char* list : {"models", "paper_procedure"}) {
+    ASSERT_EQ(one.at(list).size(), two.at(list).size());
+    for (std::size_t i = 0; i < one.at(list).size(); ++i) {
+      EXPECT_EQ(one.at(list)[i].at("transfer_function"), two.at(list)[i].at("transfer_function"));
+      EXPECT_EQ(one.at(list)[i].at("parameters"), two.at(list)[i].at("parameters"));
+    }
+  }
+}
+
+TEST_F(MainJob, IsFittedAgainToTheSameModels) {
+  const Ended again = run_eha({"fit", run_folder().string(), "--json"}, folder_->path());
+  ASSERT_EQ(again.code, 0) << again.err;
+  const json first = json::parse(ended_->out);
+  const json second = json::parse(again.out);
+  for (std::size_t i = 0; i < first.at("models").size(); ++i) {
+    EXPECT_EQ(first.at("models")[i].at("transfer_function"), second.at("models")[i].at("transfer_function"));
+  }
+}
+
+TEST_F(MainJob, ModelsSimulateAndValidateTheirOwnRun) {
+  const json document = json::parse(ended_->out);
+  const std::string model = folder_->path() / document.at("files").at(0).get<std::string>();
+  const Ended validated = run_eha({"validate", model, run_folder().string(), "--json"}, folder_->path());
+  EXPECT_EQ(validated.code, 0) << validated.err;
+  const json report = json::parse(validated.out);
+  EXPECT_GE(report.at("model").at("validation").at("r2_percent").get<double>(), 95.0);
+
+  const Ended simulated =
+      run_eha({"simulate", model, (run_folder() / "data_40ms.csv").string(), "-o", "y.csv"}, folder_->path());
+  EXPECT_EQ(simulated.code, 0) << simulated.err;
+}
+
+TEST_F(MainJob, IsListedAndShown) {
+  const Ended list = run_eha({"runs", "list", "runs"}, folder_->path());
+  EXPECT_EQ(list.code, 0) << list.err;
+  EXPECT_NE(list.out.find(run_folder().filename().string()), std::string::npos);
+  EXPECT_NE(list.out.find("accepted: "), std::string::npos);
+  const Ended show = run_eha({"runs", "show", "runs/latest", "--json"}, folder_->path());
+  EXPECT_EQ(show.code, 0) << show.err;
+  EXPECT_EQ(json::parse(show.out).at("outcome"), "completed");
+}
+
+TEST(InterruptedRun, RampsOutKeepsWhatItHasAndIsNotFitted) {
+  const TemporaryFolder folder;
+  const auto recording = [&folder] {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder.path() / "runs", ignored)) {
+      // Half a second of rows: the ramp is over and the excitation plays.
+      if (fs::exists(entry.path() / "raw.ehalog") && fs::file_size(entry.path() / "raw.ehalog", ignored) > 32000) {
+        return true;
+      }
+    }
+    return false;
+  };
+  // In real time: the signal comes long before the 50 s are over.
+  const Ended ended = interrupt_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--rig",
+                                     source_file("config/rigs/sim.toml"), "--json"},
+                                    folder.path(), recording, SIGINT);
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::interrupted)) << ended.err;
+  EXPECT_EQ(lines_beginning_with(ended.err, "eha: error: "), 1U) << ended.err;
+  const json document = json::parse(ended.out);
+  EXPECT_EQ(document.at("outcome"), "interrupted");
+  const fs::path run = folder.path() / document.at("run").get<std::string>();
+  EXPECT_EQ(json::parse(content_of(run / "run.json")).at("outcome"), "interrupted");
+  EXPECT_TRUE(fs::is_regular_file(run / "raw.h5"));
+  EXPECT_FALSE(fs::exists(run / "models" / "io.json"));
+  EXPECT_FALSE(fs::exists(fs::symlink_status(folder.path() / "runs" / "latest")));
+}
+
+}  // namespace
+}  // namespace eha::test
