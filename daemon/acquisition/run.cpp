@@ -12,6 +12,7 @@
 #include <memory>
 #include <system_error>
 
+#include "daemon/acquisition/fatal_signals.hpp"
 #include "daemon/acquisition/loop.hpp"
 #include "daemon/acquisition/realtime.hpp"
 #include "daemon/acquisition/tick_engine.hpp"
@@ -94,6 +95,8 @@ RunReport run(hal::Rig& rig, StateMachine& machine, const Excitation& excitation
   RunReport report;
   const bool moves_nothing = rig.capabilities().virtual_time;
   const auto play = [&](LatePolicy policy) {
+    const SignalStack signal_stack;
+    mark_loop_thread();
     TickEngine engine(rig, machine, excitation, limits, realtime, policy, clock);
     run_loop(engine, machine, std::llround(realtime.sample_period_s * 1e9), clock, queue, stop, board, report);
   };
@@ -108,7 +111,7 @@ RunReport run(hal::Rig& rig, StateMachine& machine, const Excitation& excitation
     enter_realtime(realtime, report.realtime);
     const bool granted = report.realtime.fifo && report.realtime.memory_locked;
     refused = !granted && non_realtime == NonRealtime::refuse && !moves_nothing;
-    if (!refused) play(!granted && moves_nothing ? LatePolicy::count : LatePolicy::abort);
+    if (!refused) play(moves_nothing ? LatePolicy::count : LatePolicy::abort);
   });
   if (refused) {
     std::string message = "no real-time scheduling, and this rig really moves:";

@@ -69,7 +69,9 @@ struct RunReport {
 /// monotonic clock the loop gets a thread of its own (SCHED_FIFO, memory locked); on a virtual one it runs in the
 /// caller's and waits for the writer. The queue must be drained by another thread at the same time.
 /// The row whose state first is `running` applies table_V[0]; before it the command ramps there from the safe voltage
-/// under the slew limit, after the last row it ramps back. See tick_engine.hpp for what a tick does.
+/// under the slew limit, after the last row it ramps back. Late ticks end a run on a rig that moves; on one that moves
+/// nothing they are only counted, except in virtual time, where they can only be injected. See tick_engine.hpp for what
+/// a tick does.
 /// @param machine  must be armed; is idle afterwards, or faulted
 /// @throws ConfigError      limits that contradict each other or the rig, an empty table; nothing was written
 /// @throws PermissionError  the privileges are missing and NonRealtime::refuse; nothing was written

@@ -26,7 +26,7 @@ record::FinishedRun acquire(const RunCommand& command, const config::RigConfig& 
   const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, rig_config.realtime.sample_period_s,
                                                     config::samples_per_repetition(experiment, rig_config));
   // Before the rig is opened: from then on a signal must not end the process.
-  const StopOnSignals stop;
+  StopOnSignals stop;
   LocalRig local(rig_config);
   acquisition::StateMachine machine;
   machine.reset();

@@ -31,6 +31,6 @@ StopOnSignals::~StopOnSignals() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
 }
 
-const acquisition::StopRequest& StopOnSignals::request() const noexcept { return *stop_request; }
+acquisition::StopRequest& StopOnSignals::request() noexcept { return *stop_request; }
 
 }  // namespace eha::cli

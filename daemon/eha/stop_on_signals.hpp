@@ -17,7 +17,7 @@ class StopOnSignals {
   StopOnSignals& operator=(const StopOnSignals&) = delete;
   ~StopOnSignals();
 
-  [[nodiscard]] const acquisition::StopRequest& request() const noexcept;
+  [[nodiscard]] acquisition::StopRequest& request() noexcept;
 
  private:
   static constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};

@@ -16,6 +16,7 @@
 
 #include "core/error.hpp"
 #include "daemon/acquisition/clock.hpp"
+#include "daemon/acquisition/fatal_signals.hpp"
 #include "daemon/acquisition/record_queue.hpp"
 #include "daemon/record/file_io.hpp"
 #include "daemon/record/journal.hpp"
@@ -157,7 +158,7 @@ void write_files(FinishedRun& finished, JournalWriter* journal, Json& manifest) 
 }  // namespace
 
 FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, const RunRequest& request,
-                           const acquisition::StopRequest& stop, const Progress& progress) {
+                           acquisition::StopRequest& stop, const Progress& progress) {
   FinishedRun finished;
   const std::string utc_start = utc_now();
   finished.folder = create_run_folder(request.runs_folder, request.experiment.name);
@@ -173,6 +174,7 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
   const auto queue = std::make_unique<RecordQueue>();
   acquisition::StatusBoard board;
   {
+    const acquisition::FatalSignals fatal_signals(rig, stop, std::llround(request.rig.realtime.sample_period_s * 1e9));
     JournalTask writer(*queue, journal, request.time_base);
     std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
       const acquisition::Excitation excitation{request.table_V,

@@ -47,11 +47,12 @@ using Progress = std::function<void(const acquisition::Snapshot&)>;
 /// closed: run.json, raw.ehalog, raw.h5, data_40ms.csv and an empty models folder. A fault, a stop or a failing disk
 /// is no exception: report.outcome says so (acquisition::describe, acquisition::exit_code) and what was recorded is
 /// kept. Equal requests in virtual time on equal rigs give byte-identical raw.ehalog, raw.h5 and data_40ms.csv.
+/// A fatal signal while the loop runs makes the rig safe before the process dies of it (acquisition::FatalSignals).
 /// The writer has a thread of its own, so a slow `progress` delays nothing but itself.
 /// @param machine  must be armed
 /// @throws ConfigError, PermissionError  as acquisition::run; no folder is left behind
 /// @throws IoError  the folder cannot be created or the disk has too little room; the rig was not touched
 [[nodiscard]] FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, const RunRequest& request,
-                                         const acquisition::StopRequest& stop, const Progress& progress = {});
+                                         acquisition::StopRequest& stop, const Progress& progress = {});
 
 }  // namespace eha::record

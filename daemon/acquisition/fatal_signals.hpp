@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "daemon/acquisition/stop_request.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::acquisition {
+
+/// While this lives, a fatal signal (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU) makes the rig safe before the
+/// process dies of it: takes the outputs from the loop, waits two periods for a tick under way to end unless it is the
+/// loop itself that failed, calls make_safe(), and raises the signal again with its default action. The handler runs on
+/// a stack of its own for the threads that have a SignalStack.
+/// What no handler sees (SIGKILL, a hung kernel, power loss) is the guard's, the watchdog's and the enable contactor's.
+/// One at a time in a process. Not thread-safe.
+class FatalSignals {
+ public:
+  /// @param rig   safe to make safe from a signal handler, see Rig::make_safe; must outlive this, as must `stop`
+  FatalSignals(hal::Rig& rig, StopRequest& stop, std::int64_t period_ns);
+  FatalSignals(const FatalSignals&) = delete;
+  FatalSignals& operator=(const FatalSignals&) = delete;
+  ~FatalSignals();
+};
+
+/// Gives the calling thread a stack for the handler, so that an overflow of its own stack is survived; while it lives.
+class SignalStack {
+ public:
+  SignalStack();
+  SignalStack(const SignalStack&) = delete;
+  SignalStack& operator=(const SignalStack&) = delete;
+  ~SignalStack();
+
+ private:
+  std::unique_ptr<std::byte[]> memory_;
+};
+
+/// Tells the handler that the calling thread is the loop: it need not wait for itself. Real-time safe.
+void mark_loop_thread() noexcept;
+
+}  // namespace eha::acquisition
