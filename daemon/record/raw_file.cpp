@@ -126,7 +126,6 @@ class Writer {
     Hdf5Type type(H5Tcopy(H5T_C_S1));
     H5Tset_size(type.get(), size == 0 ? 1 : size);
     H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
-    H5Tset_cset(type.get(), H5T_CSET_UTF8);
     return type;
   }
 
@@ -149,7 +148,8 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
                    const RecordSource& source, const std::filesystem::path& path) {
   const std::vector<Column> all = columns();
   writer.describe(writer.file(), "format", kFormat);
-  writer.write_text("header", header.dump());
+  // ASCII, the rest escaped: Octave loads no text that calls itself UTF-8, and then nothing behind it either.
+  writer.write_text("header", header.dump(-1, ' ', true));
   std::vector<Hdf5Dataset> datasets;
   const Hdf5Dataset time =
       writer.create("time_s", H5T_IEEE_F64LE, rows, "s", "scheduled time from the first row of the experiment");
