@@ -8,7 +8,8 @@
  * change of range shows the old code in the new range until the new code is written: both steps are in the log.
  *
  * Faults, in /sys/module/pci1716_card/parameters. A count is how many more conversions it spoils, -1 all to come:
- *   ai_timeout, ai_io_error (counts)     the conversion ends with ETIME, with EIO
+ *   ai_timeout (count), ai_timeout_ms    the conversion ends with ETIME, after that long
+ *   ai_io_error (count)                  the conversion ends with EIO
  *   ai_stall (count), ai_stall_ms        the conversion takes that much longer
  *   ai_stuck (0 or 1)                    every channel keeps the code of its last good conversion
  *   all_ones (0 or 1)                    analog and digital inputs read all ones, as a card that left its bus does
@@ -24,14 +25,16 @@
 #include <linux/module.h>
 #include <linux/platform_device.h>
 #include <linux/proc_fs.h>
+#include <linux/sched.h>
 #include <linux/seq_file.h>
 #include <linux/timekeeping.h>
 
 enum { AI_CHANNELS = 16, AO_CHANNELS = 2, DIO_LINES = 16, MAX_CODE = 0xffff, AO_RESET_RANGE = 2, LOG_LENGTH = 4096 };
 
-static int ai_timeout, ai_io_error, ai_stall, ai_stall_ms, ai_stuck, all_ones;
+static int ai_timeout, ai_timeout_ms, ai_io_error, ai_stall, ai_stall_ms, ai_stuck, all_ones;
 static uint di = 0xffff;
 module_param(ai_timeout, int, 0644);
+module_param(ai_timeout_ms, int, 0644);
 module_param(ai_io_error, int, 0644);
 module_param(ai_stall, int, 0644);
 module_param(ai_stall_ms, int, 0644);
@@ -117,6 +120,12 @@ static bool strikes(int *count)
 	return true;
 }
 
+static void take_longer(int duration_ms)
+{
+	if (duration_ms > 0)
+		usleep_range(duration_ms * 1000, duration_ms * 1000 + 50);
+}
+
 static s64 input_nV(unsigned int channel)
 {
 	if (channel == 0)
@@ -133,9 +142,11 @@ static int ai_read(struct comedi_device *dev, struct comedi_subdevice *s, struct
 
 	for (i = 0; i < insn->n; i++) {
 		if (strikes(&ai_stall))
-			msleep(ai_stall_ms);
-		if (strikes(&ai_timeout))
+			take_longer(ai_stall_ms);
+		if (strikes(&ai_timeout)) {
+			take_longer(ai_timeout_ms);
 			return -ETIME;
+		}
 		if (strikes(&ai_io_error))
 			return -EIO;
 		if (!ai_stuck)
@@ -289,6 +300,7 @@ static int show_wire(struct seq_file *file, void *unused)
 		entry = wire_log[i % LOG_LENGTH];
 		spin_unlock(&log_lock);
 		seq_printf(file, "%llu %s %d\n", entry.time_ns, wire_names[entry.wire], entry.value);
+		cond_resched(); /* some 10 ms in all, which whoever keeps 1 ms ticks could not wait */
 	}
 	return 0;
 }

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "eha_run.hpp"
+
+#include <sys/stat.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path new_folder() {
+  std::string name = "/tmp/runs-XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name);
+  return name;
+}
+
+std::string write_file(const fs::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text << std::flush;
+  if (!file || chmod(path.c_str(), 0644) != 0) throw std::runtime_error(path.string());
+  return path.string();
+}
+
+/// Three tones that never rest for the frozen-sensor time, small enough for the shipped limits.
+std::string experiment_text(std::chrono::milliseconds duration) {
+  return "schema = 1\nname = \"vm\"\nduration_s = " + std::to_string(static_cast<double>(duration.count()) * 1e-3) +
+         R"(
+repetitions = 1
+[excitation]
+kind = "multisine"
+offset_V = 0.0
+tones = [
+  { frequency_Hz = 0.5, amplitude_V = 1.0, phase_rad = 0.3 },
+  { frequency_Hz = 1.0, amplitude_V = 0.6, phase_rad = 1.9 },
+  { frequency_Hz = 2.5, amplitude_V = 0.4, phase_rad = 4.2 },
+]
+[record]
+discard_s = 0.0
+decimation = 10
+split = 0.5
+[identification]
+procedure = "default"
+seed = 1
+[[model]]
+name = "io"
+structure = "io"
+poles = 1
+zeros = 0
+[acceptance]
+min_validation_r2_percent = 90.0
+)";
+}
+
+}  // namespace
+
+std::string kernel_board_rig(RigFile kind) {
+  const std::string device = kind == RigFile::missing_device ? "/dev/comedi7" : "/dev/comedi0";
+  const std::string board = kind == RigFile::wrong_board ? "pci1716" : "comedi_test";
+  const std::string range_max_V = kind == RigFile::wrong_range ? "7.0" : "10.0";
+  static int number = 0;
+  return write_file("/tmp/rig-" + std::to_string(number++) + ".toml", R"(schema = 1
+name = "kernel test board"
+backend = "comedi"
+[limits]
+command_min_V = -5.0
+command_max_V = 5.0
+slew_V_per_s = 40.0
+safe_V = 0.0
+travel_min_in = 0.15
+travel_max_in = 5.75
+stopping_deceleration_in_per_s2 = 200.0
+velocity_limit_in_per_s = 20.0
+frozen_sensor_s = 0.5
+[realtime]
+sample_period_s = 0.001
+priority = 80
+abort_consecutive_late = 5
+abort_total_late = 50
+[comedi]
+device = ")" + device + R"("
+board = ")" + board + R"("
+driver = "comedi_test"
+resolution_bits = 16
+feedback_settling_us = 10.0
+scale_in_per_V = 0.295
+offset_in = 2.95
+calibration_date = "2026-01-01"
+emergency_stop = "none"
+enable = "none"
+heartbeat = "none"
+[comedi.feedback]
+subdevice = 0
+channel = 0
+reference = "ground"
+range_min_V = -10.0
+range_max_V = 10.0
+[comedi.command]
+subdevice = 1
+channel = 0
+reference = "ground"
+range_min_V = -10.0
+range_max_V = )" + range_max_V + "\n");
+}
+
+EhaRun::EhaRun(const std::string& rig_file, std::chrono::milliseconds duration)
+    : runs_(new_folder()),
+      process_({"eha", "run", write_file("/tmp/experiment.toml", experiment_text(duration)), "--local", "--rig",
+                rig_file, "--yes", "--output", runs_.string()}) {}
+
+void EhaRun::wait_until_running() const {
+  const auto running = [&] {
+    if (left_nothing()) return false;
+    // The journal grows block by block; two of them hold rows beyond the ramp.
+    std::error_code none_yet;
+    const auto bytes = fs::file_size(folder() / record::kJournalFile, none_yet);
+    return !none_yet && bytes > 30'000;
+  };
+  if (!wait_until(running)) throw std::runtime_error("the run did not get going: " + process_.output());
+}
+
+void EhaRun::wait_until_recorded() {
+  const auto recorded = [&] { return process_.output().find("recorded in ") != std::string::npos; };
+  if (!wait_until(recorded)) throw std::runtime_error("the run did not end: " + process_.output());
+  process_.signal(SIGKILL);
+  process_.wait();
+}
+
+fs::path EhaRun::folder() const {
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(runs_)) {
+    if (entry.is_directory() && !entry.is_symlink()) folders.push_back(entry.path());
+  }
+  if (folders.size() != 1) {
+    throw std::runtime_error(std::to_string(folders.size()) + " run folders: " + process_.output());
+  }
+  return folders.front();
+}
+
+bool EhaRun::left_nothing() const { return fs::is_empty(runs_); }
+
+nlohmann::ordered_json EhaRun::manifest() const { return record::read_manifest(folder()); }
+
+std::vector<acquisition::TickRecord> EhaRun::ticks() const { return record::read_ticks(folder()); }
+
+}  // namespace eha::test

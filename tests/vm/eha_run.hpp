@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/acquisition/tick_record.hpp"
+#include "process.hpp"
+
+namespace eha::test {
+
+/// The rig file that is shipped for the real card.
+inline constexpr const char* kPci1716Rig = "/usr/share/ehad/rigs/pci1716.toml";
+
+/// A rig file for the kernel's own test board, which has no digital lines of use. `wrong_board` and `wrong_range` make
+/// it say what the board is not.
+enum class RigFile { right, wrong_board, wrong_range, missing_device };
+[[nodiscard]] std::string kernel_board_rig(RigFile kind = RigFile::right);
+
+/// `eha run --local` on a card, its output in a folder of its own.
+class EhaRun {
+ public:
+  EhaRun(const std::string& rig_file, std::chrono::milliseconds duration);
+
+  Process& process() { return process_; }
+  /// Blocks until the first row of the experiment itself was commanded.
+  void wait_until_running() const;
+
+  /// Blocks until the experiment is recorded and the rig safe; identification is cut short, which takes long in here.
+  void wait_until_recorded();
+
+  /// The one run folder. @throws std::runtime_error  none, or several
+  [[nodiscard]] std::filesystem::path folder() const;
+  [[nodiscard]] bool left_nothing() const;
+  [[nodiscard]] nlohmann::ordered_json manifest() const;
+  [[nodiscard]] std::vector<acquisition::TickRecord> ticks() const;
+
+ private:
+  std::filesystem::path runs_;
+  Process process_;
+};
+
+}  // namespace eha::test
