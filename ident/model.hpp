@@ -13,9 +13,9 @@ namespace eha::ident {
 
 /// One estimated (or fixed) quantity of a model with its 95 % interval.
 struct ParameterEstimate {
-  std::string name;    ///< "a2", "n2", "K", "delay_s", "input_bias", "initial_output", ...
+  std::string name;  ///< "a2", "n2", "K", "delay_s", "input_bias", "initial_output", ...
   double value = 0.0;
-  double std = 0.0;      ///< standard error under coloured residuals; 0 when fixed
+  double std = 0.0;  ///< standard error under coloured residuals; 0 when fixed
   double lower95 = 0.0;
   double upper95 = 0.0;
   bool fixed = false;
@@ -43,18 +43,18 @@ struct Correlation {
 struct EstimationReport {
   Score score;
   std::size_t evaluations = 0;
-  double seconds = 0.0;        ///< filled by the caller; ident has no clock
-  std::string termination;     ///< "converged", "evaluation limit", ...
+  double seconds = 0.0;     ///< filled by the caller; ident has no clock
+  std::string termination;  ///< "converged", "evaluation limit", ...
   bool converged = false;
 };
 
 /// What the part of the record that did not estimate says.
 struct ValidationReport {
-  Score score;                                ///< bias and offset kept
-  std::optional<Score> offset_reestimated;    ///< initial_output fitted anew on the scored part
-  Correlation acf;                            ///< of the residual, lags 0..20
-  Correlation ccf;                            ///< residual against input, lags -20..20
-  double ljung_box_p = 0.0;                   ///< p value of the portmanteau test on 20 lags
+  Score score;                              ///< bias and offset kept
+  std::optional<Score> offset_reestimated;  ///< initial_output fitted anew on the scored part
+  Correlation acf;                          ///< of the residual, lags 0..20
+  Correlation ccf;                          ///< residual against input, lags -20..20
+  double ljung_box_p = 0.0;                 ///< p value of the portmanteau test on 20 lags
 };
 
 struct StabilityReport {
