@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "ident/record.hpp"
+#include "ident/signal/periods.hpp"
+
+namespace eha::ident {
+
+/// What a record says about the plant at one excited frequency.
+struct LineResponse {
+  double frequency_Hz = 0.0;
+  std::size_t harmonic = 0;       ///< of the period
+  std::complex<double> response;  ///< G(j 2 pi f) [output unit / input unit]
+  double std = 0.0;               ///< of the response's error, sqrt(E |error|^2), by noise alone
+  double input_amplitude = 0.0;   ///< of the cosine [input unit]
+  double output_amplitude = 0.0;  ///< [output unit]
+  /// Output at the neighbouring lines that the input leaves silent, below the output at this line [dB]: what an even or
+  /// an odd nonlinearity puts there, noise included. Empty where no such line can tell.
+  std::optional<double> even_distortion_dB;
+  std::optional<double> odd_distortion_dB;
+};
+
+/// The nonparametric frequency response of a record.
+struct FrequencyResponse {
+  Periods periods;
+  std::vector<LineResponse> lines;  ///< rising
+  double noise_std = 0.0;           ///< of one output sample [output unit]
+  double signal_to_noise_dB = 0.0;  ///< of the output
+  double drift_range = 0.0;         ///< removed from the output [output unit]
+  bool drift_detected = false;
+};
+
+/// Measures the frequency response of a plant at the lines of a periodic input: with a nonlinear plant its best linear
+/// approximation for this input.
+///   G(j w_k) = mean_p Y_p(k) / (mean_p U_p(k) H(w_k)),  H(w) = (1 - exp(-j w h)) / (j w h)
+/// Y_p, U_p are the discrete Fourier transforms of period p, the output's drift removed (average_periods); H is the
+/// hold of the input between samples. What the plant passes above the sampling frequency folds back onto the line: a
+/// relative error of about (f h)^(1 + r), r the plant's roll-off order.
+///   std^2 = sum_p |Y_p - Y - G (U_p - U)|^2 / (count (count - 1) |U H|^2), averaged over the two harmonics on either
+///           side too, so that a few periods do.
+/// Distortion: an even nonlinearity answers odd lines at even ones only, an odd one at odd ones only. Even distortion
+/// is given where every excited harmonic is odd, from the even harmonics beside the line; odd distortion where odd
+/// harmonics between the excited ones are silent, from the nearest on either side. The input's own content there is
+/// taken off with the response of the nearest line.
+/// @param lines_Hz  excited frequencies, harmonics of the period; empty: the harmonics whose input amplitude is at
+///                  least a tenth of the greatest
+/// @throws DataError  a line is no harmonic of the period or carries no input; the periods do not fit the record
+/// Cost O(N log N). Thread-safe.
+/// Pintelon, Schoukens, System Identification: A Frequency Domain Approach, 2nd ed. (2012), sec. 2.5, 4.3.
+[[nodiscard]] FrequencyResponse measure_frequency_response(const Record& record, const Periods& periods,
+                                                           const std::vector<double>& lines_Hz);
+
+}  // namespace eha::ident
