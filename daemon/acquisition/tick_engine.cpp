@@ -202,6 +202,7 @@ void TickEngine::drive(const TickInputs& inputs, TickRecord& row) noexcept {
     if (row.state == State::ramp_out && ramp_reached_) finish_ramp_out();
   } else {
     raise_flag(row, kCommandHeld);
+    ramp_reached_ = false;
   }
   if (machine_.state() == State::safe_stop) drive_safe(row);
 }

@@ -124,6 +124,21 @@ TEST(Run, KeepsTheExcitationOnTheGridAcrossSkippedTicks) {
   EXPECT_EQ(play.report.latency.maximum_at_ns(), 303'000'000);
 }
 
+TEST(Run, RampsInFullyWhenTheFirstWriteOfTheRampTimesOut) {
+  FakeRig healthy;
+  Play undisturbed;
+  undisturbed.on(healthy);
+  const auto first_of_ramp = static_cast<std::int64_t>(undisturbed.first(State::ramp_in));
+  FakeRig fake;
+  Play play;
+  hal::FaultRig rig(fake, {{.kind = hal::FaultKind::command_timed_out, .first_tick = first_of_ramp, .ticks = 1}});
+  play.on(rig);
+  ASSERT_EQ(play.report.outcome, Outcome::completed) << describe(play.report);
+  const std::size_t first = play.first(State::running);
+  EXPECT_DOUBLE_EQ(play.rows[first].applied_V, play.table_V[0]);
+  EXPECT_EQ(play.count(State::ramp_in), undisturbed.count(State::ramp_in) + 1);
+}
+
 TEST(Run, RampsOutOnAStopRequest) {
   FakeRig rig;
   Play play;
