@@ -48,6 +48,7 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
   row.sequence = inputs.sequence;
   row.lateness_ns = saturated<std::int32_t>(inputs.lateness_ns);
   ++counters_.ticks;
+  counters_.skipped += inputs.skipped;
 
   const bool is_late = inputs.lateness_ns > period_ns_ / 2;
   if (is_late) {
@@ -106,7 +107,6 @@ TickRecord TickEngine::skipped_row(std::uint32_t sequence, std::int64_t schedule
   }
   row.applied_V = applied_.applied_V;
   row.command_code = applied_.code;
-  ++counters_.skipped;
   return row;
 }
 

@@ -139,6 +139,16 @@ TEST(Run, RampsInFullyWhenTheFirstWriteOfTheRampTimesOut) {
   EXPECT_EQ(play.count(State::ramp_in), undisturbed.count(State::ramp_in) + 1);
 }
 
+TEST(Run, CountsEverySkippedTickOfALongStall) {
+  FakeRig fake;
+  Play play;
+  hal::FaultRig rig(fake, {{.kind = hal::FaultKind::slow_read, .first_tick = 300, .ticks = 1, .amount = 0.4005}},
+                    [&](std::int64_t duration_ns) { play.clock.advance(duration_ns); });
+  play.on(rig);
+  EXPECT_EQ(play.report.outcome, Outcome::deadline);
+  EXPECT_EQ(play.report.counters.skipped, 399u);  // more than the loop puts down as rows
+}
+
 TEST(Run, RampsOutOnAStopRequest) {
   FakeRig rig;
   Play play;
