@@ -62,7 +62,7 @@ class Loop {
       inputs.skipped =
           static_cast<std::uint32_t>(std::min<std::int64_t>(skipped, std::numeric_limits<std::int32_t>::max()));
       inputs.stops = stop_.count();
-      inputs.outputs_taken = stop_.outputs_taken();
+      inputs.stop = &stop_;
       inputs.sink_failing = sink_is_failing();
       tick(inputs, behind_ns);
       if (!clock_.is_virtual() && k % ticks_per_second == 0) usage.read_into(usage_);

@@ -18,6 +18,8 @@ Integer saturated(std::int64_t value) noexcept {
       std::clamp<std::int64_t>(value, std::numeric_limits<Integer>::min(), std::numeric_limits<Integer>::max()));
 }
 
+bool outputs_taken(const TickInputs& inputs) noexcept { return inputs.stop != nullptr && inputs.stop->outputs_taken(); }
+
 void raise_flag(TickRecord& row, TickFlag flag) noexcept { row.flags = static_cast<std::uint16_t>(row.flags | flag); }
 
 }  // namespace
@@ -168,7 +170,7 @@ void TickEngine::decide(const TickInputs& inputs) noexcept {
 void TickEngine::drive(const TickInputs& inputs, TickRecord& row) noexcept {
   row.state = machine_.state();
   row.requested_V = requested_V(inputs.sequence);
-  if (inputs.outputs_taken) {
+  if (outputs_taken(inputs)) {
     raise_flag(row, kCommandHeld);
     machine_.move_to(State::safe_stop);
     machine_.move_to(State::faulted);
@@ -198,7 +200,7 @@ void TickEngine::drive(const TickInputs& inputs, TickRecord& row) noexcept {
     applied_ = applied;
     chain_.accept(step.command_V);
     ramp_reached_ = !step.slew_limited;
-    if (row.state == State::armed && !enabled_) enable();
+    if (row.state == State::armed && !enabled_ && !outputs_taken(inputs)) enable();
     if (row.state == State::ramp_out && ramp_reached_) finish_ramp_out();
   } else {
     raise_flag(row, kCommandHeld);

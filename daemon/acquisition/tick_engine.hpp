@@ -11,6 +11,7 @@
 #include "daemon/acquisition/run.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
+#include "daemon/acquisition/stop_request.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 #include "hal/rig.hpp"
 
@@ -24,8 +25,9 @@ struct TickInputs {
   std::int64_t lateness_ns = 0;   ///< 0 up to a period [ns]
   std::uint32_t skipped = 0;      ///< grid ticks lost just before this one
   int stops = 0;                  ///< stop requests so far
-  bool outputs_taken = false;     ///< a fatal-signal handler writes the outputs now
   bool sink_failing = false;      ///< records can no longer be kept, or soon not
+  /// Asked just before a write, which a slow read may have put off: a fatal-signal handler may have taken the outputs.
+  const StopRequest* stop = nullptr;
 };
 
 /// What happens in one tick, and nothing about when: read, check, decide, command, record.

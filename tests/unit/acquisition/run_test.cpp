@@ -149,6 +149,22 @@ TEST(Run, CountsEverySkippedTickOfALongStall) {
   EXPECT_EQ(play.report.counters.skipped, 399u);  // more than the loop puts down as rows
 }
 
+TEST(Run, WritesNothingOnceAFatalSignalHandlerHasTakenTheOutputsInTheMiddleOfATick) {
+  FakeRig fake;
+  Play play;
+  std::size_t writes_before = 0;
+  hal::FaultRig rig(fake, {{.kind = hal::FaultKind::slow_read, .first_tick = 300, .ticks = 1, .amount = 0.0002}},
+                    [&](std::int64_t duration_ns) {
+                      play.clock.advance(duration_ns);
+                      play.stop.take_over_outputs();
+                      writes_before = fake.writes().size();
+                    });
+  play.on(rig);
+  ASSERT_GT(writes_before, 0u);
+  EXPECT_EQ(fake.writes().size(), writes_before);
+  EXPECT_EQ(play.report.outcome, Outcome::interrupted);
+}
+
 TEST(Run, RampsOutOnAStopRequest) {
   FakeRig rig;
   Play play;
