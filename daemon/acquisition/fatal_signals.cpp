@@ -3,6 +3,7 @@
 
 #include <signal.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -17,6 +18,7 @@ constexpr std::size_t kSignalStack = 64 * 1024;
 std::atomic<hal::Rig*> guarded_rig{nullptr};
 std::atomic<StopRequest*> guarded_stop{nullptr};
 std::atomic<std::int64_t> guarded_period_ns{0};
+std::atomic<bool> is_dying{false};
 std::array<struct sigaction, kFatal.size()> previous_actions;
 
 thread_local bool is_loop_thread = false;
@@ -25,6 +27,7 @@ static_assert(std::atomic<hal::Rig*>::is_always_lock_free && std::atomic<std::in
 
 /// Async-signal-safe: atomics, nanosleep, make_safe(), sigaction and raise only.
 void make_safe_and_die(int signal_number) {
+  is_dying = true;
   if (StopRequest* stop = guarded_stop.load()) stop->take_over_outputs();
   if (!is_loop_thread) {
     const timespec two_periods{static_cast<time_t>(2 * guarded_period_ns.load() / 1'000'000'000),
@@ -54,6 +57,8 @@ FatalSignals::FatalSignals(hal::Rig& rig, StopRequest& stop, std::int64_t period
 
 FatalSignals::~FatalSignals() {
   for (std::size_t i = 0; i < kFatal.size(); ++i) sigaction(kFatal[i], &previous_actions[i], nullptr);
+  // The loop has ended because a handler in another thread took its outputs: that handler still needs the rig.
+  while (is_dying) ::pause();
   guarded_rig = nullptr;
   guarded_stop = nullptr;
 }

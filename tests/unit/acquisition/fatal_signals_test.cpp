@@ -123,6 +123,28 @@ TEST_F(FatalSignal, InTheLoopItselfLeavesTheRigSafe) {
   EXPECT_EQ(wire_->commands_after_safe, 0);
 }
 
+TEST_F(FatalSignal, InAThirdThreadLeavesTheRigSafeAlthoughTheRunIsOverBeforeTheHandler) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+    SharedRig rig(*wire_);
+    StopRequest stop;
+    wire_->enabled = true;
+    {
+      const FatalSignals guard(rig, stop, 100'000'000);  // the handler waits 0.2 s
+      std::thread([] { ::raise(SIGSEGV); }).detach();
+      while (!stop.outputs_taken()) std::this_thread::yield();
+    }
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV);
+  EXPECT_TRUE(wire_->made_safe);
+  EXPECT_FALSE(wire_->enabled);
+}
+
 TEST_F(FatalSignal, HandlersAreGoneWithTheGuard) {
   SharedRig rig(*wire_);
   StopRequest stop;
