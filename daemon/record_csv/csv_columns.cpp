@@ -12,10 +12,12 @@
 #include <cstring>
 #include <fstream>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "daemon/record/file_io.hpp"
 
 namespace eha::daemon {
@@ -50,12 +52,19 @@ void add_field(void* field, std::size_t length, void* fields_address) {
   fields.ends.push_back(fields.text.size());
 }
 
-/// Text for a message: control and non-ASCII characters replaced, cut after 40 characters, in quotes.
-std::string quoted_for_message(std::string_view text) {
-  constexpr std::size_t kLongest = 40;
-  std::string out = "\"";
-  for (const char c : text.substr(0, kLongest)) out += (c >= ' ' && c < '\x7f') ? c : '?';
-  return out + (text.size() > kLongest ? "...\"" : "\"");
+/// Characters of a name or a field that a message shows.
+constexpr std::size_t kLongestShown = 40;
+
+std::string quoted_for_message(std::string_view text) { return '"' + shortened(text, kLongestShown) + '"'; }
+
+/// What cannot be written as JSON would get no further than to here.
+bool is_utf8(const std::string& text) {
+  try {
+    static_cast<void>(nlohmann::json(text).dump());
+    return true;
+  } catch (const nlohmann::json::type_error&) {
+    return false;
+  }
 }
 
 /// Digits of a decimal number that from_chars has accepted.
@@ -126,7 +135,12 @@ class Reader {
 
   void take(std::string_view line) {
     if (line_ == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    // Two of them are what converting line ends twice leaves.
+    while (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    // libcsv would end a row there, and the fields of two rows would be taken for one.
+    if (line.find('\r') != std::string_view::npos) {
+      fail("a carriage return within the line; save the file with LF or CR LF at the end of each line");
+    }
     if (line.find('\0') != std::string_view::npos) fail("a NUL byte: this is a binary file, not CSV text");
     const std::size_t first = line.find_first_not_of(" \t");
     if (first == std::string_view::npos || line[first] == '#') return;
@@ -156,7 +170,8 @@ class Reader {
     const std::string& head = names.front();
     if (std::from_chars(head.data(), head.data() + head.size(), number).ptr == head.data() + head.size() &&
         !head.empty()) {
-      fail(fmt::format("the header row is missing: this row begins with the number {}; {}", head, expected_header()));
+      fail(fmt::format("the header row is missing: this row begins with the number {}; {}",
+                       shortened(head, kLongestShown), expected_header()));
     }
     if (head != "time_s") {
       fail(fmt::format("expected the first column to be time_s, got {}; {}", quoted_for_message(head),
@@ -171,6 +186,10 @@ class Reader {
       if (std::any_of(names[i].begin(), names[i].end(), [](unsigned char c) { return c < ' ' || c == 0x7f; })) {
         fail(fmt::format("column {} of the header is named {}; {}", i + 1, quoted_for_message(names[i]),
                          expected_header()));
+      }
+      if (!is_utf8(names[i])) {
+        fail(fmt::format("column {} of the header is named {}, which is not UTF-8; save the file as UTF-8", i + 1,
+                         quoted_for_message(names[i])));
       }
       if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
           names.begin() + static_cast<std::ptrdiff_t>(i)) {
@@ -204,10 +223,11 @@ class Reader {
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (text.empty() || error == std::errc::invalid_argument || end != text.data() + text.size()) {
-      fail(fmt::format("{}: expected a number, got {}", columns_.names[column], quoted_for_message(fields_[column])));
+      fail(fmt::format("{}: expected a number, got {}", shortened(columns_.names[column], kLongestShown),
+                       quoted_for_message(fields_[column])));
     }
     if (error != std::errc() || !std::isfinite(value)) {
-      fail(fmt::format("{}: expected a finite number, got {}", columns_.names[column],
+      fail(fmt::format("{}: expected a finite number, got {}", shortened(columns_.names[column], kLongestShown),
                        quoted_for_message(fields_[column])));
     }
     if (column == 0) note_precision(text, columns_);

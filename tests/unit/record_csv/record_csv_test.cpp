@@ -92,6 +92,27 @@ TEST(RecordCsv, RefusesAWrongHeader) {
   expect_fault("time_s,a\x1b_V,b_in\n", "r.csv:1: column 2 of the header is named \"a?_V\"");
 }
 
+TEST(RecordCsv, NeverTakesACarriageReturnWithinALineForTheEndOfARow) {
+  expect_fault("\r\r\rx\n", "r.csv:1: a carriage return within the line");
+  expect_fault(kHeader + "0,1\r2\n1,1,2\n", "r.csv:2: a carriage return within the line");
+  expect_fault("time_s,u,y\r0,1,2\r1,1,2\r", "r.csv:1: a carriage return within the line");
+  expect_fault("\r\r\n", "r.csv: only comments, no header row");
+  EXPECT_EQ(read("time_s,u,y\r\r\n0,1,2\r\r\n\r\r\n1,3,4\r\r\n").input, Eigen::Vector2d(1.0, 3.0));
+}
+
+TEST(RecordCsv, RefusesAColumnNameThatIsNotUtf8) {
+  expect_fault("time_s,Weg_\xB5m,y\n0,1,2\n1,1,2\n",
+               "r.csv:1: column 2 of the header is named \"Weg_?m\", which is not UTF-8; save the file as UTF-8");
+  EXPECT_EQ(read("time_s,Weg_\xC2\xB5m,y\n0,1,2\n1,1,2\n").input_channel.unit, "\xC2\xB5m");
+}
+
+TEST(RecordCsv, KeepsMessagesShortAndPrintableWhateverTheColumnsAreCalled) {
+  const std::string name = "\xC2\xB5" + std::string(2000, 'x');
+  EXPECT_EQ(fault_of("time_s," + name + ",y\n0,a,2\n"),
+            "r.csv:2: ??" + std::string(38, 'x') + "...: expected a number, got \"a\"");
+  EXPECT_LT(fault_of(std::string(2000, '1') + ",u,y\n").size(), 300U);
+}
+
 TEST(RecordCsv, RefusesTextWhereANumberBelongs) {
   expect_fault(kHeader + "0,1,2\n# note\n1,abc,2\n", "r.csv:4: voltage_V: expected a number, got \"abc\"");
   expect_fault(kHeader + "0,1,2x\n", "r.csv:2: displacement_in: expected a number, got \"2x\"");
