@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The reader of journals, held against a second reading of the same bytes: it hands over exactly the blocks whose CRC
+// holds before the first byte that does not fit, bit for bit, and never one more. Half of the mutations have their CRCs
+// mended, or nothing would get beyond the first check.
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/record/journal.hpp"
+#include "tests/fuzz/memory_file.hpp"
+#include "tests/fuzz/require.hpp"
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t largest);
+
+namespace {
+
+using eha::acquisition::TickRecord;
+using eha::fuzz::require;
+using eha::record::JournalFacts;
+using eha::record::kJournalBlockHeaderSize;
+using eha::record::kJournalPreambleSize;
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr std::size_t kRecordSize = 64;
+
+/// CRC-32C bit by bit, RFC 3720, appendix B.4; not the library that the journal uses.
+std::uint32_t crc32c(Bytes covered, Bytes payload) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (const Bytes& bytes : {covered, payload}) {
+    for (const std::uint8_t byte : bytes) {
+      crc ^= byte;
+      for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0x82F63B78U : 0U);
+    }
+  }
+  return ~crc;
+}
+
+std::uint32_t u32_at(Bytes file, std::size_t offset) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 4; i > 0; --i) value = (value << 8U) | file[offset + i - 1];
+  return value;
+}
+
+bool has_tag(Bytes file, std::size_t offset, std::string_view tag) {
+  return file.size() >= offset + tag.size() && std::memcmp(file.data() + offset, tag.data(), tag.size()) == 0;
+}
+
+/// A block or the end, as the format's text says.
+struct Block {
+  bool is_end = false;
+  std::size_t size = 0;  ///< with its head
+  Bytes covered;
+  Bytes payload;
+  std::size_t crc_offset = 0;
+  std::uint32_t index = 0;
+};
+
+/// What stands at `offset` if it is whole; its CRC and index are not looked at.
+bool block_at(Bytes file, std::size_t offset, Block& block) {
+  if (file.size() < offset + kJournalBlockHeaderSize) return false;
+  block.is_end = has_tag(file, offset, "EHAE");
+  if (!block.is_end && !has_tag(file, offset, "EHAB")) return false;
+  const std::size_t payload = std::size_t{u32_at(file, offset + 4)} * (block.is_end ? 1 : kRecordSize);
+  if (payload > file.size() - offset - kJournalBlockHeaderSize) return false;
+  block.size = kJournalBlockHeaderSize + payload;
+  block.covered = file.subspan(offset + 4, 8);
+  block.payload = file.subspan(offset + kJournalBlockHeaderSize, payload);
+  block.crc_offset = offset + 12;
+  block.index = u32_at(file, offset + 8);
+  return true;
+}
+
+/// Where the blocks begin; 0 when the file has no whole header.
+std::size_t header_end(Bytes file) {
+  if (file.size() < kJournalPreambleSize || !has_tag(file, 0, "EHALOG01")) return 0;
+  const std::size_t length = u32_at(file, 8);
+  return length > file.size() - kJournalPreambleSize ? 0 : kJournalPreambleSize + length;
+}
+
+bool header_holds(Bytes file) {
+  const std::size_t end = header_end(file);
+  return end != 0 &&
+         crc32c(file.subspan(8, 4), file.subspan(kJournalPreambleSize, end - kJournalPreambleSize)) == u32_at(file, 12);
+}
+
+/// Compares what the reader handed over and said with the bytes.
+void require_same(Bytes file, const JournalFacts& facts, const std::vector<TickRecord>& records) {
+  require(header_holds(file) && facts.header.is_object(), "an accepted header has its CRC");
+  require(facts.rows == records.size(), "the rows counted are those handed over");
+  std::size_t offset = header_end(file);
+  std::size_t row = 0;
+  std::uint32_t index = 0;
+  bool ended = false;
+  for (Block block; !ended && block_at(file, offset, block); ++index) {
+    if (block.index != index || crc32c(block.covered, block.payload) != u32_at(file, block.crc_offset)) break;
+    if (block.is_end) {
+      // A CRC says nothing about JSON; an end that is none is no end.
+      if (!facts.end) break;
+      ended = true;
+    } else {
+      const std::size_t count = block.payload.size() / kRecordSize;
+      require(row + count <= records.size(), "every intact block is handed over");
+      require(count == 0 || std::memcmp(records.data() + row, block.payload.data(), block.payload.size()) == 0,
+              "records are handed over bit for bit");
+      row += count;
+    }
+    offset += block.size;
+  }
+  require(row == records.size(), "no record comes from a block that is not intact");
+  require(ended == facts.end.has_value(), "an end is read where there is one");
+  require(facts.good_bytes == offset && facts.torn_bytes == file.size() - offset, "good and torn bytes make the file");
+}
+
+void put_u32(std::uint8_t* bytes, std::uint32_t value) {
+  for (std::size_t i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
+}
+
+/// Gives the header and each whole block the CRC of what it holds.
+void mend_crcs(std::uint8_t* data, std::size_t size) {
+  const Bytes file(data, size);
+  std::size_t offset = header_end(file);
+  if (offset == 0) return;
+  put_u32(data + 12, crc32c(file.subspan(8, 4), file.subspan(kJournalPreambleSize, offset - kJournalPreambleSize)));
+  for (Block block; block_at(file, offset, block); offset += block.size) {
+    put_u32(data + block.crc_offset, crc32c(block.covered, block.payload));
+  }
+}
+
+}  // namespace
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t largest,
+                                               unsigned seed) {
+  const std::size_t mutated = LLVMFuzzerMutate(data, size, largest);
+  if (seed % 2 == 0) mend_crcs(data, mutated);
+  return mutated;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const eha::fuzz::MemoryFile file(data, size);
+  std::vector<TickRecord> records;
+  JournalFacts facts;
+  try {
+    facts = eha::record::read_journal(file.path(), [&](std::span<const TickRecord> some) {
+      records.insert(records.end(), some.begin(), some.end());
+    });
+  } catch (const eha::DataError& error) {
+    eha::fuzz::require_good_message(error.what(), file.path().string());
+    require(records.empty(), "a journal that is refused has given nothing");
+    return 0;
+  }
+  require_same(Bytes(data, size), facts, records);
+  return 0;
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Writes what the fuzz targets start from: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,toml,model}.
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "daemon/record/file_io.hpp"
+#include "daemon/record/journal.hpp"
+#include "daemon/record_csv/record_csv.hpp"
+#include "ident/model_file.hpp"
+
+namespace {
+
+using eha::acquisition::TickRecord;
+using eha::record::write_file_atomically;
+using std::filesystem::path;
+
+std::vector<TickRecord> ticks(std::size_t count) {
+  std::vector<TickRecord> all(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    all[k].sequence = static_cast<std::uint32_t>(k);
+    all[k].scheduled_ns = static_cast<std::int64_t>(k) * 1'000'000;
+    all[k].state = eha::acquisition::State::running;
+    all[k].applied_V = std::sin(static_cast<double>(k));
+    all[k].displacement_in = std::cos(static_cast<double>(k));
+  }
+  return all;
+}
+
+void write_journals(const path& folder) {
+  for (const std::size_t count : {0U, 3U, 10U}) {
+    for (const bool ends : {false, true}) {
+      const path file = folder / (std::to_string(count) + (ends ? "-ended" : "-torn"));
+      std::filesystem::remove(file);
+      eha::record::JournalWriter writer(file, {{"schema", "eha-journal/1"}, {"name", "seed"}}, 4);
+      writer.append(ticks(count));
+      if (ends) writer.finish({{"outcome", "completed"}});
+    }
+  }
+}
+
+void write_records(const path& folder) {
+  const std::vector<double> time_s = {0.0, 0.04, 0.08, 0.12};
+  Eigen::VectorXd values(4);
+  values << 0.0, -1.5, 2e-7, 1e300;
+  write_file_atomically(folder / "series", eha::daemon::series_csv(time_s, {"voltage", "V"}, values));
+  write_file_atomically(folder / "record",
+                        "# a comment\ntime_s,voltage_V,displacement_in\n0,1,2.5\n0.001,-1,2.25\n0.002,+1e-3,2.125\n");
+  write_file_atomically(folder / "quoted", "\xEF\xBB\xBFtime_s,\"a \"\"b\"\"_V\",c\r\n10,\"1\",2\r\n20,3,4\r\n");
+  write_file_atomically(folder / "rounded", "time_s,u,y\n0.000000,1,2\n0.000977,3,4\n0.001953,5,6\n0.002930,7,8\n");
+  write_file_atomically(folder / "gap", "time_s,u,y\n1e1,1,2\n2e1,1,2\n4e1,1,2\n");
+}
+
+void write_models(const path& folder) {
+  eha::ident::Model model;
+  model.name = "fo";
+  model.transfer_function = {{{0.46, 0.0}}, {{0.61, 1.75}, {1.0, 0.9}, {0.04, 0.0}}, 0.016};
+  write_file_atomically(folder / "smallest", eha::ident::to_text(model));
+  model.input_bias = 0.25;
+  model.initial_state = {0.1, -1.0 / 3.0};
+  model.parameters = {{"a2", 0.61, 0.01, 0.59, 0.63, false}, {"n0", 0.0, std::nan(""), 0.0, 0.0, true}};
+  model.estimation = eha::ident::EstimationReport{{99.5, 1e-4, 93.0, 0.0, 0.0, 500}, 27, 0.4, "converged", true};
+  model.validation.emplace();
+  model.validation->score.r2_percent = -std::numeric_limits<double>::infinity();
+  model.validation->offset_reestimated = eha::ident::Score{99.2, 1.9e-4, 91.0, -0.02, 0.03, 500};
+  model.validation->acf = {{0, 1}, {1.0, 0.5}, 0.0877, 0.115};
+  model.validation->ccf = {{-1, 0, 1}, {0.1, 0.2, 0.3}, 0.2, 0.25};
+  model.stability = eha::ident::StabilityReport{true, "argument_principle", 0.3};
+  model.verdict = eha::ident::Verdict{true, {"The residual is not white."}};
+  model.provenance = {{"normalisation", "a1 = 1"}, {"seed", "1"}};
+  write_file_atomically(folder / "full", eha::ident::to_text(model));
+}
+
+void write_configurations(const path& folder) {
+  for (const char* part : {"rigs", "experiments"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(path(EHA_SOURCE_DIR) / "config" / part)) {
+      write_file_atomically(folder / entry.path().filename(), eha::record::read_file(entry.path()));
+    }
+  }
+  const std::string rest =
+      "duration_s = 4.0\n[record]\ndecimation = 4\ndiscard_s = 1.0\n[acceptance]\nmax_abs_error_in = 0.5\n"
+      "[[model]]\nname = \"fo\"\nstructure = \"fo\"\ndelay = \"free\"\n"
+      "[[model.parameter]]\nname = \"n2\"\nstart = 1.8\nlower = 1.0\nupper = 2.0\n";
+  const std::string head = "schema = 1\nname = \"seed\"\nexcitation = { kind = ";
+  write_file_atomically(folder / "prms.toml",
+                        head + "\"prms\", amplitude_V = 2.0, levels = 5, hold_s = 0.5, seed = 7 }\n" + rest);
+  write_file_atomically(folder / "chirp.toml",
+                        head + "\"chirp\", amplitude_V = 1, frequency_min_Hz = 0.1, frequency_max_Hz = 2 }\n" + rest);
+  write_file_atomically(folder / "step.toml", head + "\"step\", amplitude_V = 1, hold_s = 0.5 }\n" + rest);
+}
+
+path made(const path& folder) {
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: fuzz_seeds FOLDER\n", stderr);
+    return 2;
+  }
+  try {
+    const path folder = argv[1];
+    write_journals(made(folder / "fuzz_journal"));
+    write_records(made(folder / "fuzz_csv"));
+    write_models(made(folder / "fuzz_model"));
+    write_configurations(made(folder / "fuzz_toml"));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "fuzz_seeds: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
