@@ -42,6 +42,12 @@ Json kernel() {
   return {{"release", facts.release}, {"version", facts.version}, {"preempt_rt", facts.preempt_rt}};
 }
 
+std::string host() {
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) name.front() = '\0';
+  return name.data();
+}
+
 Json describe_histogram(const acquisition::Histogram& histogram) {
   Json buckets = Json::array();
   Json counts = Json::array();
@@ -82,7 +88,7 @@ const Json* find_raw_entry(const Json& manifest, const std::string& path) {
 
 }  // namespace
 
-Json describe_run(const hal::RigCapabilities& rig, const RunRequest& request) {
+Json describe_run(const hal::RigCapabilities& rig, const RunRequest& request, const std::string& utc_start) {
   const config::ExperimentConfig& experiment = request.experiment;
   const bool is_virtual = request.time_base == TimeBase::virtual_time;
   Json header{
@@ -111,7 +117,11 @@ Json describe_run(const hal::RigCapabilities& rig, const RunRequest& request) {
       {"rig", to_json(request.rig)},
       {"experiment", to_json(experiment)},
       {"versions", versions()}};
-  if (!is_virtual) header["kernel"] = kernel();
+  if (!is_virtual) {
+    header["utc_start"] = utc_start;
+    header["host"] = host();
+    header["kernel"] = kernel();
+  }
   return header;
 }
 
@@ -155,18 +165,22 @@ Json describe_end(const acquisition::RunReport& report) {
           {"skipped", report.counters.skipped}};
 }
 
-Json new_manifest(const Json& header, const std::string& utc_start) {
-  std::array<char, 256> host{};
-  if (::gethostname(host.data(), host.size() - 1) != 0) host.front() = '\0';
-  Json manifest{{"schema", "eha-run/1"}, {"outcome", kInProgress}, {"utc_start", utc_start}, {"utc_end", nullptr}};
+Json manifest_from_header(const Json& header) {
+  Json manifest{{"schema", "eha-run/1"}, {"outcome", kInProgress}, {"utc_start", nullptr}, {"utc_end", nullptr}};
   for (const auto& [key, value] : header.items()) {
     if (key != "schema") manifest[key] = value;
   }
-  manifest["host"] = host.data();
+  for (const char* key : {"host", "kernel", "files", "report", "identification"}) {
+    if (!manifest.contains(key)) manifest[key] = nullptr;
+  }
+  return manifest;
+}
+
+Json new_manifest(const Json& header, const std::string& utc_start) {
+  Json manifest = manifest_from_header(header);
+  manifest["utc_start"] = utc_start;
+  manifest["host"] = host();
   manifest["kernel"] = kernel();
-  manifest["files"] = nullptr;
-  manifest["report"] = nullptr;
-  manifest["identification"] = nullptr;
   return manifest;
 }
 

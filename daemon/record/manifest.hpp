@@ -18,9 +18,10 @@ namespace eha::record {
 inline constexpr std::string_view kInProgress = "in_progress";
 
 /// What is known before the first tick and goes into raw.ehalog and raw.h5: resolved configuration, ranges,
-/// calibration, seeds, versions, and on the monotonic clock the kernel. No time of day and nothing else that differs
-/// between two equal runs in virtual time.
-[[nodiscard]] nlohmann::ordered_json describe_run(const hal::RigCapabilities& rig, const RunRequest& request);
+/// calibration, seeds, versions, and on the monotonic clock the time of day, the host and its kernel. Nothing that
+/// differs between two equal runs in virtual time.
+[[nodiscard]] nlohmann::ordered_json describe_run(const hal::RigCapabilities& rig, const RunRequest& request,
+                                                  const std::string& utc_start);
 
 /// How the run ended, for the manifest and, in short, the journal's end.
 [[nodiscard]] nlohmann::ordered_json describe_report(const acquisition::RunReport& report);
@@ -28,6 +29,9 @@ inline constexpr std::string_view kInProgress = "in_progress";
 
 /// The manifest of a run about to start: `header`, the time of day and the host.
 [[nodiscard]] nlohmann::ordered_json new_manifest(const nlohmann::ordered_json& header, const std::string& utc_start);
+
+/// The manifest of a run of which only the journal is left: what `header` says, null for what it does not.
+[[nodiscard]] nlohmann::ordered_json manifest_from_header(const nlohmann::ordered_json& header);
 
 /// Lists every file of the folder but the manifest under `files`, with size and SHA-256, and writes the manifest.
 /// What it already says about raw.ehalog and raw.h5 stays.

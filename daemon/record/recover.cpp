@@ -58,7 +58,7 @@ Recovery recover_run(const std::filesystem::path& folder) {
     return recovery;
   }
   const JournalFacts facts = write_files_from_journal(folder);
-  if (!manifest.is_object()) manifest = new_manifest(facts.header, "");
+  if (!manifest.is_object()) manifest = manifest_from_header(facts.header);
   recovery.changed = true;
   recovery.rows = facts.rows;
   recovery.torn_bytes = facts.torn_bytes;

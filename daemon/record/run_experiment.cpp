@@ -164,7 +164,7 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
   finished.folder = create_run_folder(request.runs_folder, request.experiment.name);
   FolderGuard guard(finished.folder);
   require_free_space(finished.folder, bytes_needed(request));
-  const Json header = describe_run(rig.capabilities(), request);
+  const Json header = describe_run(rig.capabilities(), request, utc_start);
   const double block = std::round(kBlock_s / request.rig.realtime.sample_period_s);
   JournalWriter journal(finished.folder / kJournalFile, header, static_cast<std::size_t>(std::max(block, 1.0)));
   Json manifest = new_manifest(header, utc_start);

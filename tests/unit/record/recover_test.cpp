@@ -82,6 +82,35 @@ TEST_F(Recover, NeedsNoManifest) {
   EXPECT_EQ(loaded.manifest["seed"]["sensor_noise"], rig_config_.sim.seed);
 }
 
+TEST_F(Recover, ClaimsNeitherItsOwnHostNorItsOwnKernelForARunThatNamesNone) {
+  const std::filesystem::path folder = torn_run(1000);  // in virtual time, where equal runs have equal journals
+  std::filesystem::remove(folder / kManifestFile);
+  recover_run(folder);
+  const nlohmann::ordered_json manifest = read_manifest(folder);
+  for (const char* key : {"host", "kernel", "utc_start"}) EXPECT_TRUE(manifest.at(key).is_null()) << key;
+}
+
+TEST_F(Recover, TakesHostKernelAndTimeOfARealRunFromItsJournal) {
+  const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, rig_config_.limits.safe_V);
+  RunRequest real = request();
+  real.time_base = TimeBase::monotonic;
+  nlohmann::ordered_json header = describe_run(rig->capabilities(), real, "2026-01-02T03:04:05Z");
+  EXPECT_FALSE(header.at("host").get<std::string>().empty());
+  EXPECT_TRUE(header.at("kernel").contains("release"));
+  header["host"] = "rig";
+  header["kernel"]["release"] = "6.1.0-rt";
+  const std::filesystem::path folder = create_run_folder(folder_ / "runs", "real");
+  {
+    JournalWriter writer(folder / kJournalFile, header, 100);
+    writer.append(some_ticks(95));
+  }
+  recover_run(folder);
+  const nlohmann::ordered_json manifest = read_manifest(folder);
+  EXPECT_EQ(manifest["host"], "rig");
+  EXPECT_EQ(manifest["kernel"]["release"], "6.1.0-rt");
+  EXPECT_EQ(manifest["utc_start"], "2026-01-02T03:04:05Z");
+}
+
 TEST_F(Recover, LeavesARunAloneThatIsStillGoing) {
   const std::filesystem::path folder = create_run_folder(folder_ / "runs", "going");
   const JournalWriter writer(folder / kJournalFile, {{"name", "going"}}, 100);
