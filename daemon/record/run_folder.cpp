@@ -45,6 +45,12 @@ std::filesystem::path resolve(const std::filesystem::path& folder) {
   return resolved;
 }
 
+std::size_t positive_count(const Json& manifest, const char* key, const std::string& source) {
+  const Json& count = manifest.at(key);
+  if (!count.is_number_unsigned() || count == 0U) throw DataError(source + ": " + key + ": expected a number above 0");
+  return count;
+}
+
 void require_unchanged(const std::filesystem::path& path, const Json& manifest) {
   for (const Json& entry : manifest.value("files", Json::array())) {
     if (entry.value("path", "") != path.filename().string()) continue;
@@ -101,8 +107,17 @@ bool is_run_folder(const std::filesystem::path& path) {
 Json read_manifest(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / kManifestFile;
   Json manifest = Json::parse(read_file(path), nullptr, false);
-  if (!manifest.is_object() || manifest.value("schema", "") != "eha-run/1") {
+  const auto has_text = [](const Json& object, const char* key) {
+    return object.is_object() && object.contains(key) && object[key].is_string();
+  };
+  if (!has_text(manifest, "schema") || manifest["schema"] != "eha-run/1") {
     throw DataError(path.string() + ": not the manifest of a run (schema eha-run/1)");
+  }
+  if (!has_text(manifest, "outcome")) throw DataError(path.string() + ": outcome: expected a text");
+  for (const Json& entry : manifest.value("files", Json::array())) {
+    if (!has_text(entry, "path") || !has_text(entry, "sha256")) {
+      throw DataError(path.string() + ": files: expected a path and a sha256 for each");
+    }
   }
   return manifest;
 }
@@ -120,8 +135,9 @@ LoadedRun read_run(const std::filesystem::path& folder) {
     }
     run.outcome = outcome_from_text(outcome, source);
     run.record.step_s = run.manifest.at("sample_period_s");
-    run.samples_per_repetition = run.manifest.at("samples_per_repetition");
-    run.repetitions = run.manifest.at("repetitions");
+    if (!(run.record.step_s > 0.0)) throw DataError(source + ": sample_period_s: expected a time");
+    run.samples_per_repetition = positive_count(run.manifest, "samples_per_repetition", source);
+    run.repetitions = positive_count(run.manifest, "repetitions", source);
     run.experiment_text = run.manifest.at("experiment").at("text");
     run.rig_text = run.manifest.at("rig").at("text");
   } catch (const Json::exception& error) {

@@ -111,6 +111,18 @@ TEST_F(Recover, TakesHostKernelAndTimeOfARealRunFromItsJournal) {
   EXPECT_EQ(manifest["utc_start"], "2026-01-02T03:04:05Z");
 }
 
+TEST_F(Recover, IsNotStoppedByAManifestWithFieldsOfTheWrongKind) {
+  for (const char* text : {R"({"schema": 1})", R"({"schema": "eha-run/1", "outcome": 7})",
+                           R"({"schema": "eha-run/1", "outcome": "in_progress", "files": ["raw.h5"]})"}) {
+    const std::filesystem::path folder = torn_run(1000);
+    write_file_atomically(folder / kManifestFile, text);
+    EXPECT_THROW(static_cast<void>(read_manifest(folder)), DataError) << text;
+    EXPECT_EQ(find_torn_runs(folder_ / "runs"), std::vector{folder}) << text;
+    EXPECT_EQ(recover_run(folder).outcome, Outcome::recovered) << text;
+    EXPECT_NO_THROW(static_cast<void>(read_run(folder))) << text;
+  }
+}
+
 TEST_F(Recover, LeavesARunAloneThatIsStillGoing) {
   const std::filesystem::path folder = create_run_folder(folder_ / "runs", "going");
   const JournalWriter writer(folder / kJournalFile, {{"name", "going"}}, 100);
