@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <future>
 #include <memory>
 #include <optional>
@@ -173,6 +174,17 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
   const std::unique_ptr<acquisition::Clock> clock = make_clock(request.time_base);
   const auto queue = std::make_unique<RecordQueue>();
   acquisition::StatusBoard board;
+  std::exception_ptr progress_failure;
+  const auto report_progress = [&] {
+    if (!progress || progress_failure) return;
+    try {
+      progress(board.read());
+    } catch (...) {
+      // Nobody watches any more. The rod is ramped to rest and what it did is kept before anyone hears of it.
+      progress_failure = std::current_exception();
+      stop.request();
+    }
+  };
   {
     const acquisition::FatalSignals fatal_signals(rig, stop, std::llround(request.rig.realtime.sample_period_s * 1e9));
     JournalTask writer(*queue, journal, request.time_base);
@@ -182,15 +194,14 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
       return acquisition::run(rig, machine, excitation, request.rig.limits, request.rig.realtime, request.non_realtime,
                               *clock, *queue, stop, board);
     });
-    while (loop.wait_for(kProgressInterval) != std::future_status::ready) {
-      if (progress) progress(board.read());
-    }
+    while (loop.wait_for(kProgressInterval) != std::future_status::ready) report_progress();
     finished.report = loop.get();
     guard.keep();
     finished.write_error = writer.finish();
   }
-  if (progress) progress(board.read());
+  report_progress();
   write_files(finished, &journal, manifest);
+  if (progress_failure) std::rethrow_exception(progress_failure);
   return finished;
 }
 

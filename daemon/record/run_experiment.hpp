@@ -40,7 +40,8 @@ struct FinishedRun {
   std::string write_error;        ///< what the writer could not do; empty when all was written
 };
 
-/// Called some ten times a second, in the thread that called run_experiment.
+/// Called some ten times a second, in the thread that called run_experiment. When it throws, the run is stopped as by a
+/// stop request, its files are written, and run_experiment throws the same.
 using Progress = std::function<void(const acquisition::Snapshot&)>;
 
 /// Runs an experiment on a rig into a new run folder and blocks until the rig is idle or faulted and the files are

@@ -62,6 +62,22 @@ TEST_F(RunExperiment, WritesTheSameTicksToTheJournalAndToHdf5) {
   EXPECT_TRUE(same_bits(journal, read_ticks(finished.folder)));
 }
 
+TEST_F(RunExperiment, KeepsTheRecordWhenTheProgressDisplayFails) {
+  set_duration(20.0);
+  const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, rig_config_.limits.safe_V);
+  acquisition::StateMachine machine;
+  ASSERT_TRUE(machine.reset() && machine.arm());
+  const auto fail = [](const acquisition::Snapshot&) { throw IoError("the terminal is gone"); };
+  EXPECT_THROW(static_cast<void>(run_experiment(*rig, machine, request(), stop_, fail)), IoError);
+  EXPECT_EQ(machine.state(), acquisition::State::idle);
+  const std::vector<std::filesystem::path> runs = list_runs(folder_ / "runs");
+  ASSERT_EQ(runs.size(), 1u);
+  // Stopped if it was still going, which is a matter of speed.
+  const nlohmann::ordered_json manifest = read_manifest(runs.front());
+  EXPECT_TRUE(manifest["outcome"] == "completed" || manifest["outcome"] == "interrupted") << manifest["outcome"];
+  EXPECT_EQ(read_ticks(runs.front()).size(), manifest["report"]["counters"]["ticks"]);
+}
+
 TEST_F(RunExperiment, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
   const std::unique_ptr<hal::Rig> sim = hal::open_sim(rig_config_.sim, 0.0);
   hal::FaultRig rig(*sim, {{hal::FaultKind::emergency_stop, 800, hal::Fault::kAlways, 0.0}});
