@@ -39,9 +39,32 @@ struct Correlation {
   double bound99 = 0.0;
 };
 
+/// What a structure costs for what it explains, to compare structures on one record: the lower the better. The number
+/// of samples in each is the residual's effective one, because neighbouring residuals repeat each other; with n the
+/// samples, p the parameters and V the mean square error:
+///   aic = n ln V + 2 p, aicc = aic + 2 p (p + 1)/(n - p - 1), bic = n ln V + p ln n, fpe = V (n + p)/(n - p).
+/// Akaike, IEEE Trans. AC 19 (1974); Hurvich and Tsai, Biometrika 76 (1989); Schwarz, Ann. Stat. 6 (1978).
+struct InformationCriteria {
+  std::size_t parameters = 0;  ///< estimated from the record
+  double effective_samples = 0.0;
+  double aic = 0.0;
+  double aicc = 0.0;
+  double bic = 0.0;
+  double fpe = 0.0;  ///< [output unit^2]
+};
+
+/// How the errors of the estimated parameters hang together.
+struct ParameterCorrelation {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> matrix;     ///< one row a name
+  std::vector<std::string> indistinguishable;  ///< parameters that the record cannot tell apart
+};
+
 /// How a fit was reached.
 struct EstimationReport {
   Score score;
+  std::optional<InformationCriteria> information;
+  std::optional<ParameterCorrelation> correlation;
   std::size_t evaluations = 0;
   double seconds = 0.0;     ///< filled by the caller; ident has no clock
   std::string termination;  ///< "converged", "evaluation limit", ...

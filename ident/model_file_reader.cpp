@@ -172,15 +172,40 @@ Correlation read_correlation(const Node& node) {
   return correlation;
 }
 
+InformationCriteria read_information(const Node& node) {
+  const Node object = node.object({"parameters", "effective_samples", "aic", "aicc", "bic", "fpe"});
+  InformationCriteria criteria;
+  object.read("parameters", criteria.parameters);
+  object.read("effective_samples", criteria.effective_samples);
+  object.read("aic", criteria.aic);
+  object.read("aicc", criteria.aicc);
+  object.read("bic", criteria.bic);
+  object.read("fpe", criteria.fpe);
+  return criteria;
+}
+
+ParameterCorrelation read_parameter_correlation(const Node& node) {
+  const Node object = node.object({"names", "matrix", "indistinguishable"});
+  ParameterCorrelation correlation;
+  object.read("names", correlation.names);
+  if (object.has("matrix")) {
+    for (const Node& row : object.at("matrix").list()) row.read(correlation.matrix.emplace_back());
+  }
+  object.read("indistinguishable", correlation.indistinguishable);
+  return correlation;
+}
+
 EstimationReport read_estimation(const Node& node) {
-  const Node object = node.object(
-      {"r2_percent", "mse", "fit_percent", "samples", "evaluations", "seconds", "termination", "converged"});
+  const Node object = node.object({"r2_percent", "mse", "fit_percent", "samples", "evaluations", "seconds",
+                                   "termination", "converged", "information", "correlation"});
   EstimationReport report;
   report.score = read_score(object);
   object.read("evaluations", report.evaluations);
   object.read("seconds", report.seconds);
   object.read("termination", report.termination);
   object.read("converged", report.converged);
+  if (object.has("information")) report.information = read_information(object.at("information"));
+  if (object.has("correlation")) report.correlation = read_parameter_correlation(object.at("correlation"));
   return report;
 }
 

@@ -55,6 +55,20 @@ Json estimation_to_json(const EstimationReport& report) {
   object["seconds"] = report.seconds;
   object["termination"] = report.termination;
   object["converged"] = report.converged;
+  if (report.information) {
+    const InformationCriteria& i = *report.information;
+    object["information"] = {{"parameters", i.parameters},
+                             {"effective_samples", i.effective_samples},
+                             {"aic", i.aic},
+                             {"aicc", i.aicc},
+                             {"bic", i.bic},
+                             {"fpe", i.fpe}};
+  }
+  if (report.correlation) {
+    object["correlation"] = {{"names", report.correlation->names},
+                             {"matrix", report.correlation->matrix},
+                             {"indistinguishable", report.correlation->indistinguishable}};
+  }
   return object;
 }
 

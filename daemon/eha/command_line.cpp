@@ -52,6 +52,7 @@ Exit code 0: a model accepted; 3: all rejected; 4: none converged.
 Examples:
   eha fit runs/latest
   eha fit record.csv --model io --poles 3 --zeros 1 --delay free --split 0.5
+  eha fit record.csv --sweep commensurate --poles 2 -o models
   eha fit record.csv --model fo --fix n1=0.9 --bound n2=1.5:2 --decimate 40 -o models)";
 
 constexpr const char* kSimulateFooter = R"(
@@ -96,6 +97,7 @@ struct Texts {
   std::string procedure;
   std::string initial_state;
   std::string method = "exact";
+  std::string sweep;
 };
 
 CLI::Validator finite_number(const std::string& range, bool (*accept)(double)) {
@@ -182,6 +184,14 @@ void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
           },
           ""));
   sub->add_option("-o,--output", fit.output, "Folder for one model file per model")->type_name("DIR");
+  sub->add_option("--sweep", texts.sweep,
+                  "commensurate: fit and stability against the base order q, as a table and DIR/sweep_commensurate.csv")
+      ->type_name("WHAT")
+      ->check(CLI::IsMember({"commensurate"}).description(""));
+  sub->add_option("--sweep-orders", fit.sweep_orders, "Base orders of the sweep (default 0.5:1.2:0.05)")
+      ->type_name("FIRST:LAST:STEP")
+      ->delimiter(':')
+      ->expected(3);
 }
 
 void add_simulate(CLI::App& app, SimulateCommand& simulate, Texts& texts) {
@@ -260,6 +270,7 @@ void interpret(const Texts& texts, FitCommand& fit, SimulateCommand& simulate) {
                                : texts.initial_state == "estimated" ? ident::InitialState::estimated
                                                                     : ident::InitialState::automatic;
   }
+  fit.sweep = !texts.sweep.empty();
   simulate.method = ident::simulation_method(texts.method);
 }
 

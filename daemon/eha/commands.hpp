@@ -55,7 +55,9 @@ struct FitCommand {
   std::optional<std::uint64_t> seed = {};
   RecordOptions record;
   ModelOptions models;
-  std::optional<std::filesystem::path> output = {};  ///< folder for one model file per model
+  std::optional<std::filesystem::path> output = {};     ///< folder for one model file per model
+  bool sweep = false;                                   ///< the commensurate order over sweep_orders instead
+  std::vector<double> sweep_orders = {0.5, 1.2, 0.05};  ///< first, last, step
 };
 
 struct SimulateCommand {

@@ -8,6 +8,7 @@
 #include "daemon/eha/identification.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/source.hpp"
+#include "daemon/eha/sweep.hpp"
 
 namespace eha::cli {
 namespace {
@@ -55,6 +56,12 @@ ExitCode execute(const FitCommand& command, Console& console) {
                                 acquisition::to_text(source.outcome)));
   }
   const IdentificationTask task = task_for(command, source);
+  if (command.sweep) {
+    const auto folder = command.output      ? command.output
+                        : source.run_folder ? std::optional(*source.run_folder / record::kModelsFolder)
+                                            : std::nullopt;
+    return sweep_commensurate_order(command, task, folder, console);
+  }
   Identification identification;
   identification.models = identify_for(command, task, console);
   if (source.run_folder) identification.paper = identify_as_in_the_paper(task, console);

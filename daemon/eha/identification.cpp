@@ -45,11 +45,9 @@ void create_folders(const fs::path& folder) {
   if (code) record::throw_system_error("create", folder, code.value());
 }
 
-/// One model: the content of its file and what only a fit knows.
+/// One model: the content of its file.
 nlohmann::ordered_json to_json(const IdentifiedModel& identified) {
-  nlohmann::ordered_json document = nlohmann::ordered_json::parse(ident::to_text(identified.result.model));
-  document["indistinguishable"] = identified.result.indistinguishable;
-  return document;
+  return nlohmann::ordered_json::parse(ident::to_text(identified.result.model));
 }
 
 nlohmann::ordered_json list_of(const std::vector<IdentifiedModel>& models) {

@@ -88,7 +88,7 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
   add_score(row, model.validation ? std::optional(model.validation->score) : std::nullopt);
   const auto again = model.validation ? model.validation->offset_reestimated : std::nullopt;
   row.push_back(again ? fmt::format("{:.2f}", again->r2_percent) : "-");
-  row.push_back(again ? fmt::format("{:.3g}", again->mse) : "-");
+  row.push_back(again ? fmt::format("{:.2f}", again->fit_percent) : "-");
   row.emplace_back(!model.stability ? "?" : model.stability->stable ? "yes" : "no");
   row.emplace_back(model.verdict && model.verdict->accepted ? "accepted" : "rejected");
   row.push_back(model.estimation ? fmt::format("{:.2f}", model.estimation->seconds) : "-");
@@ -125,9 +125,15 @@ std::string notes_on(const IdentifiedModel& identified, const char* mark) {
   if (model.verdict) {
     for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);
   }
-  if (!identified.result.indistinguishable.empty()) {
+  if (!model.estimation) return text;
+  if (model.estimation->information) {
+    const ident::InformationCriteria& i = *model.estimation->information;
+    text += fmt::format("  {} parameters, {:.0f} effective samples: BIC {:.1f}, AIC {:.1f}, AICc {:.1f}, FPE {:.3g}.\n",
+                        i.parameters, i.effective_samples, i.bic, i.aic, i.aicc, i.fpe);
+  }
+  if (model.estimation->correlation && !model.estimation->correlation->indistinguishable.empty()) {
     text += fmt::format("  The record cannot tell these apart: {}.\n",
-                        fmt::join(identified.result.indistinguishable, ", "));
+                        fmt::join(model.estimation->correlation->indistinguishable, ", "));
   }
   return text;
 }
@@ -141,7 +147,7 @@ std::string report(const std::vector<IdentifiedModel>& models, const std::vector
   const std::vector<Column> columns{
       {"model", Align::left},   {"structure", Align::left}, {"orders +- std", Align::left}, {"est. R2 %", Align::right},
       {unit, Align::right},     {"fit %", Align::right},    {"val. R2 %", Align::right},    {unit, Align::right},
-      {"fit %", Align::right},  {"re. R2 %", Align::right}, {unit, Align::right},           {"stable", Align::left},
+      {"fit %", Align::right},  {"re. R2 %", Align::right}, {"fit %", Align::right},        {"stable", Align::left},
       {"verdict", Align::left}, {"s", Align::right}};
   std::vector<std::vector<std::string>> rows;
   for (const IdentifiedModel& identified : models) rows.push_back(row_for(identified, ""));

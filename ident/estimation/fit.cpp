@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "ident/estimation/global_search.hpp"
@@ -128,6 +129,18 @@ double effective_bic(double cost, Eigen::Index rows, std::size_t free, double ef
          static_cast<double>(free) * std::log(effective_samples);
 }
 
+InformationCriteria information(double mean_square, std::size_t parameters, double effective_samples) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const double n = effective_samples;
+  const auto p = static_cast<double>(parameters);
+  const double fit = n * std::log(std::max(mean_square, 1e-300));
+  InformationCriteria criteria{parameters, n, fit + 2.0 * p, kNever, fit + p * std::log(n), kNever};
+  // With no more independent samples than parameters the corrections have no finite value.
+  if (n > p + 1.0) criteria.aicc = criteria.aic + 2.0 * p * (p + 1.0) / (n - p - 1.0);
+  if (n > p) criteria.fpe = mean_square * (n + p) / (n - p);
+  return criteria;
+}
+
 /// Searches one variant on the coarse record and follows its best optima on the whole one.
 std::vector<Outcome> estimate(const Parametrisation& parametrisation, const Variant& variant,
                               const ComparedRecord& compared, const ComparedRecord& coarse, const FitOptions& options,
@@ -243,17 +256,23 @@ void fill_parameters(FitResult& result, const ComparedRecord& compared, const Ou
   // Reported as a parameter of its own, whether it was solved for or a coordinate.
   linear.solve_bias = linear.solve_bias || outcome.variant.bias_coordinate;
   const OutputError problem(compared, plain, linear);
-  const Eigen::MatrixXd derivatives = problem.derivatives(plain.start(), solution, result.free_parameters);
+  ParameterCorrelation correlation;
+  const Eigen::MatrixXd derivatives = problem.derivatives(plain.start(), solution, correlation.names);
   const ResidualModel residual = residual_model(outcome.best.point.residual);
-  const Uncertainty known = uncertainty(derivatives, result.free_parameters, residual);
-  result.correlation = known.correlation;
-  result.indistinguishable = known.indistinguishable;
+  const Uncertainty known = uncertainty(derivatives, correlation.names, residual);
+  for (Eigen::Index i = 0; i < known.correlation.rows(); ++i) {
+    correlation.matrix.emplace_back(known.correlation.row(i).begin(), known.correlation.row(i).end());
+  }
+  correlation.indistinguishable = known.indistinguishable;
+  result.model.estimation->information =
+      information(outcome.best.point.cost / static_cast<double>(outcome.best.point.residual.size()), outcome.free,
+                  residual.effective_samples);
 
   const auto add = [&](const std::string& name, double value) {
     ParameterEstimate p{name, value, 0.0, value, value, true};
-    const auto at = std::find(result.free_parameters.begin(), result.free_parameters.end(), name);
-    if (at != result.free_parameters.end()) {
-      const auto i = static_cast<Eigen::Index>(at - result.free_parameters.begin());
+    const auto at = std::find(correlation.names.begin(), correlation.names.end(), name);
+    if (at != correlation.names.end()) {
+      const auto i = static_cast<Eigen::Index>(at - correlation.names.begin());
       p.fixed = false;
       p.std = std::sqrt(known.covariance(i, i));
       p.lower95 = value - known.interval_factor * p.std;

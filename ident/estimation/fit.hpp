@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
 #include "ident/estimation/fit_options.hpp"
 #include "ident/estimation/model_output.hpp"
 #include "ident/executor.hpp"
@@ -15,18 +16,21 @@ namespace eha::ident {
 
 /// A fitted model and what was compared to get it.
 struct FitResult {
-  Model model;                                 ///< estimation, validation and stability filled; verdict not
-  Eigen::VectorXd time_s;                      ///< of the compared samples, estimation part then validation part
-  Eigen::VectorXd measured;                    ///< filtered and decimated as compared [output unit]
-  Eigen::VectorXd simulated;                   ///< [output unit]
-  std::size_t estimation_samples = 0;          ///< how many of them estimated
-  std::vector<std::string> free_parameters;    ///< row and column names of `correlation`
-  Eigen::MatrixXd correlation;                 ///< of the free parameters' errors
-  std::vector<std::string> indistinguishable;  ///< free parameters that the record cannot tell apart
+  Model model;                         ///< estimation, validation and stability filled; verdict not
+  Eigen::VectorXd time_s;              ///< of the compared samples, estimation part then validation part
+  Eigen::VectorXd measured;            ///< filtered and decimated as compared [output unit]
+  Eigen::VectorXd simulated;           ///< [output unit]
+  std::size_t estimation_samples = 0;  ///< how many of them estimated
+};
+
+/// No trial of a structure was stable on a record.
+class NoStableModel : public DataError {
+ public:
+  using DataError::DataError;
 };
 
 /// Estimates one structure from one record by output error.
-/// @throws DataError    the record is too short, constant, or not finite
+/// @throws DataError    the record is too short, constant, or not finite; as NoStableModel, nothing stable was found
 /// @throws ConfigError  the structure or a parameter request makes no sense
 /// Deterministic for a given seed, whatever the executor.
 [[nodiscard]] FitResult fit(const Record& record, const StructureOptions& structure, const FitOptions& options,

@@ -95,6 +95,18 @@ void note_residual(const ValidationReport& validation, const AcceptanceLimits& l
   }
 }
 
+/// Parameters whose 95 % interval is wider than the value itself say little; the lost ones are named elsewhere.
+void note_undetermined(const Model& model, Judgement& judgement) {
+  for (const ParameterEstimate& p : model.parameters) {
+    const bool offset = p.name == "input_bias" || p.name == "initial_output" || p.name.starts_with("x");
+    if (p.fixed || offset || !std::isfinite(p.std)) continue;
+    if (p.upper95 - p.lower95 > 2.0 * std::abs(p.value)) {
+      judgement.note(fmt::format("The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}.", p.name,
+                                 p.lower95, p.upper95));
+    }
+  }
+}
+
 }  // namespace
 
 Verdict judge(const Model& model, const AcceptanceLimits& limits) {
@@ -113,6 +125,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits) {
     judgement.reject("The model was neither estimated nor validated here, so nothing speaks for it.");
   }
   judge_stability(model, limits, judgement);
+  note_undetermined(model, judgement);
   return judgement.verdict();
 }
 

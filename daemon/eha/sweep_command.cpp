@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/executor.hpp"
+#include "daemon/eha/sweep.hpp"
+#include "daemon/eha/text_table.hpp"
+#include "daemon/record/file_io.hpp"
+#include "ident/estimation/commensurate_sweep.hpp"
+#include "ident/model_file.hpp"
+
+namespace eha::cli {
+namespace {
+
+ident::StructureOptions commensurate_structure(const std::vector<ident::StructureOptions>& structures) {
+  const auto found = std::find_if(structures.begin(), structures.end(), [](const ident::StructureOptions& structure) {
+    return structure.kind == ident::StructureKind::commensurate;
+  });
+  if (found != structures.end()) return *found;
+  ident::StructureOptions structure;
+  structure.name = "commensurate";
+  structure.kind = ident::StructureKind::commensurate;
+  return structure;
+}
+
+std::string table(const std::vector<ident::SweepPoint>& sweep) {
+  const std::vector<Column> columns{{"q", Align::right},         {"est. R2 %", Align::right}, {"fit %", Align::right},
+                                    {"val. R2 %", Align::right}, {"fit %", Align::right},     {"BIC", Align::right},
+                                    {"stable", Align::left},     {"margin rad", Align::right}};
+  std::vector<std::vector<std::string>> rows;
+  for (const ident::SweepPoint& point : sweep) {
+    std::vector<std::string> row{fmt::format("{:.3f}", point.commensurate_order)};
+    if (point.model) {
+      const ident::Model& m = *point.model;
+      const auto score = [&row](const ident::Score* s) {
+        row.push_back(s != nullptr ? fmt::format("{:.3f}", s->r2_percent) : "-");
+        row.push_back(s != nullptr ? fmt::format("{:.2f}", s->fit_percent) : "-");
+      };
+      score(&m.estimation->score);
+      score(m.validation ? &m.validation->score : nullptr);
+      row.push_back(fmt::format("{:.1f}", m.estimation->information->bic));
+      row.emplace_back(m.stability->stable ? "yes" : "no");
+      row.push_back(fmt::format("{:.3f}", m.stability->margin_rad));
+    } else {
+      row.insert(row.end(), {"-", "-", "-", "-", "-", "none", "-"});
+    }
+    rows.push_back(std::move(row));
+  }
+  return text_table(columns, rows);
+}
+
+}  // namespace
+
+ExitCode sweep_commensurate_order(const FitCommand& command, const IdentificationTask& task,
+                                  const std::optional<std::filesystem::path>& folder, Console& console) {
+  const ident::StructureOptions structure = commensurate_structure(task.structures);
+  const std::vector<double> orders =
+      ident::order_grid(command.sweep_orders.at(0), command.sweep_orders.at(1), command.sweep_orders.at(2));
+  console.progress(0.0, fmt::format("fitting {} values of q", orders.size()));
+  const auto sweep = ident::sweep_commensurate_order(task.record, structure, task.options, orders, thread_executor());
+  console.end_progress();
+
+  nlohmann::ordered_json document{{"schema", "eha-sweep/1"}, {"source", command.source}};
+  document["points"] = nlohmann::ordered_json::array();
+  const ident::SweepPoint* best = nullptr;
+  for (const ident::SweepPoint& point : sweep) {
+    nlohmann::ordered_json entry{{"q", point.commensurate_order}};
+    if (point.model) {
+      entry["model"] = nlohmann::ordered_json::parse(ident::to_text(*point.model));
+      const double bic = point.model->estimation->information->bic;
+      if (best == nullptr || bic < best->model->estimation->information->bic) best = &point;
+    }
+    document["points"].push_back(std::move(entry));
+  }
+  console.print(table(sweep));
+  document["files"] = nlohmann::ordered_json::array();
+  if (folder) {
+    std::filesystem::create_directories(*folder);
+    const std::filesystem::path path = *folder / "sweep_commensurate.csv";
+    record::write_file_atomically(path, ident::to_csv(sweep));
+    document["files"].push_back(path.string());
+    console.print(fmt::format("written: {}", path.string()));
+  } else {
+    console.print("Nothing written; -o DIR writes DIR/sweep_commensurate.csv.");
+  }
+  console.print_json(document);
+  if (best == nullptr) return ExitCode::not_converged;
+  console.next_step(fmt::format("eha fit {} --model commensurate --poles {} --start q={:.4g}", command.source,
+                                structure.poles, best->commensurate_order));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ident/estimation/fit.hpp"
+
+namespace eha::ident {
+
+/// One commensurate model with a given base order.
+struct SweepPoint {
+  double commensurate_order = 0.0;  ///< q
+  std::optional<Model> model;       ///< nothing when no stable model was found
+};
+
+/// Fits the structure, its base order q held at each value in turn, so that fit and stability can be seen against q.
+/// @param structure  of kind commensurate; a request for q is replaced
+/// @param orders     values of q, each above 0 and below 2
+/// @throws as fit()
+/// Cost: one fit a value; they share the executor.
+[[nodiscard]] std::vector<SweepPoint> sweep_commensurate_order(const Record& record, const StructureOptions& structure,
+                                                               const FitOptions& options,
+                                                               const std::vector<double>& orders,
+                                                               const Executor& executor = run_in_order);
+
+/// first, first + step, ... up to last.
+[[nodiscard]] std::vector<double> order_grid(double first, double last, double step);
+
+/// The sweep as CSV text: q, R2 and fit of both parts, BIC, stability and its margin; empty fields where
+/// there is no stable model.
+[[nodiscard]] std::string to_csv(const std::vector<SweepPoint>& sweep);
+
+}  // namespace eha::ident
