@@ -12,6 +12,8 @@
 #include "config/experiment_check.hpp"
 #include "config/file_kind.hpp"
 #include "config/toml_section.hpp"
+#include "core/error.hpp"
+#include "ident/estimation/parametrisation.hpp"
 
 namespace eha::config {
 namespace {
@@ -179,6 +181,51 @@ ident::StructureOptions read_model(Section& section, Document& document) {
   return structure;
 }
 
+/// What the estimator would refuse after the experiment: names of parameters, values without which they cannot be
+/// fixed.
+void check_requests(const ident::StructureOptions& structure, const std::string& path, Document& document) {
+  for (std::size_t i = 0; i < structure.parameters.size(); ++i) {
+    ident::StructureOptions alone = structure;
+    alone.parameters = {structure.parameters[i]};
+    try {
+      // What is asked of the parameters does not depend on the record's length and tick.
+      (void)ident::Parametrisation::search(alone, {.duration_s = 1.0, .step_s = 0.001});
+    } catch (const ConfigError& error) {
+      const std::string parameter = fmt::format("{}.parameter[{}]", path, i);
+      document.faults.add_text(position_of(document.positions, parameter + ".name"), parameter, error.what());
+    }
+  }
+}
+
+void check_initial_state(const ident::StructureOptions& structure, const std::string& path, Document& document) {
+  if (structure.initial_state == InitialState::estimated && structure.kind != StructureKind::io) {
+    add_fault(document, path + ".initial_state", "\"auto\" or \"none\" (only structure \"io\" has a finite state)",
+              "\"estimated\"");
+  }
+}
+
+/// The paper's procedure has two structures and nothing to ask for.
+void check_paper(const ident::StructureOptions& structure, const std::string& path, Document& document) {
+  const bool known = structure.kind == StructureKind::fo ||
+                     (structure.kind == StructureKind::io && structure.poles == 2 && structure.zeros == 0);
+  if (!known) {
+    add_fault(document, path, "structure \"fo\", or \"io\" with 2 poles and no zero, for procedure = \"paper\"",
+              "another one");
+  } else if (!structure.parameters.empty() || structure.delay_free || structure.delay_s != 0.0) {
+    add_fault(document, path, "neither a delay nor parameters for procedure = \"paper\"", "some");
+  }
+}
+
+void check_models(const ExperimentConfig& experiment, Document& document) {
+  for (std::size_t i = 0; i < experiment.models.size(); ++i) {
+    const std::string path = fmt::format("model[{}]", i);
+    if (!document.faults.clean(path)) continue;
+    check_requests(experiment.models[i], path, document);
+    check_initial_state(experiment.models[i], path, document);
+    if (experiment.fit.procedure == Procedure::paper) check_paper(experiment.models[i], path, document);
+  }
+}
+
 void read_models(Section& root, ExperimentConfig& experiment, Document& document) {
   for (Section& section : root.sections("model")) {
     ident::StructureOptions structure = read_model(section, document);
@@ -237,6 +284,7 @@ ExperimentConfig read_experiment(Document& document) {
   read_models(root, experiment, document);
   read_acceptance(root, experiment.acceptance);
   root.finish();
+  check_models(experiment, document);
   if (document.faults.clean("duration_s") && document.faults.clean("record.discard_s") &&
       experiment.fit.discard_s >= experiment.duration_s) {
     add_fault(document, "record.discard_s", fmt::format("less than duration_s = {}", experiment.duration_s),

@@ -158,7 +158,10 @@ std::vector<Outcome> estimate(const Parametrisation& parametrisation, const Vari
       if (starts.size() < kMostFollowed && evidence < kStrongEvidence) starts.push_back(optimum.theta);
     }
   } else {
-    starts.push_back(parametrisation.start());
+    const LeastSquaresResult found =
+        minimise_from_afar(OutputError(coarse, parametrisation, variant.linear), parametrisation.start());
+    evaluations += found.evaluations;
+    starts.push_back(found.theta);
   }
   const OutputError problem(compared, parametrisation, variant.linear);
   std::vector<LeastSquaresResult> refined(starts.size());

@@ -2,8 +2,10 @@
 #include "ident/estimation/global_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <nlopt.hpp>
 #include <numbers>
 
@@ -18,9 +20,11 @@ constexpr double kMostCoarseRows = 8000.0;  // however fast the output is
 constexpr double kLostPower = 1e-4;
 constexpr int kEvaluationsPerDimension = 60;
 constexpr std::size_t kPolished = 8;
-constexpr double kDistinct = 0.12;   // of the search box, root mean square
-constexpr double kInfeasible = 1e3;  // logarithm of a cost no model reaches
-constexpr double kSameCost = 1e-4;   // relative; two optima closer than this are one
+constexpr double kDistinct = 0.12;                                            // of the search box, root mean square
+constexpr double kInfeasible = 1e3;                                           // logarithm of a cost no model reaches
+constexpr std::array<double, 7> kScan = {0.1, 1.0, 2.5, 4.0, 5.5, 7.0, 9.0};  // weight coordinates, 1e-3 to 30
+constexpr double kAtItsEnd = 0.1;                                             // share of the range of an order
+constexpr double kSameCost = 1e-4;  // relative; two optima closer than this are one
 
 /// Lowest frequency [cycles a sample] above which the output's increments hold less than kLostPower of their power.
 /// Increments, because a drifting output would hide its fast part behind the drift.
@@ -48,6 +52,37 @@ double bandwidth(const Eigen::VectorXd& output) {
   return static_cast<double>(j) / static_cast<double>(fft.length());
 }
 
+/// The best of a start and of the same orders with other coefficient weights.
+Eigen::VectorXd with_scanned_coefficients(const OutputError& problem, const Eigen::VectorXd& start) {
+  const auto& coordinates = problem.parametrisation().coordinates();
+  std::vector<Eigen::Index> weights;
+  for (std::size_t l = 0; l < coordinates.size(); ++l) {
+    if (coordinates[l].role == CoordinateRole::weighed_denominator) weights.push_back(static_cast<Eigen::Index>(l));
+  }
+  Eigen::VectorXd best = start;
+  if (weights.empty() || weights.size() > 2) return best;
+  const auto cost = [&](const Eigen::VectorXd& theta) {
+    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    return point ? point->cost : std::numeric_limits<double>::infinity();
+  };
+  double least = cost(start);
+  const std::size_t trials = weights.size() == 1 ? kScan.size() : kScan.size() * kScan.size();
+  for (std::size_t k = 0; k < trials; ++k) {
+    Eigen::VectorXd theta = start;
+    for (std::size_t w = 0; w < weights.size(); ++w) {
+      const auto l = static_cast<std::size_t>(weights[w]);
+      const double wanted = kScan[w == 0 ? k % kScan.size() : k / kScan.size()];
+      theta[weights[w]] = std::clamp(wanted, coordinates[l].lower, coordinates[l].upper);
+    }
+    const double value = cost(theta);
+    if (value < least) {
+      least = value;
+      best = theta;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 CoarseRecord coarsen(const Record& record) {
@@ -69,6 +104,29 @@ CoarseRecord coarsen(const Record& record) {
     coarse.record.output[k] = record.output[k * factor];
   }
   return coarse;
+}
+
+LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start) {
+  const auto& coordinates = problem.parametrisation().coordinates();
+  LeastSquaresResult first = minimise(problem, with_scanned_coefficients(problem, start));
+  if (first.termination == Termination::infeasible) return first;
+  Eigen::VectorXd again = first.theta;
+  bool ended = first.termination == Termination::evaluation_limit;
+  for (std::size_t l = 0; l < coordinates.size(); ++l) {
+    const Coordinate& c = coordinates[l];
+    if (c.role != CoordinateRole::denominator_order) continue;
+    const auto i = static_cast<Eigen::Index>(l);
+    const double slack = kAtItsEnd * (c.upper - c.lower);
+    ended = ended || again[i] < c.lower + slack || again[i] > c.upper - slack;
+    again[i] = 0.5 * (c.search_lower + c.search_upper);
+  }
+  if (!ended) return first;
+  LeastSquaresResult second = minimise(problem, with_scanned_coefficients(problem, again));
+  const std::size_t evaluations = first.evaluations + second.evaluations;
+  const bool better = second.termination != Termination::infeasible && second.point.cost < first.point.cost;
+  LeastSquaresResult& kept = better ? second : first;
+  kept.evaluations = evaluations;
+  return std::move(kept);
 }
 
 SearchResult search(const OutputError& problem, std::uint64_t seed, const Executor& executor) {

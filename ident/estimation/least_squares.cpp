@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kFirstDamping = 1e-3;
 constexpr double kLargestDamping = 1e12;
+constexpr int kFeasibilityAttempts = 12;
 
 /// The linearised problem min |e - J step|, reduced to as many rows as there are coordinates.
 struct Linearised {
@@ -92,10 +93,16 @@ LeastSquaresResult minimise(const OutputError& problem, const Eigen::VectorXd& s
                             const LeastSquaresOptions& options) {
   const Eigen::VectorXd lower = problem.parametrisation().lower();
   const Eigen::VectorXd upper = problem.parametrisation().upper();
+  const Eigen::VectorXd leap = problem.parametrisation().leap();
   LeastSquaresResult result;
   result.theta = start.cwiseMax(lower).cwiseMin(upper);
   auto first = problem.evaluate(result.theta, OutputError::Want::jacobian);
   result.evaluations = 1;
+  for (int attempt = 0; !first && attempt < kFeasibilityAttempts; ++attempt) {
+    result.theta = problem.parametrisation().with_lower_orders(result.theta).cwiseMax(lower).cwiseMin(upper);
+    first = problem.evaluate(result.theta, OutputError::Want::jacobian);
+    ++result.evaluations;
+  }
   if (!first) return result;
   result.point = std::move(*first);
   const Eigen::Index n = result.theta.size();
@@ -125,7 +132,11 @@ LeastSquaresResult minimise(const OutputError& problem, const Eigen::VectorXd& s
       held[static_cast<std::size_t>(l)] =
           (result.theta[l] <= lower[l] && descent[l] <= 0.0) || (result.theta[l] >= upper[l] && descent[l] >= 0.0);
     }
-    const Eigen::VectorXd step = bounded_step(linearised, result.theta, lower, upper, scale, damping, held);
+    Eigen::VectorXd step = bounded_step(linearised, result.theta, lower, upper, scale, damping, held);
+    while (damping < kLargestDamping && (step.cwiseAbs().array() > leap.array()).any()) {
+      damping *= 4.0;
+      step = bounded_step(linearised, result.theta, lower, upper, scale, damping, held);
+    }
     const Eigen::VectorXd change = linearised.r * step;
     const double predicted = linearised.target.squaredNorm() - (linearised.target - change).squaredNorm();
     // What the step changes in the output, against the output itself: below rounding nothing is left to gain.
@@ -149,7 +160,8 @@ LeastSquaresResult minimise(const OutputError& problem, const Eigen::VectorXd& s
       damping = std::max(damping, 1e-16);
       growth = 2.0;
     } else {
-      if (predicted <= options.cost_tolerance * result.point.cost && trial) return finish(Termination::converged);
+      const bool nothing_left = predicted >= 0.0 && predicted <= options.cost_tolerance * result.point.cost;
+      if (nothing_left && trial) return finish(Termination::converged);
       damping *= growth;
       growth *= 2.0;
       if (damping > kLargestDamping) return finish(Termination::no_progress);

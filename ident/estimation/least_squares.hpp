@@ -35,7 +35,8 @@ struct LeastSquaresResult {
 
 /// Minimises the output error inside the coordinates' bounds from one start: Levenberg-Marquardt with Marquardt's
 /// scaling and Nielsen's damping; coordinates on a bound that the descent pushes outward are held, steps that would
-/// cross one are shortened to it and solved again for the rest. Trials that are unstable count as failed steps.
+/// cross one are shortened to it and solved again for the rest. Trials that are unstable count as failed steps; an
+/// unstable start has its orders lowered until it is not.
 /// Nielsen, IMM-REP-1999-05, DTU (1999); projection: Kanzow, Yamashita and Fukushima, J. Comput. Appl. Math. 172
 /// (2004).
 [[nodiscard]] LeastSquaresResult minimise(const OutputError& problem, const Eigen::VectorXd& start,

@@ -16,14 +16,25 @@ namespace {
 using std::numbers::pi;
 
 // Bounds that no real rig comes near; they keep powers finite.
-constexpr double kWidestLog = 40.0;  // of a weight at the reference frequency
-constexpr double kSearchLog = 7.0;   // where the global search looks
+constexpr double kSlightWeight = 1e-2;    // of a term, against one: below this its coordinate is linear
+constexpr double kLeastWeight = 1e-9;     // coordinate; a term of weight 0 would have no order
+constexpr double kGreatestWeight = 40.0;  // coordinate
+constexpr double kSearchWeight = 12.0;    // where the global search looks
 constexpr double kLowestOrder = 0.05;
 constexpr double kHighestOrder = 3.0;
 constexpr double kWidestDamping = 16.0;  // asinh of the damping ratio
 constexpr double kSearchDamping = 4.0;
 constexpr double kLongestDelayShare = 0.25;  // of the record
 constexpr double kSearchDelaySteps = 40.0;
+
+/// Weight of a denominator term at the reference frequency: proportional to the coordinate where the term hardly
+/// matters, so that it can go to nothing and come back, exponential above.
+double weight(double x) { return x < 1.0 ? kSlightWeight * x : kSlightWeight * std::exp(x - 1.0); }
+double weight_slope(double x) { return x < 1.0 ? kSlightWeight : weight(x); }
+double weight_coordinate(double value) {
+  const double x = value / kSlightWeight;
+  return x < 1.0 ? x : 1.0 + std::log(x);
+}
 
 const ParameterRequest* find(const StructureOptions& structure, const std::string& name) {
   for (const ParameterRequest& request : structure.parameters) {
@@ -65,7 +76,6 @@ void apply(const StructureOptions& structure, Coordinate& coordinate, double (*s
 }
 
 double as_is(double value) { return value; }
-double logarithm(double value) { return value > 0.0 ? std::log(value) : -kWidestLog; }
 
 std::size_t denominator_terms(const StructureOptions& structure) {
   switch (structure.kind) {
@@ -137,12 +147,16 @@ Parametrisation Parametrisation::search(const StructureOptions& structure, const
 
   const std::size_t terms = denominator_terms(structure);
   bool coefficients_requested = false;
+  bool coefficients_limited = false;
   for (std::size_t i = 0; i < terms; ++i) {
-    coefficients_requested = coefficients_requested || find(structure, coefficient_name(i)) != nullptr;
+    const ParameterRequest* request = find(structure, coefficient_name(i));
+    if (request == nullptr) continue;
+    coefficients_requested = true;
+    coefficients_limited = coefficients_limited || request->fixed || request->lower || request->upper;
   }
   const bool polynomial = structure.kind == StructureKind::io || structure.kind == StructureKind::commensurate;
-  // A coefficient in the user's hand is a coordinate of its own, whatever the orders.
-  if (coefficients_requested) p.reference_rad_s_ = 1.0;
+  // A coefficient that the user holds or bounds is a coordinate of its own, whatever the orders.
+  if (coefficients_limited) p.reference_rad_s_ = 1.0;
 
   double q = 1.0;
   if (structure.kind == StructureKind::commensurate) q = requested(structure, "q", 0.9);
@@ -181,9 +195,20 @@ Parametrisation Parametrisation::search(const StructureOptions& structure, const
         p.base_.denominator[i].coefficient = *find(structure, name)->start;
         continue;
       }
-      Coordinate coordinate{name,      CoordinateRole::log_denominator, i, 0.0, -kWidestLog, kWidestLog, -kSearchLog,
-                            kSearchLog};
-      apply(structure, coordinate, logarithm);
+      Coordinate coordinate{name,
+                            CoordinateRole::weighed_denominator,
+                            i,
+                            weight_coordinate(1.0),
+                            kLeastWeight,
+                            kGreatestWeight,
+                            0.1,
+                            kSearchWeight};
+      apply(structure, coordinate, weight_coordinate);
+      const ParameterRequest* request = find(structure, name);
+      if (request != nullptr && request->start) {
+        const double orders = p.base_.denominator[i].order - p.base_.denominator[1].order;
+        coordinate.start = weight_coordinate(*request->start * std::pow(p.reference_rad_s_, orders));
+      }
       p.coordinates_.push_back(coordinate);
     }
   }
@@ -284,10 +309,10 @@ TransferFunction Parametrisation::transfer_function(const Eigen::VectorXd& theta
   const double log_reference = std::log(reference_rad_s_);
   for (std::size_t l = 0; l < coordinates_.size(); ++l) {
     const Coordinate& c = coordinates_[l];
-    if (c.role != CoordinateRole::log_denominator) continue;
+    if (c.role != CoordinateRole::weighed_denominator) continue;
     Term& term = g.denominator[c.index];
     const double shift = (g.denominator[1].order - term.order) * log_reference;
-    term.coefficient = std::exp(theta[static_cast<Eigen::Index>(l)] + shift);
+    term.coefficient = weight(theta[static_cast<Eigen::Index>(l)]) * std::exp(shift);
   }
   if (sections_ > 0) {
     const std::vector<double> a = section_polynomial(theta, sections_);
@@ -301,7 +326,7 @@ std::vector<Sensitivity> Parametrisation::sensitivities(const Eigen::VectorXd& t
   const double q = g.denominator.size() > 1 ? g.denominator[1].order : 1.0;
   std::vector<bool> weighed(g.denominator.size(), false);
   for (const Coordinate& c : coordinates_) {
-    if (c.role == CoordinateRole::log_denominator) weighed[c.index] = true;
+    if (c.role == CoordinateRole::weighed_denominator) weighed[c.index] = true;
   }
   // dD by ln of a section's radius and by its damping coordinate, as polynomials in s^q.
   const auto section_change = [&](std::size_t index, std::vector<double> change) {
@@ -333,9 +358,12 @@ std::vector<Sensitivity> Parametrisation::sensitivities(const Eigen::VectorXd& t
       case CoordinateRole::denominator:
         s.denominator.push_back({1.0, 0.0, g.denominator[c.index].order});
         break;
-      case CoordinateRole::log_denominator:
-        s.denominator.push_back({g.denominator[c.index].coefficient, 0.0, g.denominator[c.index].order});
+      case CoordinateRole::weighed_denominator: {
+        const double x = theta[static_cast<Eigen::Index>(l)];
+        const Term& term = g.denominator[c.index];
+        s.denominator.push_back({term.coefficient * weight_slope(x) / weight(x), 0.0, term.order});
         break;
+      }
       case CoordinateRole::denominator_order: {
         const Term& term = g.denominator[c.index];
         s.denominator.push_back(
@@ -389,6 +417,17 @@ std::vector<Sensitivity> Parametrisation::sensitivities(const Eigen::VectorXd& t
   return all;
 }
 
+Eigen::VectorXd Parametrisation::with_lower_orders(const Eigen::VectorXd& theta) const {
+  Eigen::VectorXd lowered = theta;
+  for (std::size_t l = 0; l < coordinates_.size(); ++l) {
+    const CoordinateRole role = coordinates_[l].role;
+    if (role == CoordinateRole::denominator_order || role == CoordinateRole::base_order) {
+      lowered[static_cast<Eigen::Index>(l)] *= 0.95;
+    }
+  }
+  return lowered;
+}
+
 double Parametrisation::input_bias(const Eigen::VectorXd& theta) const {
   for (std::size_t l = 0; l < coordinates_.size(); ++l) {
     if (coordinates_[l].role == CoordinateRole::input_bias) return theta[static_cast<Eigen::Index>(l)];
@@ -411,6 +450,33 @@ Eigen::VectorXd Parametrisation::lower() const {
 Eigen::VectorXd Parametrisation::upper() const {
   Eigen::VectorXd v(static_cast<Eigen::Index>(coordinates_.size()));
   for (Eigen::Index l = 0; l < v.size(); ++l) v[l] = coordinates_[static_cast<std::size_t>(l)].upper;
+  return v;
+}
+
+Eigen::VectorXd Parametrisation::leap() const {
+  Eigen::VectorXd v(static_cast<Eigen::Index>(coordinates_.size()));
+  for (Eigen::Index l = 0; l < v.size(); ++l) {
+    const Coordinate& c = coordinates_[static_cast<std::size_t>(l)];
+    switch (c.role) {
+      case CoordinateRole::weighed_denominator:
+      case CoordinateRole::section_frequency:
+      case CoordinateRole::section_damping:
+        v[l] = 2.0;
+        break;
+      case CoordinateRole::denominator_order:
+      case CoordinateRole::numerator_order:
+      case CoordinateRole::base_order:
+        v[l] = 0.3;
+        break;
+      case CoordinateRole::delay:
+        v[l] = std::max(c.search_upper - c.search_lower, 1e-300);
+        break;
+      case CoordinateRole::denominator:
+      case CoordinateRole::input_bias:
+        v[l] = 1e300;
+        break;
+    }
+  }
   return v;
 }
 

@@ -13,15 +13,15 @@ namespace eha::ident {
 
 /// What one nonlinear coordinate moves.
 enum class CoordinateRole {
-  denominator,        ///< coefficient of denominator term `index`
-  log_denominator,    ///< ln of that coefficient's weight at the reference frequency
-  denominator_order,  ///< order of denominator term `index`
-  numerator_order,    ///< order of numerator term `index`
-  base_order,         ///< q: term k of numerator and denominator has order k q
-  section_frequency,  ///< ln of the natural frequency of section `index` [ln rad/s]
-  section_damping,    ///< ln of the damping ratio of section `index`
-  delay,              ///< transport delay [s]
-  input_bias,         ///< [input unit]; moves the input, not G
+  denominator,          ///< coefficient of denominator term `index`
+  weighed_denominator,  ///< that coefficient's weight at the reference frequency, linear when slight, else logarithmic
+  denominator_order,    ///< order of denominator term `index`
+  numerator_order,      ///< order of numerator term `index`
+  base_order,           ///< q: term k of numerator and denominator has order k q
+  section_frequency,    ///< ln of the natural frequency of section `index` [ln rad/s]
+  section_damping,      ///< ln of the damping ratio of section `index`
+  delay,                ///< transport delay [s]
+  input_bias,           ///< [input unit]; moves the input, not G
 };
 
 struct Coordinate {
@@ -68,12 +68,17 @@ class Parametrisation {
   /// One a coordinate, at g = transfer_function(theta, numerator).
   [[nodiscard]] std::vector<Sensitivity> sensitivities(const Eigen::VectorXd& theta, const TransferFunction& g) const;
 
+  /// The same coefficients with denominator orders a twentieth lower: fewer models of lower order are unstable.
+  [[nodiscard]] Eigen::VectorXd with_lower_orders(const Eigen::VectorXd& theta) const;
+
   /// Value of the input_bias coordinate, 0 when there is none.
   [[nodiscard]] double input_bias(const Eigen::VectorXd& theta) const;
 
   [[nodiscard]] Eigen::VectorXd start() const;
   [[nodiscard]] Eigen::VectorXd lower() const;
   [[nodiscard]] Eigen::VectorXd upper() const;
+  /// How far a coordinate may move in one step: beyond this a linearisation says nothing.
+  [[nodiscard]] Eigen::VectorXd leap() const;
 
  private:
   std::vector<double> section_polynomial(const Eigen::VectorXd& theta, std::size_t without) const;

@@ -28,7 +28,7 @@ discard_s = 5.0
 decimation = 40
 split = 0.75
 [identification]
-procedure = "paper"
+procedure = "default"
 seed = 7
 [[model]]
 name = "third"
@@ -43,7 +43,7 @@ name = "a0"
 fixed = true
 start = 0.5
 [[model.parameter]]
-name = "K"
+name = "b1"
 lower = 0.0
 upper = 2.0
 [[model]]
@@ -86,7 +86,7 @@ TEST(ExperimentConfig, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(experiment.fit.discard_s, 5.0);
   EXPECT_EQ(experiment.fit.decimation, 40);
   EXPECT_EQ(experiment.fit.split, 0.75);
-  EXPECT_EQ(experiment.fit.procedure, ident::Procedure::paper);
+  EXPECT_EQ(experiment.fit.procedure, ident::Procedure::standard);
   EXPECT_EQ(experiment.fit.seed, 7U);
   ASSERT_EQ(experiment.models.size(), 2U);
   const ident::StructureOptions& model = experiment.models[0];
@@ -208,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"split = 0.75",
              "split = 1.01",
              {"15:9: record.split: expected a number above 0 and of at most 1, got 1.01"}},
-        Edit{"procedure = \"paper\"",
+        Edit{"procedure = \"default\"",
              "procedure = \"papers\"",
              {"17:13: identification.procedure: expected \"default\" or \"paper\", got \"papers\""}},
         Edit{"seed = 7", "seed = -7", {"18:8: identification.seed: expected an integer of at least 0, got -7"}}));
@@ -244,7 +244,7 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"upper = 2.0",
              "upper = 2.0\nstart = 3",
              {"35:9: model[0].parameter[1].start: expected a number within lower..upper, got 3"}},
-        Edit{"name = \"K\"",
+        Edit{"name = \"b1\"",
              "name = \"a0\"",
              {"32:8: model[0].parameter[1].name: expected each parameter once, got \"a0\" again"}},
         Edit{"min_validation_r2_percent = 95.0",
@@ -303,6 +303,31 @@ TEST(ExperimentConfig, ReportsEveryFaultAtOnceInTheOrderOfTheFile) {
                 "e.toml:14:14: record.decimation: expected a divisor of the 20000 samples, got 33",
                 "e.toml:22:1: model[0].pole: expected a known key (did you mean \"poles\"?), got an unknown one",
                 "e.toml:39:29: acceptance.min_validation_r2_percent: expected a number from 0 to 100, got -5"}));
+}
+
+TEST(ExperimentConfig, RefusesBeforeTheExperimentWhatTheEstimatorWouldRefuseAfterIt) {
+  EXPECT_EQ(
+      faults_of(edited(kExperiment, "name = \"a0\"", "name = \"a7\"")),
+      (std::vector<std::string>{"e.toml:28:8: model[0].parameter[0]: model third: parameter a7: expected one of a3, "
+                                "a2, a0, b0, b1, delay_s, input_bias, initial_output, got \"a7\""}));
+  EXPECT_EQ(faults_of(edited(kExperiment, "start = 0.5\n", "")).size(), 1U);
+  EXPECT_EQ(faults_of(edited(kExperiment, "structure = \"fo\"", "structure = \"fo\"\ninitial_state = \"estimated\"")),
+            (std::vector<std::string>{"e.toml:38:17: model[1].initial_state: expected \"auto\" or \"none\" (only "
+                                      "structure \"io\" has a finite state), got \"estimated\""}));
+}
+
+TEST(ExperimentConfig, LeavesThePapersProcedureItsTwoStructuresAndNothingToAskFor) {
+  const std::string paper = edited(kExperiment, "procedure = \"default\"", "procedure = \"paper\"");
+  EXPECT_EQ(faults_of(paper), (std::vector<std::string>{"e.toml:19:1: model[0]: expected structure \"fo\", or \"io\" "
+                                                        "with 2 poles and no zero, for procedure = \"paper\", got "
+                                                        "another one"}));
+  const std::string second = edited(edited(paper, "poles = 3", "poles = 2"), "zeros = 1", "zeros = 0");
+  EXPECT_EQ(faults_of(edited(second, "name = \"b1\"", "name = \"a2\"")),
+            (std::vector<std::string>{"e.toml:19:1: model[0]: expected neither a delay nor parameters for procedure = "
+                                      "\"paper\", got some"}));
+  const std::string plain =
+      second.substr(0, second.find("delay_s")) + second.substr(second.find("[[model]]\nname = \"fo\""));
+  EXPECT_EQ(parse_experiment(plain, "e.toml", rig()).fit.procedure, ident::Procedure::paper);
 }
 
 TEST(ExperimentConfig, ReportsAConflictWithTheRigOnItsOwnToo) {
