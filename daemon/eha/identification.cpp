@@ -11,6 +11,7 @@
 #include "daemon/eha/executor.hpp"
 #include "daemon/record/file_io.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "ident/estimation/information.hpp"
 #include "ident/model_file.hpp"
 #include "ident/validation/verdict.hpp"
 
@@ -89,6 +90,9 @@ std::vector<IdentifiedModel> identify(const IdentificationTask& task, Console& c
     }
   }
   console.end_progress();
+  std::vector<ident::Model*> comparable;
+  for (IdentifiedModel& identified : models) comparable.push_back(&identified.result.model);
+  ident::compare_on_equal_terms(comparable);
   return models;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "ident/estimation/information.hpp"
 
 namespace eha::ident {
 
@@ -31,6 +32,11 @@ std::vector<SweepPoint> sweep_commensurate_order(const Record& record, const Str
       // A value like any other: the row says that there is none.
     }
   });
+  std::vector<Model*> models;
+  for (SweepPoint& point : sweep) {
+    if (point.model) models.push_back(&*point.model);
+  }
+  compare_on_equal_terms(models);
   return sweep;
 }
 

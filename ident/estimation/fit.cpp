@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
 #include "ident/estimation/global_search.hpp"
+#include "ident/estimation/information.hpp"
 #include "ident/estimation/least_squares.hpp"
 #include "ident/estimation/model_output.hpp"
 #include "ident/estimation/output_error.hpp"
@@ -127,18 +127,6 @@ void check_record(const Record& record, const FitOptions& options) {
 double effective_bic(double cost, Eigen::Index rows, std::size_t free, double effective_samples) {
   return effective_samples * std::log(std::max(cost, 1e-300) / static_cast<double>(rows)) +
          static_cast<double>(free) * std::log(effective_samples);
-}
-
-InformationCriteria information(double mean_square, std::size_t parameters, double effective_samples) {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
-  const double n = effective_samples;
-  const auto p = static_cast<double>(parameters);
-  const double fit = n * std::log(std::max(mean_square, 1e-300));
-  InformationCriteria criteria{parameters, n, fit + 2.0 * p, kNever, fit + p * std::log(n), kNever};
-  // With no more independent samples than parameters the corrections have no finite value.
-  if (n > p + 1.0) criteria.aicc = criteria.aic + 2.0 * p * (p + 1.0) / (n - p - 1.0);
-  if (n > p) criteria.fpe = mean_square * (n + p) / (n - p);
-  return criteria;
 }
 
 /// Searches one variant on the coarse record and follows its best optima on the whole one.
@@ -297,6 +285,7 @@ void fill_parameters(FitResult& result, const ComparedRecord& compared, const Ou
   add("initial_output", result.model.initial_output);
   for (std::size_t i = 0; i < result.model.initial_state.size(); ++i)
     add("x" + std::to_string(i), result.model.initial_state[i]);
+  result.model.estimation->correlation = std::move(correlation);
 }
 
 }  // namespace

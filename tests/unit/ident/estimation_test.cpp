@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "core/error.hpp"
+#include "ident/estimation/commensurate_sweep.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/least_squares.hpp"
 #include "ident/estimation/output_error.hpp"
@@ -265,6 +267,43 @@ TEST(Fit, RefusesRequestsThatNameNoParameter) {
   StructureOptions options = structure(StructureKind::io);
   options.parameters = {{"n2", true, 2.0, {}, {}}};
   EXPECT_THROW(static_cast<void>(fit(record, options, {})), ConfigError);
+}
+
+TEST(CommensurateSweep, FindsTheBaseOrderThatMadeTheRecord) {
+  // s^1.6 and s^0.8: the base order 0.8 explains the record, its neighbours do not.
+  const Record record = record_of(fractional(0.6, 1.6, 0.8, 0.3, 0.46), 0.02, 0.001, 4);
+  const auto sweep =
+      sweep_commensurate_order(record, structure(StructureKind::commensurate), {}, order_grid(0.6, 1.0, 0.1));
+  ASSERT_EQ(sweep.size(), 5U);
+  std::size_t best = 0;
+  for (std::size_t k = 0; k < sweep.size(); ++k) {
+    ASSERT_TRUE(sweep[k].model) << sweep[k].commensurate_order;
+    EXPECT_EQ(value(*sweep[k].model, "q"), sweep[k].commensurate_order);
+    const auto bic = [&](std::size_t i) { return sweep[i].model->estimation->information->bic; };
+    if (bic(k) < bic(best)) best = k;
+  }
+  EXPECT_NEAR(sweep[best].commensurate_order, 0.8, 1e-9);
+  const std::string csv = to_csv(sweep);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 6);
+}
+
+TEST(CommensurateSweep, RefusesAGridThatMakesNoSense) {
+  EXPECT_THROW(static_cast<void>(order_grid(0.0, 1.0, 0.1)), ConfigError);
+  EXPECT_THROW(static_cast<void>(order_grid(0.5, 2.0, 0.1)), ConfigError);
+  EXPECT_THROW(static_cast<void>(order_grid(0.5, 1.0, 0.0)), ConfigError);
+}
+
+TEST(Fit, CountsWhatItEstimatedAndWhatThatCosts) {
+  const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.02, 0.01, 3);
+  const FitResult result = fit(record, structure(StructureKind::fo), {});
+  const auto& information = result.model.estimation->information;
+  ASSERT_TRUE(information);
+  EXPECT_EQ(information->parameters, 7U);
+  const double n = information->effective_samples;
+  EXPECT_NEAR(information->bic - information->aic, 7.0 * (std::log(n) - 2.0), 1e-9);
+  ASSERT_TRUE(result.model.estimation->correlation);
+  EXPECT_EQ(result.model.estimation->correlation->names.size(), 7U);
+  EXPECT_TRUE(result.model.estimation->correlation->indistinguishable.empty());
 }
 
 TEST(PaperProcedure, ComesOutWithOrdersTooHighAsMeasured) {

@@ -29,7 +29,13 @@ Model full_model() {
   model.initial_output = 3.8;
   model.initial_state = {0.1, -1.0 / 3.0};
   model.parameters = {{"a2", 0.61, 0.01, 0.59, 0.63, false}, {"n0", 0.0, 0.0, 0.0, 0.0, true}};
-  model.estimation = EstimationReport{{99.5, 1e-4, 93.0, 0.0, 0.0, 500}, 27, 0.4, "converged", true};
+  model.estimation = EstimationReport{{99.5, 1e-4, 93.0, 0.0, 0.0, 500},
+                                      InformationCriteria{7, 66.5, -601.0, -599.5, -585.0, 1.2e-4},
+                                      ParameterCorrelation{{"a2", "n2"}, {{1.0, -0.3}, {-0.3, 1.0}}, {"n2"}},
+                                      27,
+                                      0.4,
+                                      "converged",
+                                      true};
   ValidationReport validation;
   validation.score = {99.1, 2e-4, 90.5, -0.03, 0.04, 500};
   validation.offset_reestimated = Score{99.2, 1.9e-4, 91.0, -0.02, 0.03, 500};

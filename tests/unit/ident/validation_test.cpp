@@ -159,7 +159,7 @@ TEST(LjungBox, RejectsWhiteNoiseAsOftenAsItsLevelSays) {
 
 Model good_model() {
   Model model;
-  model.estimation = EstimationReport{{99.0, 0.01, 90.0, -0.1, 0.1, 500}, 20, 0.1, "converged", true};
+  model.estimation = EstimationReport{{99.0, 0.01, 90.0, -0.1, 0.1, 500}, {}, {}, 20, 0.1, "converged", true};
   ValidationReport validation;
   validation.score = {98.5, 0.01, 88.0, -0.2, 0.15, 500};
   validation.acf = {{0, 1}, {1.0, 0.01}, 0.09, 0.12};
