@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/doctor/latency.hpp"
 
 namespace eha::cli {
 namespace {
@@ -90,6 +91,25 @@ With -o the table of volts is written as CSV (time_s,voltage_V), one row a tick.
 Examples:
   eha design config/experiments/paper.toml
   eha design sweep.toml -o sweep.csv)";
+
+constexpr const char* kDoctorFooter = R"(
+Looks at kernel, scheduling, limits, CPUs and disk, and with a rig on a card at the device, its driver, board and safety
+lines. Each line is ok, warn or fail, the last two with what mends it. Nothing is changed and nothing moves.
+Exit code, of the worst failure: 78 rig file, 69 device, 77 permission, 74 disk; 0 without a failure.
+
+Examples:
+  eha doctor
+  eha doctor --rig /etc/ehad/rig.toml --json)";
+
+constexpr const char* kLatencyFooter = R"(
+Runs the tick loop on the simulated rig in real time and shows how late ticks wake up and how long they take [us].
+Passes when 99.9 % wake up within 50 us and all within 150 us, no tick takes over 300 us, and none is skipped.
+--rig takes period, priority and CPU of the loop from a rig file; its card is not touched.
+Exit code 0: passed; 12: missed.
+
+Examples:
+  eha latency
+  eha latency --duration 3600 --load)";
 
 /// Options whose text is turned into values after parsing.
 struct Texts {
@@ -250,6 +270,26 @@ void add_runs(CLI::App& app, RunsCommands& runs) {
       ->type_name("RUN|DIR");
 }
 
+void add_doctor(CLI::App& app, DoctorCommand& doctor) {
+  CLI::App* sub = app.add_subcommand("doctor", "Check that this machine and its rig are fit for experiments");
+  sub->footer(kDoctorFooter);
+  sub->add_option("--rig", doctor.rig_file, "Rig file (TOML)")->type_name("RIG");
+  sub->add_option("--output", doctor.output, "Folder that run folders would be put into (default runs)")
+      ->type_name("DIR");
+}
+
+void add_latency(CLI::App& app, LatencyCommand& latency) {
+  CLI::App* sub = app.add_subcommand("latency", "Measure how well the tick loop keeps time on this machine");
+  sub->footer(kLatencyFooter);
+  sub->add_option("--duration", latency.duration_s, "How long to measure, 0.1 to 65535 s (default 60)")
+      ->type_name("SECONDS")
+      ->check(finite_number("seconds from 0.1 to 65535", [](double s) {
+        return s >= doctor::kShortestMeasurement_s && s <= doctor::kLongestMeasurement_s;
+      }));
+  sub->add_flag("--load", latency.load, "Keep every CPU and the memory busy meanwhile");
+  sub->add_option("--rig", latency.rig_file, "Rig file whose period, priority and CPU apply")->type_name("RIG");
+}
+
 ident::StructureKind kind_named(const std::string& name) {
   static const std::map<std::string, ident::StructureKind> kKinds{
       {"io", ident::StructureKind::io},
@@ -286,6 +326,8 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   CheckCommand check;
   DesignCommand design;
   RunsCommands runs;
+  DoctorCommand doctor;
+  LatencyCommand latency;
 
   CLI::App app("eha - from an electro-hydraulic actuator rig to validated models", "eha");
   app.footer(kHelpFooter);
@@ -304,6 +346,8 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   add_check(app, check);
   add_design(app, design);
   add_runs(app, runs);
+  add_doctor(app, doctor);
+  add_latency(app, latency);
 
   try {
     app.parse(argc, argv);
@@ -331,6 +375,8 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   if (app.got_subcommand("validate")) parsed.command = validate;
   if (app.got_subcommand("check")) parsed.command = check;
   if (app.got_subcommand("design")) parsed.command = design;
+  if (app.got_subcommand("doctor")) parsed.command = doctor;
+  if (app.got_subcommand("latency")) parsed.command = latency;
   if (const CLI::App* sub = app.get_subcommand("runs"); sub->parsed()) {
     if (sub->got_subcommand("list")) parsed.command = runs.list;
     if (sub->got_subcommand("show")) parsed.command = runs.show;

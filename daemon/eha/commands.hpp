@@ -97,8 +97,20 @@ struct RunsRecoverCommand {
   std::filesystem::path target;  ///< one run folder, or a folder of them
 };
 
+struct DoctorCommand {
+  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  std::filesystem::path output = "runs";     ///< where run folders would go
+};
+
+struct LatencyCommand {
+  double duration_s = 60.0;
+  bool load = false;  ///< keep every CPU busy meanwhile
+  std::optional<std::string> rig_file =
+      {};  ///< whose period, priority and CPU the loop takes; none: default_rig_file()
+};
+
 using Command = std::variant<RunCommand, FitCommand, SimulateCommand, ValidateCommand, CheckCommand, DesignCommand,
-                             RunsListCommand, RunsShowCommand, RunsRecoverCommand>;
+                             RunsListCommand, RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -109,5 +121,7 @@ using Command = std::variant<RunCommand, FitCommand, SimulateCommand, ValidateCo
 [[nodiscard]] ExitCode execute(const RunsListCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsShowCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsRecoverCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const DoctorCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
 
 }  // namespace eha::cli

@@ -139,5 +139,21 @@ TEST(CommandLine, NamesItsVersionAndBackends) {
   EXPECT_NE(version.find("NLopt"), std::string::npos) << version;
 }
 
+TEST(CommandLine, ReadsDoctor) {
+  const auto doctor = command_of<DoctorCommand>({"doctor", "--rig", "r.toml", "--output", "d"});
+  EXPECT_EQ(doctor.rig_file, "r.toml");
+  EXPECT_EQ(doctor.output, "d");
+  EXPECT_FALSE(command_of<DoctorCommand>({"doctor"}).rig_file.has_value());
+}
+
+TEST(CommandLine, ReadsLatency) {
+  const auto latency = command_of<LatencyCommand>({"latency", "--duration", "2.5", "--load", "--rig", "r.toml"});
+  EXPECT_EQ(latency.duration_s, 2.5);
+  EXPECT_TRUE(latency.load);
+  EXPECT_EQ(latency.rig_file, "r.toml");
+  EXPECT_NE(fault_of({"latency", "--duration", "0"}).find("0.1 to 65535"), std::string::npos);
+  EXPECT_NE(fault_of({"latency", "--duration", "nan"}).find("0.1 to 65535"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace eha::cli

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/doctor/card_checks.hpp"
+
+#include <fmt/format.h>
+
+#include "hal/comedi/comedi_rig.hpp"
+
+namespace eha::doctor {
+namespace {
+
+// Advantech's PCI-1716, as the out-of-tree driver names it.
+constexpr const char* kBoard = "pci1716";
+constexpr const char* kVendor = "13fe";
+constexpr const char* kDevice = "1716";
+constexpr const char* kOutOfTree =
+    "build and install the drivers of https://github.com/Linux-Comedi/comedi (DKMS), then sudo modprobe adv_pci1710";
+
+std::string mend_device(const hal::ComediOptions& options, const CardFinding& finding) {
+  if (!hal::comedi_available) return "sudo apt-get install libcomedi-dev, then build anew";
+  if (finding.code == ExitCode::permission) return "sudo usermod -aG iocard $USER, then log in again";
+  if (options.board == kBoard && finding.module == ModuleSupport::not_listed) return "first mend the driver, below";
+  return fmt::format("sudo modprobe {}; dmesg says what it found", options.driver);
+}
+
+Check check_device(const hal::ComediOptions& options, const CardFinding& finding) {
+  if (!finding.card) return fail("device", finding.error, mend_device(options, finding), finding.code);
+  return ok("device", fmt::format("{} opens", options.device));
+}
+
+Check check_driver(const CardFinding& finding) {
+  switch (finding.module) {
+    case ModuleSupport::listed:
+      return ok("driver", "adv_pci1710 lists the PCI-1716 (13fe:1716)");
+    case ModuleSupport::not_listed:
+      return fail("driver",
+                  "the adv_pci1710 of this kernel does not list the PCI-1716 (13fe:1716); the out-of-tree one does",
+                  kOutOfTree, ExitCode::device_unavailable);
+    case ModuleSupport::unknown:
+      break;
+  }
+  return warn("driver",
+              "no modules.alias for this kernel, so whether its adv_pci1710 lists the PCI-1716 is not known; Debian's "
+              "own does not",
+              "sudo depmod; else " + std::string(kOutOfTree));
+}
+
+Check check_board(const hal::ComediOptions& options, const hal::CardDescription& card) {
+  try {
+    static_cast<void>(hal::match(options, card));
+  } catch (const DeviceError& error) {
+    return fail(
+        "board", fmt::format("{}\nthe card: {} by {}\n{}", error.what(), card.board, card.driver, to_lines(card)),
+        "describe this card in the rig file, or put in the one that it describes", ExitCode::device_unavailable);
+  }
+  return ok("board",
+            fmt::format("{} by {}, channels, ranges and resolution as the rig file says", card.board, card.driver));
+}
+
+Check check_line(const char* name, const char* without, const std::optional<hal::DigitalLine>& line) {
+  if (!line) {
+    return warn(name, fmt::format("none, as the rig file says: {}", without),
+                fmt::format("wire one and describe it in [comedi.{}], see eha-rig(5)", name));
+  }
+  return ok(name, fmt::format("subdevice {}, channel {}, active {}", line->subdevice, line->channel,
+                              line->active == hal::ActiveLevel::high ? "high" : "low"));
+}
+
+}  // namespace
+
+CardFinding find_card(const hal::ComediOptions& options, const std::filesystem::path& root,
+                      const std::string& release) {
+  CardFinding finding;
+  try {
+    finding.card = hal::describe_card(options.device);
+  } catch (const Error& error) {
+    finding.code = error.exit_code();
+    finding.error = error.what();
+  }
+  if (options.board == kBoard) {
+    finding.on_bus = has_pci_device(root, kVendor, kDevice);
+    finding.module = module_support(root, release, "adv_pci1710", kVendor, kDevice);
+  }
+  return finding;
+}
+
+std::vector<Check> check_card(const hal::ComediOptions& options, const CardFinding& finding) {
+  std::vector<Check> checks{check_device(options, finding)};
+  if (finding.card) {
+    checks.push_back(check_board(options, *finding.card));
+  } else if (options.board == kBoard && finding.code != ExitCode::permission) {
+    if (!finding.on_bus) {
+      checks.push_back(fail("card", "no PCI-1716 (13fe:1716) on the PCI bus", "seat the card; lspci -d 13fe: shows it",
+                            ExitCode::device_unavailable));
+    } else {
+      checks.push_back(ok("card", "a PCI-1716 (13fe:1716) is on the PCI bus"));
+    }
+    checks.push_back(check_driver(finding));
+  }
+  return checks;
+}
+
+std::vector<Check> check_lines(const hal::ComediOptions& options) {
+  return {check_line("emergency_stop", "a person can only stop the rig by its mains", options.emergency_stop),
+          check_line("enable", "nothing switches the hydraulics off when the program or the valve amplifier fails",
+                     options.enable),
+          check_line("heartbeat", "nothing notices a kernel that hangs or a process that is stuck", options.heartbeat)};
+}
+
+}  // namespace eha::doctor

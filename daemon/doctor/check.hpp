@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace eha::doctor {
+
+enum class Level { ok, warn, fail };
+
+/// One thing that was looked at.
+struct Check {
+  std::string name;  ///< "scheduling"
+  Level level = Level::ok;
+  std::string found;             ///< what there is; lines separated by newlines
+  std::string remedy;            ///< the command or change that mends it; empty when ok
+  ExitCode code = ExitCode::ok;  ///< of a failure; ok otherwise
+};
+
+[[nodiscard]] Check ok(std::string name, std::string found);
+[[nodiscard]] Check warn(std::string name, std::string found, std::string remedy);
+[[nodiscard]] Check fail(std::string name, std::string found, std::string remedy, ExitCode code);
+
+/// The code of the worst failure: configuration before device before permission before input/output, since each makes
+/// the ones after it moot. ok without a failure.
+[[nodiscard]] ExitCode exit_code(const std::vector<Check>& checks) noexcept;
+
+/// "ok", "warn", "fail".
+[[nodiscard]] std::string_view to_text(Level level) noexcept;
+
+/// What is at risk: without a machine, what a real rig needs is only good to have.
+enum class Stakes { simulated, machine };
+
+}  // namespace eha::doctor

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/realtime.hpp"
+#include "daemon/doctor/check.hpp"
+#include "daemon/doctor/privileges.hpp"
+#include "daemon/doctor/system_files.hpp"
+
+namespace eha::doctor {
+
+/// What is known of the machine under the loop.
+struct Machine {
+  acquisition::KernelFacts kernel;
+  SystemFiles files;
+  Privileges privileges;
+};
+
+/// Judges whether the machine can keep the rig's ticks: kernel, scheduling, limits, CPUs, sleep, clock.
+/// What the loop refuses to run without fails where a machine moves, and warns on a simulated rig.
+[[nodiscard]] std::vector<Check> check_machine(const Machine& machine, const config::RealtimeOptions& realtime,
+                                               Stakes stakes);
+
+}  // namespace eha::doctor

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace eha::doctor {
+
+/// What the kernel says of the machine under /sys; empty where it says nothing.
+struct SystemFiles {
+  std::vector<std::string> governors;  ///< frequency governors in use, each once; empty without frequency scaling
+  std::vector<int> online_cpus;
+  std::vector<int> isolated_cpus;          ///< kept from the scheduler (isolcpus)
+  std::string idle_driver;                 ///< "intel_idle"; "none" or empty when CPUs do not sleep deeply
+  std::string clock_source;                ///< "tsc"
+  std::vector<std::string> clock_sources;  ///< that could be chosen
+};
+
+/// @param root  "/", or a folder laid out like it
+[[nodiscard]] SystemFiles read_system_files(const std::filesystem::path& root);
+
+/// The kernel's list of CPUs, "0-2,5": 0, 1, 2, 5. What is no number or range is left out.
+[[nodiscard]] std::vector<int> cpu_list(std::string_view text);
+
+/// Whether the PCI bus holds a device. @param vendor, device  four lower-case hexadecimal digits each
+[[nodiscard]] bool has_pci_device(const std::filesystem::path& root, std::string_view vendor, std::string_view device);
+
+/// Whether a kernel module drives a PCI device.
+enum class ModuleSupport {
+  listed,      ///< modules.alias names the module for the device
+  not_listed,  ///< it does not
+  unknown,     ///< there is no modules.alias for this kernel
+};
+
+/// Looks a module up in lib/modules/RELEASE/modules.alias, which depmod writes; out-of-tree modules are in it too.
+/// @param vendor, device  four lower-case hexadecimal digits each
+[[nodiscard]] ModuleSupport module_support(const std::filesystem::path& root, std::string_view release,
+                                           std::string_view module_name, std::string_view vendor,
+                                           std::string_view device);
+
+}  // namespace eha::doctor

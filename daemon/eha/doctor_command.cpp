@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/doctor/card_checks.hpp"
+#include "daemon/doctor/check.hpp"
+#include "daemon/doctor/machine_checks.hpp"
+#include "daemon/doctor/run_folder_check.hpp"
+#include "daemon/eha-safe/guard_process.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/rig_source.hpp"
+
+namespace eha::cli {
+namespace {
+
+using doctor::Check;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kRoot = "/";
+
+void append(std::vector<Check>& checks, std::vector<Check> more) {
+  checks.insert(checks.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+/// Reads the rig file; what is wrong with it becomes a failure.
+std::optional<config::RigConfig> load_rig(const std::optional<std::string>& file, std::vector<Check>& checks) {
+  try {
+    config::RigConfig rig = load_rig_or_default(file);
+    const char* backend = rig.backend == config::Backend::sim ? "simulated" : "comedi";
+    checks.push_back(doctor::ok("rig file", fmt::format("{}: \"{}\", {}", rig.file_name, rig.name, backend)));
+    return rig;
+  } catch (const UsageError& error) {
+    checks.push_back(
+        doctor::fail("rig file", error.what(), "write /etc/ehad/rig.toml, see eha-rig(5)", ExitCode::configuration));
+  } catch (const PermissionError& error) {
+    checks.push_back(doctor::fail("rig file", error.what(), "ask its owner for leave to read it", error.exit_code()));
+  } catch (const Error& error) {
+    checks.push_back(doctor::fail(
+        "rig file", error.what(),
+        fmt::format("mend what is named, see eha-rig(5), then: eha check {}", file ? *file : "/etc/ehad/rig.toml"),
+        error.exit_code()));
+  }
+  return std::nullopt;
+}
+
+Check check_trust(const config::RigConfig& rig) {
+  try {
+    require_trusted_rig_file(rig);
+  } catch (const Error& error) {
+    return doctor::fail("rig file owner", error.what(),
+                        fmt::format("sudo chown root {0} && sudo chmod go-w {0}", rig.file_name), error.exit_code());
+  }
+  return doctor::ok("rig file owner", "root, and no one else may write it");
+}
+
+Check check_guard() {
+  try {
+    return doctor::ok("guard", guard_program().string());
+  } catch (const Error& error) {
+    return doctor::fail("guard", error.what(), "install ehad anew", error.exit_code());
+  }
+}
+
+void show(const std::vector<Check>& checks, ExitCode code, Console& console) {
+  Json document{{"schema", "eha-doctor/1"}, {"checks", Json::array()}, {"exit_code", static_cast<int>(code)}};
+  for (const Check& check : checks) {
+    document["checks"].push_back({{"name", check.name},
+                                  {"level", doctor::to_text(check.level)},
+                                  {"found", check.found},
+                                  {"remedy", check.remedy}});
+    std::string found = check.found;
+    for (std::size_t at = found.find('\n'); at != std::string::npos; at = found.find('\n', at + 1)) {
+      found.insert(at + 1, std::string(22, ' '));
+    }
+    console.print(fmt::format("{:<4}  {:<14}  {}", doctor::to_text(check.level), check.name, found));
+    if (!check.remedy.empty()) console.print(fmt::format("{:<22}-> {}", "", check.remedy));
+  }
+  console.print_json(document);
+}
+
+}  // namespace
+
+ExitCode execute(const DoctorCommand& command, Console& console) {
+  std::vector<Check> checks;
+  const std::optional<config::RigConfig> rig = load_rig(command.rig_file, checks);
+  const bool moves = rig && rig->backend == config::Backend::comedi;
+  const config::RealtimeOptions realtime = rig ? rig->realtime : config::RealtimeOptions{};
+  const doctor::Machine machine{.kernel = acquisition::kernel_facts(),
+                                .files = doctor::read_system_files(kRoot),
+                                .privileges = doctor::probe_privileges(realtime.priority)};
+  append(checks, doctor::check_machine(machine, realtime, moves ? doctor::Stakes::machine : doctor::Stakes::simulated));
+  if (moves) {
+    checks.push_back(check_trust(*rig));
+    append(checks, doctor::check_card(rig->comedi, doctor::find_card(rig->comedi, kRoot, machine.kernel.release)));
+    append(checks, doctor::check_lines(rig->comedi));
+    checks.push_back(check_guard());
+  }
+  append(checks, doctor::check_runs_folder(doctor::look_at_runs_folder(command.output), realtime.sample_period_s));
+  const ExitCode code = doctor::exit_code(checks);
+  show(checks, code, console);
+  if (code == ExitCode::ok) console.next_step("eha latency --load");
+  return code;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/doctor/latency.hpp"
+#include "daemon/doctor/load_threads.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/eha/text_table.hpp"
+#include "daemon/record/manifest.hpp"
+
+namespace eha::cli {
+namespace {
+
+using acquisition::Histogram;
+using Json = nlohmann::ordered_json;
+
+config::RealtimeOptions realtime_options(const std::optional<std::string>& rig_file) {
+  if (!rig_file && !default_rig_file()) return {};
+  return load_rig_or_default(rig_file).realtime;
+}
+
+std::vector<std::string> row(const char* name, const Histogram& histogram) {
+  return {name,
+          fmt::format("{:.0f}", histogram.percentile_us(0.5)),
+          fmt::format("{:.0f}", histogram.percentile_us(0.99)),
+          fmt::format("{:.0f}", histogram.percentile_us(0.999)),
+          fmt::format("{:.1f}", static_cast<double>(histogram.maximum_ns()) * 1e-3),
+          fmt::format("{:.3f}", static_cast<double>(histogram.maximum_at_ns()) * 1e-9)};
+}
+
+/// How many values fell between these edges [us], the last one open.
+std::string bars(const Histogram& histogram) {
+  constexpr std::size_t kEdges[] = {0, 10, 20, 50, 100, 150, 300, 500, 1000};
+  constexpr std::size_t kCount = std::size(kEdges);
+  std::string text;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const std::size_t end = i + 1 < kCount ? kEdges[i + 1] : Histogram::kBuckets;
+    std::uint64_t count = 0;
+    for (std::size_t bucket = kEdges[i]; bucket < end; ++bucket) count += histogram.buckets()[bucket];
+    const std::string range =
+        i + 1 < kCount ? fmt::format("{}-{} us", kEdges[i], end) : fmt::format("{} us up", kEdges[i]);
+    if (count > 0) text += fmt::format("  {:>12}  {}\n", range, count);
+  }
+  return text;
+}
+
+void show(const acquisition::RunReport& report, const std::vector<doctor::Gate>& gates, Console& console) {
+  console.print(text_table({{"us", Align::left},
+                            {"p50", Align::right},
+                            {"p99", Align::right},
+                            {"p99.9", Align::right},
+                            {"max", Align::right},
+                            {"max at s", Align::right}},
+                           {row("wake-up latency", report.latency), row("execution", report.execution)}));
+  console.print(fmt::format("\nwake-up latency, ticks:\n{}", bars(report.latency)));
+  const acquisition::LoopCounters& counters = report.counters;
+  console.print(fmt::format("{} ticks, {} late, {} skipped; {} minor and {} major page faults, {} preemptions",
+                            counters.ticks, counters.late, counters.skipped, counters.minor_faults,
+                            counters.major_faults, counters.involuntary_switches));
+  for (const doctor::Gate& gate : gates) {
+    console.print(fmt::format("{:<6}  {:<17} {:>9.1f}, at most {:.0f}", gate.met() ? "met" : "missed", gate.name,
+                              gate.value, gate.limit));
+  }
+}
+
+}  // namespace
+
+ExitCode execute(const LatencyCommand& command, Console& console) {
+  const config::RealtimeOptions realtime = realtime_options(command.rig_file);
+  console.info(fmt::format("the tick loop on the simulated rig for {:g} s, a tick every {:g} s{}", command.duration_s,
+                           realtime.sample_period_s, command.load ? ", every CPU under load" : ""));
+  StopOnSignals stop;
+  std::optional<doctor::LoadThreads> load;
+  if (command.load) load.emplace();
+  const acquisition::RunReport report =
+      doctor::measure_latency(command.duration_s, realtime, stop.request(), [&](const acquisition::Snapshot& now) {
+        console.progress(static_cast<double>(now.experiment_row) / std::max(1U, now.experiment_rows),
+                         fmt::format("{:.0f} of {:g} s, latency max {:.0f} us, {} late",
+                                     now.experiment_row * realtime.sample_period_s, command.duration_s,
+                                     static_cast<double>(now.latency_max_ns) * 1e-3, now.counters.late));
+      });
+  load.reset();
+  console.end_progress();
+  for (const std::string& sentence : report.realtime.refused) console.warning(sentence);
+  if (!report.realtime.fifo) console.warning("measured on ordinary scheduling; a rig that moves is not run like that");
+
+  const std::vector<doctor::Gate> gates = doctor::gates(report);
+  const bool passed = std::all_of(gates.begin(), gates.end(), [](const doctor::Gate& gate) { return gate.met(); });
+  ExitCode code = acquisition::exit_code(report);
+  if (code == ExitCode::ok && !passed) code = ExitCode::deadline;
+
+  Json document{{"schema", "eha-latency/1"},
+                {"duration_s", command.duration_s},
+                {"sample_period_s", realtime.sample_period_s},
+                {"load", command.load},
+                {"passed", passed},
+                {"gates", Json::array()},
+                {"report", record::describe_report(report)},
+                {"exit_code", static_cast<int>(code)}};
+  for (const doctor::Gate& gate : gates) {
+    document["gates"].push_back(
+        {{"name", gate.name}, {"value", gate.value}, {"limit", gate.limit}, {"met", gate.met()}});
+  }
+  console.print_json(document);
+  show(report, gates, console);
+  if (report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(report));
+  console.print(passed ? "PASSED: fit for a rig" : "MISSED: see `eha doctor` for what would help");
+  return code;
+}
+
+}  // namespace eha::cli
