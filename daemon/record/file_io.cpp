@@ -147,4 +147,13 @@ void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes
   }
 }
 
+void try_space(const std::filesystem::path& path, std::uint64_t bytes) {
+  const FileDescriptor file = open_file(path, O_WRONLY | O_CREAT | O_TRUNC);
+  const bool granted = ::fallocate(file.get(), 0, 0, static_cast<off_t>(bytes)) == 0;
+  const int error_number = errno;
+  ::unlink(path.c_str());
+  // Some file systems cannot say beforehand.
+  if (!granted && error_number != EOPNOTSUPP) throw_system_error("write", path, error_number);
+}
+
 }  // namespace eha::record

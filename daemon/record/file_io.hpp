@@ -73,4 +73,9 @@ void publish_file(const std::filesystem::path& temporary, const std::filesystem:
 /// @throws IoError  fewer than `bytes` are free for this user on the file system that holds `folder`
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);
 
+/// Has the file system hand out `bytes` to a file of this name, and takes the file away again: finds a full disk, a
+/// quota or a limit on file sizes before a library that copes badly with them does. Cost: no data is written.
+/// @throws IoError, PermissionError
+void try_space(const std::filesystem::path& path, std::uint64_t bytes);
+
 }  // namespace eha::record

@@ -165,7 +165,7 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
     if (written + records.size() > rows) throw IoError("cannot write " + path.string() + ": more rows than announced");
     times_s.resize(records.size());
     for (std::size_t i = 0; i < records.size(); ++i) {
-      times_s[i] = static_cast<double>(records[i].scheduled_ns - zero_ns) / 1e9;
+      times_s[i] = (static_cast<double>(records[i].scheduled_ns) - static_cast<double>(zero_ns)) / 1e9;
       if ((records[i].flags & acquisition::kSkipped) != 0) continue;
       latency.add(records[i].lateness_ns, records[i].scheduled_ns);
       execution.add(records[i].execution_ns, records[i].scheduled_ns);
@@ -186,6 +186,12 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
                   latency);
   write_histogram(writer, "execution_histogram",
                   "ticks by duration of their work, 1 us a bucket, the last holds the rest", execution);
+}
+
+/// More than the file will take.
+std::uint64_t size_bound(const nlohmann::ordered_json& header, std::uint64_t rows) {
+  constexpr std::uint64_t kOverhead = 1 << 20;  // datasets, attributes, histograms: measured 45 kB
+  return rows * (sizeof(TickRecord) + sizeof(double)) + 2 * header.dump().size() + kOverhead;
 }
 
 std::string read_text(hid_t file, const char* name, const std::string& damaged) {
@@ -209,6 +215,8 @@ void write_raw_file(const std::filesystem::path& path, const nlohmann::ordered_j
   const QuietHdf5 quiet;
   std::filesystem::path temporary = path;
   temporary += ".tmp";
+  // HDF5 1.10 crashes at the program's exit after a write that failed.
+  try_space(temporary, size_bound(header, rows));
   try {
     Writer writer(temporary);
     write_content(writer, header, rows, zero_ns, source, path);

@@ -64,5 +64,12 @@ TEST(FileIo, RefusesARunThatTheDiskHasNoRoomFor) {
   EXPECT_THROW(require_free_space(folder.path(), std::numeric_limits<std::uint64_t>::max()), IoError);
 }
 
+TEST(FileIo, TriesForSpaceWithoutLeavingAFile) {
+  const test::TemporaryFolder folder;
+  EXPECT_NO_THROW(try_space(folder.path() / "probe", 100'000));
+  EXPECT_THROW(try_space(folder.path() / "probe", std::uint64_t{1} << 62), IoError);
+  EXPECT_EQ(files_in(folder.path()), 0u);
+}
+
 }  // namespace
 }  // namespace eha::record
