@@ -19,7 +19,7 @@ enum class CoordinateRole {
   numerator_order,      ///< order of numerator term `index`
   base_order,           ///< q: term k of numerator and denominator has order k q
   section_frequency,    ///< ln of the natural frequency of section `index` [ln rad/s]
-  section_damping,      ///< ln of the damping ratio of section `index`
+  section_damping,      ///< inverse hyperbolic sine of the damping ratio of section `index`
   delay,                ///< transport delay [s]
   input_bias,           ///< [input unit]; moves the input, not G
 };
