@@ -29,6 +29,9 @@ struct SafeSnapshot {
   std::optional<Line> enable;
 };
 
+/// Where the service keeps the snapshot of the rig it has open, and where eha-safe looks when nothing else is said.
+inline constexpr const char* kServiceSnapshot = "/run/ehad/safe.json";
+
 /// The snapshot as JSON, {"schema": "eha-safe/1", ...}.
 [[nodiscard]] std::string to_text(const SafeSnapshot& snapshot);
 

@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <regex>
 #include <set>
 #include <string>
 
+#include "hal/comedi/safe_snapshot.hpp"
 #include "snapshot_file.hpp"
 
 namespace eha {
@@ -36,6 +38,13 @@ TEST(EhaSafe, EndsLoudlyWhenItCannotMakeTheRigSafe) {
   EXPECT_NE(result.output.find("eha-safe: error: /dev/no-such-card: "), std::string::npos) << result.output;
 }
 
+TEST(EhaSafe, HasNothingToDoWhereTheServiceLeftNoSnapshot) {
+  if (std::filesystem::exists(hal::kServiceSnapshot)) GTEST_SKIP() << hal::kServiceSnapshot << " belongs to a service";
+  const Result result = run(kProgram);
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.output, "eha-safe: /run/ehad/safe.json is not there, so no card was driven: nothing to do\n");
+}
+
 TEST(EhaSafe, ActsAtTheEndOfItsInputUnlessItHeardDone) {
   const testing::SnapshotFile snapshot;
   const std::string guard = kProgram + " --guard " + snapshot.path().string();
@@ -60,7 +69,7 @@ TEST(EhaSafe, RefusesASnapshotThatItCannotReadBeforeItSaysReady) {
 }
 
 TEST(EhaSafe, ExplainsItself) {
-  EXPECT_EQ(run(kProgram).status, 2);
+  EXPECT_EQ(run(kProgram + " one two").status, 2);
   EXPECT_EQ(run(kProgram + " --no-such-option x").status, 2);
   EXPECT_EQ(run(kProgram + " --version").status, 0);
   EXPECT_NE(run(kProgram + " --help").output.find("NOT safe"), std::string::npos);
