@@ -34,8 +34,9 @@ eha-experiment(5), eha-rig(5) and eha-record(5).)";
 
 constexpr const char* kRunFooter = R"(
 Plays the experiment's excitation [V] on the rig every tick, records the displacement [in], fits the experiment's
-models and judges them. The run folder OUTPUT/<UTC time>-<name> holds run.json, raw.ehalog, raw.h5, data_40ms.csv and
-models/*.json; a rejected model goes to models/rejected. OUTPUT/latest points to the last run with an accepted model.
+models and judges them. The run folder OUTPUT/<UTC time>-<name> holds run.json, raw.ehalog, raw.h5, data_40ms.csv,
+frequency_response.csv and models/*.json; a rejected model goes to models/rejected. OUTPUT/latest points to the last
+run with an accepted model.
 One Ctrl-C ramps the command down and keeps what was recorded; a second one makes the rig safe at once.
 
 Examples:
@@ -48,10 +49,13 @@ with the columns time_s, input, output, units as suffixes (voltage_V,displacemen
 Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit],
 initial_output [output unit]. Each --model of a CSV record is written to DIR/<model>.json with -o DIR, whatever its
 verdict; without -o nothing is written.
+Where the experiment names tones or has repetitions, the measured frequency response is printed beside the models' and
+written to frequency_response.csv; see eha(1).
 Exit code 0: a model accepted; 3: all rejected; 4: none converged.
 
 Examples:
   eha fit runs/latest
+  eha fit runs/latest --cross-validate
   eha fit record.csv --model io --poles 3 --zeros 1 --delay free --split 0.5
   eha fit record.csv --sweep commensurate --poles 2 -o models
   eha fit record.csv --model fo --fix n1=0.9 --bound n2=1.5:2 --decimate 40 -o models)";
@@ -203,11 +207,14 @@ void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
             return digits ? std::string() : "expected a whole number >= 0, got " + text;
           },
           ""));
+  sub->add_flag("--cross-validate", fit.cross_validate,
+                "Also estimate on each repetition of a run and score on the others");
   sub->add_option("-o,--output", fit.output, "Folder for one model file per model")->type_name("DIR");
   sub->add_option("--sweep", texts.sweep,
                   "commensurate: fit and stability against the base order q, as a table and DIR/sweep_commensurate.csv")
       ->type_name("WHAT")
-      ->check(CLI::IsMember({"commensurate"}).description(""));
+      ->check(CLI::IsMember({"commensurate"}).description(""))
+      ->excludes("--cross-validate");
   sub->add_option("--sweep-orders", fit.sweep_orders, "Base orders of the sweep (default 0.5:1.2:0.05)")
       ->type_name("FIRST:LAST:STEP")
       ->delimiter(':')

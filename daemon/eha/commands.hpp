@@ -58,6 +58,7 @@ struct FitCommand {
   std::optional<std::filesystem::path> output = {};     ///< folder for one model file per model
   bool sweep = false;                                   ///< the commensurate order over sweep_orders instead
   std::vector<double> sweep_orders = {0.5, 1.2, 0.05};  ///< first, last, step
+  bool cross_validate = false;                          ///< on each repetition, scored on the others
 };
 
 struct SimulateCommand {

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/cross_validation.hpp"
+#include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/identification.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/source.hpp"
@@ -37,8 +42,28 @@ std::vector<IdentifiedModel> identify_for(const FitCommand& command, const Ident
   }
 }
 
+/// The files of the models, then that of the frequency response.
+void write(Identification& identification, const FitCommand& command, const Source& source) {
+  std::optional<std::filesystem::path> response;
+  const auto write_response = [&](const std::filesystem::path& folder) {
+    if (!identification.frequency_response) return;
+    response = write_frequency_response(*identification.frequency_response, identification.models, folder);
+  };
+  if (command.output) {
+    identification.written = write_models(identification.models, *command.output);
+    write_response(*command.output);
+  } else if (source.run_folder) {
+    // First, as publishing the models lists every file of the folder in the manifest.
+    write_response(*source.run_folder);
+    identification.written = publish_models(*source.run_folder, identification.models, identification.paper);
+  }
+  if (response) identification.written.push_back(*response);
+}
+
 std::string next_step(const FitCommand& command, const Identification& identification) {
-  for (std::size_t i = 0; i < identification.written.size(); ++i) {
+  // The models' files come first.
+  const std::size_t files = std::min(identification.models.size(), identification.written.size());
+  for (std::size_t i = 0; i < files; ++i) {
     const auto& verdict = identification.models[i].result.model.verdict;
     if (verdict && verdict->accepted) {
       return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", identification.written[i].string());
@@ -65,11 +90,11 @@ ExitCode execute(const FitCommand& command, Console& console) {
   Identification identification;
   identification.models = identify_for(command, task, console);
   if (source.run_folder) identification.paper = identify_as_in_the_paper(task, console);
-  if (command.output) {
-    identification.written = write_models(identification.models, *command.output);
-  } else if (source.run_folder) {
-    identification.written = publish_models(*source.run_folder, identification.models, identification.paper);
+  if (command.cross_validate) {
+    identification.cross_validation = cross_validate(task, source.repetition_samples, console);
   }
+  identification.frequency_response = frequency_response_of(source, task.options, console);
+  write(identification, command, source);
   show(identification, {{"schema", "eha-fit/1"}, {"source", command.source}}, console);
   if (identification.written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = exit_code(identification.models);

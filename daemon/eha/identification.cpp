@@ -8,7 +8,9 @@
 #include <system_error>
 #include <utility>
 
+#include "daemon/eha/cross_validation.hpp"
 #include "daemon/eha/executor.hpp"
+#include "daemon/eha/frequency_table.hpp"
 #include "daemon/record/file_io.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/estimation/information.hpp"
@@ -161,11 +163,23 @@ std::vector<fs::path> publish_models(const fs::path& run_folder, const std::vect
 void show(const Identification& identification, nlohmann::ordered_json document, Console& console) {
   document["models"] = list_of(identification.models);
   document["paper_procedure"] = list_of(identification.paper);
+  if (identification.frequency_response) {
+    document["frequency_response"] = frequency_json(*identification.frequency_response, identification.models);
+  }
+  if (!identification.cross_validation.empty()) {
+    document["cross_validation"] = cross_validation_json(identification.cross_validation);
+  }
   document["files"] = nlohmann::ordered_json::array();
   for (const fs::path& path : identification.written) document["files"].push_back(path.string());
   document["exit_code"] = static_cast<int>(exit_code(identification.models));
   console.print_json(document);
   console.print(report(identification.models, identification.paper));
+  if (identification.frequency_response) {
+    console.print(frequency_table(*identification.frequency_response, identification.models));
+  }
+  if (!identification.cross_validation.empty()) {
+    console.print(cross_validation_table(identification.cross_validation));
+  }
   for (const fs::path& path : identification.written) console.print(fmt::format("written: {}", path.string()));
 }
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "core/error.hpp"
 #include "daemon/eha/console.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/signal/frequency_response.hpp"
 
 namespace eha::cli {
 
@@ -40,15 +42,27 @@ struct IdentifiedModel {
 /// ok with at least one accepted model, else model_rejected, else (none converged) not_converged.
 [[nodiscard]] ExitCode exit_code(const std::vector<IdentifiedModel>& models);
 
-/// What an identification came to: a model and its verdict for each structure, the paper's beside them, files written.
+/// One structure estimated on one repetition, scored on each.
+struct CrossValidatedModel {
+  std::string name;
+  std::size_t estimated_on = 0;                  ///< repetition, from 0
+  std::vector<ident::Score> scores;              ///< one a repetition, offset kept; its own among them
+  std::vector<ident::Score> offset_reestimated;  ///< the same, initial_output fitted anew on each
+};
+
+/// What an identification came to: a model and its verdict for each structure, the paper's beside them, what the record
+/// says without a model, files written.
 struct Identification {
   std::vector<IdentifiedModel> models;
   std::vector<IdentifiedModel> paper;
-  std::vector<std::filesystem::path> written;
+  std::optional<ident::FrequencyResponse> frequency_response = {};
+  std::vector<CrossValidatedModel> cross_validation = {};  ///< empty unless asked for
+  std::vector<std::filesystem::path> written = {};
 };
 
 /// Puts an identification on standard output, as a table or as the rest of `document`.
-/// @param document  for --json: what the command has to say besides `models`, `paper_procedure`, `files`, `exit_code`
+/// @param document  for --json: what the command has to say besides `models`, `paper_procedure`, `frequency_response`,
+///                  `cross_validation`, `files`, `exit_code`
 void show(const Identification& identification, nlohmann::ordered_json document, Console& console);
 
 /// The table of models, the notes beneath it, and each model's formula.

@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/experiment_config.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/identification.hpp"
 #include "daemon/eha/local_rig.hpp"
 #include "daemon/eha/rig_source.hpp"
@@ -76,7 +78,14 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
   Identification identification;
   identification.models = identify(task, console);
   identification.paper = identify_as_in_the_paper(task, console);
+  identification.frequency_response = frequency_response_of(source, task.options, console);
+  // Before the models: publishing them lists every file of the folder in the manifest.
+  std::optional<fs::path> response;
+  if (identification.frequency_response) {
+    response = write_frequency_response(*identification.frequency_response, identification.models, folder);
+  }
   identification.written = publish_models(folder, identification.models, identification.paper);
+  if (response) identification.written.push_back(*response);
   show(identification, {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, console);
   console.next_step(fmt::format("eha runs show {}", folder.string()));
   return exit_code(identification.models);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <system_error>
 #include <utility>
 
@@ -19,6 +20,10 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   std::error_code ignored;
   if (!std::filesystem::is_directory(name, ignored)) {
     source.record = daemon::read_record_csv(name);
+    if (source.experiment) {
+      const double samples = std::round(source.experiment->duration_s / source.record.step_s);
+      source.repetition_samples = static_cast<std::size_t>(samples);
+    }
     return source;
   }
   if (!record::is_run_folder(name)) {
@@ -31,6 +36,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   source.record = std::move(run.record);
   source.run_folder = std::move(run.folder);
   source.outcome = run.outcome;
+  source.repetition_samples = run.samples_per_repetition;
   if (!source.experiment) {
     source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name));
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,6 +18,8 @@ struct Source {
   ident::Record record;
   std::optional<config::ExperimentConfig> experiment;  ///< of the run, or the one named
   std::optional<std::filesystem::path> run_folder;     ///< when it is a run
+  /// Rows of one repetition: of the run as it was played, or as the named experiment would play it; 0 when unknown.
+  std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdlib>
 #include <numbers>
 #include <span>
@@ -23,6 +24,8 @@ constexpr double kCarriesInput = 0.1;
 // Below this share of the greatest line an input is rounding of the converter, not excitation.
 constexpr double kLeastInput = 1e-6;
 constexpr std::size_t kNeighbours = 2;
+// Silent odd lines of an odd-random multisine, one in each four, are at most seven odd lines apart.
+constexpr std::ptrdiff_t kReach = 14;
 
 /// Spectra of every period, one a column, and their mean; scaled so that a cosine of amplitude 1 gives 1.
 struct Spectra {
@@ -128,24 +131,22 @@ class Distortion {
 
   [[nodiscard]] std::optional<double> odd(std::size_t i) const {
     if (!all_odd_) return std::nullopt;
+    const auto at = static_cast<std::ptrdiff_t>(excited_[i]);
     std::vector<std::size_t> beside;
-    for (std::size_t k = excited_[i]; k >= excited_.front() + 2; k -= 2) {
-      if (silent(k - 2)) {
-        beside.push_back(k - 2);
-        break;
-      }
-    }
-    for (std::size_t k = excited_[i] + 2; k < excited_.back(); k += 2) {
-      if (silent(k)) {
-        beside.push_back(k);
-        break;
+    for (const std::ptrdiff_t side : {-2, 2}) {
+      std::ptrdiff_t k = at + side;
+      while (std::abs(k - at) <= kReach && !is_silent(k)) k += side;
+      if (std::abs(k - at) <= kReach && k >= 1 && k <= static_cast<std::ptrdiff_t>(last_)) {
+        beside.push_back(static_cast<std::size_t>(k));
       }
     }
     return level(beside, i);
   }
 
  private:
-  [[nodiscard]] bool silent(std::size_t k) const { return !std::binary_search(excited_.begin(), excited_.end(), k); }
+  [[nodiscard]] bool is_silent(std::ptrdiff_t k) const {
+    return k < 1 || !std::binary_search(excited_.begin(), excited_.end(), static_cast<std::size_t>(k));
+  }
 
   [[nodiscard]] std::optional<double> level(const std::vector<std::size_t>& beside, std::size_t i) const {
     if (beside.empty()) return std::nullopt;

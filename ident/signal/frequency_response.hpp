@@ -44,9 +44,9 @@ struct FrequencyResponse {
 ///   std^2 = sum_p |Y_p - Y - G (U_p - U)|^2 / (count (count - 1) |U H|^2), averaged over the two harmonics on either
 ///           side too, so that a few periods do.
 /// Distortion: an even nonlinearity answers odd lines at even ones only, an odd one at odd ones only. Even distortion
-/// is given where every excited harmonic is odd, from the even harmonics beside the line; odd distortion where odd
-/// harmonics between the excited ones are silent, from the nearest on either side. The input's own content there is
-/// taken off with the response of the nearest line.
+/// is given where every excited harmonic is odd, from the even harmonics beside the line; odd distortion there too,
+/// from the nearest silent odd harmonic on either side, at most 14 away. The input's own content at those harmonics is
+/// taken off with the response of the line.
 /// @param lines_Hz  excited frequencies, harmonics of the period; empty: the harmonics whose input amplitude is at
 ///                  least a tenth of the greatest
 /// @throws DataError  a line is no harmonic of the period or carries no input; the periods do not fit the record

@@ -72,6 +72,8 @@ TEST(CommandLine, ReadsFit) {
   EXPECT_EQ(fit.seed, 7U);
   EXPECT_EQ(fit.models.initial_state, ident::InitialState::none);
   EXPECT_EQ(fit.output, "out");
+  EXPECT_FALSE(fit.cross_validate);
+  EXPECT_TRUE(command_of<FitCommand>({"fit", "run", "--cross-validate"}).cross_validate);
 }
 
 TEST(CommandLine, ReadsTheOtherCommands) {

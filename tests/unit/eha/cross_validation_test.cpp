@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/cross_validation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "ident/excitation/excitation.hpp"
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
+
+namespace eha::cli {
+namespace {
+
+constexpr double kStep_s = 0.02;
+constexpr std::size_t kSamples = 500;
+
+/// Three repetitions of a lag's noisy answer, its gain changed in the last one.
+ident::Record record_whose_last_gain_is(double gain) {
+  ident::ExcitationOptions options;
+  options.kind = ident::ExcitationKind::odd_random_multisine;
+  options.amplitude_V = 2.0;
+  options.frequency_min_Hz = 0.1;
+  options.frequency_max_Hz = 3.0;
+  ident::Record record;
+  record.step_s = kStep_s;
+  record.input = ident::excitation(options, kStep_s, kSamples).replicate(3, 1);
+  record.output = ident::simulate({{{1.5, 0.0}}, {{0.2, 1.0}, {1.0, 0.0}}, 0.0}, record.input, kStep_s);
+  record.output.tail(kSamples) *= gain;
+  ident::PortableDraw draw(3);
+  for (double& y : record.output) y += 0.01 * draw.normal();
+  return record;
+}
+
+IdentificationTask task_on(const ident::Record& record) {
+  IdentificationTask task{.record = record, .source_name = "test"};
+  task.structures.emplace_back().poles = 1;
+  return task;
+}
+
+TEST(CrossValidation, ScoresEachRepetitionsModelOnAll) {
+  const ident::Record record = record_whose_last_gain_is(1.0);
+  Console console({});
+  const auto models = cross_validate(task_on(record), kSamples, console);
+  ASSERT_EQ(models.size(), 3U);
+  for (std::size_t r = 0; r < 3; ++r) {
+    EXPECT_EQ(models[r].estimated_on, r);
+    ASSERT_EQ(models[r].scores.size(), 3U);
+    for (const ident::Score& score : models[r].scores) {
+      EXPECT_EQ(score.samples, kSamples);
+      EXPECT_GT(score.r2_percent, 99.8);
+    }
+  }
+}
+
+TEST(CrossValidation, ShowsARepetitionThatIsUnlikeTheOthers) {
+  const ident::Record record = record_whose_last_gain_is(1.5);
+  Console console({});
+  const auto models = cross_validate(task_on(record), kSamples, console);
+  EXPECT_GT(models[0].scores[1].r2_percent, 99.8);
+  // Half as much again: the error is a third of the output, R2 = 1 - 1/9.
+  EXPECT_NEAR(models[0].scores[2].r2_percent, 100.0 * (1.0 - 1.0 / 9.0), 1.0);
+  EXPECT_GT(models[2].scores[2].r2_percent, 99.0);
+  EXPECT_NEAR(models[2].scores[0].r2_percent, 75.0, 3.0);
+  const std::string table = cross_validation_table(models);
+  EXPECT_NE(table.find("R2 % on 3"), std::string::npos) << table;
+  const auto json = cross_validation_json(models);
+  EXPECT_EQ(json.at(2).at("estimated_on"), 3);
+  EXPECT_NEAR(json.at(2).at("others_r2_percent").get<double>(), 75.0, 3.0);
+}
+
+TEST(CrossValidation, RefusesARecordWithoutRepetitionsAndThePapersProcedure) {
+  const ident::Record record = record_whose_last_gain_is(1.0);
+  Console console({});
+  IdentificationTask task = task_on(record);
+  EXPECT_THROW(static_cast<void>(cross_validate(task, 0, console)), DataError);
+  EXPECT_THROW(static_cast<void>(cross_validate(task, 2 * kSamples, console)), DataError);
+  task.options.procedure = ident::Procedure::paper;
+  EXPECT_THROW(static_cast<void>(cross_validate(task, kSamples, console)), UsageError);
+}
+
+}  // namespace
+}  // namespace eha::cli
