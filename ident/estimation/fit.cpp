@@ -288,13 +288,17 @@ void fill_parameters(FitResult& result, const ComparedRecord& compared, const Ou
   result.model.estimation->correlation = std::move(correlation);
 }
 
-}  // namespace
+/// Whether the compared samples say nothing about the input bias: not even that it is smaller than the input. So it is
+/// for a plant of finite DC gain whose start from rest is not compared; the offset then does the bias's work.
+bool is_bias_lost(const Model& model, double largest_input) {
+  const auto bias = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                 [](const ParameterEstimate& p) { return p.name == "input_bias"; });
+  return bias != model.parameters.end() && !bias->fixed &&
+         !(std::max(bias->std, std::abs(bias->value)) < largest_input);
+}
 
-FitResult fit(const Record& record, const StructureOptions& structure, const FitOptions& options,
-              const Executor& executor) {
-  check_record(record, options);
-  if (options.procedure == Procedure::paper) return fit_by_paper(record, structure, options);
-
+FitResult fit_by_default(const Record& record, const StructureOptions& structure, const FitOptions& options,
+                         const Executor& executor) {
   const auto discard = static_cast<std::size_t>(std::ceil(options.discard_s / record.step_s - 1e-9));
   const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
                                               static_cast<std::size_t>(options.decimation), discard);
@@ -365,6 +369,24 @@ FitResult fit(const Record& record, const StructureOptions& structure, const Fit
   // Highest order first, as transfer functions are written.
   std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());
   std::reverse(model.transfer_function.denominator.begin(), model.transfer_function.denominator.end());
+  return result;
+}
+
+}  // namespace
+
+FitResult fit(const Record& record, const StructureOptions& structure, const FitOptions& options,
+              const Executor& executor) {
+  check_record(record, options);
+  if (options.procedure == Procedure::paper) return fit_by_paper(record, structure, options);
+  FitResult result = fit_by_default(record, structure, options, executor);
+  if (find(structure, "input_bias") != nullptr || !is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
+    return result;
+  }
+  StructureOptions without = structure;
+  without.parameters.push_back({"input_bias", true, 0.0, {}, {}});
+  result = fit_by_default(record, without, options, executor);
+  result.model.provenance["input_bias"] =
+      "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
   return result;
 }
 

@@ -166,6 +166,23 @@ TEST(Fit, RecoversAnIntegerModelThatWasMovingBeforeTheRecord) {
   EXPECT_NEAR(value(result.model, "x1"), -0.1, 1e-4);
 }
 
+TEST(Fit, HoldsTheBiasAtZeroWhereTheOffsetDoesItsWork) {
+  // The start from rest, 40 time constants before what is compared, would have told them apart.
+  Model truth;
+  truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 1.0}, {1.0, 0.0}}, 0.0};
+  truth.initial_output = 1.5;
+  StructureOptions lag = structure(StructureKind::io);
+  lag.poles = 1;
+  lag.initial_state = InitialState::none;
+  FitOptions options;
+  options.discard_s = 8.0;
+  const Model model = fit(record_of(truth, 0.02, 0.01, 3), lag, options).model;
+  EXPECT_EQ(model.input_bias, 0.0);
+  EXPECT_NE(model.provenance.at("input_bias").find("cannot be told apart"), std::string::npos);
+  EXPECT_NEAR(model.initial_output, 1.5, 0.05);
+  EXPECT_NEAR(value(model, "K"), 10.0, 0.2);
+}
+
 TEST(Fit, LeavesTheInitialStateOutWhenTheDataDoNotAskForIt) {
   Model truth;
   truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
