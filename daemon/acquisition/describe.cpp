@@ -92,7 +92,8 @@ ExitCode exit_code(const RunReport& report) noexcept {
     case Outcome::recovered:
       return ExitCode::ok;
     case Outcome::interrupted:
-      return ExitCode::interrupted;
+      // Whoever stopped it relies on the output being safe now.
+      return report.safe_confirmed ? ExitCode::interrupted : ExitCode::device_unavailable;
     case Outcome::faulted:
       return is_of_the_device(report.fault.fault) ? ExitCode::device_unavailable : ExitCode::safety_trip;
     case Outcome::deadline:

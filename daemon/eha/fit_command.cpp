@@ -14,6 +14,7 @@
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/source.hpp"
 #include "daemon/eha/sweep.hpp"
+#include "daemon/record/file_io.hpp"
 
 namespace eha::cli {
 namespace {
@@ -76,10 +77,7 @@ std::string next_step(const FitCommand& command, const Identification& identific
 
 ExitCode execute(const FitCommand& command, Console& console) {
   const Source source = load_source(command.source, command.experiment_file);
-  if (source.outcome != acquisition::Outcome::completed) {
-    console.warning(fmt::format("{} did not complete ({}); what was recorded is fitted", command.source,
-                                acquisition::to_text(source.outcome)));
-  }
+  for (const std::string& sentence : reservations(source)) console.warning(sentence);
   const IdentificationTask task = task_for(command, source);
   if (command.sweep) {
     const auto folder = command.output      ? command.output
@@ -87,6 +85,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
                                             : std::nullopt;
     return sweep_commensurate_order(command, task, folder, console);
   }
+  // Before the fits, which may take minutes.
+  if (command.output) record::create_folders(*command.output);
   Identification identification;
   identification.models = identify_for(command, task, console);
   if (source.run_folder) identification.paper = identify_as_in_the_paper(task, console);

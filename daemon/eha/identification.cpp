@@ -42,12 +42,6 @@ IdentifiedModel identify_one(const IdentificationTask& task, const ident::Struct
   return identified;
 }
 
-void create_folders(const fs::path& folder) {
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) record::throw_system_error("create", folder, code.value());
-}
-
 /// One model: the content of its file.
 nlohmann::ordered_json to_json(const IdentifiedModel& identified) {
   return nlohmann::ordered_json::parse(ident::to_text(identified.result.model));
@@ -127,7 +121,7 @@ ExitCode exit_code(const std::vector<IdentifiedModel>& models) {
 }
 
 std::vector<fs::path> write_models(const std::vector<IdentifiedModel>& models, const fs::path& folder) {
-  create_folders(folder);
+  record::create_folders(folder);
   std::vector<fs::path> written;
   for (const IdentifiedModel& identified : models) {
     written.push_back(folder / (identified.result.model.name + ".json"));
@@ -146,7 +140,7 @@ std::vector<fs::path> publish_models(const fs::path& run_folder, const std::vect
     const std::string file = identified.result.model.name + ".json";
     const bool good = accepted(identified);
     const fs::path path = (good ? models_folder : rejected_folder) / file;
-    create_folders(path.parent_path());
+    record::create_folders(path.parent_path());
     record::write_file_atomically(path, ident::to_text(identified.result.model));
     // An earlier fit may have judged otherwise; one model has one verdict.
     std::error_code ignored;

@@ -70,6 +70,7 @@ ExitCode report_incomplete(const record::FinishedRun& run, Console& console) {
 
 ExitCode identify_run(const fs::path& folder, Console& console) {
   const Source source = load_source(folder.string(), std::nullopt);
+  for (const std::string& sentence : reservations(source)) console.warning(sentence);
   const IdentificationTask task{.record = source.record,
                                 .source_name = source.name,
                                 .structures = source.experiment->models,

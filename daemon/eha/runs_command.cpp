@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,21 @@ std::string verdict_of(const Json& models) {
   }
   if (models.empty()) return "not fitted";
   return accepted.empty() ? "all rejected" : fmt::format("accepted: {}", fmt::join(accepted, ", "));
+}
+
+/// What the loop counted, and what it said of its end; nothing for a run without a report (recovered, in progress).
+void show_report(const Json& manifest, Console& console) {
+  const Json report = manifest.value("report", Json());
+  if (!report.is_object()) return;
+  for (const char* key : {"description", "write_error"}) {
+    const std::string text = report.value(key, "");
+    if (!text.empty()) console.print(fmt::format("         {}", text));
+  }
+  const Json counters = report.value("counters", Json::object());
+  const auto count = [&counters](const char* key) { return counters.value(key, std::uint64_t{0}); };
+  console.print(fmt::format("ticks    {}: {} late, {} skipped, {} sample{} not delivered, {} dropped, {} clamped",
+                            count("ticks"), count("late"), count("skipped"), count("timeouts"),
+                            count("timeouts") == 1 ? "" : "s", count("dropped"), count("clamped")));
 }
 
 }  // namespace
@@ -72,6 +88,7 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
   console.print_json(manifest);
   console.print(fmt::format("run      {}", command.run.string()));
   console.print(fmt::format("outcome  {}", text_of(manifest, "outcome")));
+  show_report(manifest, console);
   const Json models = models_of(manifest);
   std::vector<std::vector<std::string>> rows;
   const auto percent = [](const Json& model, const char* key) {

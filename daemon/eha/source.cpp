@@ -36,11 +36,29 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   source.record = std::move(run.record);
   source.run_folder = std::move(run.folder);
   source.outcome = run.outcome;
+  source.interpolated_rows = run.interpolated_rows;
   source.repetition_samples = run.samples_per_repetition;
   if (!source.experiment) {
     source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name));
   }
   return source;
+}
+
+std::vector<std::string> reservations(const Source& source) {
+  std::vector<std::string> sentences;
+  if (source.outcome != acquisition::Outcome::completed) {
+    sentences.push_back(fmt::format("{} did not complete ({}); what was recorded is fitted", source.name,
+                                    acquisition::to_text(source.outcome)));
+  }
+  if (source.interpolated_rows > 0) {
+    const auto rows = source.record.output.size();
+    sentences.push_back(
+        fmt::format("{} of {} displacements ({:.3g} %) were not measured (late ticks, samples that the device did not "
+                    "deliver) and are interpolated; raw.h5 flags them, `eha runs show {}` counts them",
+                    source.interpolated_rows, rows,
+                    100.0 * static_cast<double>(source.interpolated_rows) / static_cast<double>(rows), source.name));
+  }
+  return sentences;
 }
 
 }  // namespace eha::cli

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/experiment_config.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -21,7 +22,12 @@ struct Source {
   /// Rows of one repetition: of the run as it was played, or as the named experiment would play it; 0 when unknown.
   std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
+  std::size_t interpolated_rows = 0;  ///< as record::LoadedRun; 0 for a CSV record
 };
+
+/// What a model of this source must be read with: rows that were not measured, a run that did not complete. One
+/// sentence each, none when there is nothing to say.
+[[nodiscard]] std::vector<std::string> reservations(const Source& source);
 
 /// Reads a run folder or a CSV record.
 /// @param experiment_file  takes the place of the run's own experiment

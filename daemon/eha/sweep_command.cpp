@@ -60,6 +60,8 @@ ExitCode sweep_commensurate_order(const FitCommand& command, const Identificatio
   const ident::StructureOptions structure = commensurate_structure(task.structures);
   const std::vector<double> orders =
       ident::order_grid(command.sweep_orders.at(0), command.sweep_orders.at(1), command.sweep_orders.at(2));
+  // Before the fits, which may take minutes.
+  if (folder) record::create_folders(*folder);
   console.progress(0.0, fmt::format("fitting {} values of q", orders.size()));
   const auto sweep = ident::sweep_commensurate_order(task.record, structure, task.options, orders, thread_executor());
   console.end_progress();
@@ -79,7 +81,6 @@ ExitCode sweep_commensurate_order(const FitCommand& command, const Identificatio
   console.print(table(sweep));
   document["files"] = nlohmann::ordered_json::array();
   if (folder) {
-    std::filesystem::create_directories(*folder);
     const std::filesystem::path path = *folder / "sweep_commensurate.csv";
     record::write_file_atomically(path, ident::to_csv(sweep));
     document["files"].push_back(path.string());

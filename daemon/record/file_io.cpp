@@ -136,6 +136,12 @@ std::string sha256_of_file(const std::filesystem::path& path) {
   return text;
 }
 
+void create_folders(const std::filesystem::path& folder) {
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);
+  if (code) throw_system_error("create", folder, code.value());
+}
+
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes) {
   struct statvfs facts {};
   if (::statvfs(folder.c_str(), &facts) != 0) throw_system_error("look at", folder, errno);

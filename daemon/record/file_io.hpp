@@ -70,6 +70,9 @@ void publish_file(const std::filesystem::path& temporary, const std::filesystem:
 /// @throws PermissionError, IoError
 [[nodiscard]] std::string sha256_of_file(const std::filesystem::path& path);
 
+/// Makes a folder and those above it where they are missing. @throws PermissionError, IoError
+void create_folders(const std::filesystem::path& folder);
+
 /// @throws IoError  fewer than `bytes` are free for this user on the file system that holds `folder`
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);
 

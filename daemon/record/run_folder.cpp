@@ -81,16 +81,13 @@ void read_raw(const std::filesystem::path& folder, const Json& manifest, Consume
 }  // namespace
 
 std::filesystem::path create_run_folder(const std::filesystem::path& runs_folder, std::string_view name) {
-  std::error_code error;
-  std::filesystem::create_directories(runs_folder, error);
-  if (error) throw_system_error("create", runs_folder, error.value());
+  create_folders(runs_folder);
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   const std::string stem = fmt::format("{:%Y%m%dT%H%M%SZ}-{}", fmt::gmtime(now), file_safe(name));
   for (int number = 1; number <= kMostRunsPerSecond; ++number) {
     const std::filesystem::path folder = runs_folder / (number == 1 ? stem : fmt::format("{}-{}", stem, number));
     if (::mkdir(folder.c_str(), 0755) == 0) {
-      std::filesystem::create_directory(folder / kModelsFolder, error);
-      if (error) throw_system_error("create", folder / kModelsFolder, error.value());
+      create_folders(folder / kModelsFolder);
       return folder;
     }
     if (errno != EEXIST) throw_system_error("create", folder, errno);

@@ -120,6 +120,9 @@ TEST_F(MainJob, IsListedAndShown) {
   const Ended show = run_eha({"runs", "show", "runs/latest", "--json"}, folder_->path());
   EXPECT_EQ(show.code, 0) << show.err;
   EXPECT_EQ(json::parse(show.out).at("outcome"), "completed");
+  const Ended text = run_eha({"runs", "show", "runs/latest"}, folder_->path());
+  EXPECT_EQ(text.code, 0) << text.err;
+  EXPECT_NE(text.out.find("0 late, 0 skipped, 0 samples not delivered, 0 dropped"), std::string::npos) << text.out;
 }
 
 TEST(InterruptedRun, RampsOutKeepsWhatItHasAndIsNotFitted) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct Case {
   ExitCode exit = ExitCode::safety_trip;
   bool safe_confirmed = true;
 };
+
+/// Names the case in test listings.
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 std::vector<Case> cases() {
   constexpr std::int64_t kAlways = hal::Fault::kAlways;

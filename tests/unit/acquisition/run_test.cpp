@@ -310,6 +310,18 @@ TEST(Run, SaysLoudlyWhenTheOutputIsNotConfirmedSafe) {
   EXPECT_NE(describe(play.report).find("NOT CONFIRMED SAFE"), std::string::npos);
 }
 
+TEST(Run, IsNotMerelyInterruptedWhenASecondStopLeavesTheOutputUnconfirmed) {
+  FakeRig rig;
+  rig.safe_failures = 1000;
+  Play play;
+  play.stop.request();
+  play.stop.request();
+  play.on(rig);
+  EXPECT_EQ(play.report.outcome, Outcome::interrupted);
+  EXPECT_FALSE(play.report.safe_confirmed);
+  EXPECT_EQ(exit_code(play.report), ExitCode::device_unavailable);
+}
+
 TEST(Run, RefusesWhatContradictsTheRigBeforeAnythingIsWritten) {
   const auto refused = [](const auto& spoil) {
     FakeRig rig;

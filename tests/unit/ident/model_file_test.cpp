@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <ostream>
 #include <random>
 #include <string>
 #include <vector>
@@ -133,6 +134,9 @@ struct Fault {
   std::string value;    ///< JSON text; empty removes the field
   std::string message;
 };
+
+/// Names the case in test listings.
+void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.pointer << " = " << fault.value; }
 
 class FaultyModelFile : public testing::TestWithParam<Fault> {};
 
