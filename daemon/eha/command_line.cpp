@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "daemon/doctor/latency.hpp"
+#include "daemon/eha/completion.hpp"
 
 namespace eha::cli {
 namespace {
@@ -122,6 +123,7 @@ struct Texts {
   std::string initial_state;
   std::string method = "exact";
   std::string sweep;
+  std::string shell;
 };
 
 CLI::Validator finite_number(const std::string& range, bool (*accept)(double)) {
@@ -165,12 +167,11 @@ void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
   sub->add_option("source", fit.source, "Run folder or CSV record")->required()->type_name("SOURCE");
   sub->add_option("--experiment", fit.experiment_file, "Experiment file whose models, record and acceptance apply")
       ->type_name("EXPERIMENT");
-  sub->add_option("--procedure", texts.procedure, "default, or paper: the published procedure to the letter")
-      ->type_name("NAME")
+  sub->add_option("--procedure", texts.procedure, "How to fit; paper is the published procedure to the letter")
+      ->type_name("default|paper")
       ->check(CLI::IsMember({"default", "paper"}).description(""));
-  sub->add_option("--model", texts.models,
-                  "io, fo, commensurate or lag; may be repeated (default io and fo, or the experiment's)")
-      ->type_name("MODEL")
+  sub->add_option("--model", texts.models, "What to fit; may be repeated (default io and fo, or the experiment's)")
+      ->type_name("io|fo|commensurate|lag")
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"io", "fo", "commensurate", "lag"}).description(""));
   sub->add_option("--poles", fit.models.poles, "Poles of io, degree of commensurate: 1..10 (default 2)")
@@ -181,9 +182,8 @@ void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
       ->check(CLI::Range(0, 10).description(""));
   sub->add_option("--delay", fit.models.delay, "Transport delay: free, or SECONDS to hold it at (default 0)")
       ->type_name("free|SECONDS");
-  sub->add_option("--initial-state", texts.initial_state,
-                  "Decaying response to an unknown start: auto, none or estimated (default auto)")
-      ->type_name("WHICH")
+  sub->add_option("--initial-state", texts.initial_state, "Decaying response to an unknown start (default auto)")
+      ->type_name("auto|none|estimated")
       ->check(CLI::IsMember({"auto", "none", "estimated"}).description(""));
   const auto list = [sub](const char* name, std::vector<std::string>& values, const char* help, const char* type) {
     sub->add_option(name, values, help)->type_name(type)->allow_extra_args(false);
@@ -211,8 +211,8 @@ void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
                 "Also estimate on each repetition of a run and score on the others");
   sub->add_option("-o,--output", fit.output, "Folder for one model file per model")->type_name("DIR");
   sub->add_option("--sweep", texts.sweep,
-                  "commensurate: fit and stability against the base order q, as a table and DIR/sweep_commensurate.csv")
-      ->type_name("WHAT")
+                  "Fit and stability against the base order q, as a table and DIR/sweep_commensurate.csv")
+      ->type_name("commensurate")
       ->check(CLI::IsMember({"commensurate"}).description(""))
       ->excludes("--cross-validate");
   sub->add_option("--sweep-orders", fit.sweep_orders, "Base orders of the sweep (default 0.5:1.2:0.05)")
@@ -227,7 +227,7 @@ void add_simulate(CLI::App& app, SimulateCommand& simulate, Texts& texts) {
   sub->add_option("model", simulate.model_file, "Model file (JSON)")->required()->type_name("MODEL");
   sub->add_option("input", simulate.input_file, "Input (CSV)")->required()->type_name("INPUT");
   sub->add_option("-o,--output", simulate.output, "File to write (default: standard output)")->type_name("FILE");
-  sub->add_option("--method", texts.method, "exact, gl1 or cq2 (default exact)")->type_name("NAME");
+  sub->add_option("--method", texts.method, "How to simulate (default exact)")->type_name("exact|gl1|cq2");
 }
 
 void add_validate(CLI::App& app, ValidateCommand& validate) {
@@ -355,6 +355,7 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   add_runs(app, runs);
   add_doctor(app, doctor);
   add_latency(app, latency);
+  add_completion(app, texts.shell);
 
   try {
     app.parse(argc, argv);
@@ -376,6 +377,7 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
     throw UsageError(what + "; see `" + command + " --help`");
   }
 
+  if (app.got_subcommand("completion")) parsed.text = completion_script(app, texts.shell);
   if (app.got_subcommand("run")) parsed.command = run;
   if (app.got_subcommand("fit")) parsed.command = fit;
   if (app.got_subcommand("simulate")) parsed.command = simulate;

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `eha completion`, judged by the shells themselves.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "program.hpp"
+
+namespace eha::test {
+namespace {
+
+/// Standard output of a command line of the shell.
+std::string output_of(const std::string& command) {
+  std::string output;
+  FILE* const pipe = popen(command.c_str(), "r");
+  if (!pipe) return output;
+  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) output += static_cast<char>(byte);
+  pclose(pipe);
+  return output;
+}
+
+/// What bash offers for the last of the words; its builtin compopt works in an interactive shell only.
+std::set<std::string> offered(const std::string& words) {
+  std::istringstream lines(
+      output_of("cd '" + source_file("config").string() +
+                "' && bash -c 'compopt() { :; }; source <(" EHA_PROGRAM " completion bash); COMP_WORDS=(" + words +
+                "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _eha; printf \"%s\\n\" \"${COMPREPLY[@]}\"'"));
+  std::set<std::string> all;
+  for (std::string line; std::getline(lines, line);) all.insert(line);
+  return all;
+}
+
+using Set = std::set<std::string>;
+
+TEST(Completion, OffersTheCommandsThatBeginSo) { EXPECT_EQ(offered("eha d"), (Set{"design", "doctor"})); }
+
+TEST(Completion, OffersTheOptionsOfTheCommandAndTheCommonOnes) {
+  EXPECT_EQ(offered("eha fit --s"), (Set{"--seed", "--split", "--start", "--sweep", "--sweep-orders"}));
+  EXPECT_EQ(offered("eha --quiet fit --q"), Set{"--quiet"});
+  EXPECT_EQ(offered("eha --l"), Set{""});
+}
+
+TEST(Completion, OffersTheChoicesOfAnOptionAndOfAnArgument) {
+  EXPECT_EQ(offered("eha fit x.csv --initial-state a"), Set{"auto"});
+  EXPECT_EQ(offered("eha fit x.csv --model i"), Set{"io"});
+  EXPECT_EQ(offered("eha completion z"), Set{"zsh"});
+}
+
+TEST(Completion, OffersTheCommandsUnderACommand) { EXPECT_EQ(offered("eha runs re"), Set{"recover"}); }
+
+TEST(Completion, OffersFilesWhereAFileIsExpected) {
+  EXPECT_EQ(offered("eha run experiments/p"), Set{"experiments/paper.toml"});
+  EXPECT_EQ(offered("eha check --rig rigs/s"), Set{"rigs/sim.toml"});
+}
+
+TEST(Completion, IsAScriptThatZshTakes) {
+  if (output_of("command -v zsh").empty()) GTEST_SKIP() << "zsh is not installed";
+  EXPECT_EQ(output_of("zsh -f -c 'autoload -Uz compinit && compinit -u -D; source <(" EHA_PROGRAM
+                      " completion zsh) && echo ${_comps[eha]} ${+functions[_eha_runs_list]}' 2>&1"),
+            "_eha 1\n");
+}
+
+}  // namespace
+}  // namespace eha::test
