@@ -14,6 +14,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/program_path.hpp"
 
 namespace eha {
 namespace {
@@ -126,8 +127,8 @@ void GuardProcess::done() {
 }
 
 std::filesystem::path guard_program() {
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "eha-safe";
-  if (access(program.c_str(), X_OK) != 0) fail(program, std::strerror(errno));
+  const std::filesystem::path program = find_program("eha-safe");
+  if (program.empty()) fail("eha-safe", "it is neither beside this program nor in the bin folder next to it");
   return program;
 }
 

@@ -39,7 +39,7 @@ class GuardProcess {
   int stream_ = -1;
 };
 
-/// eha-safe in the folder of the running program. @throws DeviceError  it is not there
+/// eha-safe, see find_program(). @throws DeviceError  it is not there
 [[nodiscard]] std::filesystem::path guard_program();
 
 }  // namespace eha

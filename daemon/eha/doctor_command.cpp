@@ -14,6 +14,7 @@
 #include "daemon/eha-safe/guard_process.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/rig/trusted_file.hpp"
 
 namespace eha::cli {
 namespace {

@@ -17,8 +17,4 @@ namespace eha::cli {
 /// @throws UsageError  neither is there; ConfigError, PermissionError as config::load_rig
 [[nodiscard]] config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file);
 
-/// Refuses a comedi rig whose file anyone but root could have written, since its limits protect a machine.
-/// @throws PermissionError  names the file and the command that mends it
-void require_trusted_rig_file(const config::RigConfig& rig);
-
 }  // namespace eha::cli

@@ -10,11 +10,12 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/identification.hpp"
-#include "daemon/eha/local_rig.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/source.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/record/run_experiment.hpp"
+#include "daemon/rig/owned_rig.hpp"
+#include "daemon/rig/trusted_file.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::cli {
@@ -29,7 +30,7 @@ record::FinishedRun acquire(const RunCommand& command, const config::RigConfig& 
                                                     config::samples_per_repetition(experiment, rig_config));
   // Before the rig is opened: from then on a signal must not end the process.
   StopOnSignals stop;
-  LocalRig local(rig_config);
+  OwnedRig local(rig_config);
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();

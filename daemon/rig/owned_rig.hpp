@@ -9,28 +9,32 @@
 #include "daemon/eha-safe/guard_process.hpp"
 #include "hal/rig.hpp"
 
-namespace eha::cli {
+namespace eha {
 
 /// A rig opened in this process. A card gets a guard first: a process that makes it safe should this one be killed.
 /// Not thread-safe.
-class LocalRig {
+class OwnedRig {
  public:
+  /// @param snapshot  where what makes the card safe is written, for eha-safe, and left; empty: a private file that
+  /// goes
+  ///                  with this object
   /// @throws DeviceError, PermissionError, ConfigError as hal::open_comedi, hal::open_sim, GuardProcess
-  explicit LocalRig(const config::RigConfig& config);
-  LocalRig(const LocalRig&) = delete;
-  LocalRig& operator=(const LocalRig&) = delete;
+  explicit OwnedRig(const config::RigConfig& config, std::filesystem::path snapshot = {});
+  OwnedRig(const OwnedRig&) = delete;
+  OwnedRig& operator=(const OwnedRig&) = delete;
   /// Closes the rig; then, without made_safe(), the guard acts.
-  ~LocalRig();
+  ~OwnedRig();
 
   [[nodiscard]] hal::Rig& rig() noexcept { return *rig_; }
 
-  /// Tells the guard that the device has confirmed the safe output. @throws DeviceError  the guard had died
+  /// Tells the guard that the device has confirmed the safe output, once nothing more will be driven.
+  /// @throws DeviceError  the guard had died
   void made_safe();
 
  private:
-  std::filesystem::path snapshot_folder_;
+  std::filesystem::path private_folder_;
   std::optional<GuardProcess> guard_;
   std::unique_ptr<hal::Rig> rig_;  // after guard_: closed before the guard may act
 };
 
-}  // namespace eha::cli
+}  // namespace eha

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/eha/local_rig.hpp"
+#include "daemon/rig/owned_rig.hpp"
 
 #include <cerrno>
 #include <cstdlib>
@@ -12,7 +12,7 @@
 #include "hal/comedi/safe_snapshot.hpp"
 #include "hal/sim/sim_rig.hpp"
 
-namespace eha::cli {
+namespace eha {
 namespace {
 
 namespace fs = std::filesystem;
@@ -28,28 +28,30 @@ fs::path create_private_folder() {
 
 }  // namespace
 
-LocalRig::LocalRig(const config::RigConfig& config) {
+OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot) {
   if (config.backend == config::Backend::sim) {
     rig_ = hal::open_sim(config.sim, config.limits.safe_V);
     return;
   }
   std::unique_ptr<hal::ComediRig> card = hal::open_comedi(config.comedi, config.limits.safe_V);
-  snapshot_folder_ = create_private_folder();
-  const fs::path snapshot = snapshot_folder_ / "safe.json";
+  if (snapshot.empty()) {
+    private_folder_ = create_private_folder();
+    snapshot = private_folder_ / "safe.json";
+  }
   hal::write_safe_snapshot(card->safe_snapshot(), snapshot);
   guard_.emplace(guard_program(), snapshot);
   rig_ = std::move(card);
 }
 
-LocalRig::~LocalRig() {
+OwnedRig::~OwnedRig() {
   rig_.reset();
   guard_.reset();
   std::error_code ignored;
-  if (!snapshot_folder_.empty()) fs::remove_all(snapshot_folder_, ignored);
+  if (!private_folder_.empty()) fs::remove_all(private_folder_, ignored);
 }
 
-void LocalRig::made_safe() {
+void OwnedRig::made_safe() {
   if (guard_) guard_->done();
 }
 
-}  // namespace eha::cli
+}  // namespace eha
