@@ -75,6 +75,7 @@ void run_in_thread(const std::function<void()>& work) {
       },
       const_cast<void*>(static_cast<const void*>(&work)));
   pthread_attr_destroy(&attributes);
+  if (error == 0) pthread_setname_np(thread, "eha-loop");
   if (error != 0) {
     throw Error(ExitCode::io, "cannot start the loop's thread: " + std::generic_category().message(error));
   }

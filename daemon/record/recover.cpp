@@ -73,13 +73,17 @@ Recovery recover_run(const std::filesystem::path& folder) {
   return recovery;
 }
 
+bool is_torn_run(const std::filesystem::path& folder) {
+  const Json manifest = manifest_of(folder);
+  const bool may_be_torn = !manifest.is_object() || manifest.value("outcome", "") == kInProgress;
+  const std::filesystem::path journal = folder / kJournalFile;
+  return may_be_torn && std::filesystem::exists(journal) && !is_being_written(journal);
+}
+
 std::vector<std::filesystem::path> find_torn_runs(const std::filesystem::path& runs_folder) {
   std::vector<std::filesystem::path> torn;
   for (const std::filesystem::path& folder : list_runs(runs_folder)) {
-    const Json manifest = manifest_of(folder);
-    const bool may_be_torn = !manifest.is_object() || manifest.value("outcome", "") == kInProgress;
-    const std::filesystem::path journal = folder / kJournalFile;
-    if (may_be_torn && std::filesystem::exists(journal) && !is_being_written(journal)) torn.push_back(folder);
+    if (is_torn_run(folder)) torn.push_back(folder);
   }
   return torn;
 }

@@ -25,6 +25,9 @@ struct Recovery {
 /// @throws IoError    no journal, a run still in progress in another process, or a file cannot be written
 Recovery recover_run(const std::filesystem::path& folder);
 
+/// Whether a run folder wants recover_run. @throws IoError, PermissionError
+[[nodiscard]] bool is_torn_run(const std::filesystem::path& folder);
+
 /// The runs under `runs_folder` that want recover_run: their manifest says that they are still in progress, and no
 /// process holds their journal. @throws IoError, PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> find_torn_runs(const std::filesystem::path& runs_folder);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/run_experiment.hpp"
 
+#include <pthread.h>
 #include <signal.h>
 
 #include <algorithm>
@@ -42,8 +43,11 @@ constexpr auto kPollVirtual = std::chrono::microseconds(200);
 /// Moves records from the queue into the journal in a thread of its own until told that the loop has ended.
 class JournalTask {
  public:
-  JournalTask(RecordQueue& queue, JournalWriter& journal, TimeBase time_base)
-      : queue_(queue), journal_(journal), time_base_(time_base), thread_([this] { run(); }) {}
+  /// @param turns  counts on with every turn of the thread
+  JournalTask(RecordQueue& queue, JournalWriter& journal, TimeBase time_base, std::atomic<std::uint64_t>& turns)
+      : queue_(queue), journal_(journal), time_base_(time_base), turns_(turns), thread_([this] { run(); }) {
+    pthread_setname_np(thread_.native_handle(), "eha-writer");
+  }
   JournalTask(const JournalTask&) = delete;
   JournalTask& operator=(const JournalTask&) = delete;
   ~JournalTask() { finish(); }
@@ -63,6 +67,7 @@ class JournalTask {
     std::vector<TickRecord> batch(RecordQueue::kCapacity / 8);
     auto synchronised = std::chrono::steady_clock::now();
     for (;;) {
+      turns_.fetch_add(1, std::memory_order_relaxed);
       const bool was_last = loop_ended_.load(std::memory_order_acquire);
       const std::size_t count = queue_.pop(batch.data(), batch.size());
       try {
@@ -91,9 +96,31 @@ class JournalTask {
   RecordQueue& queue_;
   JournalWriter& journal_;
   TimeBase time_base_;
+  std::atomic<std::uint64_t>& turns_;
   std::string error_;
   std::atomic<bool> loop_ended_{false};
   std::thread thread_;
+};
+
+/// Whether a count has stood still for longer than the writer may hang. Belongs to one thread.
+class WriterAlarm {
+ public:
+  explicit WriterAlarm(const std::atomic<std::uint64_t>& turns) : turns_(turns) {}
+
+  [[nodiscard]] bool rings() {
+    const std::uint64_t turns = turns_.load(std::memory_order_relaxed);
+    const auto now = std::chrono::steady_clock::now();
+    if (turns != last_turns_) {
+      last_turns_ = turns;
+      moved_ = now;
+    }
+    return now - moved_ > kWriterPatience;
+  }
+
+ private:
+  const std::atomic<std::uint64_t>& turns_;
+  std::uint64_t last_turns_ = 0;
+  std::chrono::steady_clock::time_point moved_ = std::chrono::steady_clock::now();
 };
 
 /// Removes a run folder again unless the run began.
@@ -162,7 +189,8 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
                            acquisition::StopRequest& stop, const Progress& progress) {
   FinishedRun finished;
   const std::string utc_start = utc_now();
-  finished.folder = create_run_folder(request.runs_folder, request.experiment.name);
+  finished.folder =
+      request.folder.empty() ? create_run_folder(request.runs_folder, request.experiment.name) : request.folder;
   FolderGuard guard(finished.folder);
   require_free_space(finished.folder, bytes_needed(request));
   const Json header = describe_run(rig.capabilities(), request, utc_start);
@@ -173,12 +201,13 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
 
   const std::unique_ptr<acquisition::Clock> clock = make_clock(request.time_base);
   const auto queue = std::make_unique<RecordQueue>();
-  acquisition::StatusBoard board;
+  const auto own_watch = std::make_unique<RunWatch>();
+  RunWatch& watch = request.watch != nullptr ? *request.watch : *own_watch;
   std::exception_ptr progress_failure;
   const auto report_progress = [&] {
     if (!progress || progress_failure) return;
     try {
-      progress(board.read());
+      progress(watch.board.read());
     } catch (...) {
       // Nobody watches any more. The rod is ramped to rest and what it did is kept before anyone hears of it.
       progress_failure = std::current_exception();
@@ -187,18 +216,25 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
   };
   {
     const acquisition::FatalSignals fatal_signals(rig, stop, std::llround(request.rig.realtime.sample_period_s * 1e9));
-    JournalTask writer(*queue, journal, request.time_base);
+    watch.phase = RunWatch::Phase::playing;
+    JournalTask writer(*queue, journal, request.time_base, watch.writer_turns);
+    WriterAlarm alarm(watch.writer_turns);
     std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
       const acquisition::Excitation excitation{request.table_V,
                                                static_cast<std::uint32_t>(request.experiment.repetitions)};
       return acquisition::run(rig, machine, excitation, request.rig.limits, request.rig.realtime, request.non_realtime,
-                              *clock, *queue, stop, board);
+                              *clock, *queue, stop, watch.board);
     });
-    while (loop.wait_for(kProgressInterval) != std::future_status::ready) report_progress();
+    while (loop.wait_for(kProgressInterval) != std::future_status::ready) {
+      report_progress();
+      if (request.time_base == TimeBase::monotonic && alarm.rings()) queue->report_writer_failure();
+    }
     finished.report = loop.get();
+    watch.phase = RunWatch::Phase::draining;
     guard.keep();
     finished.write_error = writer.finish();
   }
+  watch.phase = RunWatch::Phase::closing;
   report_progress();
   write_files(finished, &journal, manifest);
   if (progress_failure) std::rethrow_exception(progress_failure);

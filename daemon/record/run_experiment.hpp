@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -23,6 +25,22 @@ enum class TimeBase : std::uint8_t {
   virtual_time,  ///< as fast as the machine computes; only for rigs that allow it
 };
 
+/// What goes on inside run_experiment, for a watchdog and for those who look on. Thread-safe to read at any time.
+struct RunWatch {
+  enum class Phase : std::uint8_t {
+    preparing,  ///< the rig is not touched yet
+    playing,    ///< ticks are made: the board moves on, and so does the writer
+    draining,   ///< the loop has ended, the writer has not
+    closing,    ///< the files are made from the journal; takes as long as the record is long
+  };
+  acquisition::StatusBoard board;
+  std::atomic<Phase> phase{Phase::preparing};
+  std::atomic<std::uint64_t> writer_turns{0};  ///< moves on while the writer does not hang in a call on the disk
+};
+
+/// The writer may hang for so long; then the command is ramped out and the run has failed. On the monotonic clock only.
+inline constexpr std::chrono::seconds kWriterPatience{6};
+
 /// One experiment on one rig.
 struct RunRequest {
   std::filesystem::path runs_folder;  ///< where the run folder is created
@@ -31,6 +49,8 @@ struct RunRequest {
   std::span<const double> table_V;  ///< one repetition, one voltage a tick [V]
   TimeBase time_base = TimeBase::monotonic;
   acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
+  std::filesystem::path folder = {};  ///< already made by create_run_folder, instead of a new one in runs_folder
+  RunWatch* watch = nullptr;
 };
 
 /// What a run left behind.
@@ -49,7 +69,7 @@ using Progress = std::function<void(const acquisition::Snapshot&)>;
 /// is no exception: report.outcome says so (acquisition::describe, acquisition::exit_code) and what was recorded is
 /// kept. Equal requests in virtual time on equal rigs give byte-identical raw.ehalog, raw.h5 and data_40ms.csv.
 /// A fatal signal while the loop runs makes the rig safe before the process dies of it (acquisition::FatalSignals).
-/// The writer has a thread of its own, so a slow `progress` delays nothing but itself.
+/// The writer has a thread of its own, so a slow `progress` delays nothing but itself and the look at the writer.
 /// @param machine  must be armed
 /// @throws ConfigError, PermissionError  as acquisition::run; no folder is left behind
 /// @throws IoError  the folder cannot be created or the disk has too little room; the rig was not touched
