@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/control/client.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <string_view>
+#include <system_error>
+
+#include "core/error.hpp"
+#include "daemon/control/socket_address.hpp"
+
+namespace eha::control {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+/// ehad answers within milliseconds, unless its disk is slow.
+constexpr milliseconds kAnswerLimit{60'000};
+constexpr std::size_t kLongestAnswer = 64 * 1024 * 1024;
+
+std::string reason(int error_number) { return std::generic_category().message(error_number); }
+
+int connect_to(const std::filesystem::path& path) {
+  const sockaddr_un address = socket_address(path);
+  const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (descriptor < 0) throw DeviceError("cannot create a socket: " + reason(errno));
+  if (connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return descriptor;
+  const int error_number = errno;
+  close(descriptor);
+  if (error_number == EACCES || error_number == EPERM) {
+    throw PermissionError(
+        fmt::format("{}: {}; only members of the socket's group may use ehad: as root, adduser NAME ehad, then log in "
+                    "anew",
+                    path.string(), reason(error_number)));
+  }
+  throw DeviceError(
+      fmt::format("ehad is not running ({}: {}); start it (systemctl start ehad), or use --local to run "
+                  "an experiment in this process",
+                  path.string(), reason(error_number)));
+}
+
+}  // namespace
+
+Client::Client(const std::filesystem::path& socket)
+    : path_(socket), descriptor_(connect_to(socket)), input_(kLongestAnswer) {
+  const std::optional<Json> greeting = next_line(kAnswerLimit);
+  const bool is_ours =
+      greeting && greeting->is_object() && greeting->contains("ehad") && greeting->contains("protocol");
+  if (!is_ours || !greeting->at("ehad").is_string() || greeting->at("protocol") != kProtocolVersion) {
+    close(descriptor_);
+    throw DeviceError(
+        fmt::format("{}: what answers there does not speak protocol {} of ehad; install eha and ehad of "
+                    "one version",
+                    path_.string(), kProtocolVersion));
+  }
+  version_ = greeting->at("ehad").get<std::string>();
+}
+
+Client::~Client() { close(descriptor_); }
+
+void Client::lost(const std::string& why) const {
+  throw DeviceError(fmt::format("{}: the connection to ehad is lost: {}; a run goes on without it, see eha status",
+                                path_.string(), why));
+}
+
+Json Client::call(const std::string& method, const Json& params) {
+  const std::int64_t id = next_id_++;
+  const Json request{{"id", id}, {"method", method}, {"params", params}};
+  const std::string text = request.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  for (std::string_view rest = text; !rest.empty();) {
+    const ssize_t sent = ::send(descriptor_, rest.data(), rest.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent < 0) lost(reason(errno));
+    rest.remove_prefix(static_cast<std::size_t>(sent));
+  }
+  const auto deadline = steady_clock::now() + kAnswerLimit;
+  for (;;) {
+    const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
+    if (left <= milliseconds::zero()) lost("no answer within a minute");
+    const std::optional<Json> answer = next_line(left);
+    if (!answer || !answer->contains("id") || answer->at("id") != id) continue;
+    if (answer->contains("result")) return answer->at("result");
+    const Json error = answer->value("error", Json::object());
+    throw Error(static_cast<ExitCode>(error.value("code", 1)), error.value("message", "ehad gave no reason"));
+  }
+}
+
+std::optional<Json> Client::next_event(milliseconds patience) {
+  std::optional<Json> line = next_line(patience);
+  if (!line || !line->contains("snapshot")) return std::nullopt;
+  return line->at("snapshot");
+}
+
+std::optional<Json> Client::next_line(milliseconds patience) {
+  const auto deadline = steady_clock::now() + patience;
+  for (;;) {
+    if (const std::optional<std::string> line = input_.next_line()) {
+      Json parsed = Json::parse(*line, nullptr, false);
+      if (!parsed.is_object()) lost("it sent what is no JSON object");
+      return parsed;
+    }
+    if (input_.is_too_long()) lost("it sent an endless line");
+    const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
+    pollfd waiting{.fd = descriptor_, .events = POLLIN, .revents = 0};
+    const int ready = poll(&waiting, 1, static_cast<int>(std::max<milliseconds::rep>(0, left.count())));
+    if (ready == 0 || (ready < 0 && errno == EINTR)) return std::nullopt;
+    std::array<char, 65536> bytes;
+    const ssize_t count = recv(descriptor_, bytes.data(), bytes.size(), 0);
+    if (count < 0 && errno == EINTR) return std::nullopt;
+    if (count < 0) lost(reason(errno));
+    if (count == 0) lost("ehad closed it");
+    input_.append({bytes.data(), static_cast<std::size_t>(count)});
+  }
+}
+
+}  // namespace eha::control

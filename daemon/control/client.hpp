@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "daemon/control/line_buffer.hpp"
+#include "daemon/control/protocol.hpp"
+
+namespace eha::control {
+
+inline constexpr const char* kDefaultSocket = "/run/ehad/ehad.sock";
+
+/// A connection to ehad. Blocking. Not thread-safe.
+class Client {
+ public:
+  /// Connects and takes the greeting.
+  /// @throws DeviceError      ehad is not running, does not answer, or speaks another protocol
+  /// @throws PermissionError  the caller may not use the socket; the message says how to join its group
+  explicit Client(const std::filesystem::path& socket);
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client();
+
+  /// Sends a request and waits for its answer; events of a watch that come before it are left out.
+  /// @throws Error  ehad refused: its code and message   @throws DeviceError  the connection is lost
+  Json call(const std::string& method, const Json& params = Json::object());
+
+  /// The next event of a watch; none when none came in time or a signal came.
+  /// @throws DeviceError  the connection is lost
+  [[nodiscard]] std::optional<Json> next_event(std::chrono::milliseconds patience);
+
+  [[nodiscard]] const std::string& version() const noexcept { return version_; }
+
+ private:
+  [[nodiscard]] std::optional<Json> next_line(std::chrono::milliseconds patience);
+  [[noreturn]] void lost(const std::string& reason) const;
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  LineBuffer input_;
+  std::int64_t next_id_ = 1;
+  std::string version_;
+};
+
+}  // namespace eha::control

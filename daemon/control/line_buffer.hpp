@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace eha::control {
+
+/// Cuts a stream of bytes into lines of bounded length. Memory: one longest line and what one append() brings.
+/// Cost: each byte is looked at once. Not thread-safe.
+class LineBuffer {
+ public:
+  /// @param longest  of a line, its newline not counted [bytes]
+  explicit LineBuffer(std::size_t longest) : longest_(longest) {}
+
+  void append(std::string_view bytes);
+
+  /// Takes the next whole line, its newline (and a carriage return before it) removed; none while it is incomplete.
+  [[nodiscard]] std::optional<std::string> next_line();
+
+  /// Whether the line at the front is longer than allowed: nothing that follows can be trusted any more.
+  [[nodiscard]] bool is_too_long() const noexcept;
+
+  /// Bytes of a line that has begun and not ended, or of lines not taken.
+  [[nodiscard]] std::size_t size() const noexcept { return bytes_.size() - begin_; }
+
+ private:
+  std::size_t longest_;
+  std::string bytes_;
+  std::size_t begin_ = 0;    ///< of the line at the front
+  std::size_t scanned_ = 0;  ///< no newline in [begin_, scanned_)
+};
+
+}  // namespace eha::control

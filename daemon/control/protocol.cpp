@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/control/protocol.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "core/text.hpp"
+
+namespace eha::control {
+namespace {
+
+constexpr int kDeepestRequest = 4;  // a request is an object that holds an object
+constexpr std::size_t kLongestName = 256;
+constexpr std::int64_t kGreatestId = (std::int64_t{1} << 53) - 1;  // what every JSON library keeps
+
+/// Not Json: that one keeps the order of an object's members and looks a key up one by one.
+using Input = nlohmann::json;
+
+/// What is wrong with a request; becomes a Refusal.
+struct BadRequest {
+  std::string message;
+};
+
+std::string shown(const Input& value) {
+  return shortened(value.dump(-1, ' ', true, Input::error_handler_t::replace), 40);
+}
+
+/// The members of `params`, each asked for once; what was never asked for is an error.
+class Params {
+ public:
+  explicit Params(const Input& values) : values_(values) {}
+
+  [[nodiscard]] const Input* find(std::string_view key) {
+    known_.push_back(key);
+    const auto found = values_.find(key);
+    return found == values_.end() || found->is_null() ? nullptr : &*found;
+  }
+
+  [[nodiscard]] std::optional<std::string> text(std::string_view key, std::size_t longest) {
+    const Input* value = find(key);
+    if (value == nullptr) return std::nullopt;
+    if (!value->is_string()) throw BadRequest{fmt::format("params.{}: expected a text, got {}", key, shown(*value))};
+    auto text = value->get<std::string>();
+    if (text.size() > longest) {
+      throw BadRequest{fmt::format("params.{}: expected at most {} bytes, got {}", key, longest, text.size())};
+    }
+    return text;
+  }
+
+  [[nodiscard]] bool boolean(std::string_view key) {
+    const Input* value = find(key);
+    if (value == nullptr) return false;
+    if (!value->is_boolean()) {
+      throw BadRequest{fmt::format("params.{}: expected true or false, got {}", key, shown(*value))};
+    }
+    return value->get<bool>();
+  }
+
+  [[nodiscard]] std::optional<EntryId> entry() {
+    const Input* value = find("entry");
+    if (value == nullptr) return std::nullopt;
+    if (!value->is_number_integer() || *value < 1 || *value > kGreatestId) {
+      throw BadRequest{fmt::format("params.entry: expected the number of a queued experiment, got {}", shown(*value))};
+    }
+    return value->get<EntryId>();
+  }
+
+  [[nodiscard]] double rate_Hz(double otherwise) {
+    const Input* value = find("rate_Hz");
+    if (value == nullptr) return otherwise;
+    if (!value->is_number() || !(value->get<double>() > 0.0) || value->get<double>() > kFastestWatch_Hz) {
+      throw BadRequest{fmt::format("params.rate_Hz: expected a number above 0, at most {}, got {}", kFastestWatch_Hz,
+                                   shown(*value))};
+    }
+    return value->get<double>();
+  }
+
+  void finish() const {
+    for (const auto& [key, value] : values_.items()) {
+      bool is_known = false;
+      for (const std::string_view name : known_) is_known = is_known || name == key;
+      if (is_known) continue;
+      throw BadRequest{fmt::format(
+          "params.{}: {}", shortened(key, 40),
+          known_.empty() ? "this method takes no parameters" : "expected a known parameter" + suggestion(key, known_))};
+    }
+  }
+
+ private:
+  const Input& values_;
+  std::vector<std::string_view> known_;
+};
+
+Call read_submit(Params& params) {
+  SubmitCall submit;
+  const auto experiment = params.text("experiment", kLongestExperiment);
+  if (!experiment) throw BadRequest{"params.experiment: expected the text of an experiment file, got nothing"};
+  submit.experiment = *experiment;
+  if (const auto name = params.text("name", kLongestName)) submit.name = shortened(*name, kLongestName);
+  submit.fast = params.boolean("fast");
+  return submit;
+}
+
+Call read_cancel(Params& params) {
+  const auto entry = params.entry();
+  if (!entry) throw BadRequest{"params.entry: expected the number of a queued experiment, got nothing"};
+  return CancelCall{*entry};
+}
+
+Call read_watch(Params& params) {
+  WatchCall watch;
+  watch.rate_Hz = params.rate_Hz(watch.rate_Hz);
+  watch.entry = params.entry();
+  return watch;
+}
+
+using Reader = Call (*)(Params&);
+constexpr std::array<std::pair<std::string_view, Reader>, 11> kMethods{{
+    {"status", [](Params&) -> Call { return StatusCall{}; }},
+    {"arm", [](Params&) -> Call { return ArmCall{}; }},
+    {"disarm", [](Params&) -> Call { return DisarmCall{}; }},
+    {"submit", read_submit},
+    {"stop", [](Params& params) -> Call { return StopCall{params.entry()}; }},
+    {"cancel", read_cancel},
+    {"watch", read_watch},
+    {"queue", [](Params&) -> Call { return QueueCall{}; }},
+    {"runs", [](Params&) -> Call { return RunsCall{}; }},
+    {"metrics", [](Params&) -> Call { return MetricsCall{}; }},
+    {"reload", [](Params&) -> Call { return ReloadCall{}; }},
+}};
+
+Call read_call(const std::string& method, const Input& values) {
+  std::vector<std::string_view> names;
+  for (const auto& [name, read] : kMethods) {
+    names.push_back(name);
+    if (name != method) continue;
+    Params params(values);
+    Call call = read(params);
+    params.finish();
+    return call;
+  }
+  throw BadRequest{
+      fmt::format("method \"{}\": expected a known one{}", shortened(method, 40), suggestion(method, names))};
+}
+
+Input parse_shallow(std::string_view line) {
+  bool is_deep = false;
+  const auto look = [&is_deep](int depth, Input::parse_event_t event, const Input&) {
+    const bool opens = event == Input::parse_event_t::object_start || event == Input::parse_event_t::array_start;
+    if (opens && depth >= kDeepestRequest) is_deep = true;
+    // What is not kept costs no memory.
+    return !is_deep;
+  };
+  Input request = Input::parse(line, look, false);
+  if (is_deep) throw BadRequest{fmt::format("a request nests at most {} levels", kDeepestRequest)};
+  if (request.is_discarded()) throw BadRequest{"not JSON; expected {\"id\":1,\"method\":\"status\"} on one line"};
+  if (!request.is_object())
+    throw BadRequest{"expected an object {\"id\":1,\"method\":\"status\"}, got " + shown(request)};
+  return request;
+}
+
+std::string dump_line(const Json& line) { return line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+}  // namespace
+
+std::variant<Request, Refusal> parse_request(std::string_view line) {
+  Json id;
+  try {
+    const Input object = parse_shallow(line);
+    const auto found = object.find("id");
+    if (found == object.end() || !found->is_number_integer() || *found < 0 || *found > kGreatestId) {
+      throw BadRequest{fmt::format("id: expected a whole number from 0 to {}, got {}", kGreatestId,
+                                   found == object.end() ? "nothing" : shown(*found))};
+    }
+    id = found->get<std::int64_t>();
+    Request request{.id = id.get<std::int64_t>(), .method = {}, .call = {}};
+    const auto method = object.find("method");
+    if (method == object.end() || !method->is_string()) throw BadRequest{"method: expected a text"};
+    request.method = method->get<std::string>();
+    const auto params = object.find("params");
+    if (params != object.end() && !params->is_object()) {
+      throw BadRequest{"params: expected an object, got " + shown(*params)};
+    }
+    request.call = read_call(request.method, params != object.end() ? *params : Input::object());
+    for (const auto& [key, value] : object.items()) {
+      if (key == "id" || key == "method" || key == "params") continue;
+      throw BadRequest{fmt::format("{}: expected id, method and params only", shortened(key, 40))};
+    }
+    return request;
+  } catch (const BadRequest& bad) {
+    return Refusal{id, bad.message};
+  }
+}
+
+std::string greeting_line() { return dump_line({{"ehad", EHA_VERSION}, {"protocol", kProtocolVersion}}); }
+
+std::string result_line(std::int64_t id, const Json& result) { return dump_line({{"id", id}, {"result", result}}); }
+
+std::string error_line(const Json& id, ExitCode code, std::string_view message) {
+  return dump_line({{"id", id}, {"error", {{"code", static_cast<int>(code)}, {"message", message}}}});
+}
+
+std::string event_line(std::int64_t watch_id, const Json& snapshot) {
+  return dump_line({{"watch", watch_id}, {"snapshot", snapshot}});
+}
+
+}  // namespace eha::control

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/control/server.hpp"
+
+#include <fmt/format.h>
+#include <pwd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "daemon/control/socket_address.hpp"
+
+namespace eha::control {
+namespace {
+
+constexpr std::size_t kReadAtOnce = 64 * 1024;
+constexpr std::size_t kMostUsersKept = 1024;
+constexpr int kBacklog = 256;
+
+[[noreturn]] void fail(const std::filesystem::path& path, const char* doing, int error_number) {
+  const std::string message =
+      fmt::format("{}: cannot {}: {}", path.string(), doing, std::generic_category().message(error_number));
+  if (error_number == EACCES || error_number == EPERM) throw PermissionError(message);
+  throw IoError(message);
+}
+
+/// Whether somebody answers at a socket.
+bool is_listened_at(const sockaddr_un& address) {
+  const int probe = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const int connected = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  const int reason = errno;
+  close(probe);
+  return connected == 0 || reason == EAGAIN;
+}
+
+int listen_at(const std::filesystem::path& path) {
+  const sockaddr_un address = socket_address(path);
+  if (is_listened_at(address)) {
+    throw DeviceError(path.string() + ": another ehad already listens there; stop it first");
+  }
+  if (std::filesystem::is_socket(path)) unlink(path.c_str());
+  const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (listener < 0) fail(path, "create the socket", errno);
+  // Never for a moment open to more than the owner and the group.
+  const mode_t before = umask(0117);
+  const int bound = bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  const int reason = errno;
+  umask(before);
+  if (bound != 0) {
+    close(listener);
+    fail(path, "listen there", reason);
+  }
+  if (listen(listener, kBacklog) != 0) {
+    close(listener);
+    fail(path, "listen there", errno);
+  }
+  return listener;
+}
+
+std::string user_name(uid_t uid) {
+  std::vector<char> buffer(16 * 1024);
+  passwd entry{};
+  passwd* found = nullptr;
+  if (getpwuid_r(uid, &entry, buffer.data(), buffer.size(), &found) == 0 && found != nullptr) {
+    return shortened(found->pw_name, 64);
+  }
+  return fmt::format("{}", uid);
+}
+
+}  // namespace
+
+Server::Server(EventLoop& loop, std::filesystem::path socket, ServerLimits limits, OnRequest on_request, OnGone on_gone)
+    : loop_(loop),
+      path_(std::move(socket)),
+      limits_(limits),
+      on_request_(std::move(on_request)),
+      on_gone_(std::move(on_gone)),
+      listener_(listen_at(path_)) {
+  loop_.add(listener_, EPOLLIN, [this](std::uint32_t) { accept_clients(); });
+}
+
+Server::~Server() {
+  loop_.remove(listener_);
+  close(listener_);
+  for (const auto& [id, client] : clients_) {
+    // The last words of a service that stops, such as how a run ended.
+    flush(*client);
+    loop_.remove(client->descriptor);
+    close(client->descriptor);
+  }
+  unlink(path_.c_str());
+}
+
+void Server::accept_clients() {
+  for (;;) {
+    if (clients_.size() >= limits_.clients) make_room();
+    const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (descriptor < 0 && (errno == EINTR || errno == ECONNABORTED)) continue;
+    if (descriptor < 0) {
+      // Out of descriptors or memory: whoever waits in the backlog would wake us again and again.
+      if (errno != EAGAIN) make_room();
+      return;
+    }
+    ucred credentials{};
+    socklen_t size = sizeof credentials;
+    if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) {
+      close(descriptor);
+      continue;
+    }
+    if (users_.size() >= kMostUsersKept) users_.clear();
+    auto [user, is_new] = users_.try_emplace(credentials.uid);
+    if (is_new) user->second = user_name(credentials.uid);
+    const ClientId id = next_client_++;
+    auto client = std::make_unique<Client>();
+    client->peer = {id, credentials.uid, credentials.pid, user->second};
+    client->descriptor = descriptor;
+    client->last_heard = client->last_taken = std::chrono::steady_clock::now();
+    loop_.add(descriptor, EPOLLIN, [this, id](std::uint32_t events) { serve(id, events); });
+    Client& kept = *clients_.emplace(id, std::move(client)).first->second;
+    send(kept, greeting_line());
+  }
+}
+
+void Server::make_room() {
+  // Those who never asked for anything go first, then whoever asked least lately; never one who is being answered.
+  const auto rank = [](const Client& client) {
+    return std::make_tuple(client.busy, client.has_asked, client.last_heard);
+  };
+  const auto idlest = std::min_element(clients_.begin(), clients_.end(),
+                                       [&](const auto& a, const auto& b) { return rank(*a.second) < rank(*b.second); });
+  if (idlest != clients_.end()) drop(idlest->first);
+}
+
+Server::Client* Server::find(ClientId id) {
+  const auto found = clients_.find(id);
+  return found == clients_.end() ? nullptr : found->second.get();
+}
+
+void Server::serve(ClientId id, std::uint32_t events) {
+  Client* client = find(id);
+  if (client == nullptr) return;
+  if ((events & EPOLLOUT) != 0) flush(*client);
+  if ((events & EPOLLIN) != 0) {
+    read_from(*client);
+  } else if ((events & (EPOLLHUP | EPOLLERR)) != 0) {
+    client->at_end = true;
+    client->closing = true;
+    client->output.clear();
+  }
+  handle_lines(id);
+  client = find(id);
+  if (client == nullptr) return;
+  const bool is_over = client->at_end && !client->busy && client->output.empty();
+  if (is_over || (client->closing && client->output.empty())) {
+    drop(id);
+  } else {
+    update_events(*client);
+  }
+}
+
+void Server::read_from(Client& client) {
+  std::array<char, kReadAtOnce> bytes;
+  const ssize_t count = recv(client.descriptor, bytes.data(), bytes.size(), 0);
+  if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  if (count <= 0) {
+    client.at_end = true;
+    return;
+  }
+  if (client.closing) return;
+  if (client.input.size() == 0) client.line_begun = std::chrono::steady_clock::now();
+  client.input.append({bytes.data(), static_cast<std::size_t>(count)});
+}
+
+void Server::handle_lines(ClientId id) {
+  // Looked up anew each time: a request may end in its client being dropped.
+  for (Client* client = find(id); client != nullptr && !client->busy && !client->closing; client = find(id)) {
+    const std::optional<std::string> line = client->input.next_line();
+    if (!line) {
+      if (client->input.is_too_long()) {
+        send(*client,
+             error_line(nullptr, ExitCode::usage,
+                        fmt::format("a request has at most {} bytes; the connection is closed", kLongestRequest)));
+        client->closing = true;
+      }
+      return;
+    }
+    const auto now = std::chrono::steady_clock::now();
+    client->last_heard = now;
+    client->line_begun = now;
+    if (line->empty()) continue;
+    const std::variant<Request, Refusal> parsed = parse_request(*line);
+    if (const auto* refusal = std::get_if<Refusal>(&parsed)) {
+      send(*client, error_line(refusal->id, ExitCode::usage, refusal->message));
+      continue;
+    }
+    client->busy = true;
+    client->has_asked = true;
+    on_request_(client->peer, std::get<Request>(parsed));
+  }
+}
+
+void Server::send(Client& client, std::string_view text) {
+  if (client.output.empty()) client.last_taken = std::chrono::steady_clock::now();
+  client.output.append(text);
+  flush(client);
+  if (client.output.size() > limits_.unread_bytes) {
+    // Who does not read does not get to keep memory of ours; what he missed cannot be left out either.
+    client.output.clear();
+    client.closing = true;
+  }
+  update_events(client);
+}
+
+void Server::flush(Client& client) {
+  std::size_t sent = 0;
+  while (sent < client.output.size()) {
+    const ssize_t count =
+        ::send(client.descriptor, client.output.data() + sent, client.output.size() - sent, MSG_NOSIGNAL);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && errno == EAGAIN) break;
+    if (count < 0) {
+      client.closing = true;
+      client.at_end = true;
+      client.output.clear();
+      return;
+    }
+    sent += static_cast<std::size_t>(count);
+  }
+  if (sent > 0) client.last_taken = std::chrono::steady_clock::now();
+  client.output.erase(0, sent);
+}
+
+void Server::update_events(Client& client) {
+  std::uint32_t events = 0;
+  // While a request is under way the next one stays in the socket: the sender waits, not we.
+  if (!client.at_end && !client.busy) events |= EPOLLIN;
+  if (!client.output.empty() || client.closing) events |= EPOLLOUT;
+  loop_.change(client.descriptor, events);
+}
+
+void Server::answer(ClientId id, const std::string& line) {
+  Client* client = find(id);
+  if (client == nullptr) return;
+  client->busy = false;
+  send(*client, line);
+  // A request that came with this one waits in our buffer, where no event tells of it.
+  if (client->input.size() > 0) loop_.change(client->descriptor, EPOLLIN | EPOLLOUT);
+}
+
+void Server::respond(ClientId client, std::int64_t id, const Json& result) { answer(client, result_line(id, result)); }
+
+void Server::refuse(ClientId client, const Json& id, ExitCode code, std::string_view message) {
+  answer(client, error_line(id, code, message));
+}
+
+void Server::stream(ClientId id, const std::string& line, bool always) {
+  Client* client = find(id);
+  if (client == nullptr || client->closing) return;
+  if (client->output.empty() || always) send(*client, line);
+}
+
+void Server::sweep(TimePoint now) {
+  std::vector<ClientId> silent;
+  for (const auto& [id, client] : clients_) {
+    const bool has_not_asked = !client->has_asked && now - client->last_heard > limits_.silence;
+    const bool has_half_a_line =
+        !client->busy && client->input.size() > 0 && now - client->line_begun > limits_.silence;
+    const bool does_not_read = !client->output.empty() && now - client->last_taken > limits_.silence;
+    if (has_not_asked || has_half_a_line || does_not_read) silent.push_back(id);
+  }
+  for (const ClientId id : silent) drop(id);
+}
+
+void Server::drop(ClientId id) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return;
+  const bool had_asked = found->second->has_asked;
+  loop_.remove(found->second->descriptor);
+  close(found->second->descriptor);
+  clients_.erase(found);
+  if (had_asked) on_gone_(id);
+}
+
+}  // namespace eha::control

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "daemon/control/event_loop.hpp"
+#include "daemon/control/line_buffer.hpp"
+#include "daemon/control/protocol.hpp"
+
+namespace eha::control {
+
+using ClientId = std::uint64_t;
+
+/// Who is at the other end, by the kernel's word (SO_PEERCRED) at the time of connecting.
+struct Peer {
+  ClientId client = 0;
+  uid_t uid = 0;
+  pid_t pid = 0;
+  std::string user;  ///< name of the uid, or its digits
+};
+
+/// What a client may cost.
+struct ServerLimits {
+  std::size_t clients = 256;                  ///< at most; then the one that has been idle longest makes room
+  std::size_t unread_bytes = 1024 * 1024;     ///< answers waiting for a slow reader, who is dropped beyond
+  std::chrono::milliseconds silence{30'000};  ///< for the first request, to end a line begun, to read what waits
+};
+
+/// The listening side of the socket. Everything is non-blocking and bounded: a client that floods, stalls, sends
+/// garbage or reads nothing is answered or dropped, and delays nobody. A client's requests are answered one at a time,
+/// in order; its next one is not even read before the one before it is answered. Not thread-safe.
+class Server {
+ public:
+  using OnRequest = std::function<void(const Peer&, const Request&)>;
+  using OnGone = std::function<void(ClientId)>;
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  /// Listens at `socket`, mode 0660; takes the place of a socket that nobody listens at any more.
+  /// @param on_request  must lead to exactly one respond() or refuse(), now or later
+  /// @param on_gone     a client that had sent a request is no longer there
+  /// @throws DeviceError  another process listens there   @throws IoError, PermissionError, ConfigError (path too long)
+  Server(EventLoop& loop, std::filesystem::path socket, ServerLimits limits, OnRequest on_request, OnGone on_gone);
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+  ~Server();
+
+  /// Answers the request under way; nothing when the client has gone.
+  void respond(ClientId client, std::int64_t id, const Json& result);
+  void refuse(ClientId client, const Json& id, ExitCode code, std::string_view message);
+
+  /// Sends a line of a stream, or leaves it out while earlier ones wait to be read.
+  /// @param always  not left out
+  void stream(ClientId client, const std::string& line, bool always);
+
+  /// Drops those who were silent for too long. To be called about every second.
+  void sweep(TimePoint now);
+
+  [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
+
+ private:
+  struct Client {
+    Peer peer;
+    int descriptor = -1;
+    LineBuffer input{kLongestRequest};
+    std::string output;
+    bool busy = false;       ///< a request is under way
+    bool closing = false;    ///< to be dropped once its output is read
+    bool has_asked = false;  ///< sent at least one request
+    bool at_end = false;     ///< sends nothing any more
+    TimePoint last_heard;    ///< whole line
+    TimePoint line_begun;    ///< first byte of the unfinished line
+    TimePoint last_taken;    ///< output that was read, or was empty
+  };
+
+  void accept_clients();
+  void make_room();
+  void serve(ClientId id, std::uint32_t events);
+  void read_from(Client& client);
+  void handle_lines(ClientId id);
+  void send(Client& client, std::string_view text);
+  void flush(Client& client);
+  void update_events(Client& client);
+  void answer(ClientId id, const std::string& line);
+  void drop(ClientId id);
+  [[nodiscard]] Client* find(ClientId id);
+
+  EventLoop& loop_;
+  std::filesystem::path path_;
+  ServerLimits limits_;
+  OnRequest on_request_;
+  OnGone on_gone_;
+  int listener_ = -1;
+  ClientId next_client_ = 1;
+  std::map<ClientId, std::unique_ptr<Client>> clients_;
+  std::map<uid_t, std::string> users_;
+};
+
+}  // namespace eha::control
