@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// eha-worker PARENT AVOIDED_CPU CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENTS...: what only the child itself can ask for
+// before it becomes PROGRAM. ehad starts it; not for people.
+#include <sched.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/error.hpp"
+
+namespace {
+
+constexpr int kFirstWord = 5;  // argv[5] is the program
+constexpr int kLowestPriority = 19;
+
+[[noreturn]] void fail(const char* what) {
+  std::fprintf(stderr, "eha-worker: error: %s: %s\n", what, std::strerror(errno));
+  std::_Exit(static_cast<int>(eha::ExitCode::io));
+}
+
+/// All CPUs but one. Where that one is the only one the scheduling policy alone keeps the worker out of the way.
+void stay_off(long cpu) {
+  cpu_set_t cpus;
+  if (cpu < 0 || cpu >= CPU_SETSIZE || sched_getaffinity(0, sizeof cpus, &cpus) != 0) return;
+  CPU_CLR(static_cast<std::size_t>(cpu), &cpus);
+  if (CPU_COUNT(&cpus) > 0) sched_setaffinity(0, sizeof cpus, &cpus);
+}
+
+void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard) {
+  const rlimit limits{soft, hard};
+  if (setrlimit(resource, &limits) != 0) fail("setrlimit");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc <= kFirstWord) {
+    std::fputs("eha-worker: error: to be started by ehad only; see eha fit\n", stderr);
+    return static_cast<int>(eha::ExitCode::usage);
+  }
+  if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) fail("prctl");
+  // The parent may have died before it was asked for.
+  if (getppid() != static_cast<pid_t>(std::atol(argv[1]))) return static_cast<int>(eha::ExitCode::interrupted);
+  stay_off(std::atol(argv[2]));
+  if (setpriority(PRIO_PROCESS, 0, kLowestPriority) != 0) fail("setpriority");
+  const sched_param none{};
+  if (sched_setscheduler(0, SCHED_BATCH, &none) != 0) fail("sched_setscheduler");
+  const auto cpu_s = static_cast<rlim_t>(std::strtoull(argv[3], nullptr, 10));
+  limit(RLIMIT_CPU, cpu_s, cpu_s + 1);
+  const auto memory = static_cast<rlim_t>(std::strtoull(argv[4], nullptr, 10));
+  limit(RLIMIT_AS, memory, memory);
+  limit(RLIMIT_CORE, 0, 0);
+  execv(argv[kFirstWord], argv + kFirstWord);
+  fail(argv[kFirstWord]);
+}
