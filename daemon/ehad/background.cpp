@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/background.hpp"
+
+#include <pthread.h>
+#include <signal.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <system_error>
+
+#include "core/error.hpp"
+
+namespace eha::service {
+namespace {
+
+constexpr auto kBeat = std::chrono::milliseconds(200);
+
+int open_eventfd() {
+  const int descriptor = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  if (descriptor < 0) throw IoError("cannot create an event descriptor: " + std::generic_category().message(errno));
+  return descriptor;
+}
+
+}  // namespace
+
+Mailbox::Mailbox(control::EventLoop& loop) : loop_(loop), descriptor_(open_eventfd()) {
+  loop_.add(descriptor_, EPOLLIN, [this](std::uint32_t) { deliver(); });
+}
+
+Mailbox::~Mailbox() {
+  loop_.remove(descriptor_);
+  close(descriptor_);
+}
+
+void Mailbox::post(std::function<void()> message) {
+  {
+    const std::lock_guard lock(mutex_);
+    messages_.push_back(std::move(message));
+  }
+  // Fails only when the count is at its maximum: then the main thread is being woken anyhow.
+  static_cast<void>(eventfd_write(descriptor_, 1));
+}
+
+void Mailbox::deliver() {
+  eventfd_t count = 0;
+  static_cast<void>(eventfd_read(descriptor_, &count));
+  std::deque<std::function<void()>> taken;
+  {
+    const std::lock_guard lock(mutex_);
+    taken.swap(messages_);
+  }
+  for (const auto& message : taken) message();
+}
+
+Background::Background(const char* name, Mailbox& mailbox) : mailbox_(mailbox), thread_([this] { run(); }) {
+  pthread_setname_np(thread_.native_handle(), name);
+}
+
+Background::~Background() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_one();
+  thread_.join();
+}
+
+void Background::push(std::function<void()> work) {
+  {
+    const std::lock_guard lock(mutex_);
+    work_.push_back(std::move(work));
+  }
+  changed_.notify_one();
+}
+
+void Background::run() {
+  sigset_t blocked;
+  sigfillset(&blocked);
+  for (const int own : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU}) sigdelset(&blocked, own);
+  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    beats_.fetch_add(1, std::memory_order_relaxed);
+    if (work_.empty()) {
+      if (ending_) return;
+      changed_.wait_for(lock, kBeat);
+      continue;
+    }
+    const std::function<void()> work = std::move(work_.front());
+    work_.pop_front();
+    lock.unlock();
+    work();
+    lock.lock();
+  }
+}
+
+}  // namespace eha::service

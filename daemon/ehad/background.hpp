@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "daemon/control/event_loop.hpp"
+
+namespace eha::service {
+
+/// What other threads want done in the main one. post() is thread-safe; the rest belongs to the main thread.
+class Mailbox {
+ public:
+  explicit Mailbox(control::EventLoop& loop);
+  Mailbox(const Mailbox&) = delete;
+  Mailbox& operator=(const Mailbox&) = delete;
+  ~Mailbox();
+
+  void post(std::function<void()> message);
+
+ private:
+  void deliver();
+
+  control::EventLoop& loop_;
+  int descriptor_;
+  std::mutex mutex_;
+  std::deque<std::function<void()>> messages_;
+};
+
+/// A thread that does one thing after another, so that the main thread never waits for a disk or a long computation.
+/// It takes no signals. The public members belong to the main thread, but for beats().
+class Background {
+ public:
+  /// @param name  of the thread, at most 15 characters
+  Background(const char* name, Mailbox& mailbox);
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+  /// Returns when everything that was asked for is done; answers not yet delivered are dropped by the mailbox's end.
+  ~Background();
+
+  /// Does `work` there, after what was asked before, then hands its outcome to `then` in the main thread.
+  /// @param then  called with a std::future that is ready: get() returns what `work` did, or throws what it threw
+  template <typename Work, typename Then>
+  void ask(Work work, Then then) {
+    using Result = std::invoke_result_t<Work>;
+    auto task = std::make_shared<std::packaged_task<Result()>>(std::move(work));
+    auto answer = std::make_shared<Then>(std::move(then));
+    push([this, task, answer] {
+      (*task)();
+      mailbox_.post([task, answer] { (*answer)(task->get_future()); });
+    });
+  }
+
+  /// Moves on several times a second while the thread has nothing to do: a sign of life. Thread-safe.
+  [[nodiscard]] std::uint64_t beats() const noexcept { return beats_.load(std::memory_order_relaxed); }
+
+ private:
+  void push(std::function<void()> work);
+  void run();
+
+  Mailbox& mailbox_;
+  std::atomic<std::uint64_t> beats_{0};
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> work_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace eha::service

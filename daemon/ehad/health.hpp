@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "daemon/record/run_experiment.hpp"
+
+namespace eha::service {
+
+/// Says whether the watchdog may be fed: while the loop (its ticks, between runs the idle beat of the thread that runs
+/// it) and the writer move on. That the main thread does it says is shown by its asking. Not thread-safe.
+class Health {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kLoopPatience{2};
+  static constexpr std::chrono::seconds kWriterPatience{10};
+
+  /// @param watch  of the run that is on; none between runs
+  /// @param idle_beats  of the thread that runs experiments
+  /// @returns nothing when all is well, otherwise what stands still
+  [[nodiscard]] std::string check(const record::RunWatch* watch, std::uint64_t idle_beats, Clock::time_point now) {
+    using Phase = record::RunWatch::Phase;
+    const Phase phase = watch != nullptr ? watch->phase.load() : Phase::preparing;
+    // Making files takes as long as the record is long; nothing is driven then.
+    const bool loop_is_watched = watch == nullptr || phase == Phase::playing;
+    const bool writer_is_watched = watch != nullptr && (phase == Phase::playing || phase == Phase::draining);
+    const std::uint64_t loop_count = watch == nullptr ? idle_beats : watch->board.read().sequence;
+    const std::uint64_t writer_count = watch == nullptr ? 0 : watch->writer_turns.load();
+    if (!loop_is_watched || loop_.has_moved(watch, loop_count)) loop_.at = now;
+    if (!writer_is_watched || writer_.has_moved(watch, writer_count)) writer_.at = now;
+    if (now - loop_.at > kLoopPatience) return "the loop stands still";
+    if (now - writer_.at > kWriterPatience) return "the writer of the record stands still";
+    return {};
+  }
+
+ private:
+  struct Progress {
+    const record::RunWatch* run = nullptr;
+    std::uint64_t count = 0;
+    Clock::time_point at = Clock::now();
+
+    bool has_moved(const record::RunWatch* of, std::uint64_t value) {
+      const bool moved = of != run || value != count;
+      run = of;
+      count = value;
+      return moved;
+    }
+  };
+
+  Progress loop_;
+  Progress writer_;
+};
+
+}  // namespace eha::service

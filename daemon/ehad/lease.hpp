@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+namespace eha::service {
+
+/// Who may run and disarm, and until when. Not thread-safe.
+class Lease {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::minutes kDuration{10};
+
+  struct Holder {
+    uid_t uid = 0;
+    std::string user;
+  };
+
+  void grant(Holder holder, Clock::time_point now) {
+    holder_ = std::move(holder);
+    ends_ = now + kDuration;
+  }
+  void release() { holder_.reset(); }
+
+  /// The holder has acted, or his run is on or has just ended.
+  void renew(Clock::time_point now) { ends_ = now + kDuration; }
+
+  [[nodiscard]] const std::optional<Holder>& holder() const noexcept { return holder_; }
+  [[nodiscard]] bool is_held_by(uid_t uid) const noexcept { return holder_ && holder_->uid == uid; }
+  [[nodiscard]] bool has_expired(Clock::time_point now) const noexcept { return holder_ && now >= ends_; }
+  [[nodiscard]] std::chrono::duration<double> remaining(Clock::time_point now) const noexcept { return ends_ - now; }
+
+ private:
+  std::optional<Holder> holder_;
+  Clock::time_point ends_;
+};
+
+}  // namespace eha::service

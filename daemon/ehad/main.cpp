@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <exception>
+#include <iostream>
+#include <optional>
+#include <string>
+
+#include "core/error.hpp"
+#include "daemon/ehad/log.hpp"
+#include "daemon/ehad/options.hpp"
+#include "daemon/ehad/service.hpp"
+
+namespace {
+
+using eha::ExitCode;
+
+ExitCode run_program(int argc, char** argv) {
+  eha::service::set_up_log();
+  try {
+    std::string text;
+    const std::optional<eha::service::Options> options = eha::service::parse_options(argc, argv, text);
+    if (!options) {
+      std::cout << text << std::flush;
+      return std::cout ? ExitCode::ok : ExitCode::io;
+    }
+    eha::service::Service(*options).run();
+    return ExitCode::ok;
+  } catch (const eha::ConfigError& error) {
+    for (const std::string& line : error.lines()) spdlog::error("{}", line);
+    return error.exit_code();
+  } catch (const eha::Error& error) {
+    spdlog::error("{}", error.what());
+    return error.exit_code();
+  } catch (const std::exception& error) {
+    spdlog::critical("internal error: {}; this is a bug in ehad, please report it with the journal", error.what());
+    return ExitCode::bug;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // A reader that has gone is an error of write(), not a reason to die.
+  std::signal(SIGPIPE, SIG_IGN);
+  return static_cast<int>(run_program(argc, argv));
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "daemon/acquisition/run.hpp"
+
+namespace eha::service {
+
+/// What ehad's command line says.
+struct Options {
+  std::string rig_file = "/etc/ehad/rig.toml";
+  std::string config_file = "/etc/ehad/ehad.toml";
+  std::filesystem::path state = "/var/lib/ehad";
+  std::filesystem::path socket = "/run/ehad/ehad.sock";
+  acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
+};
+
+/// @param text  gets help or version for standard output, when that was asked for; then nothing is returned
+/// @throws UsageError
+[[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, std::string& text);
+
+}  // namespace eha::service

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/play.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "config/experiment_config.hpp"
+#include "core/error.hpp"
+#include "daemon/rig/owned_rig.hpp"
+#include "ident/excitation/excitation.hpp"
+
+namespace eha::service {
+
+CheckedExperiment check_experiment(const std::string& text, const std::string& file, bool fast,
+                                   const config::RigConfig& rig) {
+  if (fast && rig.backend != config::Backend::sim) {
+    throw UsageError(fmt::format(
+        "{}: virtual time is for simulated rigs; {} drives a real machine, which keeps its own", file, rig.file_name));
+  }
+  const config::ExperimentConfig experiment = config::parse_experiment(text, file, rig);
+  return {experiment.name, experiment.duration_s * experiment.repetitions};
+}
+
+record::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
+                         hal::Rig* rig, acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
+                         acquisition::StopRequest& stop, record::RunWatch& watch) {
+  const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file, config);
+  const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, config.realtime.sample_period_s,
+                                                    config::samples_per_repetition(experiment, config));
+  std::optional<OwnedRig> simulated;
+  if (rig == nullptr) simulated.emplace(config);
+  const record::RunRequest request{
+      .runs_folder = folder.parent_path(),
+      .rig = config,
+      .experiment = experiment,
+      .table_V = {table_V.data(), static_cast<std::size_t>(table_V.size())},
+      .time_base = entry.fast ? record::TimeBase::virtual_time : record::TimeBase::monotonic,
+      .non_realtime = non_realtime,
+      .folder = folder,
+      .watch = &watch};
+  return record::run_experiment(rig != nullptr ? *rig : simulated->rig(), machine, request, stop);
+}
+
+}  // namespace eha::service

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/run.hpp"
+#include "daemon/acquisition/state_machine.hpp"
+#include "daemon/acquisition/stop_request.hpp"
+#include "daemon/ehad/queue.hpp"
+#include "daemon/record/run_experiment.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::service {
+
+/// What is known of an experiment that may be queued.
+struct CheckedExperiment {
+  std::string name;
+  double duration_s = 0.0;  ///< all repetitions together
+};
+
+/// Holds a submitted experiment against the rig. Cost: one excitation table. Thread-safe.
+/// @throws ConfigError  every fault, as parse_experiment; UsageError  virtual time on a rig that moves
+[[nodiscard]] CheckedExperiment check_experiment(const std::string& text, const std::string& file, bool fast,
+                                                 const config::RigConfig& rig);
+
+/// Plays a queued experiment into its run folder; blocks. The rig is idle or faulted afterwards.
+/// @param rig    the card that is open; none: a simulated one is opened, so that equal experiments give equal records
+/// @param machine must be armed
+/// @throws as record::run_experiment
+[[nodiscard]] record::FinishedRun play(const Entry& entry, const std::filesystem::path& folder,
+                                       const config::RigConfig& config, hal::Rig* rig,
+                                       acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
+                                       acquisition::StopRequest& stop, record::RunWatch& watch);
+
+}  // namespace eha::service

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/queue.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/record/file_io.hpp"
+
+namespace eha::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kSchema = "eha-queue/1";
+constexpr std::array kStates{EntryState::waiting, EntryState::running, EntryState::fitting, EntryState::over,
+                             EntryState::cancelled};
+
+EntryState state_from_text(const std::string& text) {
+  for (const EntryState state : kStates) {
+    if (to_text(state) == text) return state;
+  }
+  throw DataError(fmt::format("\"{}\" is no state of a queued experiment", text));
+}
+
+Entry entry_from_text(const std::string& text) {
+  const Json json = Json::parse(text);
+  if (json.at("schema") != kSchema) throw DataError(fmt::format("schema: expected {}", kSchema));
+  Entry entry;
+  entry.id = json.at("entry");
+  entry.state = state_from_text(json.at("state"));
+  entry.name = json.at("name");
+  entry.file = json.at("file");
+  entry.uid = json.at("uid");
+  entry.user = json.at("user");
+  entry.fast = json.at("fast");
+  entry.submitted = json.at("submitted");
+  entry.experiment = json.at("experiment");
+  entry.run = json.at("run");
+  entry.outcome = json.at("outcome");
+  entry.note = json.at("note");
+  entry.models = json.at("models");
+  entry.exit_code = json.at("exit_code");
+  if (entry.id < 1) throw DataError("entry: expected a number above 0");
+  return entry;
+}
+
+}  // namespace
+
+std::string_view to_text(EntryState state) noexcept {
+  switch (state) {
+    case EntryState::waiting:
+      return "waiting";
+    case EntryState::running:
+      return "running";
+    case EntryState::fitting:
+      return "fitting";
+    case EntryState::judging:
+      return "judging";
+    case EntryState::over:
+      return "over";
+    case EntryState::cancelled:
+      return "cancelled";
+  }
+  return "unknown";
+}
+
+Json describe(const Entry& entry) {
+  return {{"entry", entry.id},
+          {"state", to_text(entry.state)},
+          {"name", entry.name},
+          {"file", entry.file},
+          {"uid", entry.uid},
+          {"user", entry.user},
+          {"fast", entry.fast},
+          {"submitted", entry.submitted},
+          {"run", entry.run},
+          {"outcome", entry.outcome},
+          {"note", entry.note},
+          {"models", entry.models},
+          {"exit_code", entry.exit_code}};
+}
+
+QueueStore::QueueStore(fs::path folder) : folder_(std::move(folder)) {
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error) record::throw_system_error("create", folder_, error.value());
+  record::FileDescriptor file = record::open_file(folder_ / "lock", O_RDWR | O_CREAT, 0640);
+  if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+    throw DeviceError(fmt::format("{}: another ehad works there; stop it first", folder_.string()));
+  }
+  lock_ = file.release();
+}
+
+QueueStore::~QueueStore() { close(lock_); }
+
+fs::path QueueStore::file_of(EntryId id) const { return folder_ / fmt::format("{:08}.json", id); }
+
+std::vector<Entry> QueueStore::load(std::vector<std::string>& damaged) const {
+  std::vector<fs::path> files;
+  std::error_code error;
+  fs::directory_iterator entries(folder_, error);
+  if (error) record::throw_system_error("list", folder_, error.value());
+  for (const auto& entry : entries) {
+    if (entry.path().extension() == ".json") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<Entry> loaded;
+  for (const fs::path& file : files) {
+    try {
+      loaded.push_back(entry_from_text(record::read_file(file)));
+    } catch (const std::exception& fault) {
+      fs::path aside = file;
+      aside += ".damaged";
+      fs::rename(file, aside, error);
+      damaged.push_back(fmt::format("{}: not an entry of the queue ({}); set aside as {}", file.string(), fault.what(),
+                                    aside.filename().string()));
+    }
+  }
+  return loaded;
+}
+
+void QueueStore::save(const Entry& entry) const {
+  Json json{{"schema", kSchema}};
+  json.update(describe(entry));
+  json["experiment"] = entry.experiment;
+  record::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+void QueueStore::remove(EntryId id) const noexcept {
+  std::error_code ignored;
+  fs::remove(file_of(id), ignored);
+}
+
+Queue::Queue(std::vector<Entry> entries) {
+  for (Entry& entry : entries) add(std::move(entry));
+}
+
+Entry& Queue::add(Entry entry) {
+  next_id_ = std::max(next_id_, entry.id + 1);
+  const EntryId id = entry.id;
+  return entries_.insert_or_assign(id, std::move(entry)).first->second;
+}
+
+Entry* Queue::find(EntryId id) {
+  const auto found = entries_.find(id);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+std::size_t Queue::count(EntryState state) const {
+  return static_cast<std::size_t>(
+      std::count_if(entries_.begin(), entries_.end(), [&](const auto& item) { return item.second.state == state; }));
+}
+
+Entry* Queue::next_of(uid_t uid) {
+  for (auto& [id, entry] : entries_) {
+    if (entry.state == EntryState::waiting && entry.uid == uid) return &entry;
+  }
+  return nullptr;
+}
+
+Entry* Queue::next_to_fit() {
+  for (auto& [id, entry] : entries_) {
+    if (entry.state == EntryState::fitting) return &entry;
+  }
+  return nullptr;
+}
+
+std::vector<EntryId> Queue::forget_old() {
+  const auto is_over = [](const Entry& entry) {
+    return entry.state == EntryState::over || entry.state == EntryState::cancelled;
+  };
+  auto over = static_cast<std::size_t>(
+      std::count_if(entries_.begin(), entries_.end(), [&](const auto& item) { return is_over(item.second); }));
+  std::vector<EntryId> forgotten;
+  for (auto item = entries_.begin(); item != entries_.end() && over > kMostOver;) {
+    if (!is_over(item->second)) {
+      ++item;
+      continue;
+    }
+    forgotten.push_back(item->first);
+    item = entries_.erase(item);
+    --over;
+  }
+  return forgotten;
+}
+
+}  // namespace eha::service

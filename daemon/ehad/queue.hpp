@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/control/protocol.hpp"
+
+namespace eha::service {
+
+using control::EntryId;
+using control::Json;
+
+/// Where an experiment is on its way: waiting -> running -> fitting -> judging -> over, or waiting -> cancelled. One
+/// that did not complete goes from running to over. While judging, the worker has ended and what came out is being
+/// read.
+enum class EntryState { waiting, running, fitting, judging, over, cancelled };
+
+/// An experiment that was submitted. `running` stands on the disk before the rig is touched, so that one that was on
+/// when the program died is known for it and never played twice.
+struct Entry {
+  EntryId id = 0;
+  EntryState state = EntryState::waiting;
+  std::string name;  ///< the experiment's
+  std::string file;  ///< as the client calls it, for messages
+  uid_t uid = 0;     ///< who submitted it
+  std::string user;
+  bool fast = false;            ///< virtual time
+  std::string submitted;        ///< UTC
+  std::string experiment;       ///< TOML; empty once it is over
+  std::string run;              ///< name of the run folder; empty before
+  std::string outcome;          ///< of the run: completed, faulted, ...; "lost" when nothing of it was recorded
+  std::string note;             ///< what there is to say, for people
+  Json models = Json::array();  ///< as in the run's manifest, once it is fitted
+  int exit_code = 0;            ///< what `eha run` ends with, once it is over
+};
+
+/// "waiting", ...
+[[nodiscard]] std::string_view to_text(EntryState state) noexcept;
+
+/// For clients: all but the experiment's text.
+[[nodiscard]] Json describe(const Entry& entry);
+
+/// The queue's files, one an experiment, each replaced atomically. Blocks on the disk. Not thread-safe.
+class QueueStore {
+ public:
+  /// Creates the folder and locks it. @throws DeviceError  another ehad holds it   @throws IoError, PermissionError
+  explicit QueueStore(std::filesystem::path folder);
+  QueueStore(const QueueStore&) = delete;
+  QueueStore& operator=(const QueueStore&) = delete;
+  ~QueueStore();
+
+  /// @param damaged  gets a message for each file that cannot be read; it is set aside as NAME.damaged
+  /// @throws IoError, PermissionError  the folder cannot be listed
+  [[nodiscard]] std::vector<Entry> load(std::vector<std::string>& damaged) const;
+
+  /// @throws IoError, PermissionError
+  void save(const Entry& entry) const;
+  void remove(EntryId id) const noexcept;
+
+ private:
+  [[nodiscard]] std::filesystem::path file_of(EntryId id) const;
+
+  std::filesystem::path folder_;
+  int lock_ = -1;
+};
+
+/// The queue in memory. Not thread-safe.
+class Queue {
+ public:
+  static constexpr std::size_t kMostWaiting = 100;
+  static constexpr std::size_t kMostOver = 500;  ///< of which an account is kept
+
+  explicit Queue(std::vector<Entry> entries = {});
+
+  [[nodiscard]] EntryId take_id() noexcept { return next_id_++; }
+  Entry& add(Entry entry);
+  [[nodiscard]] Entry* find(EntryId id);
+  [[nodiscard]] const std::map<EntryId, Entry>& entries() const noexcept { return entries_; }
+  [[nodiscard]] std::size_t count(EntryState state) const;
+
+  /// The oldest one that waits and was submitted by `uid`.
+  [[nodiscard]] Entry* next_of(uid_t uid);
+  /// The oldest one that waits to be fitted.
+  [[nodiscard]] Entry* next_to_fit();
+
+  /// Takes those away that have been over longest, beyond what is kept. @returns which
+  std::vector<EntryId> forget_old();
+
+ private:
+  std::map<EntryId, Entry> entries_;
+  EntryId next_id_ = 1;
+};
+
+}  // namespace eha::service

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/recovery.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "core/error.hpp"
+#include "daemon/record/recover.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+void settle_running(Entry& entry, const fs::path& runs_folder) {
+  entry.state = EntryState::over;
+  entry.exit_code = static_cast<int>(ExitCode::device_unavailable);
+  entry.outcome = "lost";
+  entry.note = "ehad ended before this run recorded anything; submit it again";
+  const fs::path folder = runs_folder / entry.run;
+  if (!entry.run.empty() && record::is_run_folder(folder)) {
+    try {
+      entry.outcome = record::read_manifest(folder).at("outcome").get<std::string>();
+      entry.note = fmt::format("ehad ended while this run was on; what was recorded is in {}", folder.string());
+    } catch (const std::exception& error) {
+      entry.note = fmt::format("ehad ended while this run was on, and it cannot be read: {}", error.what());
+    }
+  }
+  if (entry.outcome == acquisition::to_text(acquisition::Outcome::completed)) {
+    // It ended by itself and only the account of it was not written any more.
+    entry.state = EntryState::fitting;
+    entry.exit_code = 0;
+    entry.note.clear();
+  } else {
+    entry.experiment.clear();
+  }
+  spdlog::warn("experiment {} (\"{}\" of {}): was on when ehad ended: {}", entry.id, entry.name, entry.user,
+               entry.state == EntryState::fitting ? "it had completed and is fitted now" : entry.note);
+}
+
+}  // namespace
+
+void recover_runs(const fs::path& runs_folder, const std::function<void()>& before_each) {
+  for (const fs::path& folder : record::list_runs(runs_folder)) {
+    try {
+      if (!record::is_torn_run(folder)) continue;
+      before_each();
+      const record::Recovery recovery = record::recover_run(folder);
+      spdlog::warn("{}: recovered: {} rows kept, {} torn bytes left out, outcome {}", folder.string(), recovery.rows,
+                   recovery.torn_bytes, acquisition::to_text(recovery.outcome));
+    } catch (const std::exception& error) {
+      spdlog::error("{}: cannot be recovered: {}", folder.string(), error.what());
+    }
+  }
+}
+
+void settle(std::vector<Entry>& entries, const fs::path& runs_folder) {
+  for (Entry& entry : entries) {
+    if (entry.state == EntryState::running) settle_running(entry, runs_folder);
+  }
+}
+
+Json models_of(const fs::path& run_folder) noexcept {
+  try {
+    const Json manifest = record::read_manifest(run_folder);
+    return manifest.at("identification").at("models");
+  } catch (const std::exception&) {
+    return Json::array();
+  }
+}
+
+}  // namespace eha::service

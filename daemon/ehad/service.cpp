@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/service.hpp"
+
+#include <spdlog/spdlog.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <system_error>
+#include <type_traits>
+#include <variant>
+
+#include "core/error.hpp"
+
+namespace eha::service {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kTurn = 200ms;
+constexpr auto kSweep = 1000ms;
+
+int open_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int number : {SIGTERM, SIGINT, SIGHUP, SIGCHLD}) sigaddset(&signals, number);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const int descriptor = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+  if (descriptor < 0) throw IoError("cannot listen for signals: " + std::generic_category().message(errno));
+  return descriptor;
+}
+
+/// Whether a method only looks: its log line is of no interest by default.
+bool only_looks(const control::Call& call) {
+  return std::holds_alternative<control::StatusCall>(call) || std::holds_alternative<control::WatchCall>(call) ||
+         std::holds_alternative<control::QueueCall>(call) || std::holds_alternative<control::RunsCall>(call) ||
+         std::holds_alternative<control::MetricsCall>(call);
+}
+
+}  // namespace
+
+Service::Service(const Options& options)
+    : signals_(open_signals()),
+      supervisor_(options, loop_, notifier_),
+      server_(
+          loop_, options.socket, control::ServerLimits{},
+          [this](const control::Peer& peer, const control::Request& request) { on_request(peer, request); },
+          [this](control::ClientId client) { watchers_.erase(client); }) {
+  loop_.add(signals_, EPOLLIN, [this](std::uint32_t) { on_signal(); });
+  spdlog::info("listening at {}; the rig is faulted until somebody arms it", options.socket.string());
+}
+
+Service::~Service() {
+  loop_.remove(signals_);
+  close(signals_);
+}
+
+void Service::run() {
+  notifier_.ready();
+  while (!supervisor_.is_over()) {
+    loop_.run_once(patience(Clock::now()));
+    const Clock::time_point now = Clock::now();
+    if (now >= next_turn_) {
+      supervisor_.turn(now);
+      next_turn_ = now + kTurn;
+    }
+    if (now >= next_sweep_) {
+      server_.sweep(now);
+      next_sweep_ = now + kSweep;
+    }
+    feed_watchers(now);
+  }
+  // Those who wait for their run hear how it ended.
+  feed_watchers(Clock::time_point::max());
+  spdlog::info("stopped");
+}
+
+std::chrono::milliseconds Service::patience(Clock::time_point now) const {
+  Clock::time_point next = std::min(next_turn_, next_sweep_);
+  for (const auto& [client, watcher] : watchers_) next = std::min(next, watcher.due);
+  return std::clamp(std::chrono::ceil<std::chrono::milliseconds>(next - now), 0ms, 1000ms);
+}
+
+void Service::on_signal() {
+  signalfd_siginfo info{};
+  while (read(signals_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
+    switch (info.ssi_signo) {
+      case SIGCHLD:
+        supervisor_.look_after_worker();
+        break;
+      case SIGHUP:
+        try {
+          supervisor_.reload();
+        } catch (const std::exception& error) {
+          spdlog::warn("SIGHUP: {}", error.what());
+        }
+        break;
+      default:
+        supervisor_.shut_down();
+    }
+  }
+}
+
+void Service::on_request(const control::Peer& peer, const control::Request& request) {
+  spdlog::log(only_looks(request.call) ? spdlog::level::debug : spdlog::level::info, "{} by {} (uid {}, pid {})",
+              request.method, peer.user, peer.uid, peer.pid);
+  try {
+    dispatch(peer, request);
+  } catch (const Error& error) {
+    spdlog::info("{} by {} (uid {}, pid {}) refused: {}", request.method, peer.user, peer.uid, peer.pid, error.what());
+    server_.refuse(peer.client, request.id, error.exit_code(), error.what());
+  }
+}
+
+void Service::dispatch(const control::Peer& peer, const control::Request& request) {
+  const auto now = [&](const Json& result) { server_.respond(peer.client, request.id, result); };
+  const Supervisor::Answer later = [this, client = peer.client, id = request.id](const std::function<Json()>& result) {
+    answer(client, id, result);
+  };
+  std::visit(
+      [&](const auto& call) {
+        using T = std::decay_t<decltype(call)>;
+        if constexpr (std::is_same_v<T, control::StatusCall>) now(supervisor_.status());
+        if constexpr (std::is_same_v<T, control::ArmCall>) now(supervisor_.arm(peer));
+        if constexpr (std::is_same_v<T, control::DisarmCall>) now(supervisor_.disarm(peer));
+        if constexpr (std::is_same_v<T, control::SubmitCall>) supervisor_.submit(peer, call, later);
+        if constexpr (std::is_same_v<T, control::StopCall>) now(supervisor_.stop(peer, call.entry));
+        if constexpr (std::is_same_v<T, control::CancelCall>) supervisor_.cancel(peer, call.entry, later);
+        if constexpr (std::is_same_v<T, control::WatchCall>) watch(peer, request.id, call);
+        if constexpr (std::is_same_v<T, control::QueueCall>) now(supervisor_.queue());
+        if constexpr (std::is_same_v<T, control::RunsCall>) supervisor_.runs(later);
+        if constexpr (std::is_same_v<T, control::MetricsCall>) now({{"text", supervisor_.metrics()}});
+        if constexpr (std::is_same_v<T, control::ReloadCall>) now(supervisor_.reload());
+      },
+      request.call);
+}
+
+void Service::answer(control::ClientId client, std::int64_t id, const std::function<Json()>& result) {
+  try {
+    server_.respond(client, id, result());
+  } catch (const Error& error) {
+    spdlog::info("refused: {}", error.what());
+    server_.refuse(client, id, error.exit_code(), error.what());
+  } catch (const std::exception& error) {
+    spdlog::critical("internal error: {}", error.what());
+    server_.refuse(client, id, ExitCode::bug, error.what());
+  }
+}
+
+void Service::watch(const control::Peer& peer, std::int64_t id, const control::WatchCall& call) {
+  if (call.entry && supervisor_.entry(*call.entry).is_null()) {
+    throw UsageError("experiment " + std::to_string(*call.entry) + ": not in the queue");
+  }
+  const auto interval = std::chrono::duration_cast<std::chrono::nanoseconds>(
+      std::chrono::duration<double>(1.0 / std::max(call.rate_Hz, 1e-3)));
+  watchers_[peer.client] = {id, interval, Clock::now(), call.entry};
+  server_.respond(peer.client, id, {{"rate_Hz", call.rate_Hz}});
+}
+
+void Service::feed_watchers(Clock::time_point now) {
+  std::optional<Json> status;
+  for (auto item = watchers_.begin(); item != watchers_.end();) {
+    auto& [client, watcher] = *item;
+    const bool is_last = watcher.entry && supervisor_.entry_is_over(*watcher.entry);
+    if (now < watcher.due && !is_last) {
+      ++item;
+      continue;
+    }
+    if (!status) status = supervisor_.status();
+    Json snapshot = *status;
+    if (watcher.entry) {
+      snapshot["entry"] = supervisor_.entry(*watcher.entry);
+      snapshot["last"] = is_last;
+    }
+    // Streams are fed as far as they are read; how a run ended is for everyone who asked.
+    server_.stream(client, control::event_line(watcher.id, snapshot), is_last);
+    // On a grid of its own, unless it fell behind.
+    watcher.due = std::max(watcher.due + watcher.interval, Clock::now());
+    item = is_last ? watchers_.erase(item) : std::next(item);
+  }
+}
+
+}  // namespace eha::service

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The way of an experiment through the service: chosen, played, fitted, over.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/ehad/play.hpp"
+#include "daemon/ehad/recovery.hpp"
+#include "daemon/ehad/retention.hpp"
+#include "daemon/ehad/supervisor.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::service {
+namespace {
+
+namespace fs = std::filesystem;
+using acquisition::Outcome;
+
+constexpr double kBytesPerGiB = 1024.0 * 1024.0 * 1024.0;
+constexpr double kBytesPerMiB = 1024.0 * 1024.0;
+
+std::chrono::seconds whole_seconds(double seconds) { return std::chrono::seconds(static_cast<std::int64_t>(seconds)); }
+
+/// What `eha fit` ends with when it did its work, whatever came out.
+bool is_verdict(int exit_code) {
+  const auto code = static_cast<ExitCode>(exit_code);
+  return code == ExitCode::ok || code == ExitCode::model_rejected || code == ExitCode::not_converged;
+}
+
+/// A run that was played and recorded well, but not as wanted, or not at all.
+bool needs_the_card_anew(const acquisition::RunReport& report) {
+  return !report.safe_confirmed || acquisition::exit_code(report) == ExitCode::device_unavailable;
+}
+
+}  // namespace
+
+void Supervisor::save(const Entry& entry) {
+  clerk_.ask([this, entry] { store_.save(entry); },
+             [id = entry.id](std::future<void> saved) {
+               try {
+                 saved.get();
+               } catch (const std::exception& error) {
+                 spdlog::error("experiment {}: the account of it cannot be written: {}", id, error.what());
+               }
+             });
+}
+
+void Supervisor::start_next() {
+  if (shutting_down_ || active_ || !lease_.holder() || machine_.state() != acquisition::State::armed) return;
+  Entry* entry = queue_.next_of(lease_.holder()->uid);
+  if (entry == nullptr) return;
+  entry->state = EntryState::running;
+  active_.emplace(ActiveRun{.entry = entry->id,
+                            .playing = false,
+                            .chosen = Clock::now(),
+                            .watch = std::make_shared<record::RunWatch>(),
+                            .stop = std::make_shared<acquisition::StopRequest>()});
+  acquisition::Snapshot first;
+  first.state = acquisition::State::armed;
+  active_->watch->board.publish(first);
+  // `running` and the folder's name stand on the disk before the rig moves: whatever happens then, this experiment is
+  // known to have been on.
+  clerk_.ask(
+      [this, entry = *entry]() mutable {
+        const fs::path folder = record::create_run_folder(runs_folder(), entry.name);
+        entry.run = folder.filename().string();
+        store_.save(entry);
+        return folder;
+      },
+      [this, id = entry->id](std::future<fs::path> prepared) { begin(id, std::move(prepared)); });
+}
+
+void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
+  Entry& entry = *queue_.find(id);
+  fs::path folder;
+  try {
+    folder = prepared.get();
+  } catch (const Error& error) {
+    give_up(entry, error.exit_code(), error.what());
+    return;
+  }
+  entry.run = folder.filename().string();
+  spdlog::info("experiment {} (\"{}\" of {}): runs in {}", id, entry.name, entry.user, folder.string());
+  active_->playing = true;
+  player_.ask(
+      [this, entry, folder, config = rig_config_, watch = active_->watch, stop = active_->stop] {
+        return play(entry, folder, *config, card_ ? &card_->rig() : nullptr, options_.non_realtime, machine_, *stop,
+                    *watch);
+      },
+      [this, id](std::future<record::FinishedRun> played) { finish(id, std::move(played)); });
+}
+
+void Supervisor::finish(EntryId id, std::future<record::FinishedRun> played) {
+  Entry& entry = *queue_.find(id);
+  try {
+    const record::FinishedRun run = played.get();
+    conclude(entry, run);
+  } catch (const Error& error) {
+    // Refused before the first tick; the folder is gone again.
+    entry.run.clear();
+    give_up(entry, error.exit_code(), error.what());
+  } catch (const std::exception& error) {
+    entry.run.clear();
+    give_up(entry, ExitCode::bug, error.what());
+  }
+}
+
+void Supervisor::give_up(Entry& entry, ExitCode code, const std::string& why) {
+  spdlog::error("experiment {}: not run: {}", entry.id, why);
+  active_.reset();
+  entry.outcome = "refused";
+  entry.note = why;
+  close_entry(entry, code);
+  require_arming(fmt::format("experiment {} could not be run", entry.id));
+}
+
+void Supervisor::conclude(Entry& entry, const record::FinishedRun& run) {
+  const Outcome outcome = run.report.outcome;
+  const bool was_stopped = active_->stop->count() > 0;
+  active_.reset();
+  totals_.add(run.report);
+  card_is_suspect_ = card_is_suspect_ || needs_the_card_anew(run.report);
+  for (const std::string& sentence : run.report.realtime.refused) spdlog::warn("{}", sentence);
+  entry.outcome = acquisition::to_text(outcome);
+  entry.note = acquisition::describe(run.report);
+  if (!run.write_error.empty()) entry.note += (entry.note.empty() ? "" : "; ") + run.write_error;
+  if (outcome == Outcome::completed) {
+    spdlog::info("experiment {}: completed; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id,
+                 run.report.counters.late, run.report.counters.skipped, run.report.counters.ticks,
+                 static_cast<double>(run.report.latency.maximum_ns()) * 1e-3);
+    entry.state = EntryState::fitting;
+    save(entry);
+    start_fit();
+  } else {
+    spdlog::error("experiment {}: {}: {}", entry.id, entry.outcome, entry.note);
+    close_entry(entry, acquisition::exit_code(run.report));
+  }
+  lease_.renew(Clock::now());
+  if (outcome == Outcome::completed && !was_stopped && !shutting_down_ && machine_.arm()) {
+    start_next();
+  } else {
+    // Whoever stopped the rig, or the rig itself, does not want the next experiment to move it.
+    require_arming(fmt::format("experiment {}: {}", entry.id,
+                               outcome == Outcome::completed ? "stopped at its end" : entry.outcome));
+  }
+}
+
+void Supervisor::close_entry(Entry& entry, ExitCode code) {
+  entry.state = EntryState::over;
+  entry.exit_code = static_cast<int>(code);
+  entry.experiment.clear();
+  save(entry);
+  for (const EntryId old : queue_.forget_old()) {
+    clerk_.ask([this, old] { store_.remove(old); }, [](std::future<void>) {});
+  }
+  keep_disk_budget();
+}
+
+void Supervisor::start_fit() {
+  if (fitting_ || shutting_down_) return;
+  Entry* entry = queue_.next_to_fit();
+  if (entry == nullptr) return;
+  worker::WorkerLimits limits;
+  limits.cpu_time = whole_seconds(config_.worker_cpu_time_s);
+  limits.wall_time = whole_seconds(config_.worker_wall_time_s);
+  limits.memory_bytes = static_cast<std::uint64_t>(config_.worker_memory_MiB * kBytesPerMiB);
+  limits.avoided_cpu = rig_config_->realtime.cpu;
+  try {
+    fitting_.emplace(
+        Fitting{entry->id, std::make_unique<worker::WorkerProcess>(programs_, runs_folder() / entry->run, limits)});
+    spdlog::info("experiment {}: being fitted by process {}", entry->id, fitting_->process->pid());
+  } catch (const Error& error) {
+    conclude_fit(entry->id, {std::nullopt, error.what()});
+  }
+}
+
+void Supervisor::look_after_worker() {
+  if (!fitting_) {
+    start_fit();
+    return;
+  }
+  const std::optional<worker::WorkerEnd> end = fitting_->process->poll();
+  if (!end) return;
+  const EntryId id = fitting_->entry;
+  fitting_.reset();
+  conclude_fit(id, *end);
+  start_fit();
+}
+
+void Supervisor::conclude_fit(EntryId id, const worker::WorkerEnd& end) {
+  const Entry& fitted = *queue_.find(id);
+  const fs::path folder = runs_folder() / fitted.run;
+  const bool did_its_work = end.exit_code && is_verdict(*end.exit_code);
+  if (!did_its_work) {
+    ++totals_.worker_failures;
+    spdlog::error("experiment {}: not fitted: {}; the record is kept, `eha fit {}` repeats it", id, end.text,
+                  folder.string());
+  }
+  queue_.find(id)->state = EntryState::judging;
+  clerk_.ask(
+      [folder, did_its_work, text = end.text]() -> Json {
+        if (!did_its_work) {
+          record::finish_manifest(folder, {{"accepted", false}, {"models", Json::array()}, {"error", text}});
+        }
+        return models_of(folder);
+      },
+      [this, id, end, did_its_work](std::future<Json> read) {
+        Entry& entry = *queue_.find(id);
+        try {
+          entry.models = read.get();
+        } catch (const std::exception& error) {
+          spdlog::error("experiment {}: the run cannot be marked: {}", id, error.what());
+        }
+        if (!did_its_work) entry.note = end.text;
+        if (did_its_work) {
+          spdlog::info("experiment {}: {}", id,
+                       *end.exit_code == 0 ? "fitted, a model is accepted" : "fitted, no model is accepted");
+        }
+        close_entry(entry, end.exit_code ? static_cast<ExitCode>(*end.exit_code) : ExitCode::not_converged);
+      });
+}
+
+void Supervisor::keep_disk_budget() {
+  std::set<std::string> kept;
+  for (const auto& [id, entry] : queue_.entries()) {
+    if (entry.state != EntryState::over && !entry.run.empty()) kept.insert(entry.run);
+  }
+  const double budget_GiB = config_.disk_budget_GiB;
+  clerk_.ask(
+      [this, kept, budget_GiB] {
+        return keep_within_budget(runs_folder(), static_cast<std::uint64_t>(budget_GiB * kBytesPerGiB), kept);
+      },
+      [budget_GiB](std::future<Retention> done) {
+        try {
+          const Retention retention = done.get();
+          for (const RemovedRun& run : retention.removed) {
+            spdlog::warn("{}: removed ({:.1f} MB, no accepted model): the runs exceed the budget of {} GiB", run.name,
+                         static_cast<double>(run.bytes) * 1e-6, budget_GiB);
+          }
+          if (retention.over_budget) {
+            spdlog::warn(
+                "the runs take {:.2f} GiB of {} GiB, and what is left is not removed by itself; make room, or "
+                "raise retention.disk_budget_GiB",
+                static_cast<double>(retention.bytes) / kBytesPerGiB, budget_GiB);
+          }
+        } catch (const std::exception& error) {
+          spdlog::error("the runs cannot be counted: {}", error.what());
+        }
+      });
+}
+
+}  // namespace eha::service
