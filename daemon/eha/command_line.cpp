@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "daemon/doctor/latency.hpp"
 #include "daemon/eha/completion.hpp"
+#include "daemon/eha/service_options.hpp"
 
 namespace eha::cli {
 namespace {
@@ -39,8 +40,11 @@ models and judges them. The run folder OUTPUT/<UTC time>-<name> holds run.json, 
 frequency_response.csv and models/*.json; a rejected model goes to models/rejected. OUTPUT/latest points to the last
 run with an accepted model.
 One Ctrl-C ramps the command down and keeps what was recorded; a second one makes the rig safe at once.
+Without --local the service ehad does all this with its own rig file, in its own folder, once its queue and the lease
+(`eha arm`) allow; losing the connection does not stop the run, Ctrl-C does.
 
 Examples:
+  eha arm && eha run config/experiments/paper.toml
   eha run config/experiments/paper.toml --local --fast
   eha run sweep.toml --local --rig rig.toml --output /data/runs)";
 
@@ -152,13 +156,16 @@ void add_run(CLI::App& app, RunCommand& run) {
   sub->footer(kRunFooter);
   sub->add_option("experiment", run.experiment_file, "Experiment file (TOML)")->required()->type_name("EXPERIMENT");
   CLI::Option* local = sub->add_flag("--local", run.local, "Run in this process instead of through ehad");
+  add_socket_option(*sub, run.socket)->excludes(local);
   sub->add_option("--rig", run.rig_file, "Rig file (TOML); with --local only")->type_name("RIG")->needs(local);
-  sub->add_flag("--fast", run.fast, "Virtual time: as fast as this machine computes; simulated rigs only")
+  sub->add_flag("--fast", run.fast, "Virtual time: as fast as this machine computes; simulated rigs only");
+  sub->add_option("--output", run.output, "Folder that the run folder is put into (default runs); with --local only")
+      ->type_name("DIR")
       ->needs(local);
-  sub->add_option("--output", run.output, "Folder that the run folder is put into (default runs)")->type_name("DIR");
   sub->add_flag("--yes", run.yes, "Move a real actuator without asking");
   sub->add_flag("--allow-non-realtime", run.allow_non_realtime,
-                "Run without real-time privileges too, for test benches");
+                "Run without real-time privileges too, for test benches; with --local only")
+      ->needs(local);
 }
 
 void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
@@ -255,26 +262,35 @@ void add_design(CLI::App& app, DesignCommand& design) {
   sub->add_option("-o,--output", design.output, "CSV file to write the table of volts to")->type_name("FILE");
 }
 
-/// The three commands under `eha runs`.
+/// The commands under `eha runs`.
 struct RunsCommands {
   RunsListCommand list;
   RunsShowCommand show;
   RunsRecoverCommand recover;
+  ServiceCommand cancel{.method = "cancel"};
 };
 
 void add_runs(CLI::App& app, RunsCommands& runs) {
-  CLI::App* sub = app.add_subcommand("runs", "List, show or recover recorded runs");
+  CLI::App* sub = app.add_subcommand("runs", "List, show, recover or cancel runs");
   sub->fallthrough();
   sub->require_subcommand(1);
   sub->footer("\nExamples:\n  eha runs list\n  eha runs show runs/latest\n  eha runs recover runs");
   CLI::App* list = sub->add_subcommand("list", "One line for each run, oldest first");
-  list->add_option("folder", runs.list.folder, "Folder of run folders (default runs)")->type_name("DIR");
+  list->add_option("folder", runs.list.folder, "Folder of run folders (default runs, else the service's)")
+      ->type_name("DIR");
+  add_socket_option(*list, runs.list.socket);
   CLI::App* show = sub->add_subcommand("show", "What a run was and what came out of it");
   show->add_option("run", runs.show.run, "Run folder")->required()->type_name("RUN");
   CLI::App* recover = sub->add_subcommand("recover", "Complete runs whose process died, from their journals");
   recover->add_option("target", runs.recover.target, "Run folder, or folder of run folders")
       ->required()
       ->type_name("RUN|DIR");
+  CLI::App* cancel = sub->add_subcommand("cancel", "Take an experiment that waits out of the service's queue");
+  cancel->add_option("number", runs.cancel.entry, "Number in the queue, see eha status")
+      ->required()
+      ->type_name("NUMBER")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""));
+  add_socket_option(*cancel, runs.cancel.socket);
 }
 
 void add_doctor(CLI::App& app, DoctorCommand& doctor) {
@@ -335,6 +351,7 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   RunsCommands runs;
   DoctorCommand doctor;
   LatencyCommand latency;
+  ServiceCommand service;
 
   CLI::App app("eha - from an electro-hydraulic actuator rig to validated models", "eha");
   app.footer(kHelpFooter);
@@ -356,6 +373,7 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   add_doctor(app, doctor);
   add_latency(app, latency);
   add_completion(app, texts.shell);
+  add_service_commands(app, service);
 
   try {
     app.parse(argc, argv);
@@ -386,10 +404,12 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   if (app.got_subcommand("design")) parsed.command = design;
   if (app.got_subcommand("doctor")) parsed.command = doctor;
   if (app.got_subcommand("latency")) parsed.command = latency;
+  if (!service.method.empty()) parsed.command = service;
   if (const CLI::App* sub = app.get_subcommand("runs"); sub->parsed()) {
     if (sub->got_subcommand("list")) parsed.command = runs.list;
     if (sub->got_subcommand("show")) parsed.command = runs.show;
     if (sub->got_subcommand("recover")) parsed.command = runs.recover;
+    if (sub->got_subcommand("cancel")) parsed.command = runs.cancel;
   }
   return parsed;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/control/client.hpp"
 #include "daemon/eha/console.hpp"
 #include "ident/estimation/fit_options.hpp"
 #include "ident/fractional/simulate.hpp"
@@ -21,11 +22,12 @@ namespace eha::cli {
 struct RunCommand {
   std::string experiment_file;
   std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
-  bool local = false;                        ///< in this process
-  bool fast = false;                         ///< virtual time
-  bool yes = false;                          ///< move a real actuator without asking
-  bool allow_non_realtime = false;           ///< ordinary scheduling will do
-  std::filesystem::path output = "runs";     ///< where the run folder goes
+  std::filesystem::path socket = control::kDefaultSocket;
+  bool local = false;                     ///< in this process
+  bool fast = false;                      ///< virtual time
+  bool yes = false;                       ///< move a real actuator without asking
+  bool allow_non_realtime = false;        ///< ordinary scheduling will do
+  std::filesystem::path output = "runs";  ///< where the run folder goes
 };
 
 /// What a command line says about using a record; unset members leave the experiment's or the default's.
@@ -87,7 +89,8 @@ struct DesignCommand {
 };
 
 struct RunsListCommand {
-  std::filesystem::path folder = "runs";
+  std::optional<std::filesystem::path> folder = {};  ///< none: "runs", or the service's where that is not there
+  std::optional<std::filesystem::path> socket = {};  ///< ask this service
 };
 
 struct RunsShowCommand {
@@ -110,8 +113,17 @@ struct LatencyCommand {
       {};  ///< whose period, priority and CPU the loop takes; none: default_rig_file()
 };
 
-using Command = std::variant<RunCommand, FitCommand, SimulateCommand, ValidateCommand, CheckCommand, DesignCommand,
-                             RunsListCommand, RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand>;
+/// A method of ehad-protocol(7), asked for as it is: status, arm, disarm, stop, metrics, reload, cancel.
+struct ServiceCommand {
+  std::string method;
+  std::filesystem::path socket = control::kDefaultSocket;
+  std::int64_t entry = 0;  ///< of cancel
+  bool watch = false;      ///< of status: again and again
+};
+
+using Command =
+    std::variant<RunCommand, FitCommand, SimulateCommand, ValidateCommand, CheckCommand, DesignCommand, RunsListCommand,
+                 RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -124,5 +136,9 @@ using Command = std::variant<RunCommand, FitCommand, SimulateCommand, ValidateCo
 [[nodiscard]] ExitCode execute(const RunsRecoverCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const DoctorCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);
+
+/// `eha run` without --local: hands the experiment to ehad, shows its progress and waits for its verdict.
+[[nodiscard]] ExitCode run_through_service(const RunCommand& command, Console& console);
 
 }  // namespace eha::cli

@@ -96,9 +96,7 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
 }  // namespace
 
 ExitCode execute(const RunCommand& command, Console& console) {
-  if (!command.local) {
-    throw DeviceError("ehad is not running; use --local to run the experiment in this process");
-  }
+  if (!command.local) return run_through_service(command, console);
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
   const config::ExperimentConfig experiment = config::load_experiment(command.experiment_file, rig);
   if (command.fast && rig.backend != config::Backend::sim) {

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/model_list.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -53,12 +55,20 @@ void show_report(const Json& manifest, Console& console) {
                             count("timeouts") == 1 ? "" : "s", count("dropped"), count("clamped")));
 }
 
-}  // namespace
+/// The runs that ehad keeps.
+Json runs_of_service(const fs::path& socket) {
+  Json answer = control::Client(socket).call("runs");
+  Json document{{"schema", "eha-runs/1"}, {"folder", answer.at("folder")}, {"runs", Json::array()}};
+  for (const Json& run : answer.at("runs")) {
+    document["runs"].push_back(
+        {{"folder", run.at("folder")}, {"outcome", run.at("outcome")}, {"models", run.at("models")}});
+  }
+  return document;
+}
 
-ExitCode execute(const RunsListCommand& command, Console& console) {
-  Json document{{"schema", "eha-runs/1"}, {"runs", Json::array()}};
-  std::vector<std::vector<std::string>> rows;
-  for (const fs::path& run : record::list_runs(command.folder)) {
+Json runs_of_folder(const fs::path& folder, const Console& console) {
+  Json document{{"schema", "eha-runs/1"}, {"folder", folder.string()}, {"runs", Json::array()}};
+  for (const fs::path& run : record::list_runs(folder)) {
     Json manifest;
     try {
       manifest = record::read_manifest(run);
@@ -67,19 +77,36 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
       console.warning(error.what());
       manifest = Json{{"outcome", "unreadable"}};
     }
-    const Json models = models_of(manifest);
-    rows.push_back({run.filename().string(), text_of(manifest, "outcome"), verdict_of(models)});
     document["runs"].push_back(
-        {{"folder", run.string()}, {"outcome", text_of(manifest, "outcome")}, {"models", models}});
+        {{"folder", run.string()}, {"outcome", text_of(manifest, "outcome")}, {"models", models_of(manifest)}});
   }
+  return document;
+}
+
+}  // namespace
+
+ExitCode execute(const RunsListCommand& command, Console& console) {
+  // Without a folder: the runs made here; where there are none, those of the service.
+  const fs::path here = command.folder.value_or("runs");
+  std::error_code ignored;
+  const bool asks_service =
+      command.socket || (!command.folder && !fs::exists(here, ignored) && fs::exists(control::kDefaultSocket, ignored));
+  const Json document =
+      asks_service ? runs_of_service(command.socket.value_or(control::kDefaultSocket)) : runs_of_folder(here, console);
   console.print_json(document);
-  if (rows.empty()) {
-    console.print(fmt::format("no runs in {}", command.folder.string()));
-    console.next_step("eha run EXPERIMENT.toml --local --fast");
+  const Json& runs = document.at("runs");
+  if (runs.empty()) {
+    console.print(fmt::format("no runs in {}", document.at("folder").get<std::string>()));
+    console.next_step(asks_service ? "eha run EXPERIMENT.toml" : "eha run EXPERIMENT.toml --local --fast");
     return ExitCode::ok;
   }
+  std::vector<std::vector<std::string>> rows;
+  for (const Json& run : runs) {
+    rows.push_back({fs::path(run.at("folder").get<std::string>()).filename().string(), text_of(run, "outcome"),
+                    verdict_of(run.at("models"))});
+  }
   console.print(text_table({{"run", Align::left}, {"outcome", Align::left}, {"models", Align::left}}, rows));
-  console.next_step(fmt::format("eha runs show {}", (command.folder / rows.back().front()).string()));
+  console.next_step(fmt::format("eha runs show {}", runs.back().at("folder").get<std::string>()));
   return ExitCode::ok;
 }
 
@@ -90,31 +117,7 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
   console.print(fmt::format("outcome  {}", text_of(manifest, "outcome")));
   show_report(manifest, console);
   const Json models = models_of(manifest);
-  std::vector<std::vector<std::string>> rows;
-  const auto percent = [](const Json& model, const char* key) {
-    const auto found = model.find(key);
-    return found != model.end() && found->is_number() ? fmt::format("{:.2f}", found->get<double>()) : std::string("-");
-  };
-  for (const Json& model : models) {
-    rows.push_back({model.value("name", "?"), percent(model, "estimation_r2_percent"),
-                    percent(model, "validation_r2_percent"), percent(model, "validation_r2_percent_offset_reestimated"),
-                    model.value("accepted", false) ? "accepted" : "rejected", model.value("file", "-")});
-  }
-  if (!rows.empty()) {
-    console.print(text_table({{"model", Align::left},
-                              {"est. R2 %", Align::right},
-                              {"val. R2 %", Align::right},
-                              {"re. R2 %", Align::right},
-                              {"verdict", Align::left},
-                              {"file", Align::left}},
-                             rows));
-  }
-  for (const Json& model : models) {
-    for (const Json& reason : model.value("reasons", Json::array())) {
-      console.print(
-          fmt::format("{}: {}", model.value("name", "?"), reason.is_string() ? reason.get<std::string>() : ""));
-    }
-  }
+  print_model_list(models, console);
   console.next_step(fmt::format("eha fit {}", command.run.string()));
   return ExitCode::ok;
 }

@@ -14,7 +14,7 @@ void on_signal(int) { stop_request->request(); }
 
 }  // namespace
 
-StopOnSignals::StopOnSignals() {
+StopOnSignals::StopOnSignals(HangUp hang_up) {
   stop_request.emplace();
   struct sigaction action {};
   action.sa_handler = on_signal;
@@ -23,7 +23,8 @@ StopOnSignals::StopOnSignals() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
     sigaction(kSignals[i], &action, &before_[i]);
     // nohup and background shells ignore signals on purpose.
-    if (before_[i].sa_handler == SIG_IGN) sigaction(kSignals[i], &before_[i], nullptr);
+    const bool is_left = kSignals[i] == SIGHUP && hang_up == HangUp::ends;
+    if (before_[i].sa_handler == SIG_IGN || is_left) sigaction(kSignals[i], &before_[i], nullptr);
   }
 }
 
@@ -32,5 +33,7 @@ StopOnSignals::~StopOnSignals() {
 }
 
 acquisition::StopRequest& StopOnSignals::request() noexcept { return *stop_request; }
+
+int StopOnSignals::count() const noexcept { return stop_request->count(); }
 
 }  // namespace eha::cli

@@ -48,9 +48,25 @@ TEST(CommandLine, ReadsRun) {
   EXPECT_EQ(command_of<RunCommand>({"run", "e.toml"}).output, "runs");
 }
 
-TEST(CommandLine, AllowsRigAndFastOnlyWithLocal) {
+TEST(CommandLine, AllowsWhatTheServiceDecidesOnlyWithLocal) {
   EXPECT_NE(fault_of({"run", "e.toml", "--rig", "r.toml"}).find("--local"), std::string::npos);
-  EXPECT_NE(fault_of({"run", "e.toml", "--fast"}).find("--local"), std::string::npos);
+  EXPECT_NE(fault_of({"run", "e.toml", "--output", "d"}).find("--local"), std::string::npos);
+  EXPECT_NE(fault_of({"run", "e.toml", "--allow-non-realtime"}).find("--local"), std::string::npos);
+  EXPECT_NE(fault_of({"run", "e.toml", "--local", "--socket", "s"}).find("--local"), std::string::npos);
+  EXPECT_TRUE(command_of<RunCommand>({"run", "e.toml", "--fast"}).fast);
+}
+
+TEST(CommandLine, ReadsTheCommandsOfTheService) {
+  for (const char* method : {"status", "arm", "disarm", "stop", "metrics", "reload"}) {
+    EXPECT_EQ(command_of<ServiceCommand>({method}).method, method);
+    EXPECT_EQ(command_of<ServiceCommand>({method}).socket, "/run/ehad/ehad.sock");
+  }
+  EXPECT_TRUE(command_of<ServiceCommand>({"status", "--watch"}).watch);
+  EXPECT_EQ(command_of<ServiceCommand>({"stop", "--socket", "s"}).socket, "s");
+  const auto cancel = command_of<ServiceCommand>({"runs", "cancel", "7"});
+  EXPECT_EQ(cancel.method, "cancel");
+  EXPECT_EQ(cancel.entry, 7);
+  EXPECT_NE(fault_of({"runs", "cancel", "0"}).find("NUMBER"), std::string::npos);
 }
 
 TEST(CommandLine, ReadsFit) {
@@ -82,7 +98,8 @@ TEST(CommandLine, ReadsTheOtherCommands) {
   EXPECT_EQ(command_of<ValidateCommand>({"validate", "m.json", "r.csv"}).source, "r.csv");
   EXPECT_EQ(command_of<CheckCommand>({"check", "e.toml"}).file, "e.toml");
   EXPECT_EQ(command_of<DesignCommand>({"design", "e.toml", "-o", "u.csv"}).output, "u.csv");
-  EXPECT_EQ(command_of<RunsListCommand>({"runs", "list"}).folder, "runs");
+  EXPECT_FALSE(command_of<RunsListCommand>({"runs", "list"}).folder);
+  EXPECT_EQ(command_of<RunsListCommand>({"runs", "list", "d"}).folder, "d");
   EXPECT_EQ(command_of<RunsShowCommand>({"runs", "show", "r"}).run, "r");
   EXPECT_EQ(command_of<RunsRecoverCommand>({"runs", "recover", "r"}).target, "r");
 }

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "config/file_kind.hpp"
+#include "core/error.hpp"
+#include "daemon/control/client.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/model_list.hpp"
+#include "daemon/eha/service_text.hpp"
+#include "daemon/eha/stop_on_signals.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using control::Client;
+
+/// Follows one experiment through the service until it is over.
+class Follower {
+ public:
+  Follower(const std::filesystem::path& socket, Client& client, std::int64_t entry, Console& console)
+      : socket_(socket), client_(client), entry_(entry), console_(console) {}
+
+  /// @returns the entry as it ended; none when the user did not want to wait for the fit
+  std::optional<Json> follow(const StopOnSignals& stop) {
+    client_.call("watch", {{"entry", entry_}, {"rate_Hz", 10.0}});
+    for (;;) {
+      if (stop.count() > stops_seen_) {
+        stops_seen_ = stop.count();
+        if (!pass_on_stop()) return std::nullopt;
+      }
+      const std::optional<Json> status = client_.next_event(std::chrono::milliseconds(500));
+      if (!status) continue;
+      last_ = status->at("entry");
+      if (status->value("last", false)) {
+        console_.end_progress();
+        return last_;
+      }
+      show(*status);
+    }
+  }
+
+ private:
+  void show(const Json& status) {
+    const std::string state = last_.at("state");
+    if (state == "waiting") {
+      const std::string reason = last_.value("waits_for", "");
+      if (reason != reason_) console_.info(fmt::format("experiment {} waits for {}", entry_, reason));
+      reason_ = reason;
+    } else if (state == "running" && !status.at("run").is_null()) {
+      console_.progress(share_played(status.at("run")), progress_text(status.at("run")));
+    } else if (state == "fitting") {
+      console_.progress(1.0, "fitting");
+    }
+  }
+
+  /// @returns whether there is still something to wait for
+  bool pass_on_stop() {
+    console_.end_progress();
+    const std::string state = last_.value("state", "waiting");
+    // A connection of its own: an answer awaited on ours would swallow the last event.
+    Client other(socket_);
+    if (state == "waiting") {
+      try {
+        other.call("cancel", {{"entry", entry_}});
+        return true;
+      } catch (const Error&) {
+        // It has begun in the meantime.
+      }
+    }
+    if (state == "fitting" || state == "judging") {
+      console_.info(fmt::format("the run is over and ehad goes on fitting it; see eha status"));
+      return false;
+    }
+    const Json answer = other.call("stop", {{"entry", entry_}});
+    console_.info(answer.at("stopped") == "safe_at_once" ? "making the rig safe at once"
+                                                         : "ramping out; Ctrl-C again makes the rig safe at once");
+    return true;
+  }
+
+  std::filesystem::path socket_;
+  Client& client_;
+  std::int64_t entry_;
+  Console& console_;
+  Json last_ = Json::object();
+  std::string reason_;
+  int stops_seen_ = 0;
+};
+
+ExitCode report(const Json& entry, const Console& console) {
+  const auto code = static_cast<ExitCode>(entry.value("exit_code", static_cast<int>(ExitCode::bug)));
+  const std::string folder = entry.value("folder", "");
+  const std::string note = entry.value("note", "");
+  if (code != ExitCode::ok && !note.empty()) console.error(note);
+  if (!folder.empty() && entry.value("outcome", "") != "completed") {
+    console.info(fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same", folder, folder));
+  }
+  console.print_json({{"schema", "eha-run/1"},
+                      {"run", folder},
+                      {"outcome", entry.at("state") == "cancelled" ? Json("cancelled") : entry.at("outcome")},
+                      {"models", entry.at("models")},
+                      {"exit_code", static_cast<int>(code)}});
+  print_model_list(entry.at("models"), console);
+  if (code == ExitCode::ok) console.next_step(fmt::format("eha runs show {}", folder));
+  return code;
+}
+
+}  // namespace
+
+ExitCode run_through_service(const RunCommand& command, Console& console) {
+  const std::string text = config::read_config_file(command.experiment_file);
+  Client client(command.socket);
+  const Json status = client.call("status");
+  const Json& rig = status.at("rig");
+  if (rig.at("moves") == true && !command.yes &&
+      !console.confirm(fmt::format("This moves the actuator of \"{}\" ({}) with {}.", rig.at("name").get<std::string>(),
+                                   rig.at("file").get<std::string>(), command.experiment_file))) {
+    console.info("not confirmed; nothing was moved");
+    return ExitCode::interrupted;
+  }
+  // From here on Ctrl-C is a stop of the rig; the end of the terminal leaves the run alone.
+  const StopOnSignals stop(HangUp::ends);
+  const Json queued =
+      client.call("submit", {{"experiment", text}, {"name", command.experiment_file}, {"fast", command.fast}});
+  const std::int64_t number = queued.at("entry");
+  console.info(fmt::format("experiment {} \"{}\" on {} ({})", number, queued.at("name").get<std::string>(),
+                           rig.at("name").get<std::string>(), rig.at("file").get<std::string>()));
+  const std::optional<Json> entry = Follower(command.socket, client, number, console).follow(stop);
+  return entry ? report(*entry, console) : ExitCode::interrupted;
+}
+
+}  // namespace eha::cli

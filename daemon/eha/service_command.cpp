@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "daemon/control/client.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/service_text.hpp"
+#include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/eha/text_table.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using control::Client;
+
+/// What is not over yet, and of the rest the last few.
+std::string queue_table(const Json& entries) {
+  constexpr std::size_t kMostOver = 5;
+  std::vector<std::vector<std::string>> rows;
+  std::size_t over = 0;
+  for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
+    const std::string state = entry->at("state");
+    const bool is_over = state == "over" || state == "cancelled";
+    if (is_over && ++over > kMostOver) continue;
+    const std::string said = state == "waiting"   ? "waits for " + entry->value("waits_for", "")
+                             : state == "running" ? std::string()
+                                                  : verdict_text(*entry);
+    rows.insert(rows.begin(), {fmt::format("{}", entry->at("entry").get<std::int64_t>()), entry->value("name", ""),
+                               entry->value("user", ""), state, said});
+  }
+  if (rows.empty()) return "no experiments in the queue\n";
+  return text_table({{"number", Align::right},
+                     {"experiment", Align::left},
+                     {"of", Align::left},
+                     {"state", Align::left},
+                     {"", Align::left}},
+                    rows);
+}
+
+void print_status(const Json& status, const Console& console) {
+  const auto line = [&](const char* name, const std::string& text) {
+    console.print(fmt::format("{:<8} {}", name, text));
+  };
+  const Json& reason = status.at("reason");
+  line("state", fmt::format("{}{}", status.at("state").get<std::string>(),
+                            reason.is_string() ? fmt::format(" ({})", reason.get<std::string>()) : ""));
+  line("rig", fmt::format("{} ({})", status.at("rig").at("name").get<std::string>(),
+                          status.at("rig").at("file").get<std::string>()));
+  const Json& lease = status.at("lease");
+  line("lease", lease.is_null() ? "nobody's"
+                                : fmt::format("{}'s, for another {:.0f} s", lease.at("user").get<std::string>(),
+                                              lease.at("remaining_s").get<double>()));
+  if (const Json& run = status.at("run"); !run.is_null()) {
+    line("run", fmt::format("{} \"{}\" of {}: {}", run.at("entry").get<std::int64_t>(), run.value("name", ""),
+                            run.value("user", ""), progress_text(run)));
+  }
+  if (const Json& worker = status.at("worker"); !worker.is_null()) {
+    line("worker", fmt::format("fitting {} \"{}\"", worker.at("entry").get<std::int64_t>(), worker.value("name", "")));
+  }
+}
+
+ExitCode watch_status(Client& client, Console& console) {
+  const StopOnSignals stop(HangUp::ends);
+  client.call("watch", {{"rate_Hz", console.json() ? 1.0 : 5.0}});
+  while (stop.count() == 0) {
+    const std::optional<Json> status = client.next_event(std::chrono::seconds(1));
+    if (!status) continue;
+    if (console.json()) {
+      console.print_content(status->dump() + "\n");
+      console.flush();
+      continue;
+    }
+    const Json& run = status->at("run");
+    const std::string state = status->at("state");
+    console.progress(run.is_null() ? 0.0 : share_played(run),
+                     run.is_null() ? fmt::format("{}, {} waiting", state, status->at("waiting").get<int>())
+                                   : fmt::format("{}: {}", state, progress_text(run)));
+  }
+  console.end_progress();
+  return ExitCode::ok;
+}
+
+/// What an answer comes to in words, and what to do next.
+void print_answer(const ServiceCommand& command, const Json& answer, const Console& console) {
+  if (command.method == "arm") {
+    console.print(fmt::format("{}; the lease is yours for {:.0f} s", answer.at("state").get<std::string>(),
+                              answer.at("lease_remaining_s").get<double>()));
+    console.next_step("eha run EXPERIMENT.toml");
+  } else if (command.method == "disarm") {
+    console.print("disarmed");
+  } else if (command.method == "stop") {
+    const std::string what = answer.at("stopped");
+    console.print(what == "nothing"       ? "nothing was on"
+                  : what == "disarmed"    ? "no run was on; the rig is disarmed"
+                  : what == "ramping_out" ? "ramping out; eha stop again makes the rig safe at once"
+                                          : "the rig is made safe at once");
+    if (what != "nothing") console.next_step("eha status");
+  } else if (command.method == "reload") {
+    console.print(fmt::format("configuration read again: {}", answer.at("rig").get<std::string>()));
+  } else if (command.method == "cancel") {
+    console.print(fmt::format("experiment {} cancelled", command.entry));
+  }
+}
+
+}  // namespace
+
+ExitCode execute(const ServiceCommand& command, Console& console) {
+  Client client(command.socket);
+  if (command.watch) return watch_status(client, console);
+  const Json params = command.method == "cancel" ? Json{{"entry", command.entry}} : Json::object();
+  Json answer = client.call(command.method, params);
+  if (command.method == "metrics") {
+    console.print_content(answer.at("text").get<std::string>());
+    return ExitCode::ok;
+  }
+  if (command.method == "status") {
+    answer["queue"] = client.call("queue").at("entries");
+    print_status(answer, console);
+    console.print(queue_table(answer["queue"]));
+  }
+  print_answer(command, answer, console);
+  console.print_json(answer);
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/service_options.hpp"
+
+#include <array>
+
+namespace eha::cli {
+namespace {
+
+constexpr const char* kSocketHelp = "Where ehad listens (default /run/ehad/ehad.sock)";
+
+constexpr const char* kStatusFooter = R"(
+The state of the rig, who holds the lease and for how long [s], the run that is on (s, V, in, latency in us), the queue.
+--watch says it again and again, until Ctrl-C.
+
+Examples:
+  eha status
+  eha status --watch)";
+
+constexpr const char* kArmFooter = R"(
+Acknowledges whatever happened before and arms the rig. You alone may then run experiments and disarm, for 10 minutes
+after your last command or run. Nothing moves until an experiment of yours is the next.
+
+Examples:
+  eha arm
+  eha arm && eha run config/experiments/paper.toml)";
+
+constexpr const char* kDisarmFooter = R"(
+Gives the lease back; what waits in the queue goes on waiting. During a run: eha stop.
+
+Example:
+  eha disarm)";
+
+constexpr const char* kStopFooter = R"(
+Anyone may. Ramps the run that is on down to the safe voltage [V]; a second time it makes the rig safe at once. What was
+recorded is kept. The rig is disarmed afterwards.
+
+Example:
+  eha stop)";
+
+constexpr const char* kMetricsFooter = R"(
+Counters and gauges of the service in the text format of Prometheus.
+
+Example:
+  eha metrics)";
+
+constexpr const char* kReloadFooter = R"(
+Reads rig.toml and ehad.toml again. Refused while the rig is armed; a file with faults changes nothing.
+
+Example:
+  eha reload)";
+
+struct Verb {
+  const char* name;
+  const char* help;
+  const char* footer;
+};
+
+constexpr std::array<Verb, 6> kVerbs{{
+    {"status", "What the service and its rig are doing", kStatusFooter},
+    {"arm", "Acknowledge, arm the rig and take the lease", kArmFooter},
+    {"disarm", "Disarm the rig and give the lease back", kDisarmFooter},
+    {"stop", "Stop the run that is on; anyone may", kStopFooter},
+    {"metrics", "Counters of the service, for Prometheus", kMetricsFooter},
+    {"reload", "Have the service read its configuration again", kReloadFooter},
+}};
+
+}  // namespace
+
+CLI::Option* add_socket_option(CLI::App& app, std::filesystem::path& socket) {
+  return app.add_option("--socket", socket, kSocketHelp)->type_name("PATH");
+}
+
+CLI::Option* add_socket_option(CLI::App& app, std::optional<std::filesystem::path>& socket) {
+  return app.add_option("--socket", socket, kSocketHelp)->type_name("PATH");
+}
+
+void add_service_commands(CLI::App& app, ServiceCommand& service) {
+  for (const Verb& verb : kVerbs) {
+    CLI::App* sub = app.add_subcommand(verb.name, verb.help);
+    sub->footer(verb.footer);
+    add_socket_option(*sub, service.socket);
+    if (std::string(verb.name) == "status") sub->add_flag("--watch", service.watch, "Again and again, until Ctrl-C");
+    sub->callback([&service, name = verb.name] { service.method = name; });
+  }
+}
+
+}  // namespace eha::cli

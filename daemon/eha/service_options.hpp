@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+
+#include "daemon/eha/commands.hpp"
+
+namespace eha::cli {
+
+/// --socket PATH.
+CLI::Option* add_socket_option(CLI::App& app, std::filesystem::path& socket);
+CLI::Option* add_socket_option(CLI::App& app, std::optional<std::filesystem::path>& socket);
+
+/// The commands that only ask ehad: status, arm, disarm, stop, metrics, reload. Parsing sets `service.method`.
+void add_service_commands(CLI::App& app, ServiceCommand& service);
+
+}  // namespace eha::cli
