@@ -66,7 +66,7 @@ TEST(CommandLine, ReadsTheCommandsOfTheService) {
   const auto cancel = command_of<ServiceCommand>({"runs", "cancel", "7"});
   EXPECT_EQ(cancel.method, "cancel");
   EXPECT_EQ(cancel.entry, 7);
-  EXPECT_NE(fault_of({"runs", "cancel", "0"}).find("NUMBER"), std::string::npos);
+  EXPECT_NE(fault_of({"runs", "cancel", "0"}).find("number"), std::string::npos);
 }
 
 TEST(CommandLine, ReadsFit) {
