@@ -12,6 +12,7 @@ namespace eha::service {
 Notifier::Notifier() {
   std::uint64_t interval_us = 0;
   has_watchdog_ = sd_watchdog_enabled(0, &interval_us) > 0;
+  interval_ = std::chrono::microseconds(interval_us / 4);
 }
 
 void Notifier::ready() { sd_notify(0, "READY=1"); }
@@ -35,6 +36,11 @@ void Notifier::extend_timeout(std::chrono::seconds time) {
   sd_notify(0, fmt::format("EXTEND_TIMEOUT_USEC={}", std::chrono::microseconds(time).count()).c_str());
 }
 
-void Notifier::feed_watchdog() { sd_notify(0, "WATCHDOG=1"); }
+void Notifier::feed_watchdog() {
+  const auto now = std::chrono::steady_clock::now();
+  if (!has_watchdog_ || now < next_feed_) return;
+  next_feed_ = now + interval_;
+  sd_notify(0, "WATCHDOG=1");
+}
 
 }  // namespace eha::service

@@ -19,6 +19,7 @@ class Notifier {
   void status(const std::string& text);
   /// Asks for more time to start or stop.
   void extend_timeout(std::chrono::seconds time);
+  /// To be called often; the watchdog is fed four times in its interval, so that the manager is not flooded.
   void feed_watchdog();
 
   /// Whether a watchdog waits to be fed.
@@ -26,6 +27,8 @@ class Notifier {
 
  private:
   bool has_watchdog_ = false;
+  std::chrono::steady_clock::duration interval_{};
+  std::chrono::steady_clock::time_point next_feed_;
   std::string last_status_;
 };
 
