@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/control/client.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+
+using Json = control::Json;
+
+/// For what must happen sooner or later; a test that waits longer has failed.
+inline constexpr std::chrono::seconds kGenerous{120};
+
+/// What the service has open without close-on-exec, in place of a card, which libcomedi opens in that way.
+inline constexpr const char* kDevice = "/dev/zero";
+inline constexpr int kDeviceDescriptor = 40;
+
+/// A built `ehad` on the simulated rig with a socket, a state folder and a service manager of its own. When it is
+/// started again it finds what the one before left.
+class Daemon {
+ public:
+  /// @param settings  content of ehad.toml
+  explicit Daemon(const std::string& settings = "schema = 1\n");
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+  ~Daemon();
+
+  /// Starts it and returns once it has told its service manager READY=1.
+  /// @throws std::runtime_error  it ended instead; with what it said
+  void start();
+  /// @returns the exit code, 128 + the signal's number when a signal ended it
+  int stop(int signal);
+  void send(int signal) const;
+  int wait();
+
+  [[nodiscard]] pid_t pid() const noexcept { return pid_; }
+  [[nodiscard]] std::filesystem::path socket() const { return folder_.path() / "ehad.sock"; }
+  [[nodiscard]] std::filesystem::path runs() const { return folder_.path() / "state" / "runs"; }
+  [[nodiscard]] std::filesystem::path folder() const { return folder_.path(); }
+  [[nodiscard]] std::filesystem::path rig_file() const { return folder_.path() / "rig.toml"; }
+  [[nodiscard]] std::string log() const { return content_of(folder_.path() / "log"); }
+
+  /// Waits until the service manager is told a message that contains `text`, after the one it waited for before.
+  /// @returns whether that happened in time
+  bool hears(const std::string& text, std::chrono::seconds patience = kGenerous);
+  /// Waits until the log holds `text`.
+  bool logs(const std::string& text, std::chrono::seconds patience = kGenerous) const;
+
+  /// Makes the socket everybody's, as a group with all users in it would.
+  void open_to_all() const;
+
+ private:
+  /// Takes every message at once, as a service manager does: nobody who tells it something may be kept waiting.
+  void manage();
+
+  TemporaryFolder folder_;
+  int manager_ = -1;  ///< the service manager's end of NOTIFY_SOCKET
+  std::mutex mutex_;
+  std::condition_variable told_;
+  std::deque<std::string> messages_;
+  std::thread manager_thread_;
+  pid_t pid_ = -1;
+};
+
+/// A client that connects as another user (root only).
+[[nodiscard]] std::unique_ptr<control::Client> connect_as(uid_t uid, const Daemon& daemon);
+
+/// Whether tests can act as two users here; prints why not.
+[[nodiscard]] bool can_change_user();
+
+/// A short experiment on the simulated rig. @param duration_s  a multiple of 0.04 s
+[[nodiscard]] std::string experiment_text(const std::string& name, double duration_s = 4.0);
+/// One that stays within the valve's dead band, so that the rod stays where it is for as long as one likes.
+[[nodiscard]] std::string quiet_experiment_text(const std::string& name, double duration_s);
+/// One that drives the rod into its travel limit within a few seconds.
+[[nodiscard]] std::string faulting_experiment_text(const std::string& name);
+
+/// Submits an experiment. @returns its number in the queue
+std::int64_t submit(control::Client& client, const std::string& experiment, bool fast = true);
+
+/// Follows an experiment until it is over, or until `enough` says so. @returns its entry then
+Json follow(const Daemon& daemon, std::int64_t entry, const std::function<bool(const Json& snapshot)>& enough = {});
+
+/// The code and the message of the refusal; code 0 when it is not refused.
+struct Refused {
+  int code = 0;
+  std::string message;
+};
+[[nodiscard]] Refused refused(control::Client& client, const std::string& method, const Json& params = Json::object());
+
+/// The entry of a number in the queue as it is now.
+[[nodiscard]] Json entry_of(const Daemon& daemon, std::int64_t entry);
+
+}  // namespace eha::test

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// An experiment's way through the whole service, over its socket, on the simulated rig.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "core/error.hpp"
+#include "tests/system/daemon.hpp"
+#include "tests/system/program.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using control::Client;
+
+/// Starts an experiment of ten minutes on the real clock and waits until it plays.
+std::int64_t start_long_run(const Daemon& daemon, Client& client) {
+  client.call("arm");
+  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
+  const Json playing = follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  EXPECT_EQ(playing.at("state"), "running");
+  return entry;
+}
+
+TEST(Service, StartsFaultedAndKeepsTheQueueWaitingUntilItIsArmed) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  EXPECT_EQ(client.call("status").at("state"), "faulted");
+  const std::int64_t entry = submit(client, experiment_text("one"));
+  EXPECT_EQ(client.call("status").at("waiting"), 1);
+  EXPECT_EQ(entry_of(daemon, entry).at("state"), "waiting");
+  EXPECT_EQ(client.call("arm").at("state"), "armed");
+  const Json over = follow(daemon, entry);
+  EXPECT_EQ(over.at("state"), "over");
+  EXPECT_EQ(over.at("outcome"), "completed") << over;
+  EXPECT_EQ(client.call("status").at("state"), "armed");
+}
+
+TEST(Service, PlaysTheSameRecordAsALocalRunAndMovesLatestOnAcceptance) {
+  Daemon daemon;
+  daemon.start();
+  const fs::path experiment = source_file("config/experiments/paper.toml");
+  Client(daemon.socket()).call("arm");
+  const Ended served = run_eha({"run", experiment, "--fast", "--socket", daemon.socket(), "--json"}, daemon.folder());
+  EXPECT_EQ(served.code, 0) << served.err << daemon.log();
+  const Ended local = run_eha({"run", experiment, "--fast", "--local", "--rig", daemon.rig_file()}, daemon.folder());
+  EXPECT_EQ(local.code, 0) << local.err;
+  const fs::path run = Json::parse(served.out).at("run").get<std::string>();
+  EXPECT_TRUE(fs::equivalent(run, daemon.runs() / "latest"));
+  EXPECT_TRUE(fs::exists(run / "models" / "io.json"));
+  EXPECT_EQ(content_of(run / "raw.ehalog"), content_of(daemon.folder() / "runs" / "latest" / "raw.ehalog"));
+  EXPECT_EQ(content_of(run / "raw.h5"), content_of(daemon.folder() / "runs" / "latest" / "raw.h5"));
+}
+
+TEST(Service, RefusesAnExperimentWithFaultsAndNamesThemAll) {
+  Daemon daemon;
+  daemon.start();
+  std::string text = experiment_text("bad");
+  text.replace(text.find("duration_s"), 10, "duration_x");
+  const TemporaryFolder folder;
+  folder.write("bad.toml", text);
+  const Ended ended = run_eha({"run", "bad.toml", "--socket", daemon.socket()}, folder.path());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::configuration));
+  EXPECT_NE(ended.err.find("duration_x"), std::string::npos) << ended.err;
+  EXPECT_EQ(Client(daemon.socket()).call("queue").at("entries").size(), 0U);
+}
+
+TEST(Service, RampsOutOnTheFirstStopAndDisarms) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const std::int64_t entry = start_long_run(daemon, client);
+  const std::int64_t next = submit(client, experiment_text("next"));
+  EXPECT_EQ(client.call("stop").at("stopped"), "ramping_out");
+  const Json over = follow(daemon, entry);
+  EXPECT_EQ(over.at("outcome"), "interrupted");
+  EXPECT_EQ(over.at("exit_code"), 130);
+  const Json manifest = Json::parse(content_of(fs::path(over.at("folder").get<std::string>()) / "run.json"));
+  EXPECT_EQ(manifest.at("report").at("fault"), nullptr);
+  EXPECT_EQ(manifest.at("report").at("safe_confirmed"), true);
+  // Whoever stopped the rig does not want the next experiment to move it.
+  EXPECT_EQ(client.call("status").at("state"), "idle");
+  EXPECT_EQ(entry_of(daemon, next).at("state"), "waiting");
+}
+
+TEST(Service, MakesTheRigSafeAtOnceOnTheSecondStop) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const std::int64_t entry = start_long_run(daemon, client);
+  client.call("stop");
+  EXPECT_EQ(client.call("stop").at("stopped"), "safe_at_once");
+  const Json over = follow(daemon, entry);
+  EXPECT_EQ(over.at("outcome"), "interrupted");
+  const Json manifest = Json::parse(content_of(fs::path(over.at("folder").get<std::string>()) / "run.json"));
+  EXPECT_EQ(manifest.at("report").at("fault").at("cause"), "second_stop");
+  EXPECT_EQ(client.call("status").at("state"), "faulted");
+}
+
+TEST(Service, StopsNothingWhenTheExperimentMeantIsNotOn) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const std::int64_t entry = start_long_run(daemon, client);
+  EXPECT_EQ(client.call("stop", {{"entry", entry + 1}}).at("stopped"), "nothing");
+  EXPECT_EQ(client.call("status").at("state"), "running");
+  EXPECT_EQ(client.call("stop", {{"entry", entry}}).at("stopped"), "ramping_out");
+}
+
+TEST(Service, RampsOutAndEndsOnSigterm) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const std::int64_t entry = start_long_run(daemon, client);
+  EXPECT_EQ(daemon.stop(SIGTERM), 0) << daemon.log();
+  EXPECT_FALSE(fs::exists(daemon.socket()));
+  daemon.start();
+  const Json over = entry_of(daemon, entry);
+  EXPECT_EQ(over.at("state"), "over");
+  EXPECT_EQ(over.at("outcome"), "interrupted");
+}
+
+TEST(Service, RecoversTheRunAndStaysFaultedAfterSigkill) {
+  Daemon daemon;
+  daemon.start();
+  std::int64_t entry = 0;
+  {
+    Client client(daemon.socket());
+    entry = start_long_run(daemon, client);
+    // The writer hands its blocks out each 100 ms: by then there is something to recover.
+    follow(daemon, entry, [](const Json& snapshot) {
+      return !snapshot.at("run").is_null() && snapshot.at("run").at("experiment_s") > 0.5;
+    });
+  }
+  EXPECT_EQ(daemon.stop(SIGKILL), 128 + SIGKILL);
+  daemon.start();
+  Client client(daemon.socket());
+  EXPECT_EQ(client.call("status").at("state"), "faulted");
+  const Json over = entry_of(daemon, entry);
+  EXPECT_EQ(over.at("state"), "over");
+  EXPECT_EQ(over.at("outcome"), "recovered") << over;
+  const fs::path run = over.at("folder").get<std::string>();
+  EXPECT_GT(Json::parse(content_of(run / "run.json")).at("recovery").at("rows"), 400);
+  EXPECT_TRUE(fs::exists(run / "raw.h5"));
+  // Armed again it does not play it once more.
+  client.call("arm");
+  EXPECT_EQ(client.call("status").at("run"), nullptr);
+}
+
+TEST(Service, RecoversTheOtherRunsWhenOneCannotBe) {
+  Daemon daemon;
+  fs::create_directories(daemon.runs() / "20200101T000000Z-damaged");
+  std::ofstream(daemon.runs() / "20200101T000000Z-damaged" / "raw.ehalog") << "not a journal";
+  daemon.start();
+  Client client(daemon.socket());
+  const std::int64_t entry = start_long_run(daemon, client);
+  daemon.stop(SIGKILL);
+  daemon.start();
+  EXPECT_EQ(entry_of(daemon, entry).at("outcome"), "recovered");
+  EXPECT_NE(daemon.log().find("cannot be recovered"), std::string::npos);
+}
+
+TEST(Service, GoesOnWhenTheClientIsKilledAndStopsOnItsCtrlC) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  const TemporaryFolder folder;
+  folder.write("e.toml", quiet_experiment_text("long", 600.0));
+  const auto plays = [&] { return client.call("status").at("state") == "running"; };
+  const Ended killed = interrupt_eha({"run", "e.toml", "--socket", daemon.socket()}, folder.path(), plays, SIGKILL);
+  EXPECT_EQ(killed.code, 128 + SIGKILL);
+  EXPECT_TRUE(plays());
+  client.call("stop");
+  EXPECT_EQ(follow(daemon, 1).at("outcome"), "interrupted");
+
+  client.call("arm");
+  const Ended stopped = interrupt_eha({"run", "e.toml", "--socket", daemon.socket()}, folder.path(), plays, SIGINT);
+  EXPECT_EQ(stopped.code, 130) << stopped.err;
+  EXPECT_NE(stopped.err.find("ramping out"), std::string::npos) << stopped.err;
+  EXPECT_EQ(entry_of(daemon, 2).at("outcome"), "interrupted");
+}
+
+TEST(Service, CancelsWhatWaitsOnTheClientsCtrlC) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const TemporaryFolder folder;
+  folder.write("e.toml", experiment_text("waits"));
+  const auto waits = [&] { return client.call("status").at("waiting") == 1; };
+  const Ended ended = interrupt_eha({"run", "e.toml", "--socket", daemon.socket()}, folder.path(), waits, SIGINT);
+  EXPECT_EQ(ended.code, 130) << ended.err;
+  EXPECT_EQ(entry_of(daemon, 1).at("state"), "cancelled");
+}
+
+TEST(Service, DisarmsOnAFaultAndKeepsTheQueueWaiting) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const std::int64_t bad = submit(client, faulting_experiment_text("bad"));
+  const std::int64_t good = submit(client, experiment_text("good"));
+  client.call("arm");
+  const Json over = follow(daemon, bad);
+  EXPECT_EQ(over.at("outcome"), "faulted");
+  EXPECT_EQ(over.at("exit_code"), static_cast<int>(ExitCode::safety_trip)) << over;
+  EXPECT_NE(over.at("note").get<std::string>().find("travel_limit"), std::string::npos) << over;
+  EXPECT_EQ(client.call("status").at("state"), "faulted");
+  EXPECT_EQ(client.call("status").at("lease"), nullptr);
+  EXPECT_EQ(entry_of(daemon, good).at("state"), "waiting");
+  client.call("arm");
+  EXPECT_EQ(follow(daemon, good).at("outcome"), "completed");
+}
+
+TEST(Service, RefusesToReloadWhileArmedAndSaysSo) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  EXPECT_EQ(refused(client, "reload").code, static_cast<int>(ExitCode::permission));
+  daemon.send(SIGHUP);
+  EXPECT_TRUE(daemon.logs("SIGHUP: not reloaded: the rig is armed"));
+  client.call("disarm");
+  daemon.send(SIGHUP);
+  EXPECT_TRUE(daemon.hears("RELOADING=1"));
+  EXPECT_TRUE(daemon.hears("READY=1"));
+  EXPECT_TRUE(daemon.logs("configuration reloaded"));
+}
+
+TEST(Service, KeepsItsConfigurationWhenTheNewOneHasFaults) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  std::ofstream(daemon.rig_file()) << "schema = 1\nname = \"other\"\n";
+  const Refused answer = refused(client, "reload");
+  EXPECT_EQ(answer.code, static_cast<int>(ExitCode::configuration));
+  EXPECT_NE(answer.message.find("rig.toml:"), std::string::npos) << answer.message;
+  EXPECT_EQ(client.call("status").at("rig").at("name"), "simulated rig");
+  client.call("arm");
+  EXPECT_EQ(follow(daemon, submit(client, experiment_text("one"))).at("outcome"), "completed");
+}
+
+TEST(Service, FeedsItsWatchdogAndTellsItsState) {
+  Daemon daemon;
+  daemon.start();
+  EXPECT_TRUE(daemon.hears("WATCHDOG=1"));
+  Client(daemon.socket()).call("arm");
+  EXPECT_TRUE(daemon.hears("STATUS=armed by "));
+}
+
+TEST(Service, IsRefusedAFolderThatAnotherOneWorksIn) {
+  Daemon daemon;
+  daemon.start();
+  const TemporaryFolder other;
+  const std::string command = std::string(EHAD_PROGRAM) + " --rig " + daemon.rig_file().string() + " --state " +
+                              (daemon.folder() / "state").string() + " --socket " + (other.path() / "s").string() +
+                              " 2>" + (other.path() / "err").string();
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), static_cast<int>(ExitCode::device_unavailable));
+  EXPECT_NE(content_of(other.path() / "err").find("another ehad"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace eha::test
