@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Writes what the fuzz targets start from: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,toml,model}.
+// Writes what the fuzz targets start from: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,toml,model,protocol}.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -94,6 +94,19 @@ void write_configurations(const path& folder) {
   write_file_atomically(folder / "step.toml", head + "\"step\", amplitude_V = 1, hold_s = 0.5 }\n" + rest);
 }
 
+void write_requests(const path& folder) {
+  write_file_atomically(folder / "session",
+                        "{\"id\":1,\"method\":\"status\"}\n{\"id\":2,\"method\":\"arm\",\"params\":{}}\r\n"
+                        "{\"id\":3,\"method\":\"watch\",\"params\":{\"rate_Hz\":25,\"entry\":7}}\n\n"
+                        "{\"id\":4,\"method\":\"stop\",\"params\":{\"entry\":null}}\n");
+  write_file_atomically(folder / "submit",
+                        "{\"id\":9007199254740991,\"method\":\"submit\",\"params\":{\"experiment\":\"schema = 1\\n\","
+                        "\"name\":\"a\\u00e4.toml\",\"fast\":true}}\n");
+  write_file_atomically(folder / "wrong",
+                        "[]\n{}\n{\"id\":-1}\n{\"id\":1,\"method\":\"arms\"}\n{\"id\":1,\"method\":\"cancel\","
+                        "\"params\":{\"entry\":0.5,\"x\":[[[[1]]]]}}\n\xff\n{\"id\":1,\"method\":\"que");
+}
+
 path made(const path& folder) {
   std::filesystem::create_directories(folder);
   return folder;
@@ -112,6 +125,7 @@ int main(int argc, char** argv) {
     write_records(made(folder / "fuzz_csv"));
     write_models(made(folder / "fuzz_model"));
     write_configurations(made(folder / "fuzz_toml"));
+    write_requests(made(folder / "fuzz_protocol"));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "fuzz_seeds: %s\n", error.what());
     return 1;
