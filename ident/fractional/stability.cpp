@@ -17,6 +17,9 @@ using Complex = std::complex<double>;
 constexpr int kHighestDegree = 24;
 constexpr double kSameOrder = 1e-9;  // relative distance of two orders that count as one
 constexpr int kDeepestSplit = 60;
+constexpr double kRounding = 1e-15;
+constexpr double kAlikeOrders = 0.02;
+constexpr double kOutweighed = 0.5;  // sum of the other terms over the group that outweighs them
 
 /// Terms by rising order, equal orders joined, zero coefficients dropped, the lowest order subtracted.
 struct Polynomial {
@@ -46,7 +49,8 @@ Polynomial reduced(std::vector<Term> terms) {
 struct Sample {
   double x;
   Complex value;
-  double slope;
+  Complex slope;
+  double noise;  ///< of the value: two terms that cancel leave their rounding
 };
 
 Sample sample(const std::vector<Term>& terms, double x, double phi) {
@@ -60,13 +64,35 @@ Sample sample(const std::vector<Term>& terms, double x, double phi) {
     value += t;
     slope += term.order * t;
   }
-  return {x, value, std::abs(slope) / std::max(std::abs(value), 1e-300)};
+  const double noise = kRounding * (1.0 + terms.back().order * std::abs(x));
+  return {x, value, std::abs(value) > 1e-300 ? slope / value : Complex(1e300), noise};
+}
+
+/// Whether one order, or a few that almost agree, outweighs the rest from a to b, and how far that group turns: the
+/// ratio of two terms is a power of |s|, so it is largest at an end. Such a stretch may span many decades.
+bool hardly_turns(const std::vector<Term>& terms, const Sample& a, const Sample& b) {
+  const auto size = [](const Term& term, double x) { return std::log(std::abs(term.coefficient)) + term.order * x; };
+  const Term& largest = *std::max_element(terms.begin(), terms.end(),
+                                          [&](const Term& t, const Term& u) { return size(t, a.x) < size(u, a.x); });
+  double others = 0.0;
+  for (const Term& term : terms) {
+    if (std::abs(term.order - largest.order) < kAlikeOrders) continue;
+    others +=
+        std::exp(std::min(1.0, std::max(size(term, a.x) - size(largest, a.x), size(term, b.x) - size(largest, b.x))));
+  }
+  if (others > kOutweighed * std::min(std::abs(a.value), std::abs(b.value))) return false;
+  // A constant power of s does not turn along a ray.
+  const double slope = std::max(std::abs(a.slope - largest.order), std::abs(b.slope - largest.order));
+  return (b.x - a.x) * slope <= 1.0;
 }
 
 double turn(const std::vector<Term>& terms, const Sample& a, const Sample& b, double phi, int depth) {
   // |s D'/D| bounds how fast the argument turns; near a zero at distance d it is 1/d, so an interval that hides a
   // zero is always split.
-  if ((b.x - a.x) * std::max(a.slope, b.slope) <= 1.0 || depth == kDeepestSplit) return std::arg(b.value / a.value);
+  if ((b.x - a.x) * std::max(std::abs(a.slope), std::abs(b.slope)) <= 1.0 || depth == kDeepestSplit ||
+      hardly_turns(terms, a, b) || std::max(std::abs(a.value), std::abs(b.value)) < std::max(a.noise, b.noise)) {
+    return std::arg(b.value / a.value);
+  }
   const Sample middle = sample(terms, 0.5 * (a.x + b.x), phi);
   return turn(terms, a, middle, phi, depth + 1) + turn(terms, middle, b, phi, depth + 1);
 }

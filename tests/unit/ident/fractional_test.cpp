@@ -238,6 +238,19 @@ TEST(Stability, FindsALightlyDampedPoleOnEitherSideOfTheAxis) {
   }
 }
 
+TEST(Stability, DecidesOrdersThatAlmostAgreeAsIfTheyDid) {
+  // Between two such orders the dominant term changes over millions of decades.
+  for (const double gap : {3e-4, 1e-7, 3e-9}) {
+    const TransferFunction stable{{{1.0, 0.0}}, {{0.45, 1.9934 + gap}, {1.0, 1.9934}, {2.2e5, 0.0}}, 0.0};
+    const TransferFunction growing{{{1.0, 0.0}}, {{0.45, 2.1 + gap}, {1.0, 2.1}, {2.2e5, 0.0}}, 0.0};
+    // Roots of s^n = -2.2e5/1.45 lie at the angle pi/n.
+    EXPECT_NEAR(stability(stable).margin_rad, pi / 1.9934 - 0.5 * pi, 1e-3);
+    EXPECT_FALSE(grows(stable));
+    EXPECT_NEAR(stability(growing).margin_rad, pi / 2.1 - 0.5 * pi, 1e-3);
+    EXPECT_TRUE(grows(growing));
+  }
+}
+
 TEST(Stability, CallsAnIntegratorNeitherStableNorGrowing) {
   const TransferFunction g{{{1.0, 0.0}}, {{1.0, 2.0}, {1.0, 1.0}}, 0.0};
   EXPECT_FALSE(grows(g));
