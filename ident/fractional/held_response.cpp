@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 namespace eha::ident {
@@ -15,15 +16,13 @@ using Complex = std::complex<double>;
 constexpr double kWrapAround = 1e-10;
 // A filter's stopband is left out of the sum below this; the response has fallen by as much again there.
 constexpr double kStopband = 1e-6;
-// Chebyshev coefficients that count, relative to the response's size.
-constexpr double kResolved = 1e-11;
 
 /// Real and imaginary part of S(theta) at x = theta/pi by Clenshaw's recurrence in T_2(x), over all bins.
-void add_series(const std::vector<double>& a, std::size_t length, double scale, std::vector<double>& re,
+void add_series(const std::vector<double>& a, std::size_t length, double negligible, std::vector<double>& re,
                 std::vector<double>& im) {
   std::size_t used = 0;
   for (std::size_t n = 0; n < a.size(); ++n) {
-    if (std::abs(a[n]) > kResolved * 1e-2 * scale) used = n + 1;
+    if (std::abs(a[n]) > negligible) used = n + 1;
   }
   if (used == 0) return;
   const std::size_t pairs = (used + 1) / 2;
@@ -69,6 +68,27 @@ struct HeldResponse::Scratch {
   std::vector<double> im;
 };
 
+struct HeldResponse::Aliases {
+  struct Points {
+    LaplacePoints points;
+    std::vector<Complex> inverse;  ///< 1/p
+  };
+  std::once_flag made;
+  Points above;  ///< k = 1
+  Points below;  ///< k = -1
+
+  static Points at(int k, std::size_t bins, std::size_t length, double sigma, double step_s) {
+    Points all;
+    all.inverse.reserve(bins);
+    for (std::size_t j = 0; j < bins; ++j) {
+      const Complex p(sigma, 2.0 * pi * (static_cast<double>(j) / static_cast<double>(length) + k));
+      all.points.add(p.real() / step_s, p.imag() / step_s);
+      all.inverse.push_back(1.0 / p);
+    }
+    return all;
+  }
+};
+
 HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     : selection_(selection),
       length_(
@@ -76,7 +96,8 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
       sigma_(-std::log(kWrapAround) / static_cast<double>(length_)),
       bins_(length_ / 2 + 1),
       aliases_(sigma_, selection.step_s),
-      short_fft_(length_ / selection.every) {
+      short_fft_(length_ / selection.every),
+      nearest_(std::make_shared<Aliases>()) {
   const auto length = static_cast<double>(length_);
   std::vector<Complex> factor(bins_, 1.0);
   if (!selection_.filter_taps.empty()) {
@@ -144,19 +165,20 @@ InputSpectrum HeldResponse::step_spectrum(std::size_t at) const {
 void HeldResponse::add_near_aliases(const TransferColumns& columns, double x, int aliases, Scratch& scratch) const {
   std::vector<double> re(bins_ * columns.columns());
   std::vector<double> im(re.size());
+  std::call_once(nearest_->made, [&] {
+    nearest_->above = Aliases::at(1, bins_, length_, sigma_, selection_.step_s);
+    nearest_->below = Aliases::at(-1, bins_, length_, sigma_, selection_.step_s);
+  });
   for (int k = -aliases; k <= aliases; ++k) {
     if (k == 0) continue;
-    LaplacePoints points;
-    std::vector<Complex> factor(bins_);
-    for (std::size_t j = 0; j < bins_; ++j) {
-      const Complex p(sigma_, 2.0 * pi * (static_cast<double>(j) / static_cast<double>(length_) + k));
-      points.add(p.real() / selection_.step_s, p.imag() / selection_.step_s);
-      factor[j] = std::exp(Complex(0.0, -2.0 * pi * k * x)) / p;
-    }
-    columns.evaluate(points, 0, bins_, re.data(), im.data(), bins_);
+    Aliases::Points further;
+    if (std::abs(k) > 1) further = Aliases::at(k, bins_, length_, sigma_, selection_.step_s);
+    const Aliases::Points& at = k == 1 ? nearest_->above : (k == -1 ? nearest_->below : further);
+    const Complex factor = std::polar(1.0, -2.0 * pi * k * x);
+    columns.evaluate(at.points, 0, bins_, re.data(), im.data(), bins_);
     for (std::size_t c = 0; c < columns.columns(); ++c) {
       for (std::size_t j = 0; j < bins_; ++j) {
-        const Complex f = Complex(re[c * bins_ + j] - columns.direct(c), im[c * bins_ + j]) * factor[j];
+        const Complex f = Complex(re[c * bins_ + j] - columns.direct(c), im[c * bins_ + j]) * (factor * at.inverse[j]);
         scratch.re[c * bins_ + j] += f.real();
         scratch.im[c * bins_ + j] += f.imag();
       }
@@ -198,8 +220,8 @@ Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double del
   int near_aliases = 0;
   for (std::size_t c = 0; c < columns_count; ++c) {
     for (const double a : series[c].a) scale[c] = std::max(scale[c], std::abs(a));
-    if (series[c].unresolved_first > kResolved * scale[c]) near_aliases = std::max(near_aliases, 1);
-    if (series[c].unresolved_further > kResolved * scale[c]) near_aliases = AliasSum::kExplicitAliases;
+    if (series[c].unresolved_first > selection_.resolved * scale[c]) near_aliases = std::max(near_aliases, 1);
+    if (series[c].unresolved_further > selection_.resolved * scale[c]) near_aliases = AliasSum::kExplicitAliases;
   }
   if (near_aliases > 0) {
     add_near_aliases(columns, x, near_aliases, main);
@@ -208,7 +230,7 @@ Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double del
   for (std::size_t c = 0; c < columns_count; ++c) {
     std::vector<double> re(bins_, 0.0);
     std::vector<double> im(bins_, 0.0);
-    add_series(series[c].a, length_, scale[c], re, im);
+    add_series(series[c].a, length_, 1e-2 * selection_.resolved * scale[c], re, im);
     for (std::size_t j = 0; j < bins_; ++j) {
       main.re[c * bins_ + j] += re[j];
       main.im[c * bins_ + j] += im[j];

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <complex>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct OutputSelection {
   std::size_t count = 0;    ///< how many
   /// Symmetric filter applied to the output before it is picked: taps at -m..m, odd length; empty for none.
   std::vector<double> filter_taps;
+  /// What may be left out of the aliases of a sharp resonance, relative to the response's size. A search for where to
+  /// look needs less than a report.
+  double resolved = 1e-11;
 };
 
 /// Spectrum of an input's increments as the selection sees it (filter, shift and contour included).
@@ -63,6 +67,7 @@ class HeldResponse {
 
  private:
   struct Scratch;
+  struct Aliases;
   void add_near_aliases(const TransferColumns& columns, double x, int aliases, Scratch& scratch) const;
   void weigh(InputSpectrum& spectrum) const;
 
@@ -75,8 +80,9 @@ class HeldResponse {
   LaplacePoints points_;
   std::vector<double> inverse_re_;  ///< 1/p
   std::vector<double> inverse_im_;
-  InputSpectrum selection_factor_;  ///< filter and shift to the first output
-  Eigen::VectorXd growth_;          ///< rho^-n of every output over L
+  InputSpectrum selection_factor_;    ///< filter and shift to the first output
+  Eigen::VectorXd growth_;            ///< rho^-n of every output over L
+  std::shared_ptr<Aliases> nearest_;  ///< points of k = +-1, made when a model first needs them
 };
 
 }  // namespace eha::ident

@@ -144,6 +144,17 @@ TransferColumns::TransferColumns(const TransferFunction& g, const std::vector<st
     const double slope = (coefficient_at(s.numerator, top) - direct * coefficient_at(s.denominator, top)) / lead;
     columns_.push_back({weigh(s.numerator), weigh(s.denominator), s.delay, slope});
   }
+  factors_.assign(orders_.size(), 0);
+  const auto one = std::find(orders_.begin(), orders_.end(), 1.0);
+  if (one == orders_.end()) return;
+  unit_ = static_cast<std::size_t>(one - orders_.begin());
+  for (std::size_t k = unit_ + 1; k < orders_.size(); ++k) {
+    const auto below = std::find(orders_.begin(), orders_.begin() + static_cast<std::ptrdiff_t>(k), orders_[k] - 1.0);
+    // Index 0 would mean none; it is the denominator's order 0, and s^1 = s^0 s is the unit itself.
+    if (orders_[k] >= 2.0 && below != orders_.begin() + static_cast<std::ptrdiff_t>(k)) {
+      factors_[k] = static_cast<std::size_t>(below - orders_.begin());
+    }
+  }
 }
 
 void TransferColumns::evaluate(const LaplacePoints& points, std::size_t first, std::size_t count, double* re,
@@ -161,6 +172,9 @@ void TransferColumns::evaluate(const LaplacePoints& points, std::size_t first, s
       if (orders_[k] == 0.0) {
         std::fill_n(powers[k].re, n, 1.0);
         std::fill_n(powers[k].im, n, 0.0);
+      } else if (const std::size_t m = factors_[k]; m != 0) {
+        // s^k = s^(k-1) s: a product costs a tenth of a power.
+        multiply(powers[m], powers[unit_], n, powers[k].re, powers[k].im);
       } else {
         raise(log_magnitude, angle, orders_[k], n, powers[k].re, powers[k].im);
       }

@@ -47,7 +47,7 @@ class TransferColumns {
   [[nodiscard]] double direct(std::size_t c) const noexcept { return columns_[c].direct; }
 
   /// Columns at points[first, first + count): re[c * stride + i], im[c * stride + i].
-  /// Cost: one complex power a distinct order and point. Thread-safe.
+  /// Cost: one complex power a distinct order and point, less for integer orders. Thread-safe.
   void evaluate(const LaplacePoints& points, std::size_t first, std::size_t count, double* re, double* im,
                 std::size_t stride) const;
 
@@ -68,6 +68,8 @@ class TransferColumns {
   [[nodiscard]] std::vector<Weighted> weigh(const std::vector<LogTerm>& terms);
 
   std::vector<double> orders_;
+  std::vector<std::size_t> factors_;  ///< index of the order one lower, computed before; 0 for none
+  std::size_t unit_ = 0;              ///< index of order 1
   std::vector<Weighted> numerator_;
   std::vector<Weighted> denominator_;
   std::vector<Column> columns_;
