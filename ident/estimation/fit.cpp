@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "ident/estimation/global_search.hpp"
@@ -14,6 +15,7 @@
 #include "ident/estimation/output_error.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/parametrisation.hpp"
+#include "ident/estimation/realisation.hpp"
 #include "ident/estimation/uncertainty.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/validation/correlation.hpp"
@@ -28,6 +30,10 @@ constexpr Eigen::Index kFewestRows = 20;
 // less than this; "strong" evidence begins at 6 (Kass and Raftery, J. Am. Stat. Assoc. 90, 1995).
 constexpr double kStrongEvidence = 6.0;
 constexpr std::size_t kMostFollowed = 4;
+constexpr double kNowhereNear = 4.0;  // times the least cost of a start
+// What the search's simulations may be wrong by, relative to the response: far below what tells optima apart.
+constexpr double kSearchGuard = 1.6;
+constexpr double kSearchResolved = 1e-7;
 // A mode slower than this many records looks like an integrator.
 constexpr double kResolvedRecords = 10.0;
 
@@ -81,6 +87,12 @@ std::vector<Variant> variants(const StructureOptions& structure, std::size_t num
   moving.linear.solve_bias = false;
   moving.bias_coordinate = false;
   moving.linear.initial_states = structure.poles;
+  if (find(structure, "initial_output") == nullptr) {
+    // The constant is one of the free responses when 1/D's step response is: see LinearPart::first_state.
+    moving.linear.initial_output.fixed = true;
+    moving.linear.initial_states = structure.poles + 1;
+    moving.linear.first_state = -1;
+  }
 
   const bool can_move = structure.kind == StructureKind::io;
   if (structure.initial_state == InitialState::estimated && !can_move) {
@@ -114,8 +126,10 @@ void check_record(const Record& record, const FitOptions& options) {
   }
   const auto constant = [](const Eigen::VectorXd& v) { return (v.array() == v[0]).all(); };
   if (constant(record.input)) {
-    throw DataError(fmt::format("record: the input is constant at {} {}; a model needs an input that moves",
-                                record.input[0], record.input_channel.unit));
+    throw DataError(
+        fmt::format("record: the input is constant at {} {}; a model needs an input that moves (a step at "
+                    "the start needs rows from before it)",
+                    record.input[0], record.input_channel.unit));
   }
   if (constant(record.output)) {
     throw DataError(fmt::format("record: the output is constant at {} {}; a model needs an output that moves",
@@ -129,29 +143,63 @@ double effective_bic(double cost, Eigen::Index rows, std::size_t free, double ef
          static_cast<double>(free) * std::log(effective_samples);
 }
 
-/// Searches one variant on the coarse record and follows its best optima on the whole one.
+/// A record made ready for the search, and what it says without one.
+struct SearchRecord {
+  ComparedRecord compared;
+  std::vector<PoleGuess> guesses;
+};
+
+/// Searches one variant on the coarse records and follows its best optima on the whole one.
+/// @param known  optima of another variant, worth a start in this one
 std::vector<Outcome> estimate(const Parametrisation& parametrisation, const Variant& variant,
-                              const ComparedRecord& compared, const ComparedRecord& coarse, const FitOptions& options,
-                              const Executor& executor, std::size_t& evaluations) {
+                              const ComparedRecord& compared, const std::vector<SearchRecord>& coarse,
+                              const std::vector<Outcome>& known, const FitOptions& options, const Executor& executor,
+                              std::size_t& evaluations) {
   const std::size_t free = free_parameters(parametrisation, variant.linear);
   std::vector<Eigen::VectorXd> starts;
-  if (options.search == Search::global) {
-    const SearchResult found = search(OutputError(coarse, parametrisation, variant.linear), options.seed, executor);
+  for (const SearchRecord& record : coarse) {
+    const OutputError problem(record.compared, parametrisation, variant.linear);
+    if (options.search == Search::local) {
+      const LeastSquaresResult found = minimise_from_afar(problem, parametrisation.start());
+      evaluations += found.evaluations;
+      starts.push_back(found.theta);
+      continue;
+    }
+    std::vector<Eigen::VectorXd> guesses;
+    for (const PoleGuess& guess : record.guesses) {
+      if (const auto theta = parametrisation.at_poles(guess.poles, guess.delay_s)) guesses.push_back(*theta);
+    }
+    for (const Outcome& o : known) {
+      // The input bias, the last coordinate, is not one of a variant with an initial state.
+      const auto shared = static_cast<Eigen::Index>(parametrisation.coordinates().size());
+      if (o.best.theta.size() >= shared) guesses.push_back(o.best.theta.head(shared));
+    }
+    const SearchResult found = search(problem, guesses, options.seed, executor);
     evaluations += found.evaluations;
+    std::size_t followed = 0;
     for (const LeastSquaresResult& optimum : found.optima) {
       const OutputError::Point& best = found.optima.front().point;
       const double effective = residual_model(best.residual).effective_samples;
       const double evidence = effective_bic(optimum.point.cost, best.residual.size(), free, effective) -
                               effective_bic(best.cost, best.residual.size(), free, effective);
-      if (starts.size() < kMostFollowed && evidence < kStrongEvidence) starts.push_back(optimum.theta);
+      if (followed++ < kMostFollowed && evidence < kStrongEvidence) starts.push_back(optimum.theta);
     }
-  } else {
-    const LeastSquaresResult found =
-        minimise_from_afar(OutputError(coarse, parametrisation, variant.linear), parametrisation.start());
-    evaluations += found.evaluations;
-    starts.push_back(found.theta);
   }
   const OutputError problem(compared, parametrisation, variant.linear);
+  if (coarse.size() > 1) {
+    // What one coarse record could not see may be nowhere near on the whole one.
+    std::vector<double> costs(starts.size(), std::numeric_limits<double>::infinity());
+    executor(starts.size(), [&](std::size_t k) {
+      if (const auto point = problem.evaluate(starts[k], OutputError::Want::value)) costs[k] = point->cost;
+    });
+    evaluations += starts.size();
+    const double least = costs.empty() ? 0.0 : *std::min_element(costs.begin(), costs.end());
+    std::vector<Eigen::VectorXd> near;
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      if (costs[k] <= kNowhereNear * least) near.push_back(starts[k]);
+    }
+    starts = std::move(near);
+  }
   std::vector<LeastSquaresResult> refined(starts.size());
   executor(starts.size(), [&](std::size_t k) { refined[k] = minimise(problem, starts[k]); });
   std::vector<Outcome> outcomes;
@@ -162,13 +210,15 @@ std::vector<Outcome> estimate(const Parametrisation& parametrisation, const Vari
   return outcomes;
 }
 
-/// Whether the slowest mode is so slow that the record cannot tell it from an integrator: the frequency at which the
-/// two lowest terms of the denominator cross is far below one period a record.
+/// Whether the slowest mode is so slow that the record cannot tell it from an integrator: the lowest frequency at which
+/// the constant of the denominator crosses another term is far below one period a record.
 bool looks_integrating(const Outcome& outcome, double duration_s) {
   std::vector<Term> d = outcome.parametrisation.transfer_function(outcome.best.theta, {}).denominator;
   std::stable_sort(d.begin(), d.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
-  const double gap = d[1].order - d[0].order;
-  return std::pow(d[0].coefficient / d[1].coefficient, 1.0 / gap) * duration_s * kResolvedRecords < 1.0;
+  return std::any_of(d.begin() + 1, d.end(), [&](const Term& term) {
+    const double gap = term.order - d[0].order;
+    return std::pow(d[0].coefficient / term.coefficient, 1.0 / gap) * duration_s * kResolvedRecords < 1.0;
+  });
 }
 
 /// The optimum to report. The best by BIC; but one that looks integrating gives way to one that does not while the
@@ -206,6 +256,36 @@ Normalised normalised(TransferFunction g) {
   return {std::move(g), divisor};
 }
 
+/// The linear quantities as a model file names them, and `solution` in their terms. A free response that starts with
+/// the step response of 1/D holds the offset and the state: sum c_i s^i/D with c_i = x_i + initial_output a_i. Near an
+/// integrator that offset lies far outside the record and its first term is what an input bias does: there the bias is
+/// named instead, and the offset is where the output starts.
+LinearPart as_reported(const Outcome& outcome, const StructureOptions& structure, const TransferFunction& g,
+                       bool integrating, LinearSolution& solution) {
+  LinearPart linear = outcome.variant.linear;
+  // Reported as a parameter of its own, whether it was solved for or a coordinate.
+  linear.solve_bias = linear.solve_bias || outcome.variant.bias_coordinate;
+  if (linear.first_state == 0) return linear;
+  linear.first_state = 0;
+  linear.initial_output.fixed = false;
+  const Eigen::VectorXd c = solution.initial_state;
+  const Eigen::Index poles = c.size() - 1;
+  const auto a = [&](Eigen::Index i) { return g.denominator[static_cast<std::size_t>(i)].coefficient; };
+  const auto b = [&](Eigen::Index i) { return i < solution.numerator.size() ? solution.numerator[i] : 0.0; };
+  // A delayed bias would not start with the state, and one the user holds is not free.
+  const bool bias =
+      integrating && g.delay_s == 0.0 && b(poles) == 0.0 && b(0) != 0.0 && find(structure, "input_bias") == nullptr;
+  solution.initial_output = bias ? c[poles] / a(poles) : c[0] / a(0);
+  solution.input_bias = bias ? (c[0] - solution.initial_output * a(0)) / b(0) : solution.input_bias;
+  linear.solve_bias = bias;
+  linear.initial_states = static_cast<int>(bias ? poles - 1 : poles);
+  solution.initial_state.resize(linear.initial_states);
+  for (Eigen::Index i = 1; i <= solution.initial_state.size(); ++i) {
+    solution.initial_state[i - 1] = c[i] - solution.initial_output * a(i) - (bias ? solution.input_bias * b(i) : 0.0);
+  }
+  return linear;
+}
+
 void fill_validation(FitResult& result, const Record& record, const Comparison& comparison) {
   const ModelOutput output = output_at(result.model, record, comparison);
   result.measured = picked(record.output, comparison);
@@ -240,12 +320,9 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
 
 /// Parameters as the model file lists them, with the uncertainty of the free ones.
 void fill_parameters(FitResult& result, const ComparedRecord& compared, const Outcome& outcome,
-                     const LinearSolution& solution, const StructureOptions& structure) {
+                     const LinearPart& linear, const LinearSolution& solution, const StructureOptions& structure) {
   const TransferFunction& g = result.model.transfer_function;
   Parametrisation plain = Parametrisation::plain(structure, g);
-  LinearPart linear = outcome.variant.linear;
-  // Reported as a parameter of its own, whether it was solved for or a coordinate.
-  linear.solve_bias = linear.solve_bias || outcome.variant.bias_coordinate;
   const OutputError problem(compared, plain, linear);
   ParameterCorrelation correlation;
   const Eigen::MatrixXd derivatives = problem.derivatives(plain.start(), solution, correlation.names);
@@ -311,24 +388,31 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
         rows, options.discard_s, options.decimation, record.input.size(), comparison.taps.size() / 2, kFewestRows));
   }
   const ComparedRecord compared(record, comparison, rows);
-  const CoarseRecord shortened = coarsen(record);
-  const std::size_t factor = shortened.factor;
-  const Comparison every_row =
-      compare_every(static_cast<std::size_t>(shortened.record.input.size()), 1, (discard + factor - 1) / factor);
   const std::size_t last = comparison.first + (rows - 1) * comparison.every;
-  const std::size_t coarse_rows =
-      std::min(every_row.count, last / factor + 1 - std::min(last / factor + 1, every_row.first));
-  const ComparedRecord coarse(shortened.record, every_row, coarse_rows);
-
-  // The fitted part sets the scale; the search need not resolve more than the coarse record does.
+  // The fitted part sets the scale; the search need not resolve more than the coarse records do.
   const double duration_s = record.step_s * static_cast<double>(last + 1);
-  const Parametrisation parametrisation = Parametrisation::search(structure, {duration_s, shortened.record.step_s});
+  double finest_s = duration_s;
+  std::vector<SearchRecord> coarse;
+  for (const CoarseRecord& shortened : coarsen(record, discard, last)) {
+    const auto length = static_cast<std::size_t>(shortened.record.input.size());
+    std::vector<PoleGuess> guesses;
+    if (structure.kind == StructureKind::io) {
+      guesses = guess_poles(shortened.record, length, structure.poles, structure.delay_free);
+    }
+    coarse.push_back({ComparedRecord(shortened.record, compare_every(length, 1, shortened.first), shortened.rows,
+                                     kSearchGuard, kSearchResolved),
+                      std::move(guesses)});
+    finest_s = std::min(finest_s, shortened.record.step_s);
+  }
+  const Parametrisation parametrisation = Parametrisation::search(structure, {duration_s, finest_s});
   std::vector<Outcome> outcomes;
   std::size_t evaluations = 0;
   for (const Variant& variant : variants(structure, parametrisation.numerator_terms())) {
     Parametrisation coordinates = parametrisation;
-    if (variant.bias_coordinate) coordinates.add_input_bias(structure, record.input.cwiseAbs().maxCoeff());
-    for (Outcome& o : estimate(coordinates, variant, compared, coarse, options, executor, evaluations)) {
+    if (variant.bias_coordinate) {
+      coordinates.add_input_bias(structure, record.input.cwiseAbs().maxCoeff(), record.input[0]);
+    }
+    for (Outcome& o : estimate(coordinates, variant, compared, coarse, outcomes, options, executor, evaluations)) {
       outcomes.push_back(std::move(o));
     }
   }
@@ -343,6 +427,7 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
   const Normalised scaled = normalised(chosen.parametrisation.transfer_function(chosen.best.theta, solution.numerator));
   solution.numerator /= scaled.divisor;
   solution.initial_state /= scaled.divisor;
+  const LinearPart reported = as_reported(chosen, structure, scaled.g, looks_integrating(chosen, duration_s), solution);
   Model& model = result.model;
   model.name = structure.name;
   model.transfer_function = scaled.g;
@@ -359,12 +444,12 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
       chosen.best.termination == Termination::converged || chosen.best.termination == Termination::at_bound;
   model.stability = stability(model.transfer_function);
   model.provenance["normalisation"] = "a1 = 1, lowest order of the denominator 0";
-  if (!chosen.variant.linear.solve_bias && !chosen.variant.bias_coordinate && chosen.variant.linear.fixed_bias == 0.0) {
+  if (!reported.solve_bias && reported.fixed_bias == 0.0) {
     model.provenance["input_bias"] =
         "fixed at 0: with an initial state a constant input cannot be told apart from offset and state";
   }
   result.estimation_samples = rows;
-  fill_parameters(result, compared, chosen, solution, structure);
+  fill_parameters(result, compared, chosen, reported, solution, structure);
   fill_validation(result, record, comparison);
   // Highest order first, as transfer functions are written.
   std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());

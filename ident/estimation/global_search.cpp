@@ -15,13 +15,16 @@ namespace eha::ident {
 namespace {
 
 constexpr double kCoarseRows = 1000.0;      // enough to find a basin in
-constexpr double kMostCoarseRows = 8000.0;  // however fast the output is
+constexpr double kMostCoarseRows = 4000.0;  // however fast the output is
 // Share of the output's power above a fifth of the coarse Nyquist frequency that a coarse record may lose.
 constexpr double kLostPower = 1e-4;
+constexpr std::size_t kNoiseBands = 8;
 constexpr int kEvaluationsPerDimension = 60;
 constexpr std::size_t kPolished = 8;
-constexpr double kDistinct = 0.12;                                            // of the search box, root mean square
-constexpr double kInfeasible = 1e3;                                           // logarithm of a cost no model reaches
+constexpr std::size_t kGuessesPolished = 6;
+constexpr double kDistinctGuess = 0.01;  // a guess is a considered one: a lightly damped optimum is a needle
+constexpr double kDistinct = 0.12;       // of the search box, root mean square
+constexpr double kInfeasible = 1e3;      // logarithm of a cost no model reaches
 constexpr std::array<double, 7> kScan = {0.1, 1.0, 2.5, 4.0, 5.5, 7.0, 9.0};  // weight coordinates, 1e-3 to 30
 constexpr double kAtItsEnd = 0.1;                                             // share of the range of an order
 constexpr double kSameCost = 1e-4;  // relative; two optima closer than this are one
@@ -39,17 +42,51 @@ double bandwidth(const Eigen::VectorXd& output) {
   }
   std::vector<std::complex<double>> spectrum(fft.bins());
   fft.forward(signal, spectrum);
-  // Integrated back, so that sensor noise does not pass for bandwidth.
+  // Integrated back, and the white part taken off, so that sensor noise does not pass for bandwidth: it is what the
+  // quietest band holds.
+  std::vector<double> differenced(fft.bins(), 1.0);
+  for (std::size_t j = 1; j < fft.bins(); ++j) {
+    const double half_turn = std::numbers::pi * static_cast<double>(j) / static_cast<double>(fft.length());
+    differenced[j] = 4.0 * std::pow(std::sin(half_turn), 2);
+  }
+  double noise = std::numeric_limits<double>::infinity();
+  const std::size_t width = fft.bins() / kNoiseBands;
+  for (std::size_t band = 0; band < kNoiseBands && width > 0; ++band) {
+    double sum = 0.0;
+    for (std::size_t j = std::max<std::size_t>(1, band * width); j < (band + 1) * width; ++j) {
+      sum += std::norm(spectrum[j]) / differenced[j];
+    }
+    noise = std::min(noise, sum / static_cast<double>(width));
+  }
+  if (width < kNoiseBands) noise = 0.0;  // too few bins a band to average
   std::vector<double> power(fft.bins(), 0.0);
   double total = 0.0;
   for (std::size_t j = 1; j < fft.bins(); ++j) {
-    power[j] = std::norm(spectrum[j]) / static_cast<double>(j);
+    power[j] = (std::norm(spectrum[j]) - noise * differenced[j]) / static_cast<double>(j);
     total += power[j];
   }
   double above = 0.0;
   std::size_t j = fft.bins() - 1;
   while (j > 1 && above + power[j] < kLostPower * total) above += power[j--];
   return static_cast<double>(j) / static_cast<double>(fft.length());
+}
+
+/// Rows begin..last of a record in blocks of `factor`, compared from row `first` of the record on.
+CoarseRecord blocks(const Record& record, std::size_t begin, std::size_t last, std::size_t first, std::size_t factor) {
+  CoarseRecord coarse{record, (first - begin + factor - 1) / factor, 0};
+  const auto width = static_cast<Eigen::Index>(factor);
+  const auto start = static_cast<Eigen::Index>(begin);
+  const Eigen::Index count = (static_cast<Eigen::Index>(last) + 1 - start) / width;
+  coarse.record.step_s = record.step_s * static_cast<double>(factor);
+  coarse.record.input.resize(count);
+  coarse.record.output.resize(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    coarse.record.input[k] = record.input.segment(start + k * width, width).mean();
+    coarse.record.output[k] = record.output[start + k * width];
+  }
+  const auto compared = static_cast<std::size_t>(count);
+  coarse.rows = compared - std::min(compared, coarse.first);
+  return coarse;
 }
 
 /// The best of a start and of the same orders with other coefficient weights.
@@ -85,25 +122,21 @@ Eigen::VectorXd with_scanned_coefficients(const OutputError& problem, const Eige
 
 }  // namespace
 
-CoarseRecord coarsen(const Record& record) {
-  CoarseRecord coarse;
-  const auto rows = static_cast<double>(record.output.size());
+std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last) {
+  const auto rows = static_cast<double>(last + 1);
   const double by_length = rows / kCoarseRows;
   const double by_bandwidth = 0.1 / std::max(bandwidth(record.output), 1e-9);
-  const double factor_wanted = std::max(std::min(by_length, by_bandwidth), rows / kMostCoarseRows);
-  coarse.factor = static_cast<std::size_t>(std::max(1.0, std::floor(factor_wanted)));
-  coarse.record = record;
-  if (coarse.factor == 1) return coarse;
-  const auto factor = static_cast<Eigen::Index>(coarse.factor);
-  const Eigen::Index blocks = record.input.size() / factor;
-  coarse.record.step_s = record.step_s * static_cast<double>(coarse.factor);
-  coarse.record.input.resize(blocks);
-  coarse.record.output.resize(blocks);
-  for (Eigen::Index k = 0; k < blocks; ++k) {
-    coarse.record.input[k] = record.input.segment(k * factor, factor).mean();
-    coarse.record.output[k] = record.output[k * factor];
-  }
-  return coarse;
+  const auto wanted = static_cast<std::size_t>(std::max(1.0, std::floor(std::min(by_length, by_bandwidth))));
+  const auto affordable = static_cast<std::size_t>(std::max(1.0, std::ceil(rows / kMostCoarseRows)));
+  std::vector<CoarseRecord> all = {blocks(record, 0, last, first, std::max(wanted, affordable))};
+  if (wanted >= affordable) return all;
+  const auto length = static_cast<std::size_t>(kMostCoarseRows) * wanted;
+  const double at_rest = record.input[0];
+  std::size_t begin = 0;
+  while (begin + length <= last && record.input[static_cast<Eigen::Index>(begin)] == at_rest) ++begin;
+  const std::size_t compared = std::max(begin, first);
+  all.push_back(blocks(record, begin, std::min(last, compared + length), compared, wanted));
+  return all;
 }
 
 LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start) {
@@ -129,7 +162,8 @@ LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::V
   return std::move(kept);
 }
 
-SearchResult search(const OutputError& problem, std::uint64_t seed, const Executor& executor) {
+SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses, std::uint64_t seed,
+                    const Executor& executor) {
   const auto& coordinates = problem.parametrisation().coordinates();
   const auto n = static_cast<Eigen::Index>(coordinates.size());
   SearchResult result;
@@ -175,21 +209,32 @@ SearchResult search(const OutputError& problem, std::uint64_t seed, const Execut
   }
   result.evaluations = seen.size();
 
-  std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.log_cost < b.log_cost; });
   std::vector<Eigen::VectorXd> starts;
-  for (const Seen& point : seen) {
-    if (starts.size() == kPolished) break;
-    const bool close = std::any_of(starts.begin(), starts.end(), [&](const Eigen::VectorXd& other) {
-      double distance = 0.0;
-      for (Eigen::Index l = 0; l < n; ++l) {
-        const auto k = static_cast<std::size_t>(l);
-        const double width = std::max(upper[k] - lower[k], 1e-12);
-        distance += std::pow((point.theta[l] - other[l]) / width, 2);
-      }
-      return std::sqrt(distance / static_cast<double>(n)) < kDistinct;
-    });
-    if (!close) starts.push_back(point.theta);
+  const auto take = [&](std::vector<Seen>& points, std::size_t most, double distinct) {
+    std::stable_sort(points.begin(), points.end(),
+                     [](const Seen& a, const Seen& b) { return a.log_cost < b.log_cost; });
+    for (const Seen& point : points) {
+      if (starts.size() == most) break;
+      const bool close = std::any_of(starts.begin(), starts.end(), [&](const Eigen::VectorXd& other) {
+        double distance = 0.0;
+        for (Eigen::Index l = 0; l < n; ++l) {
+          const auto k = static_cast<std::size_t>(l);
+          const double width = std::max(upper[k] - lower[k], 1e-12);
+          distance += std::pow((point.theta[l] - other[l]) / width, 2);
+        }
+        return std::sqrt(distance / static_cast<double>(n)) < distinct;
+      });
+      if (!close) starts.push_back(point.theta);
+    }
+  };
+  take(seen, kPolished, kDistinct);
+  std::vector<Seen> guessed;
+  for (const Eigen::VectorXd& theta : guesses) {
+    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    if (point) guessed.push_back({std::log(std::max(point->cost, 1e-300)), theta});
   }
+  result.evaluations += guesses.size();
+  take(guessed, starts.size() + kGuessesPolished, kDistinctGuess);
   std::vector<LeastSquaresResult> polished(starts.size());
   const LeastSquaresOptions rough{80, 1e-7, 1e-6};
   executor(starts.size(), [&](std::size_t k) { polished[k] = minimise(problem, starts[k], rough); });

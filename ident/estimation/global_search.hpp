@@ -13,13 +13,18 @@
 namespace eha::ident {
 
 /// A shorter record of the same experiment for the global search: the input averaged over blocks, the output picked at
-/// their starts, about a thousand rows unless the output's spectrum needs more.
+/// their starts.
 struct CoarseRecord {
   Record record;
-  std::size_t factor = 1;  ///< rows of the original per row
+  std::size_t first = 0;  ///< first row to compare
+  std::size_t rows = 0;   ///< how many
 };
 
-[[nodiscard]] CoarseRecord coarsen(const Record& record);
+/// One coarse record of about a thousand rows, more when the output's spectrum needs them. A long record whose output
+/// is fast, or noisy, gives two: one over the whole length, too coarse for the fast part, and one at the spacing the
+/// spectrum asks for, from where the input first moves until rows run out.
+/// @param first, last  rows of the record that are compared
+[[nodiscard]] std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last);
 
 struct SearchResult {
   std::vector<LeastSquaresResult> optima;  ///< distinct local optima, best first; empty when no trial was stable
@@ -33,8 +38,10 @@ struct SearchResult {
 [[nodiscard]] LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start);
 
 /// Looks over the search box by controlled random search (NLopt's CRS2 with local mutation, seeded) and polishes the
-/// best distinct points it saw with the local search. Deterministic for a seed, whatever the executor. Kaelo and Ali,
-/// J. Optim. Theory Appl. 130 (2006).
-[[nodiscard]] SearchResult search(const OutputError& problem, std::uint64_t seed, const Executor& executor);
+/// best distinct points it saw, and the best of the guesses, with the local search. Deterministic for a seed, whatever
+/// the executor. Kaelo and Ali, J. Optim. Theory Appl. 130 (2006).
+/// @param guesses  coordinates worth a start, if any
+[[nodiscard]] SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses,
+                                  std::uint64_t seed, const Executor& executor);
 
 }  // namespace eha::ident

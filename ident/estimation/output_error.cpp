@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "ident/fractional/stability.hpp"
 
@@ -12,6 +13,7 @@ namespace {
 
 // A column this small beside the others it depends on is not solved for.
 constexpr double kRankThreshold = 1e-10;
+constexpr double kNyquist = std::numbers::pi * (1.0 + 1e-9);  // [rad a sample]
 // G must fall off: the sampled response of a model with a direct part that moves is not differentiable.
 constexpr double kLeastExcess = 1e-3;
 
@@ -21,8 +23,9 @@ double top_order(const std::vector<Term>& terms) {
   return top;
 }
 
-OutputSelection selection(const Record& record, const Comparison& comparison, std::size_t rows) {
+OutputSelection selection(const Record& record, const Comparison& comparison, std::size_t rows, double resolved) {
   OutputSelection s;
+  s.resolved = resolved;
   s.step_s = record.step_s;
   s.first = comparison.first;
   s.every = comparison.every;
@@ -33,17 +36,20 @@ OutputSelection selection(const Record& record, const Comparison& comparison, st
   return s;
 }
 
-std::vector<std::vector<Term>> state_numerators(int states) {
+std::vector<std::vector<Term>> state_numerators(const LinearPart& linear) {
   // The response to an impulse s^i/D is the step response of s^(i+1)/D.
   std::vector<std::vector<Term>> numerators;
-  for (int i = 0; i < states; ++i) numerators.push_back({{1.0, static_cast<double>(i + 1)}});
+  for (int i = 0; i < linear.initial_states; ++i) {
+    numerators.push_back({{1.0, static_cast<double>(linear.first_state + i + 1)}});
+  }
   return numerators;
 }
 
 }  // namespace
 
-ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, double guard)
-    : response_(selection(record, comparison, rows), guard),
+ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, double guard,
+                               double resolved)
+    : response_(selection(record, comparison, rows, resolved), guard),
       input_(response_.input_spectrum(record.input)),
       step_(response_.step_spectrum()),
       measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {}
@@ -82,7 +88,7 @@ OutputError::Basis OutputError::basis(const TransferFunction& g, double bias, bo
   const auto count = static_cast<Eigen::Index>(numerators.size());
   Basis b{responses.leftCols(count), responses.rightCols(responses.cols() - count), {}};
   if (linear_.initial_states > 0) {
-    const TransferColumns states(g, state_numerators(linear_.initial_states), {});
+    const TransferColumns states(g, state_numerators(linear_), {});
     std::vector<ResponseRequest> free;
     for (std::size_t i = 0; i < states.columns(); ++i) free.push_back({i, &record_.step(), AtJump::after});
     b.states = record_.response().respond(states, 0.0, free);
@@ -171,7 +177,7 @@ Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta
   if (linear.initial_state.size() > 0) {
     TransferFunction free{{}, g.denominator, 0.0};
     for (Eigen::Index i = 0; i < linear.initial_state.size(); ++i) {
-      free.numerator.push_back({linear.initial_state[i], static_cast<double>(i + 1)});
+      free.numerator.push_back({linear.initial_state[i], static_cast<double>(linear_.first_state + i + 1)});
     }
     std::vector<Sensitivity> by_denominator = sensitivities;
     for (Sensitivity& s : by_denominator) {
@@ -189,6 +195,8 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
   const TransferFunction g = parametrisation_.transfer_function(theta, {});
   if (top_order(g.numerator) > top_order(g.denominator) - (g.numerator.size() == 1 ? kLeastExcess : 0.0)) return {};
   if (grows(g)) return {};
+  // An oscillation beyond the Nyquist frequency looks like its alias below it, which is the one to report.
+  if (parametrisation_.fastest_oscillation(theta) > kNyquist / record_.response().step_s()) return {};
   const double bias = bias_at(theta);
   const Basis b = basis(g, bias, linear_.solve_bias);
   const Eigen::Index rows = record_.measured().size();

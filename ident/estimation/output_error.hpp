@@ -18,7 +18,9 @@ namespace eha::ident {
 class ComparedRecord {
  public:
   /// @param rows  how many of the comparison's rows are used, from the first on
-  ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, double guard = 1.6);
+  /// @param guard, resolved  as in HeldResponse and OutputSelection
+  ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, double guard = 1.6,
+                 double resolved = 1e-11);
 
   [[nodiscard]] const HeldResponse& response() const noexcept { return response_; }
   [[nodiscard]] const InputSpectrum& input() const noexcept { return input_; }
@@ -47,6 +49,10 @@ struct LinearPart {
   double fixed_bias = 0.0;                ///< when neither solved nor a coordinate [input unit]
   LinearQuantity initial_output;
   int initial_states = 0;  ///< terms of the free response
+  /// Power of s in the numerator of the first free response, an impulse response s^k/D: 0, or -1 for the step response
+  /// of 1/D. With that one added to the whole state the constant is among them, and they stay apart when D approaches
+  /// an integrator, where the constant itself and the last state run together.
+  int first_state = 0;
 };
 
 /// All of a model but its nonlinear coordinates.

@@ -176,7 +176,7 @@ Parametrisation Parametrisation::search(const StructureOptions& structure, const
     p.sections_ = terms / 2;
     p.odd_section_ = (terms - 1) % 2 == 1;
     const double low = std::log(lowest_rad_s) - 2.0;
-    const double high = std::log(highest_rad_s) + 2.0;
+    const double high = std::log(pi / scale.step_s);
     for (std::size_t i = 0; i < p.sections_; ++i) {
       const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(p.sections_);
       const std::string number = std::to_string(i);
@@ -259,10 +259,15 @@ Parametrisation Parametrisation::plain(const StructureOptions& structure, const 
   return p;
 }
 
-void Parametrisation::add_input_bias(const StructureOptions& structure, double largest_input) {
-  Coordinate coordinate{
-      "input_bias", CoordinateRole::input_bias, 0, 0.0, -1e3 * largest_input, 1e3 * largest_input, -largest_input,
-      largest_input};
+void Parametrisation::add_input_bias(const StructureOptions& structure, double largest_input, double first_input) {
+  Coordinate coordinate{"input_bias",
+                        CoordinateRole::input_bias,
+                        0,
+                        -first_input,
+                        -1e3 * largest_input,
+                        1e3 * largest_input,
+                        -largest_input,
+                        largest_input};
   apply(structure, coordinate, as_is);
   coordinates_.push_back(std::move(coordinate));
 }
@@ -433,6 +438,55 @@ double Parametrisation::input_bias(const Eigen::VectorXd& theta) const {
     if (coordinates_[l].role == CoordinateRole::input_bias) return theta[static_cast<Eigen::Index>(l)];
   }
   return 0.0;
+}
+
+bool Parametrisation::integer_sections() const {
+  return sections_ > 0 && std::none_of(coordinates_.begin(), coordinates_.end(),
+                                       [](const Coordinate& c) { return c.role == CoordinateRole::base_order; });
+}
+
+double Parametrisation::fastest_oscillation(const Eigen::VectorXd& theta) const {
+  double fastest = 0.0;
+  if (!integer_sections()) return fastest;
+  for (std::size_t l = 1; l < coordinates_.size(); ++l) {
+    if (coordinates_[l].role != CoordinateRole::section_damping) continue;
+    const auto i = static_cast<Eigen::Index>(l);
+    const double damping = std::sinh(theta[i]);
+    if (damping < 1.0) fastest = std::max(fastest, std::exp(theta[i - 1]) * std::sqrt(1.0 - damping * damping));
+  }
+  return fastest;
+}
+
+std::optional<Eigen::VectorXd> Parametrisation::at_poles(std::vector<std::complex<double>> poles,
+                                                         double delay_s) const {
+  if (!integer_sections() || poles.size() + 1 != base_.denominator.size()) return {};
+  // Oscillating pairs first, then real poles, the fastest last: it is the one a section of first order takes.
+  std::sort(poles.begin(), poles.end(), [](const std::complex<double>& a, const std::complex<double>& b) {
+    const bool a_real = a.imag() == 0.0;
+    const bool b_real = b.imag() == 0.0;
+    if (a_real != b_real) return b_real;
+    return std::abs(a) < std::abs(b);
+  });
+  Eigen::VectorXd theta = start();
+  for (std::size_t l = 0; l < coordinates_.size(); ++l) {
+    const Coordinate& c = coordinates_[l];
+    const auto i = static_cast<Eigen::Index>(l);
+    if (c.role == CoordinateRole::delay) {
+      if (delay_s > c.search_upper) return {};
+      theta[i] = delay_s;
+    }
+    if (c.role != CoordinateRole::section_frequency) continue;
+    const std::complex<double> first = poles[2 * c.index];
+    if (c.index + 1 == sections_ && odd_section_) {
+      theta[i] = std::log(std::abs(first));
+      continue;
+    }
+    const std::complex<double> second = first.imag() == 0.0 ? poles[2 * c.index + 1] : std::conj(first);
+    const double frequency = std::sqrt(std::abs(first) * std::abs(second));
+    theta[i] = std::log(frequency);
+    theta[i + 1] = std::asinh(-(first + second).real() / (2.0 * frequency));
+  }
+  return theta.cwiseMax(lower()).cwiseMin(upper());
 }
 
 Eigen::VectorXd Parametrisation::start() const {

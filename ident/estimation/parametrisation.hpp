@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <complex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,9 +56,9 @@ class Parametrisation {
   /// normalisation is `normalised_term`; requests with fixed = true and the structure's own constants are left out.
   [[nodiscard]] static Parametrisation plain(const StructureOptions& structure, const TransferFunction& g);
 
-  /// Makes the input bias a coordinate, for structures in which it does not enter linearly. @param largest_input  max
-  /// |u|
-  void add_input_bias(const StructureOptions& structure, double largest_input);
+  /// Makes the input bias a coordinate, for structures in which it does not enter linearly.
+  /// @param largest_input  max |u|; @param first_input  u at t = 0: the bias of a record that starts at rest there
+  void add_input_bias(const StructureOptions& structure, double largest_input, double first_input);
 
   [[nodiscard]] const std::vector<Coordinate>& coordinates() const noexcept { return coordinates_; }
   [[nodiscard]] std::size_t numerator_terms() const noexcept { return base_.numerator.size(); }
@@ -71,6 +73,13 @@ class Parametrisation {
   /// The same coefficients with denominator orders a twentieth lower: fewer models of lower order are unstable.
   [[nodiscard]] Eigen::VectorXd with_lower_orders(const Eigen::VectorXd& theta) const;
 
+  /// Greatest imaginary part of a pole [rad/s]; 0 when coefficients or a base order are coordinates.
+  [[nodiscard]] double fastest_oscillation(const Eigen::VectorXd& theta) const;
+
+  /// Coordinates of given poles (conjugate pairs together, stable) and delay, other coordinates at their start; nothing
+  /// when the coordinates are not sections of integer order or the delay is beyond the search box.
+  [[nodiscard]] std::optional<Eigen::VectorXd> at_poles(std::vector<std::complex<double>> poles, double delay_s) const;
+
   /// Value of the input_bias coordinate, 0 when there is none.
   [[nodiscard]] double input_bias(const Eigen::VectorXd& theta) const;
 
@@ -81,6 +90,7 @@ class Parametrisation {
   [[nodiscard]] Eigen::VectorXd leap() const;
 
  private:
+  [[nodiscard]] bool integer_sections() const;
   std::vector<double> section_polynomial(const Eigen::VectorXd& theta, std::size_t without) const;
 
   TransferFunction base_;  ///< constants; coordinates overwrite their places

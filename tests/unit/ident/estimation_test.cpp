@@ -107,7 +107,7 @@ TEST(Derivatives, EqualCentralDifferencesForEveryParameter) {
     const ComparedRecord compared(record, comparison, comparison.count, 2.0);
     for (const DerivativeCase& c : derivative_cases()) {
       Parametrisation parametrisation = Parametrisation::search(c.structure, {50.0, 0.1});
-      if (c.bias_coordinate) parametrisation.add_input_bias(c.structure, 5.0);
+      if (c.bias_coordinate) parametrisation.add_input_bias(c.structure, 5.0, 0.0);
       const OutputError problem(compared, parametrisation, c.linear);
       const Eigen::VectorXd theta = parametrisation.start().array() + 0.01;
       const auto point = problem.evaluate(theta, OutputError::Want::jacobian);
