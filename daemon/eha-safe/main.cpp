@@ -42,8 +42,9 @@ void outlive_the_watched_process() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) signal(number, SIG_IGN);
 }
 
-/// The service writes its snapshot before it drives a card: without one no card was driven, as on a simulated rig.
-bool nothing_was_driven() {
+/// The service writes its snapshot before it drives a card, and it goes with what it asks for done: without one no card
+/// was driven, as on a simulated rig, or it has been made safe since.
+bool nothing_is_driven() {
   std::error_code error;
   return std::filesystem::status(eha::hal::kServiceSnapshot, error).type() == std::filesystem::file_type::not_found;
 }
@@ -59,6 +60,11 @@ int run(const std::string& file, bool guard) {
   eha::hal::make_safe_from_snapshot(snapshot, kPatience);
   std::cerr << "eha-safe: " << snapshot.device << ": output at " << snapshot.safe_V << " V, "
             << (snapshot.enable ? "hydraulics off" : "no enable line") << "\n";
+  // A guard acts on behalf of a program that others look after, too; the service's last word is this program's.
+  if (!guard && file == eha::hal::kServiceSnapshot) {
+    std::error_code ignored;  // one that stays has the same done again, which does no harm
+    std::filesystem::remove(file, ignored);
+  }
   return 0;
 }
 
@@ -79,8 +85,8 @@ int main(int argc, char** argv) {
       "77 no right to open the card.");
   try {
     app.parse(argc, argv);
-    if (named->empty() && nothing_was_driven()) {
-      std::cerr << "eha-safe: " << file << " is not there, so no card was driven: nothing to do\n";
+    if (named->empty() && nothing_is_driven()) {
+      std::cerr << "eha-safe: " << file << " is not there: no card was driven, or it has been made safe\n";
       return 0;
     }
     return run(file, guard);
