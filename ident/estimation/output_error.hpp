@@ -20,7 +20,7 @@ class ComparedRecord {
   /// @param rows  how many of the comparison's rows are used, from the first on
   /// @param guard, resolved  as in HeldResponse and OutputSelection
   ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, double guard = 1.6,
-                 double resolved = 1e-11);
+                 double resolved = 1e-9);
 
   [[nodiscard]] const HeldResponse& response() const noexcept { return response_; }
   [[nodiscard]] const InputSpectrum& input() const noexcept { return input_; }
