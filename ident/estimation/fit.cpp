@@ -8,48 +8,27 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "ident/estimation/fit_choice.hpp"
+#include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/global_search.hpp"
-#include "ident/estimation/information.hpp"
 #include "ident/estimation/least_squares.hpp"
-#include "ident/estimation/model_output.hpp"
 #include "ident/estimation/output_error.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/parametrisation.hpp"
 #include "ident/estimation/realisation.hpp"
 #include "ident/estimation/uncertainty.hpp"
 #include "ident/fractional/stability.hpp"
-#include "ident/validation/correlation.hpp"
-#include "ident/validation/score.hpp"
 
 namespace eha::ident {
 namespace {
 
-constexpr int kCorrelationLags = 20;
 constexpr Eigen::Index kFewestRows = 20;
-// Optima of the coarse record are followed on the whole one while the evidence against them, as a difference of BIC, is
-// less than this; "strong" evidence begins at 6 (Kass and Raftery, J. Am. Stat. Assoc. 90, 1995).
-constexpr double kStrongEvidence = 6.0;
+// Optima of the coarse record are followed on the whole one while the evidence against them is not strong.
 constexpr std::size_t kMostFollowed = 4;
 constexpr double kNowhereNear = 4.0;  // times the least cost of a start
 // What the search's simulations may be wrong by, relative to the response: far below what tells optima apart.
 constexpr double kSearchGuard = 1.6;
 constexpr double kSearchResolved = 1e-7;
-// A mode slower than this many records looks like an integrator.
-constexpr double kResolvedRecords = 10.0;
-
-/// One way to treat what came before t = 0.
-struct Variant {
-  LinearPart linear;
-  bool bias_coordinate = false;
-};
-
-/// A local optimum of one variant on the whole record.
-struct Outcome {
-  Variant variant;
-  Parametrisation parametrisation;
-  LeastSquaresResult best;
-  std::size_t free = 0;  ///< parameters estimated
-};
 
 const ParameterRequest* find(const StructureOptions& structure, const std::string& name) {
   const auto found = std::find_if(structure.parameters.begin(), structure.parameters.end(),
@@ -137,12 +116,6 @@ void check_record(const Record& record, const FitOptions& options) {
   }
 }
 
-/// n_eff ln(cost/n) + p ln(n_eff): the residual's colour leaves fewer independent samples than rows.
-double effective_bic(double cost, Eigen::Index rows, std::size_t free, double effective_samples) {
-  return effective_samples * std::log(std::max(cost, 1e-300) / static_cast<double>(rows)) +
-         static_cast<double>(free) * std::log(effective_samples);
-}
-
 /// A record made ready for the search, and what it says without one.
 struct SearchRecord {
   ComparedRecord compared;
@@ -210,161 +183,6 @@ std::vector<Outcome> estimate(const Parametrisation& parametrisation, const Vari
   return outcomes;
 }
 
-/// Whether the slowest mode is so slow that the record cannot tell it from an integrator: the lowest frequency at which
-/// the constant of the denominator crosses another term is far below one period a record.
-bool looks_integrating(const Outcome& outcome, double duration_s) {
-  std::vector<Term> d = outcome.parametrisation.transfer_function(outcome.best.theta, {}).denominator;
-  std::stable_sort(d.begin(), d.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
-  return std::any_of(d.begin() + 1, d.end(), [&](const Term& term) {
-    const double gap = term.order - d[0].order;
-    return std::pow(d[0].coefficient / term.coefficient, 1.0 / gap) * duration_s * kResolvedRecords < 1.0;
-  });
-}
-
-/// The optimum to report. The best by BIC; but one that looks integrating gives way to one that does not while the
-/// evidence against that is weak: a slow drift of the disturbance is easily mistaken for an integrator.
-const Outcome& choose(const std::vector<Outcome>& outcomes, double duration_s) {
-  const auto by_cost = [](const Outcome& a, const Outcome& b) { return a.best.point.cost < b.best.point.cost; };
-  const Outcome& closest = *std::min_element(outcomes.begin(), outcomes.end(), by_cost);
-  const double effective = residual_model(closest.best.point.residual).effective_samples;
-  const auto bic = [&](const Outcome& o) {
-    return effective_bic(o.best.point.cost, o.best.point.residual.size(), o.free, effective);
-  };
-  const auto by_bic = [&](const Outcome& a, const Outcome& b) { return bic(a) < bic(b); };
-  const Outcome& best = *std::min_element(outcomes.begin(), outcomes.end(), by_bic);
-  if (!looks_integrating(best, duration_s)) return best;
-  const Outcome* regular = nullptr;
-  for (const Outcome& o : outcomes) {
-    if (looks_integrating(o, duration_s) || bic(o) - bic(best) >= kStrongEvidence) continue;
-    if (regular == nullptr || bic(o) < bic(*regular)) regular = &o;
-  }
-  return regular != nullptr ? *regular : best;
-}
-
-struct Normalised {
-  TransferFunction g;
-  double divisor;
-};
-
-/// Orders rising, the coefficient of the second lowest one 1.
-Normalised normalised(TransferFunction g) {
-  std::stable_sort(g.denominator.begin(), g.denominator.end(),
-                   [](const Term& a, const Term& b) { return a.order < b.order; });
-  const double divisor = g.denominator[normalised_term(g)].coefficient;
-  for (Term& term : g.numerator) term.coefficient /= divisor;
-  for (Term& term : g.denominator) term.coefficient /= divisor;
-  return {std::move(g), divisor};
-}
-
-/// The linear quantities as a model file names them, and `solution` in their terms. A free response that starts with
-/// the step response of 1/D holds the offset and the state: sum c_i s^i/D with c_i = x_i + initial_output a_i. Near an
-/// integrator that offset lies far outside the record and its first term is what an input bias does: there the bias is
-/// named instead, and the offset is where the output starts.
-LinearPart as_reported(const Outcome& outcome, const StructureOptions& structure, const TransferFunction& g,
-                       bool integrating, LinearSolution& solution) {
-  LinearPart linear = outcome.variant.linear;
-  // Reported as a parameter of its own, whether it was solved for or a coordinate.
-  linear.solve_bias = linear.solve_bias || outcome.variant.bias_coordinate;
-  if (linear.first_state == 0) return linear;
-  linear.first_state = 0;
-  linear.initial_output.fixed = false;
-  const Eigen::VectorXd c = solution.initial_state;
-  const Eigen::Index poles = c.size() - 1;
-  const auto a = [&](Eigen::Index i) { return g.denominator[static_cast<std::size_t>(i)].coefficient; };
-  const auto b = [&](Eigen::Index i) { return i < solution.numerator.size() ? solution.numerator[i] : 0.0; };
-  // A delayed bias would not start with the state, and one the user holds is not free.
-  const bool bias =
-      integrating && g.delay_s == 0.0 && b(poles) == 0.0 && b(0) != 0.0 && find(structure, "input_bias") == nullptr;
-  solution.initial_output = bias ? c[poles] / a(poles) : c[0] / a(0);
-  solution.input_bias = bias ? (c[0] - solution.initial_output * a(0)) / b(0) : solution.input_bias;
-  linear.solve_bias = bias;
-  linear.initial_states = static_cast<int>(bias ? poles - 1 : poles);
-  solution.initial_state.resize(linear.initial_states);
-  for (Eigen::Index i = 1; i <= solution.initial_state.size(); ++i) {
-    solution.initial_state[i - 1] = c[i] - solution.initial_output * a(i) - (bias ? solution.input_bias * b(i) : 0.0);
-  }
-  return linear;
-}
-
-void fill_validation(FitResult& result, const Record& record, const Comparison& comparison) {
-  const ModelOutput output = output_at(result.model, record, comparison);
-  result.measured = picked(record.output, comparison);
-  result.simulated = output.total(result.model);
-  result.time_s.resize(static_cast<Eigen::Index>(comparison.count));
-  for (Eigen::Index j = 0; j < result.time_s.size(); ++j) {
-    result.time_s[j] =
-        record.start_s +
-        record.step_s * static_cast<double>(comparison.first + static_cast<std::size_t>(j) * comparison.every);
-  }
-  const auto estimated = static_cast<Eigen::Index>(result.estimation_samples);
-  // A model scored on another record estimates nothing here.
-  if (estimated > 0) {
-    result.model.estimation->score = score(result.measured.head(estimated), result.simulated.head(estimated));
-  }
-  const Eigen::Index rest = result.measured.size() - estimated;
-  if (rest < 2) return;
-  ValidationReport report;
-  const Eigen::VectorXd measured = result.measured.tail(rest);
-  const Eigen::VectorXd simulated = result.simulated.tail(rest);
-  report.score = score(measured, simulated);
-  ModelOutput tail{output.forced.tail(rest), Eigen::MatrixXd(output.free.rows() == 0 ? 0 : rest, output.free.cols())};
-  if (output.free.cols() > 0) tail.free = output.free.bottomRows(rest);
-  report.offset_reestimated = score(measured, tail.total(with_offset_fitted(result.model, tail, measured)));
-  const Eigen::VectorXd residual = measured - simulated;
-  const int lags = static_cast<int>(std::min<Eigen::Index>(kCorrelationLags, rest - 1));
-  report.acf = autocorrelation(residual, lags);
-  report.ccf = cross_correlation(residual, picked(record.input, comparison).tail(rest), lags);
-  report.ljung_box_p = ljung_box_p(report.acf, static_cast<std::size_t>(rest));
-  result.model.validation = report;
-}
-
-/// Parameters as the model file lists them, with the uncertainty of the free ones.
-void fill_parameters(FitResult& result, const ComparedRecord& compared, const Outcome& outcome,
-                     const LinearPart& linear, const LinearSolution& solution, const StructureOptions& structure) {
-  const TransferFunction& g = result.model.transfer_function;
-  Parametrisation plain = Parametrisation::plain(structure, g);
-  const OutputError problem(compared, plain, linear);
-  ParameterCorrelation correlation;
-  const Eigen::MatrixXd derivatives = problem.derivatives(plain.start(), solution, correlation.names);
-  const ResidualModel residual = residual_model(outcome.best.point.residual);
-  const Uncertainty known = uncertainty(derivatives, correlation.names, residual);
-  for (Eigen::Index i = 0; i < known.correlation.rows(); ++i) {
-    correlation.matrix.emplace_back(known.correlation.row(i).begin(), known.correlation.row(i).end());
-  }
-  correlation.indistinguishable = known.indistinguishable;
-  result.model.estimation->information =
-      information(outcome.best.point.cost / static_cast<double>(outcome.best.point.residual.size()), outcome.free,
-                  residual.effective_samples);
-
-  const auto add = [&](const std::string& name, double value) {
-    ParameterEstimate p{name, value, 0.0, value, value, true};
-    const auto at = std::find(correlation.names.begin(), correlation.names.end(), name);
-    if (at != correlation.names.end()) {
-      const auto i = static_cast<Eigen::Index>(at - correlation.names.begin());
-      p.fixed = false;
-      p.std = std::sqrt(known.covariance(i, i));
-      p.lower95 = value - known.interval_factor * p.std;
-      p.upper95 = value + known.interval_factor * p.std;
-    }
-    result.model.parameters.push_back(p);
-  };
-  for (std::size_t j = 0; j < g.numerator.size(); ++j)
-    add(numerator_name(j, g.numerator.size()), g.numerator[j].coefficient);
-  for (std::size_t i = g.denominator.size(); i-- > 0;) add(coefficient_name(i), g.denominator[i].coefficient);
-  if (structure.kind == StructureKind::commensurate) {
-    add("q", g.denominator[1].order);
-  } else if (structure.kind != StructureKind::io) {
-    for (std::size_t i = g.denominator.size(); i-- > 0;) add(order_name(i), g.denominator[i].order);
-    add("b0", g.numerator[0].order);
-  }
-  add("delay_s", g.delay_s);
-  add("input_bias", result.model.input_bias);
-  add("initial_output", result.model.initial_output);
-  for (std::size_t i = 0; i < result.model.initial_state.size(); ++i)
-    add("x" + std::to_string(i), result.model.initial_state[i]);
-  result.model.estimation->correlation = std::move(correlation);
-}
-
 /// Whether the compared samples say nothing about the input bias: not even that it is smaller than the input. So it is
 /// for a plant of finite DC gain whose start from rest is not compared; the offset then does the bias's work.
 bool is_bias_lost(const Model& model, double largest_input) {
@@ -427,7 +245,8 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
   const Normalised scaled = normalised(chosen.parametrisation.transfer_function(chosen.best.theta, solution.numerator));
   solution.numerator /= scaled.divisor;
   solution.initial_state /= scaled.divisor;
-  const LinearPart reported = as_reported(chosen, structure, scaled.g, looks_integrating(chosen, duration_s), solution);
+  const bool bias_allowed = looks_integrating(chosen, duration_s) && find(structure, "input_bias") == nullptr;
+  const LinearPart reported = as_reported(chosen, scaled.g, bias_allowed, solution);
   Model& model = result.model;
   model.name = structure.name;
   model.transfer_function = scaled.g;

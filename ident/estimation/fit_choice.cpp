@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/estimation/fit_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ident/estimation/uncertainty.hpp"
+
+namespace eha::ident {
+namespace {
+
+// A mode slower than this many records looks like an integrator.
+constexpr double kResolvedRecords = 10.0;
+
+}  // namespace
+
+double effective_bic(double cost, Eigen::Index rows, std::size_t free, double effective_samples) {
+  return effective_samples * std::log(std::max(cost, 1e-300) / static_cast<double>(rows)) +
+         static_cast<double>(free) * std::log(effective_samples);
+}
+
+bool looks_integrating(const Outcome& outcome, double duration_s) {
+  std::vector<Term> d = outcome.parametrisation.transfer_function(outcome.best.theta, {}).denominator;
+  std::stable_sort(d.begin(), d.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
+  return std::any_of(d.begin() + 1, d.end(), [&](const Term& term) {
+    const double gap = term.order - d[0].order;
+    return std::pow(d[0].coefficient / term.coefficient, 1.0 / gap) * duration_s * kResolvedRecords < 1.0;
+  });
+}
+
+const Outcome& choose(const std::vector<Outcome>& outcomes, double duration_s) {
+  const auto by_cost = [](const Outcome& a, const Outcome& b) { return a.best.point.cost < b.best.point.cost; };
+  const Outcome& closest = *std::min_element(outcomes.begin(), outcomes.end(), by_cost);
+  const double effective = residual_model(closest.best.point.residual).effective_samples;
+  const auto bic = [&](const Outcome& o) {
+    return effective_bic(o.best.point.cost, o.best.point.residual.size(), o.free, effective);
+  };
+  const auto by_bic = [&](const Outcome& a, const Outcome& b) { return bic(a) < bic(b); };
+  const Outcome& best = *std::min_element(outcomes.begin(), outcomes.end(), by_bic);
+  if (!looks_integrating(best, duration_s)) return best;
+  const Outcome* regular = nullptr;
+  for (const Outcome& o : outcomes) {
+    if (looks_integrating(o, duration_s) || bic(o) - bic(best) >= kStrongEvidence) continue;
+    if (regular == nullptr || bic(o) < bic(*regular)) regular = &o;
+  }
+  return regular != nullptr ? *regular : best;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "ident/estimation/least_squares.hpp"
+#include "ident/estimation/output_error.hpp"
+#include "ident/estimation/parametrisation.hpp"
+
+namespace eha::ident {
+
+/// "Strong" evidence, as a difference of BIC, begins here (Kass and Raftery, J. Am. Stat. Assoc. 90, 1995).
+constexpr double kStrongEvidence = 6.0;
+
+/// One way to treat what came before t = 0.
+struct Variant {
+  LinearPart linear;
+  bool bias_coordinate = false;
+};
+
+/// A local optimum of one variant on the whole record.
+struct Outcome {
+  Variant variant;
+  Parametrisation parametrisation;
+  LeastSquaresResult best;
+  std::size_t free = 0;  ///< parameters estimated
+};
+
+/// n_eff ln(cost/n) + p ln(n_eff): the residual's colour leaves fewer independent samples than rows.
+[[nodiscard]] double effective_bic(double cost, Eigen::Index rows, std::size_t free, double effective_samples);
+
+/// Whether the slowest mode is so slow that the record cannot tell it from an integrator: the lowest frequency at which
+/// the constant of the denominator crosses another term is far below one period a record.
+[[nodiscard]] bool looks_integrating(const Outcome& outcome, double duration_s);
+
+/// The optimum to report. The best by BIC; but one that looks integrating gives way to one that does not while the
+/// evidence against that is weak: a slow drift of the disturbance is easily mistaken for an integrator.
+[[nodiscard]] const Outcome& choose(const std::vector<Outcome>& outcomes, double duration_s);
+
+}  // namespace eha::ident
