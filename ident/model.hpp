@@ -80,6 +80,15 @@ struct ValidationReport {
   double ljung_box_p = 0.0;                 ///< p value of the portmanteau test on 20 lags
 };
 
+/// Frequency response of a model with first-order standard errors, one value a frequency.
+struct BodeCurve {
+  std::vector<double> frequency_Hz;
+  std::vector<double> gain_dB;  ///< re 1 output unit per input unit
+  std::vector<double> gain_std_dB;
+  std::vector<double> phase_deg;
+  std::vector<double> phase_std_deg;
+};
+
 struct StabilityReport {
   bool stable = false;
   std::string test;         ///< "matignon" or "argument_principle"
@@ -105,6 +114,7 @@ struct Model {
   std::optional<EstimationReport> estimation;
   std::optional<ValidationReport> validation;
   std::optional<StabilityReport> stability;
+  std::optional<BodeCurve> bode;
   std::optional<Verdict> verdict;
   std::string procedure = "default";
   std::map<std::string, std::string> provenance;  ///< normalisation, notes, source file, seed, versions

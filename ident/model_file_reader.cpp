@@ -234,6 +234,17 @@ StabilityReport read_stability(const Node& node) {
   return report;
 }
 
+BodeCurve read_bode(const Node& node) {
+  const Node object = node.object({"frequency_Hz", "gain_dB", "gain_std_dB", "phase_deg", "phase_std_deg"});
+  BodeCurve curve;
+  object.read("frequency_Hz", curve.frequency_Hz);
+  object.read("gain_dB", curve.gain_dB);
+  object.read("gain_std_dB", curve.gain_std_dB);
+  object.read("phase_deg", curve.phase_deg);
+  object.read("phase_std_deg", curve.phase_std_deg);
+  return curve;
+}
+
 Verdict read_verdict(const Node& node) {
   const Node object = node.object({"accepted", "reasons"});
   Verdict verdict;
@@ -243,9 +254,9 @@ Verdict read_verdict(const Node& node) {
 }
 
 Model read_model(const Node& node, const std::string& file_name) {
-  const Node object =
-      node.object({"schema", "name", "transfer_function", "input_bias", "initial_output", "initial_state", "units",
-                   "parameters", "estimation", "validation", "stability", "verdict", "procedure", "provenance"});
+  const Node object = node.object({"schema", "name", "transfer_function", "input_bias", "initial_output",
+                                   "initial_state", "units", "parameters", "estimation", "validation", "stability",
+                                   "bode", "verdict", "procedure", "provenance"});
   std::string schema(kSchema);
   object.read("schema", schema);
   if (schema != kSchema) object.at("schema").refuse(fmt::format("\"{}\"", kSchema));
@@ -273,6 +284,7 @@ Model read_model(const Node& node, const std::string& file_name) {
   if (object.has("estimation")) model.estimation = read_estimation(object.at("estimation"));
   if (object.has("validation")) model.validation = read_validation(object.at("validation"));
   if (object.has("stability")) model.stability = read_stability(object.at("stability"));
+  if (object.has("bode")) model.bode = read_bode(object.at("bode"));
   if (object.has("verdict")) model.verdict = read_verdict(object.at("verdict"));
   object.read("procedure", model.procedure);
   if (object.has("provenance")) model.provenance = object.at("provenance").texts();

@@ -102,6 +102,13 @@ std::string to_text(const Model& model) {
                            {"test", model.stability->test},
                            {"margin_rad", model.stability->margin_rad}};
   }
+  if (model.bode) {
+    object["bode"] = {{"frequency_Hz", model.bode->frequency_Hz},
+                      {"gain_dB", model.bode->gain_dB},
+                      {"gain_std_dB", model.bode->gain_std_dB},
+                      {"phase_deg", model.bode->phase_deg},
+                      {"phase_std_deg", model.bode->phase_std_deg}};
+  }
   if (model.verdict) object["verdict"] = {{"accepted", model.verdict->accepted}, {"reasons", model.verdict->reasons}};
   object["procedure"] = model.procedure;
   object["provenance"] = Json::object();

@@ -25,6 +25,7 @@ Part part_up_to(const IdentificationTask& task, std::size_t repetition, std::siz
   const double begin_s = static_cast<double>(repetition * samples) * task.record.step_s;
   part.options.discard_s = std::max(task.options.discard_s, begin_s);
   part.options.split = 1.0;
+  part.options.intervals = ident::IntervalMethod::straight;
   return part;
 }
 

@@ -12,9 +12,9 @@
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/identification.hpp"
 #include "daemon/eha/model_options.hpp"
+#include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/source.hpp"
 #include "daemon/eha/sweep.hpp"
-#include "daemon/record/file_io.hpp"
 
 namespace eha::cli {
 namespace {
@@ -85,8 +85,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
                                             : std::nullopt;
     return sweep_commensurate_order(command, task, folder, console);
   }
-  // Before the fits, which may take minutes.
-  if (command.output) record::create_folders(*command.output);
+  std::optional<NewFolders> folder;
+  if (command.output) folder.emplace(*command.output);
   Identification identification;
   identification.models = identify_for(command, task, console);
   if (source.run_folder) identification.paper = identify_as_in_the_paper(task, console);

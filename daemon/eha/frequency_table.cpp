@@ -12,7 +12,6 @@
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/file_io.hpp"
 #include "ident/excitation/excitation.hpp"
-#include "ident/fractional/transfer_function.hpp"
 
 namespace eha::cli {
 namespace {
@@ -30,6 +29,8 @@ double nearest(double angle_deg, double beside_deg) {
 struct GainAndPhase {
   double gain_dB = 0.0;
   double phase_deg = 0.0;
+  std::optional<double> gain_std_dB = {};  ///< none for a model without uncertainty
+  std::optional<double> phase_std_deg = {};
 };
 
 struct Row {
@@ -41,16 +42,26 @@ struct Row {
 
 /// Phases without jumps of a turn from line to line, and from the measured one to the models'.
 std::vector<Row> rows_of(const ident::FrequencyResponse& measured, const std::vector<IdentifiedModel>& models) {
+  std::vector<double> frequencies_Hz;
+  for (const ident::LineResponse& line : measured.lines) frequencies_Hz.push_back(line.frequency_Hz);
+  std::vector<ident::BodeCurve> curves;
+  for (const IdentifiedModel& identified : models) {
+    curves.push_back(ident::bode_curve(identified.result.model, frequencies_Hz, identified.result.covariance));
+  }
   std::vector<Row> rows;
   for (const ident::LineResponse& line : measured.lines) {
+    const std::size_t i = rows.size();
     Row row{.line = &line, .measured = {}, .std_percent = 100.0 * line.std / std::abs(line.response), .models = {}};
     const double angle_deg = std::arg(line.response) * kDegrees;
     row.measured = {decibels(std::abs(line.response)),
                     rows.empty() ? angle_deg : nearest(angle_deg, rows.back().measured.phase_deg)};
-    for (const IdentifiedModel& identified : models) {
-      const std::complex<double> g = ident::frequency_response(identified.result.model.transfer_function,
-                                                               {0.0, 2.0 * std::numbers::pi * line.frequency_Hz});
-      row.models.push_back({decibels(std::abs(g)), nearest(std::arg(g) * kDegrees, row.measured.phase_deg)});
+    for (const ident::BodeCurve& curve : curves) {
+      GainAndPhase model{curve.gain_dB[i], nearest(curve.phase_deg[i], row.measured.phase_deg)};
+      if (!curve.gain_std_dB.empty()) {
+        model.gain_std_dB = curve.gain_std_dB[i];
+        model.phase_std_deg = curve.phase_std_deg[i];
+      }
+      row.models.push_back(model);
     }
     rows.push_back(std::move(row));
   }
@@ -58,7 +69,8 @@ std::vector<Row> rows_of(const ident::FrequencyResponse& measured, const std::ve
 }
 
 std::string cell(const std::optional<double>& level_dB) { return level_dB ? fmt::format("{:.1f}", *level_dB) : "-"; }
-std::string field(const std::optional<double>& level_dB) { return level_dB ? fmt::format("{}", *level_dB) : ""; }
+std::string std_cell(const std::optional<double>& std) { return std ? fmt::format("{:.2g}", *std) : "-"; }
+std::string field(const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; }
 
 nlohmann::ordered_json number_or_null(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
@@ -117,7 +129,9 @@ std::string frequency_table(const ident::FrequencyResponse& measured, const std:
                               {"std %", Align::right},   {"even dB", Align::right}, {"odd dB", Align::right}};
   for (const IdentifiedModel& identified : models) {
     columns.push_back({identified.result.model.name + " dB", Align::right});
+    columns.push_back({"+-", Align::right});
     columns.push_back({"deg", Align::right});
+    columns.push_back({"+-", Align::right});
   }
   const std::vector<Row> rows = rows_of(measured, models);
   const std::size_t every = (rows.size() + kMostRows - 1) / kMostRows;
@@ -129,12 +143,15 @@ std::string frequency_table(const ident::FrequencyResponse& measured, const std:
                      cell(row.line->even_distortion_dB), cell(row.line->odd_distortion_dB)});
     for (const GainAndPhase& model : row.models) {
       cells.back().push_back(fmt::format("{:.2f}", model.gain_dB));
+      cells.back().push_back(std_cell(model.gain_std_dB));
       cells.back().push_back(fmt::format("{:.1f}", model.phase_deg));
+      cells.back().push_back(std_cell(model.phase_std_deg));
     }
   }
   std::string text = summary(measured, models.empty() ? nullptr : &models.front().result.model);
   text += text_table(columns, cells);
-  text += "std: of the gain, by noise alone; even, odd: distortion beside the line, below its output\n";
+  text +=
+      "std: of the gain, by noise alone; even, odd: distortion beside the line, below its output; +-: standard error\n";
   if (every > 1)
     text +=
         fmt::format("one line in {} of {}; {} and --json have them all\n", every, rows.size(), kFrequencyResponseFile);
@@ -156,7 +173,9 @@ nlohmann::ordered_json frequency_json(const ident::FrequencyResponse& measured,
                                  {"odd_distortion_dB", number_or_null(row.line->odd_distortion_dB)}};
     for (std::size_t m = 0; m < models.size(); ++m) {
       entry["models"][models[m].result.model.name] = {{"gain_dB", number_or_null(row.models[m].gain_dB)},
-                                                      {"phase_deg", row.models[m].phase_deg}};
+                                                      {"gain_std_dB", number_or_null(row.models[m].gain_std_dB)},
+                                                      {"phase_deg", row.models[m].phase_deg},
+                                                      {"phase_std_deg", number_or_null(row.models[m].phase_std_deg)}};
     }
     lines.push_back(std::move(entry));
   }
@@ -175,14 +194,17 @@ std::filesystem::path write_frequency_response(const ident::FrequencyResponse& m
                                                const std::filesystem::path& folder) {
   std::string text = "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB";
   for (const IdentifiedModel& identified : models) {
-    text += fmt::format(",{0}_gain_dB,{0}_phase_deg", identified.result.model.name);
+    text += fmt::format(",{0}_gain_dB,{0}_gain_std_dB,{0}_phase_deg,{0}_phase_std_deg", identified.result.model.name);
   }
   text += "\n";
   for (const Row& row : rows_of(measured, models)) {
     text += fmt::format("{},{},{},{},{},{},{}", row.line->frequency_Hz, std::abs(row.line->response),
                         row.measured.gain_dB, row.measured.phase_deg, row.line->std,
                         field(row.line->even_distortion_dB), field(row.line->odd_distortion_dB));
-    for (const GainAndPhase& model : row.models) text += fmt::format(",{},{}", model.gain_dB, model.phase_deg);
+    for (const GainAndPhase& model : row.models) {
+      text += fmt::format(",{},{},{},{}", model.gain_dB, field(model.gain_std_dB), model.phase_deg,
+                          field(model.phase_std_deg));
+    }
     text += "\n";
   }
   std::filesystem::path path = folder / kFrequencyResponseFile;

@@ -7,6 +7,7 @@
 
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/executor.hpp"
+#include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/sweep.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/file_io.hpp"
@@ -60,8 +61,8 @@ ExitCode sweep_commensurate_order(const FitCommand& command, const Identificatio
   const ident::StructureOptions structure = commensurate_structure(task.structures);
   const std::vector<double> orders =
       ident::order_grid(command.sweep_orders.at(0), command.sweep_orders.at(1), command.sweep_orders.at(2));
-  // Before the fits, which may take minutes.
-  if (folder) record::create_folders(*folder);
+  std::optional<NewFolders> made;
+  if (folder) made.emplace(*folder);
   console.progress(0.0, fmt::format("fitting {} values of q", orders.size()));
   const auto sweep = ident::sweep_commensurate_order(task.record, structure, task.options, orders, thread_executor());
   console.end_progress();

@@ -20,6 +20,8 @@ std::vector<SweepPoint> sweep_commensurate_order(const Record& record, const Str
   if (options.procedure == Procedure::paper) {
     throw ConfigError("the paper's procedure has no commensurate order to sweep; use procedure default");
   }
+  FitOptions each = options;
+  each.intervals = IntervalMethod::straight;
   std::vector<SweepPoint> sweep(orders.size());
   executor(orders.size(), [&](std::size_t k) {
     StructureOptions held = structure;
@@ -27,7 +29,7 @@ std::vector<SweepPoint> sweep_commensurate_order(const Record& record, const Str
     held.parameters.push_back({"q", true, orders[k], {}, {}});
     sweep[k].commensurate_order = orders[k];
     try {
-      sweep[k].model = fit(record, held, options).model;
+      sweep[k].model = fit(record, held, each).model;
     } catch (const NoStableModel&) {
       // A value like any other: the row says that there is none.
     }

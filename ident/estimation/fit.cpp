@@ -222,7 +222,8 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
                       std::move(guesses)});
     finest_s = std::min(finest_s, shortened.record.step_s);
   }
-  const Parametrisation parametrisation = Parametrisation::search(structure, {duration_s, finest_s});
+  const Parametrisation::Scale scale{duration_s, finest_s};
+  const Parametrisation parametrisation = Parametrisation::search(structure, scale);
   std::vector<Outcome> outcomes;
   std::size_t evaluations = 0;
   for (const Variant& variant : variants(structure, parametrisation.numerator_terms())) {
@@ -268,7 +269,11 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
         "fixed at 0: with an initial state a constant input cannot be told apart from offset and state";
   }
   result.estimation_samples = rows;
-  fill_parameters(result, compared, chosen, reported, solution, structure);
+  const ProfileSearch profile{scale, record.input.cwiseAbs().maxCoeff(), executor};
+  fill_parameters(result, compared, chosen, reported, solution, structure,
+                  options.intervals == IntervalMethod::profile ? &profile : nullptr);
+  model.bode = bode_curve(model, bode_frequencies(duration_s, record.step_s * static_cast<double>(comparison.every)),
+                          result.covariance);
   fill_validation(result, record, comparison);
   // Highest order first, as transfer functions are written.
   std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "ident/estimation/bode_curve.hpp"
 #include "ident/estimation/fit_options.hpp"
 #include "ident/estimation/model_output.hpp"
 #include "ident/executor.hpp"
@@ -21,6 +22,7 @@ struct FitResult {
   Eigen::VectorXd measured;            ///< filtered and decimated as compared [output unit]
   Eigen::VectorXd simulated;           ///< [output unit]
   std::size_t estimation_samples = 0;  ///< how many of them estimated
+  ParameterCovariance covariance;      ///< by the default procedure; none by the paper's
 };
 
 /// No trial of a structure was stable on a record.

@@ -49,10 +49,17 @@ enum class Search {
   local,   ///< at the requested start values, nowhere else
 };
 
+/// Where the 95 % intervals come from.
+enum class IntervalMethod {
+  profile,   ///< the profile of the cost where it is no parabola; takes as long as a hundred local fits then
+  straight,  ///< standard errors alone, where only the estimates are wanted
+};
+
 /// How a record is used.
 struct FitOptions {
   Procedure procedure = Procedure::standard;
   Search search = Search::global;
+  IntervalMethod intervals = IntervalMethod::profile;
   int decimation = 1;      ///< every how many samples model and data are compared
   double discard_s = 0.0;  ///< not compared, though simulated [s]
   double split = 0.5;      ///< share of the compared samples that estimates; 1 leaves no validation

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "ident/estimation/information.hpp"
 #include "ident/estimation/model_output.hpp"
+#include "ident/estimation/profile.hpp"
 #include "ident/estimation/uncertainty.hpp"
 #include "ident/validation/correlation.hpp"
 #include "ident/validation/score.hpp"
@@ -83,7 +85,8 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
 }
 
 void fill_parameters(FitResult& result, const ComparedRecord& compared, const Outcome& outcome,
-                     const LinearPart& linear, const LinearSolution& solution, const StructureOptions& structure) {
+                     const LinearPart& linear, const LinearSolution& solution, const StructureOptions& structure,
+                     const ProfileSearch* profile) {
   const TransferFunction& g = result.model.transfer_function;
   Parametrisation plain = Parametrisation::plain(structure, g);
   const OutputError problem(compared, plain, linear);
@@ -99,15 +102,37 @@ void fill_parameters(FitResult& result, const ComparedRecord& compared, const Ou
       information(outcome.best.point.cost / static_cast<double>(outcome.best.point.residual.size()), outcome.free,
                   residual.effective_samples);
 
+  std::vector<Interval> reach;
+  if (profile != nullptr) {
+    // With several numerator terms the bias does not enter linearly.
+    const bool bias_coordinate = outcome.variant.bias_coordinate || (linear.solve_bias && linear.numerator.size() > 1);
+    LinearPart searched = linear;
+    searched.solve_bias = linear.solve_bias && !bias_coordinate;
+    const ReportedOptimum optimum{.compared = compared,
+                                  .plain = problem,
+                                  .structure = structure,
+                                  .scale = profile->scale,
+                                  .linear = searched,
+                                  .bias_bound = bias_coordinate ? profile->largest_input : 0.0,
+                                  .solution = solution,
+                                  .cost = outcome.best.point.cost,
+                                  .names = correlation.names};
+    reach = intervals(optimum, known, profile->executor);
+  }
   const auto add = [&](const std::string& name, double value) {
     ParameterEstimate p{name, value, 0.0, value, value, true};
     const auto at = std::find(correlation.names.begin(), correlation.names.end(), name);
     if (at != correlation.names.end()) {
       const auto i = static_cast<Eigen::Index>(at - correlation.names.begin());
       p.fixed = false;
-      p.std = std::sqrt(known.covariance(i, i));
-      p.lower95 = value - known.interval_factor * p.std;
-      p.upper95 = value + known.interval_factor * p.std;
+      const auto& lost = known.indistinguishable;
+      const bool is_lost = std::find(lost.begin(), lost.end(), name) != lost.end();
+      p.std = is_lost ? std::numeric_limits<double>::infinity() : std::sqrt(known.covariance(i, i));
+      const double half_width = known.interval_factor * p.std;
+      const Interval straight{value - half_width, value + half_width};
+      const Interval interval = reach.empty() ? straight : reach[static_cast<std::size_t>(i)];
+      p.lower95 = interval.lower;
+      p.upper95 = interval.upper;
     }
     result.model.parameters.push_back(p);
   };
@@ -125,6 +150,7 @@ void fill_parameters(FitResult& result, const ComparedRecord& compared, const Ou
   add("initial_output", result.model.initial_output);
   for (std::size_t i = 0; i < result.model.initial_state.size(); ++i)
     add("x" + std::to_string(i), result.model.initial_state[i]);
+  result.covariance = {correlation.names, known.covariance};
   result.model.estimation->correlation = std::move(correlation);
 }
 

@@ -27,8 +27,17 @@ struct Normalised {
 /// `validation`.
 void fill_validation(FitResult& result, const Record& record, const Comparison& comparison);
 
+/// What profiles of the cost need beside the optimum.
+struct ProfileSearch {
+  Parametrisation::Scale scale;
+  double largest_input;  ///< max |u|
+  const Executor& executor;
+};
+
 /// Parameters as the model file lists them, with the uncertainty of the free ones.
+/// @param profile  none: intervals from standard errors alone
 void fill_parameters(FitResult& result, const ComparedRecord& compared, const Outcome& outcome,
-                     const LinearPart& linear, const LinearSolution& solution, const StructureOptions& structure);
+                     const LinearPart& linear, const LinearSolution& solution, const StructureOptions& structure,
+                     const ProfileSearch* profile);
 
 }  // namespace eha::ident

@@ -122,6 +122,8 @@ LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::V
         rest -= x[i] * columns.col(i);
       }
     }
+    if (orthonormal != nullptr) orthonormal->resize(columns.rows(), 0);
+    if (free.empty()) break;
     const Eigen::MatrixXd chosen = columns(Eigen::all, free);
     const Eigen::VectorXd scale = chosen.colwise().norm().cwiseMax(1e-300).cwiseInverse();
     const Eigen::MatrixXd a = chosen * scale.asDiagonal();

@@ -6,7 +6,6 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <complex>
-#include <limits>
 
 #include "ident/signal/fft.hpp"
 
@@ -112,13 +111,12 @@ Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<st
                                : Eigen::MatrixXd(u.transpose() * toeplitz_times(residual.autocovariance, u));
   const Eigen::MatrixXd half = scale.cwiseInverse().asDiagonal() * svd.matrixV() * inverse.asDiagonal();
   result.covariance = half * middle * half.transpose() * (residual.effective_samples / freedom);
+  result.unit_covariance = half * half.transpose();
   const Eigen::VectorXd deviation = result.covariance.diagonal().cwiseMax(1e-300).cwiseSqrt();
   result.correlation =
       deviation.cwiseInverse().asDiagonal() * result.covariance * deviation.cwiseInverse().asDiagonal();
   for (Eigen::Index i = 0; i < p; ++i) {
-    if (!lost[static_cast<std::size_t>(i)]) continue;
-    result.indistinguishable.push_back(names[static_cast<std::size_t>(i)]);
-    result.covariance(i, i) = std::numeric_limits<double>::infinity();
+    if (lost[static_cast<std::size_t>(i)]) result.indistinguishable.push_back(names[static_cast<std::size_t>(i)]);
   }
   return result;
 }

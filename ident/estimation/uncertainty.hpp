@@ -19,10 +19,11 @@ struct ResidualModel {
 
 /// What a least-squares fit knows about its parameters.
 struct Uncertainty {
-  Eigen::MatrixXd covariance;    ///< p by p; rows of parameters that cannot be told apart are infinite on the diagonal
-  Eigen::MatrixXd correlation;   ///< p by p
-  double interval_factor = 0.0;  ///< half width of a 95 % interval over the standard error (Student's t)
-  std::vector<std::string> indistinguishable;
+  Eigen::MatrixXd covariance;                  ///< p by p; directions in which the output does not move are left out
+  Eigen::MatrixXd correlation;                 ///< p by p
+  Eigen::MatrixXd unit_covariance;             ///< p by p, (J'J)^-1 without those directions
+  double interval_factor = 0.0;                ///< half width of a 95 % interval over the standard error (Student's t)
+  std::vector<std::string> indistinguishable;  ///< parameters in such a direction; their standard error is infinite
 };
 
 /// Covariance of least-squares estimates whose residual is coloured,

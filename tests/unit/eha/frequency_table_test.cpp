@@ -48,6 +48,7 @@ std::vector<IdentifiedModel> the_plant() {
   std::vector<IdentifiedModel> models(1);
   models[0].result.model.name = "io";
   models[0].result.model.transfer_function = kLag;
+  models[0].result.covariance = {{"K", "a0"}, 1e-6 * Eigen::MatrixXd::Identity(2, 2)};
   return models;
 }
 
@@ -86,6 +87,8 @@ TEST(FrequencyTable, ShowsTheSameGainAndPhaseForThePlantAndItsRecord) {
     const auto& model = line.at("models").at("io");
     EXPECT_NEAR(line.at("gain_dB").get<double>(), model.at("gain_dB").get<double>(), 0.01);
     EXPECT_NEAR(line.at("phase_deg").get<double>(), model.at("phase_deg").get<double>(), 0.1);
+    EXPECT_GT(model.at("gain_std_dB").get<double>(), 0.0);
+    EXPECT_LT(model.at("gain_std_dB").get<double>(), 0.1);
   }
   EXPECT_TRUE(json.at("lines")[0].at("odd_distortion_dB").is_number());  // the third harmonic is silent
 }
@@ -107,9 +110,10 @@ TEST(FrequencyTable, IsWrittenAsOneRowForEachLine) {
   const std::string text = content_of(path);
   EXPECT_EQ(path.filename(), "frequency_response.csv");
   EXPECT_EQ(
-      text.rfind("frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,io_gain_dB,io_phase_"
-                 "deg\n0.1,",
-                 0),
+      text.rfind(
+          "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,io_gain_dB,io_gain_std_dB,"
+          "io_phase_deg,io_phase_std_deg\n0.1,",
+          0),
       0U)
       << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);

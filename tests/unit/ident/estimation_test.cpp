@@ -231,6 +231,7 @@ TEST(Fit, ReachesTheBestCostFromPoorStarts) {
                             {"a0", {}, std::pow(10.0, 3.0 * uniform(generator) - 1.5), {}, {}}};
       FitOptions local;
       local.search = Search::local;
+      local.intervals = IntervalMethod::straight;
       ++tried;
       const double mse = fit(record, options, local).model.estimation->score.mse;
       EXPECT_GT(mse, best * (1.0 - 1e-3)) << "the global search missed the best optimum";
@@ -254,6 +255,17 @@ TEST(Fit, HoldsWhatTheUserFixesAndKeepsInsideWhatTheUserBounds) {
   EXPECT_EQ(value(result.model, "input_bias"), 0.0);
   EXPECT_GE(value(result.model, "initial_output"), 0.1);
   EXPECT_LE(value(result.model, "initial_output"), 0.2);
+}
+
+TEST(Fit, FindsTheOrdersWhenEverythingLinearIsHeld) {
+  const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.01, 4);
+  StructureOptions options = structure(StructureKind::fo);
+  options.parameters = {
+      {"K", true, 0.46, {}, {}}, {"input_bias", true, 0.0, {}, {}}, {"initial_output", true, 0.0, {}, {}}};
+  const FitResult result = fit(record, options, {});
+  EXPECT_EQ(value(result.model, "K"), 0.46);
+  EXPECT_NEAR(value(result.model, "n1"), 0.9, 0.02);
+  EXPECT_NEAR(value(result.model, "n2"), 1.75, 0.1);
 }
 
 TEST(Fit, RefusesRecordsThatCannotBeFitted) {
