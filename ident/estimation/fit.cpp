@@ -47,7 +47,7 @@ LinearQuantity quantity(const StructureOptions& structure, const std::string& na
   return q;
 }
 
-std::vector<Variant> variants(const StructureOptions& structure, std::size_t numerator_terms) {
+Variant variant_at_rest(const StructureOptions& structure, std::size_t numerator_terms) {
   Variant at_rest;
   for (std::size_t j = 0; j < numerator_terms; ++j) {
     at_rest.linear.numerator.push_back(quantity(structure, numerator_name(j, numerator_terms)));
@@ -60,7 +60,11 @@ std::vector<Variant> variants(const StructureOptions& structure, std::size_t num
   const bool bounded = bias != nullptr && (bias->lower || bias->upper);
   at_rest.linear.solve_bias = !bias_fixed && !bounded && numerator_terms == 1;
   at_rest.bias_coordinate = !bias_fixed && !at_rest.linear.solve_bias;
+  return at_rest;
+}
 
+std::vector<Variant> variants(const StructureOptions& structure, std::size_t numerator_terms) {
+  const Variant at_rest = variant_at_rest(structure, numerator_terms);
   // A constant input switched on at t = 0 is, for integer orders, one of the free responses.
   Variant moving = at_rest;
   moving.linear.solve_bias = false;
@@ -183,6 +187,29 @@ std::vector<Outcome> estimate(const Parametrisation& parametrisation, const Vari
   return outcomes;
 }
 
+/// A moving model near an integrator said in terms that stay within the record: the first free response, whose other
+/// name is an offset far outside it, is what an input bias does, and the last state what the offset does.
+Outcome with_bias_named(const Outcome& moving, const StructureOptions& structure, const ComparedRecord& compared,
+                        const Record& record, std::size_t& evaluations) {
+  const LinearSolution& found = moving.best.point.linear;
+  const TransferFunction g = moving.parametrisation.transfer_function(moving.best.theta, found.numerator);
+  const Eigen::VectorXd& c = found.initial_state;
+  Outcome named{variant_at_rest(structure, moving.parametrisation.numerator_terms()), moving.parametrisation, {}, 0};
+  named.variant.linear.initial_states = structure.poles - 1;
+  Eigen::VectorXd start = moving.best.theta;
+  if (named.variant.bias_coordinate) {
+    named.parametrisation.add_input_bias(structure, record.input.cwiseAbs().maxCoeff(), record.input[0]);
+    start.conservativeResize(start.size() + 1);
+    const double offset = c[c.size() - 1] / g.denominator.back().coefficient;
+    const double pushed = c[0] - offset * g.denominator.front().coefficient;
+    start[start.size() - 1] = found.numerator[0] == 0.0 ? 0.0 : pushed / found.numerator[0];
+  }
+  named.free = free_parameters(named.parametrisation, named.variant.linear);
+  named.best = minimise(OutputError(compared, named.parametrisation, named.variant.linear), start);
+  evaluations += named.best.evaluations;
+  return named.best.termination == Termination::infeasible ? moving : named;
+}
+
 /// Whether the compared samples say nothing about the input bias: not even that it is smaller than the input. So it is
 /// for a plant of finite DC gain whose start from rest is not compared; the offset then does the bias's work.
 bool is_bias_lost(const Model& model, double largest_input) {
@@ -239,15 +266,17 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
     throw DataError(
         fmt::format("model {}: no stable model of this structure was found for the record", structure.name));
   }
-  const Outcome& chosen = choose(outcomes, duration_s);
+  Outcome chosen = choose(outcomes, duration_s);
+  if (chosen.variant.linear.first_state < 0 && looks_integrating(chosen, duration_s)) {
+    chosen = with_bias_named(chosen, structure, compared, record, evaluations);
+  }
 
   FitResult result;
   LinearSolution solution = chosen.best.point.linear;
   const Normalised scaled = normalised(chosen.parametrisation.transfer_function(chosen.best.theta, solution.numerator));
   solution.numerator /= scaled.divisor;
   solution.initial_state /= scaled.divisor;
-  const bool bias_allowed = looks_integrating(chosen, duration_s) && find(structure, "input_bias") == nullptr;
-  const LinearPart reported = as_reported(chosen, scaled.g, bias_allowed, solution);
+  const LinearPart reported = as_reported(chosen, scaled.g, solution);
   Model& model = result.model;
   model.name = structure.name;
   model.transfer_function = scaled.g;

@@ -28,7 +28,7 @@ Normalised normalised(TransferFunction g) {
   return {std::move(g), divisor};
 }
 
-LinearPart as_reported(const Outcome& outcome, const TransferFunction& g, bool bias_allowed, LinearSolution& solution) {
+LinearPart as_reported(const Outcome& outcome, const TransferFunction& g, LinearSolution& solution) {
   LinearPart linear = outcome.variant.linear;
   // Reported as a parameter of its own, whether it was solved for or a coordinate.
   linear.solve_bias = linear.solve_bias || outcome.variant.bias_coordinate;
@@ -36,18 +36,12 @@ LinearPart as_reported(const Outcome& outcome, const TransferFunction& g, bool b
   linear.first_state = 0;
   linear.initial_output.fixed = false;
   const Eigen::VectorXd c = solution.initial_state;
-  const Eigen::Index poles = c.size() - 1;
-  const auto a = [&](Eigen::Index i) { return g.denominator[static_cast<std::size_t>(i)].coefficient; };
-  const auto b = [&](Eigen::Index i) { return i < solution.numerator.size() ? solution.numerator[i] : 0.0; };
-  // A delayed bias would not start with the state.
-  const bool bias = bias_allowed && g.delay_s == 0.0 && b(poles) == 0.0 && b(0) != 0.0;
-  solution.initial_output = bias ? c[poles] / a(poles) : c[0] / a(0);
-  solution.input_bias = bias ? (c[0] - solution.initial_output * a(0)) / b(0) : solution.input_bias;
-  linear.solve_bias = bias;
-  linear.initial_states = static_cast<int>(bias ? poles - 1 : poles);
+  linear.initial_states = static_cast<int>(c.size()) - 1;
+  solution.initial_output = c[0] / g.denominator[0].coefficient;
   solution.initial_state.resize(linear.initial_states);
-  for (Eigen::Index i = 1; i <= solution.initial_state.size(); ++i) {
-    solution.initial_state[i - 1] = c[i] - solution.initial_output * a(i) - (bias ? solution.input_bias * b(i) : 0.0);
+  for (Eigen::Index i = 1; i < c.size(); ++i) {
+    solution.initial_state[i - 1] =
+        c[i] - solution.initial_output * g.denominator[static_cast<std::size_t>(i)].coefficient;
   }
   return linear;
 }

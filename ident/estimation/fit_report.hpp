@@ -16,12 +16,8 @@ struct Normalised {
 [[nodiscard]] Normalised normalised(TransferFunction g);
 
 /// The linear quantities as a model file names them, and `solution` in their terms. A free response that starts with
-/// the step response of 1/D holds the offset and the state: sum c_i s^i/D with c_i = x_i + initial_output a_i. Near an
-/// integrator that offset lies far outside the record and its first term is what an input bias does: there the bias is
-/// named instead, and the offset is where the output starts.
-/// @param bias_allowed  the model looks integrating and its bias is free
-[[nodiscard]] LinearPart as_reported(const Outcome& outcome, const TransferFunction& g, bool bias_allowed,
-                                     LinearSolution& solution);
+/// the step response of 1/D holds the offset and the state: sum c_i s^i/D with c_i = x_i + initial_output a_i.
+[[nodiscard]] LinearPart as_reported(const Outcome& outcome, const TransferFunction& g, LinearSolution& solution);
 
 /// Simulates result.model over the compared rows and scores it: the estimating ones into `estimation`, the rest into
 /// `validation`.

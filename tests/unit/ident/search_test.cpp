@@ -94,12 +94,20 @@ TEST(Search, ReportsAnIntegratorThatWasMovingByItsBiasAndItsFirstOutput) {
   truth.input_bias = -0.02;
   truth.initial_output = -0.4;
   truth.initial_state = {0.3};
-  const Record record = record_of(truth, 0.1, 600, 5, 1e-4);
-  const Model model = fit(record, integer(2, 0), {}).model;
-  EXPECT_GT(model.validation->score.r2_percent, 99.9);
-  EXPECT_NEAR(model.input_bias, -0.02, 0.002);
-  const double span = record.output.maxCoeff() - record.output.minCoeff();
-  EXPECT_NEAR(model.initial_output, record.output[0], 0.02 * span);
+  for (const double delay_s : {0.0, 0.73}) {
+    truth.transfer_function.delay_s = delay_s;
+    const Record record = record_of(truth, 0.1, 600, 5, 1e-4);
+    const double span = record.output.maxCoeff() - record.output.minCoeff();
+    for (const int zeros : {0, 1}) {
+      StructureOptions structure = integer(2, zeros);
+      structure.delay_free = delay_s > 0.0;
+      const Model model = fit(record, structure, {}).model;
+      EXPECT_GT(model.estimation->score.r2_percent, 99.99) << delay_s << " s, " << zeros << " zeros";
+      EXPECT_GT(model.validation->score.r2_percent, 99.9) << delay_s << " s, " << zeros << " zeros";
+      EXPECT_NEAR(model.input_bias, -0.02, 0.002) << delay_s << " s, " << zeros << " zeros";
+      EXPECT_NEAR(model.initial_output, record.output[0], 0.02 * span) << delay_s << " s, " << zeros << " zeros";
+    }
+  }
 }
 
 TEST(Search, TakesTheAliasBelowTheNyquistFrequency) {
