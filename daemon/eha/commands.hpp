@@ -134,6 +134,9 @@ using Command =
 [[nodiscard]] ExitCode execute(const RunsListCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsShowCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsRecoverCommand& command, Console& console);
+
+/// Finishes the runs under a folder whose process died; a warning for each says what was kept, or why nothing can be.
+void recover_torn_runs(const std::filesystem::path& folder, Console& console);
 [[nodiscard]] ExitCode execute(const DoctorCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);

@@ -113,6 +113,8 @@ ExitCode execute(const RunCommand& command, Console& console) {
   }
   console.info(fmt::format("{}: {:g} s, {} repetition{} on {} ({})", experiment.name, experiment.duration_s,
                            experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
+  // What an earlier process left half written here; a run that is on in another one is left alone.
+  recover_torn_runs(command.output, console);
   const record::FinishedRun run = acquire(command, rig, experiment, console);
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (run.report.outcome != acquisition::Outcome::completed) return report_incomplete(run, console);

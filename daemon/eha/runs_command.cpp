@@ -83,6 +83,11 @@ Json runs_of_folder(const fs::path& folder, const Console& console) {
   return document;
 }
 
+std::string describe(const fs::path& run, const record::Recovery& recovery) {
+  return fmt::format("{}: recovered: {} rows kept, {} torn bytes left out, outcome {}", run.string(), recovery.rows,
+                     recovery.torn_bytes, acquisition::to_text(recovery.outcome));
+}
+
 }  // namespace
 
 ExitCode execute(const RunsListCommand& command, Console& console) {
@@ -126,22 +131,38 @@ ExitCode execute(const RunsRecoverCommand& command, Console& console) {
   const std::vector<fs::path> runs = record::is_run_folder(command.target) ? std::vector<fs::path>{command.target}
                                                                            : record::find_torn_runs(command.target);
   Json document{{"schema", "eha-recovery/1"}, {"runs", Json::array()}};
+  ExitCode code = ExitCode::ok;
   for (const fs::path& run : runs) {
-    const record::Recovery recovery = record::recover_run(run);
-    const std::string outcome(acquisition::to_text(recovery.outcome));
-    document["runs"].push_back({{"folder", run.string()},
-                                {"changed", recovery.changed},
-                                {"outcome", outcome},
-                                {"rows", recovery.rows},
-                                {"torn_bytes", recovery.torn_bytes}});
-    console.print(recovery.changed ? fmt::format("{}: {} rows kept, {} torn bytes left out, outcome {}", run.string(),
-                                                 recovery.rows, recovery.torn_bytes, outcome)
-                                   : fmt::format("{}: complete, nothing to do", run.string()));
+    try {
+      const record::Recovery recovery = record::recover_run(run);
+      document["runs"].push_back({{"folder", run.string()},
+                                  {"changed", recovery.changed},
+                                  {"outcome", acquisition::to_text(recovery.outcome)},
+                                  {"rows", recovery.rows},
+                                  {"torn_bytes", recovery.torn_bytes}});
+      console.print(recovery.changed ? describe(run, recovery)
+                                     : fmt::format("{}: complete, nothing to do", run.string()));
+    } catch (const Error& error) {
+      // One run that cannot be saved must not cost the others.
+      console.error(error.what());
+      document["runs"].push_back({{"folder", run.string()}, {"changed", false}, {"error", error.what()}});
+      if (code == ExitCode::ok) code = error.exit_code();
+    }
   }
   if (runs.empty()) console.print(fmt::format("no torn runs in {}", command.target.string()));
   console.print_json(document);
-  if (!runs.empty()) console.next_step(fmt::format("eha fit {}", runs.front().string()));
-  return ExitCode::ok;
+  if (!runs.empty() && code == ExitCode::ok) console.next_step(fmt::format("eha fit {}", runs.front().string()));
+  return code;
+}
+
+void recover_torn_runs(const fs::path& folder, Console& console) {
+  for (const fs::path& run : record::list_runs(folder)) {
+    try {
+      if (record::is_torn_run(run)) console.warning(describe(run, record::recover_run(run)));
+    } catch (const Error& error) {
+      console.warning(fmt::format("{}; it stays as it is", error.what()));
+    }
+  }
 }
 
 }  // namespace eha::cli

@@ -152,5 +152,41 @@ TEST(InterruptedRun, RampsOutKeepsWhatItHasAndIsNotFitted) {
   EXPECT_FALSE(fs::exists(fs::symlink_status(folder.path() / "runs" / "latest")));
 }
 
+TEST(KilledRun, IsRecoveredByTheNextOneWhateverElseCannotBe) {
+  const TemporaryFolder folder;
+  const fs::path runs = folder.path() / "runs";
+  const auto recording = [&runs] {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(runs, ignored)) {
+      if (fs::exists(entry.path() / "raw.ehalog") && fs::file_size(entry.path() / "raw.ehalog", ignored) > 32000) {
+        return true;
+      }
+    }
+    return false;
+  };
+  const Ended killed = interrupt_eha(
+      {"run", source_file("config/experiments/paper.toml"), "--local", "--rig", source_file("config/rigs/sim.toml")},
+      folder.path(), recording, SIGKILL);
+  ASSERT_EQ(killed.code, 128 + SIGKILL);
+  const fs::path run = fs::directory_iterator(runs)->path();
+  ASSERT_EQ(json::parse(content_of(run / "run.json")).at("outcome"), "in_progress");
+  fs::create_directory(runs / "20200101T000000Z-spoilt");
+  folder.write("runs/20200101T000000Z-spoilt/raw.ehalog", "no journal");
+
+  const Ended next = run_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--fast", "--rig",
+                              source_file("config/rigs/sim.toml")},
+                             folder.path());
+  EXPECT_EQ(next.code, 0) << next.err;
+  EXPECT_NE(next.err.find("20200101T000000Z-spoilt"), std::string::npos) << next.err;
+  EXPECT_NE(next.err.find(run.filename().string() + ": recovered: "), std::string::npos) << next.err;
+  const json manifest = json::parse(content_of(run / "run.json"));
+  EXPECT_EQ(manifest.at("outcome"), "recovered");
+  EXPECT_GE(manifest.at("recovery").at("rows").get<int>(), 400);
+  EXPECT_TRUE(fs::is_regular_file(run / "raw.h5"));
+
+  const Ended recover = run_eha({"runs", "recover", "runs"}, folder.path());
+  EXPECT_EQ(recover.code, static_cast<int>(ExitCode::bad_data)) << recover.err;
+}
+
 }  // namespace
 }  // namespace eha::test
