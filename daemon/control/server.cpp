@@ -102,7 +102,6 @@ Server::~Server() {
 
 void Server::accept_clients() {
   for (;;) {
-    if (clients_.size() >= limits_.clients) make_room();
     const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (descriptor < 0 && (errno == EINTR || errno == ECONNABORTED)) continue;
     if (descriptor < 0) {
@@ -119,6 +118,7 @@ void Server::accept_clients() {
     if (users_.size() >= kMostUsersKept) users_.clear();
     auto [user, is_new] = users_.try_emplace(credentials.uid);
     if (is_new) user->second = user_name(credentials.uid);
+    if (clients_.size() >= limits_.clients) make_room();
     const ClientId id = next_client_++;
     auto client = std::make_unique<Client>();
     client->peer = {id, credentials.uid, credentials.pid, user->second};
@@ -275,7 +275,9 @@ void Server::sweep(TimePoint now) {
     const bool has_half_a_line =
         !client->busy && client->input.size() > 0 && now - client->line_begun > limits_.silence;
     const bool does_not_read = !client->output.empty() && now - client->last_taken > limits_.silence;
-    if (has_not_asked || has_half_a_line || does_not_read) silent.push_back(id);
+    // Its own buffer is full, so that no event will tell of it any more.
+    const bool is_done_with = client->closing && client->output.empty();
+    if (has_not_asked || has_half_a_line || does_not_read || is_done_with) silent.push_back(id);
   }
   for (const ClientId id : silent) drop(id);
 }

@@ -67,7 +67,7 @@ Json Supervisor::status() const {
                    {"backend", rig_config_->backend == config::Backend::sim ? "sim" : "comedi"},
                    {"moves", rig_config_->backend != config::Backend::sim}};
   status["lease"] = nullptr;
-  if (const auto& holder = lease_.holder()) {
+  if (const Lease::Holder* holder = lease_.holder()) {
     status["lease"] = {{"uid", holder->uid},
                        {"user", holder->user},
                        {"remaining_s", std::ceil(lease_.remaining(Clock::now()).count())}};

@@ -4,8 +4,8 @@
 #include <sys/types.h>
 
 #include <chrono>
-#include <optional>
 #include <string>
+#include <utility>
 
 namespace eha::service {
 
@@ -22,20 +22,23 @@ class Lease {
 
   void grant(Holder holder, Clock::time_point now) {
     holder_ = std::move(holder);
+    is_held_ = true;
     ends_ = now + kDuration;
   }
-  void release() { holder_.reset(); }
+  void release() { is_held_ = false; }
 
   /// The holder has acted, or his run is on or has just ended.
   void renew(Clock::time_point now) { ends_ = now + kDuration; }
 
-  [[nodiscard]] const std::optional<Holder>& holder() const noexcept { return holder_; }
-  [[nodiscard]] bool is_held_by(uid_t uid) const noexcept { return holder_ && holder_->uid == uid; }
-  [[nodiscard]] bool has_expired(Clock::time_point now) const noexcept { return holder_ && now >= ends_; }
+  /// None: nullptr. Valid until the lease is granted anew.
+  [[nodiscard]] const Holder* holder() const noexcept { return is_held_ ? &holder_ : nullptr; }
+  [[nodiscard]] bool is_held_by(uid_t uid) const noexcept { return is_held_ && holder_.uid == uid; }
+  [[nodiscard]] bool has_expired(Clock::time_point now) const noexcept { return is_held_ && now >= ends_; }
   [[nodiscard]] std::chrono::duration<double> remaining(Clock::time_point now) const noexcept { return ends_ - now; }
 
  private:
-  std::optional<Holder> holder_;
+  bool is_held_ = false;
+  Holder holder_;
   Clock::time_point ends_;
 };
 

@@ -106,7 +106,7 @@ void Supervisor::load_queue() {
 
 Json Supervisor::arm(const Peer& peer) {
   if (shutting_down_) throw DeviceError("ehad is stopping; try again once it has restarted");
-  const auto& holder = lease_.holder();
+  const Lease::Holder* holder = lease_.holder();
   if (holder && holder->uid != peer.uid) {
     throw PermissionError(fmt::format("the rig is armed by {} for another {:.0f} s; wait, or ask for eha disarm",
                                       holder->user, lease_.remaining(Clock::now()).count()));
@@ -132,7 +132,7 @@ Json Supervisor::arm(const Peer& peer) {
 }
 
 Json Supervisor::disarm(const Peer& peer) {
-  const auto& holder = lease_.holder();
+  const Lease::Holder* holder = lease_.holder();
   if (holder && holder->uid != peer.uid) {
     throw PermissionError(
         fmt::format("the rig is armed by {}, who alone may disarm it; eha stop is for everyone", holder->user));

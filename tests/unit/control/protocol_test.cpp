@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/control/protocol.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <variant>
+
+namespace eha::control {
+namespace {
+
+template <typename T>
+T call_of(const std::string& line) {
+  const auto parsed = parse_request(line);
+  if (const auto* refusal = std::get_if<Refusal>(&parsed)) {
+    ADD_FAILURE() << line << ": " << refusal->message;
+    return {};
+  }
+  return std::get<T>(std::get<Request>(parsed).call);
+}
+
+Refusal refusal_of(const std::string& line) {
+  const auto parsed = parse_request(line);
+  if (const auto* refusal = std::get_if<Refusal>(&parsed)) return *refusal;
+  ADD_FAILURE() << line << " is accepted";
+  return {};
+}
+
+TEST(Protocol, ReadsEachMethodWithItsParameters) {
+  call_of<StatusCall>(R"({"id":0,"method":"status"})");
+  call_of<ArmCall>(R"({"id":1,"method":"arm","params":{}})");
+  EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop"})").entry, std::nullopt);
+  EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop","params":{"entry":3}})").entry, 3);
+  EXPECT_EQ(call_of<CancelCall>(R"({"id":1,"method":"cancel","params":{"entry":9}})").entry, 9);
+  EXPECT_EQ(call_of<WatchCall>(R"({"id":1,"method":"watch","params":{"rate_Hz":25}})").rate_Hz, 25.0);
+  const auto submit =
+      call_of<SubmitCall>(R"({"id":1,"method":"submit","params":{"experiment":"a\nb","name":"\u00e4\n","fast":true}})");
+  EXPECT_EQ(submit.experiment, "a\nb");
+  EXPECT_EQ(submit.name, "???");  // for logs and messages: printable only
+  EXPECT_TRUE(submit.fast);
+}
+
+TEST(Protocol, RefusesWhatItDoesNotKnowAndNamesTheNearest) {
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"statu"})").message.find("did you mean \"status\""), std::string::npos);
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"cancel","params":{"entri":1}})").message.find("params.entry"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"watch","params":{"rate_hz":1}})").message.find("rate_Hz"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"arm","params":{"uid":0}})").message.find("takes no parameters"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"arm","uid":0})").message.find("uid"), std::string::npos);
+}
+
+TEST(Protocol, KeepsTheIdOfARequestThatItRefuses) {
+  EXPECT_EQ(refusal_of(R"({"id":7,"method":"no"})").id, 7);
+  EXPECT_EQ(refusal_of(R"({"id":"7","method":"arm"})").id, nullptr);
+  EXPECT_EQ(refusal_of(R"({"id":-1,"method":"arm"})").id, nullptr);
+  EXPECT_EQ(refusal_of(R"({"id":18446744073709551615,"method":"arm"})").id, nullptr);
+  EXPECT_EQ(refusal_of(R"({"id":1.5,"method":"arm"})").id, nullptr);
+  EXPECT_EQ(refusal_of("garbage").id, nullptr);
+  EXPECT_EQ(refusal_of("[]").id, nullptr);
+}
+
+TEST(Protocol, RefusesValuesOfAnotherKindOrOutOfRange) {
+  for (const char* params : {R"({"entry":0})", R"({"entry":1.5})", R"({"entry":"1"})", R"({"entry":1e300})", "{}"}) {
+    refusal_of(std::string(R"({"id":1,"method":"cancel","params":)") + params + "}");
+  }
+  for (const char* params : {R"({"rate_Hz":0})", R"({"rate_Hz":25.1})", R"({"rate_Hz":"5"})"}) {
+    refusal_of(std::string(R"({"id":1,"method":"watch","params":)") + params + "}");
+  }
+  refusal_of(R"({"id":1,"method":"submit","params":{}})");
+  refusal_of(R"({"id":1,"method":"submit","params":{"experiment":1}})");
+  refusal_of(R"({"id":1,"method":"submit","params":{"experiment":"","fast":1}})");
+  refusal_of(R"({"id":1,"method":"arm","params":[]})");
+  const std::string longest(kLongestExperiment, 'x');
+  EXPECT_EQ(call_of<SubmitCall>(R"({"id":1,"method":"submit","params":{"experiment":")" + longest + "\"}}").experiment,
+            longest);
+  refusal_of(R"({"id":1,"method":"submit","params":{"experiment":"x)" + longest + "\"}}");
+}
+
+TEST(Protocol, DoesNotFollowANestOfBrackets) {
+  const std::string deep(100'000, '[');
+  refusal_of(deep);
+  EXPECT_NE(refusal_of(R"({"id":1,"params":)" + deep).message.find("nests"), std::string::npos);
+}
+
+TEST(Protocol, AnswersInOneLineWhateverTheText) {
+  EXPECT_EQ(error_line(nullptr, ExitCode::permission, "two\nlines \xff"),
+            "{\"id\":null,\"error\":{\"code\":77,\"message\":\"two\\nlines \xEF\xBF\xBD\"}}\n");
+  EXPECT_EQ(result_line(3, {{"a", 1}}), "{\"id\":3,\"result\":{\"a\":1}}\n");
+  EXPECT_EQ(Json::parse(greeting_line()).at("protocol"), 1);
+}
+
+}  // namespace
+}  // namespace eha::control

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/queue.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::service {
+namespace {
+
+Entry entry_of(EntryId id, uid_t uid, EntryState state = EntryState::waiting) {
+  Entry entry;
+  entry.id = id;
+  entry.uid = uid;
+  entry.state = state;
+  entry.name = "name";
+  return entry;
+}
+
+TEST(Queue, GivesEachUserItsOldestWaitingExperiment) {
+  Queue queue({entry_of(1, 10, EntryState::over), entry_of(2, 10), entry_of(3, 20), entry_of(4, 10)});
+  EXPECT_EQ(queue.next_of(10)->id, 2);
+  EXPECT_EQ(queue.next_of(20)->id, 3);
+  EXPECT_EQ(queue.next_of(30), nullptr);
+  queue.next_of(10)->state = EntryState::cancelled;
+  EXPECT_EQ(queue.next_of(10)->id, 4);
+  EXPECT_EQ(queue.count(EntryState::waiting), 2U);
+}
+
+TEST(Queue, NeverGivesANumberTwice) {
+  Queue queue({entry_of(7, 1)});
+  EXPECT_EQ(queue.take_id(), 8);
+  EXPECT_EQ(queue.take_id(), 9);
+}
+
+TEST(Queue, ForgetsTheOldestThatAreOverAndNoOthers) {
+  Queue queue;
+  queue.add(entry_of(queue.take_id(), 1));
+  for (std::size_t i = 0; i < Queue::kMostOver + 2; ++i) queue.add(entry_of(queue.take_id(), 1, EntryState::over));
+  EXPECT_EQ(queue.forget_old(), (std::vector<EntryId>{2, 3}));
+  EXPECT_NE(queue.find(1), nullptr);
+  EXPECT_EQ(queue.find(2), nullptr);
+  EXPECT_TRUE(queue.forget_old().empty());
+}
+
+TEST(QueueStore, GivesBackWhatWasSaved) {
+  const test::TemporaryFolder folder;
+  Entry entry = entry_of(12, 1000, EntryState::fitting);
+  entry.file = "a.toml";
+  entry.user = "alice";
+  entry.fast = true;
+  entry.submitted = "2026-01-01T00:00:00Z";
+  entry.experiment = "schema = 1\n\"\xc3\xa4\"\n";
+  entry.run = "run";
+  entry.outcome = "completed";
+  entry.note = "note";
+  entry.models = Json::array({{{"name", "io"}, {"accepted", true}}});
+  entry.exit_code = 3;
+  {
+    const QueueStore store(folder.path() / "queue");
+    store.save(entry_of(12, 1));
+    store.save(entry);
+    store.save(entry_of(3, 2));
+    store.save(entry_of(4, 2));
+    store.remove(4);
+  }
+  std::vector<std::string> damaged;
+  const std::vector<Entry> loaded = QueueStore(folder.path() / "queue").load(damaged);
+  ASSERT_EQ(loaded.size(), 2U);
+  EXPECT_TRUE(damaged.empty());
+  EXPECT_EQ(loaded[0].id, 3);
+  EXPECT_EQ(describe(loaded[1]), describe(entry));
+  EXPECT_EQ(loaded[1].experiment, entry.experiment);
+}
+
+TEST(QueueStore, SetsADamagedFileAsideAndLoadsTheOthers) {
+  const test::TemporaryFolder folder;
+  const QueueStore store(folder.path());
+  store.save(entry_of(1, 1));
+  store.save(entry_of(3, 1));
+  folder.write("00000002.json", "{\"schema\": \"eha-queue/1\", \"entry\"");
+  folder.write("00000003.json", "{\"schema\": \"eha-queue/2\"}");
+  std::vector<std::string> damaged;
+  const std::vector<Entry> loaded = store.load(damaged);
+  ASSERT_EQ(loaded.size(), 1U);
+  EXPECT_EQ(damaged.size(), 2U);
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "00000002.json.damaged"));
+}
+
+TEST(QueueStore, BelongsToOneProcess) {
+  const test::TemporaryFolder folder;
+  const QueueStore store(folder.path());
+  EXPECT_THROW(QueueStore(folder.path()), DeviceError);
+}
+
+}  // namespace
+}  // namespace eha::service
