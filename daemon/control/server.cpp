@@ -182,7 +182,9 @@ void Server::read_from(Client& client) {
 
 void Server::handle_lines(ClientId id) {
   // Looked up anew each time: a request may end in its client being dropped.
-  for (Client* client = find(id); client != nullptr && !client->busy && !client->closing; client = find(id)) {
+  // While an answer waits to be read no other is made: who does not read costs one answer.
+  const auto may_ask = [](const Client& client) { return !client.busy && !client.closing && client.output.empty(); };
+  for (Client* client = find(id); client != nullptr && may_ask(*client); client = find(id)) {
     const std::optional<std::string> line = client->input.next_line();
     if (!line) {
       if (client->input.is_too_long()) {
@@ -209,10 +211,11 @@ void Server::handle_lines(ClientId id) {
 }
 
 void Server::send(Client& client, std::string_view text) {
-  if (client.output.empty()) client.last_taken = std::chrono::steady_clock::now();
+  const bool all_was_read = client.output.empty();
+  if (all_was_read) client.last_taken = std::chrono::steady_clock::now();
   client.output.append(text);
   flush(client);
-  if (client.output.size() > limits_.unread_bytes) {
+  if (!all_was_read && client.output.size() > limits_.unread_bytes) {
     // Who does not read does not get to keep memory of ours; what he missed cannot be left out either.
     client.output.clear();
     client.closing = true;
@@ -241,8 +244,8 @@ void Server::flush(Client& client) {
 
 void Server::update_events(Client& client) {
   std::uint32_t events = 0;
-  // While a request is under way the next one stays in the socket: the sender waits, not we.
-  if (!client.at_end && !client.busy) events |= EPOLLIN;
+  // While a request is under way or its answer unread the next one stays in the socket: the sender waits, not we.
+  if (!client.at_end && !client.busy && client.output.empty()) events |= EPOLLIN;
   if (!client.output.empty() || client.closing) events |= EPOLLOUT;
   loop_.change(client.descriptor, events);
 }

@@ -31,14 +31,15 @@ struct Peer {
 
 /// What a client may cost.
 struct ServerLimits {
-  std::size_t clients = 256;                  ///< at most; then the one that has been idle longest makes room
-  std::size_t unread_bytes = 1024 * 1024;     ///< answers waiting for a slow reader, who is dropped beyond
+  std::size_t clients = 256;  ///< at most; then the one that has been idle longest makes room
+  std::size_t unread_bytes =
+      1024 * 1024;  ///< lines waiting for a slow reader, who is dropped beyond; one answer may be longer
   std::chrono::milliseconds silence{30'000};  ///< for the first request, to end a line begun, to read what waits
 };
 
 /// The listening side of the socket. Everything is non-blocking and bounded: a client that floods, stalls, sends
 /// garbage or reads nothing is answered or dropped, and delays nobody. A client's requests are answered one at a time,
-/// in order; its next one is not even read before the one before it is answered. Not thread-safe.
+/// in order; its next one is not even read before the one before it is answered and the answer taken. Not thread-safe.
 class Server {
  public:
   using OnRequest = std::function<void(const Peer&, const Request&)>;

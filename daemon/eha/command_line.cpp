@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "daemon/doctor/latency.hpp"
 #include "daemon/eha/completion.hpp"
+#include "daemon/eha/runs_options.hpp"
 #include "daemon/eha/service_options.hpp"
 
 namespace eha::cli {
@@ -260,37 +261,6 @@ void add_design(CLI::App& app, DesignCommand& design) {
   sub->add_option("experiment", design.experiment_file, "Experiment file (TOML)")->required()->type_name("EXPERIMENT");
   sub->add_option("--rig", design.rig_file, "Rig file whose tick and limits apply")->type_name("RIG");
   sub->add_option("-o,--output", design.output, "CSV file to write the table of volts to")->type_name("FILE");
-}
-
-/// The commands under `eha runs`.
-struct RunsCommands {
-  RunsListCommand list;
-  RunsShowCommand show;
-  RunsRecoverCommand recover;
-  ServiceCommand cancel{.method = "cancel"};
-};
-
-void add_runs(CLI::App& app, RunsCommands& runs) {
-  CLI::App* sub = app.add_subcommand("runs", "List, show, recover or cancel runs");
-  sub->fallthrough();
-  sub->require_subcommand(1);
-  sub->footer("\nExamples:\n  eha runs list\n  eha runs show runs/latest\n  eha runs recover runs");
-  CLI::App* list = sub->add_subcommand("list", "One line for each run, oldest first");
-  list->add_option("folder", runs.list.folder, "Folder of run folders (default runs, else the service's)")
-      ->type_name("DIR");
-  add_socket_option(*list, runs.list.socket);
-  CLI::App* show = sub->add_subcommand("show", "What a run was and what came out of it");
-  show->add_option("run", runs.show.run, "Run folder")->required()->type_name("RUN");
-  CLI::App* recover = sub->add_subcommand("recover", "Complete runs whose process died, from their journals");
-  recover->add_option("target", runs.recover.target, "Run folder, or folder of run folders")
-      ->required()
-      ->type_name("RUN|DIR");
-  CLI::App* cancel = sub->add_subcommand("cancel", "Take an experiment that waits out of the service's queue");
-  cancel->add_option("number", runs.cancel.entry, "Number in the queue, see eha status")
-      ->required()
-      ->type_name("NUMBER")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""));
-  add_socket_option(*cancel, runs.cancel.socket);
 }
 
 void add_doctor(CLI::App& app, DoctorCommand& doctor) {

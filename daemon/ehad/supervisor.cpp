@@ -45,7 +45,7 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       store_(options.state / "queue"),
       mailbox_(loop),
       clerk_("eha-clerk", mailbox_),
-      player_("eha-player", mailbox_) {
+      player_(std::make_unique<Background>("eha-player", mailbox_)) {
   load_configuration();
   create_folder(runs_folder());
   open_rig();
@@ -55,6 +55,12 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
 
 Supervisor::~Supervisor() {
   fitting_.reset();
+  // Only when the program ends by an error there is still a run; the rig stays open until it is safe.
+  if (active_) {
+    active_->stop->request();
+    active_->stop->request();
+  }
+  player_.reset();
   close_rig();
 }
 
@@ -207,7 +213,7 @@ void Supervisor::turn(Clock::time_point now) {
   }
   look_after_worker();
   const record::RunWatch* watch = active_ && active_->playing ? active_->watch.get() : nullptr;
-  const std::string fault = health_.check(watch, player_.beats(), now);
+  const std::string fault = health_.check(watch, player_->beats(), now);
   if (fault.empty()) {
     notifier_.feed_watchdog();
   } else if (health_was_good_) {

@@ -129,8 +129,8 @@ class Supervisor {
   bool health_was_good_ = true;
   Totals totals_;
   Mailbox mailbox_;
-  Background clerk_;   ///< the disk and the checks
-  Background player_;  ///< experiments
+  Background clerk_;                    ///< the disk and the checks
+  std::unique_ptr<Background> player_;  ///< experiments
 };
 
 }  // namespace eha::service

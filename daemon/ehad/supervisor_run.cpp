@@ -86,7 +86,7 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
   entry.run = folder.filename().string();
   spdlog::info("experiment {} (\"{}\" of {}): runs in {}", id, entry.name, entry.user, folder.string());
   active_->playing = true;
-  player_.ask(
+  player_->ask(
       [this, entry, folder, config = rig_config_, watch = active_->watch, stop = active_->stop] {
         return play(entry, folder, *config, card_ ? &card_->rig() : nullptr, options_.non_realtime, machine_, *stop,
                     *watch);

@@ -89,7 +89,8 @@ void Daemon::start() {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  std::vector<std::string> variables{"NOTIFY_SOCKET=" + (folder_.path() / "notify").string(), "WATCHDOG_USEC=60000000"};
+  std::vector<std::string> variables{"NOTIFY_SOCKET=" + (folder_.path() / "notify").string(), "WATCHDOG_USEC=4000000"};
+  variables.insert(variables.end(), environment_.begin(), environment_.end());
   std::vector<char*> environment;
   for (std::string& variable : variables) environment.push_back(variable.data());
   for (char** own = environ; *own != nullptr; ++own) environment.push_back(*own);
@@ -129,6 +130,11 @@ bool Daemon::hears(const std::string& text, std::chrono::seconds patience) {
     if (is_dead || steady_clock::now() > deadline) return false;
     told_.wait_for(lock, std::chrono::milliseconds(100));
   }
+}
+
+void Daemon::forget_messages() {
+  const std::lock_guard lock(mutex_);
+  messages_.clear();
 }
 
 bool Daemon::logs(const std::string& text, std::chrono::seconds patience) const {

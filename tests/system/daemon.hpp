@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "daemon/control/client.hpp"
@@ -23,7 +24,7 @@ namespace eha::test {
 using Json = control::Json;
 
 /// For what must happen sooner or later; a test that waits longer has failed.
-inline constexpr std::chrono::seconds kGenerous{120};
+inline constexpr std::chrono::seconds kGenerous{200};
 
 /// What the service has open without close-on-exec, in place of a card, which libcomedi opens in that way.
 inline constexpr const char* kDevice = "/dev/zero";
@@ -38,6 +39,9 @@ class Daemon {
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
   ~Daemon();
+
+  /// Gives the ones that are started from here on NAME=VALUE.
+  void set_environment(std::string variable) { environment_.push_back(std::move(variable)); }
 
   /// Starts it and returns once it has told its service manager READY=1.
   /// @throws std::runtime_error  it ended instead; with what it said
@@ -57,6 +61,8 @@ class Daemon {
   /// Waits until the service manager is told a message that contains `text`, after the one it waited for before.
   /// @returns whether that happened in time
   bool hears(const std::string& text, std::chrono::seconds patience = kGenerous);
+  /// What it was told until now is not heard any more.
+  void forget_messages();
   /// Waits until the log holds `text`.
   bool logs(const std::string& text, std::chrono::seconds patience = kGenerous) const;
 
@@ -73,6 +79,7 @@ class Daemon {
   std::condition_variable told_;
   std::deque<std::string> messages_;
   std::thread manager_thread_;
+  std::vector<std::string> environment_;
   pid_t pid_ = -1;
 };
 

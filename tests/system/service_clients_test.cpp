@@ -185,6 +185,37 @@ TEST(ServiceClients, OfEveryBadKindLeaveNoTraceInTheRecord) {
   EXPECT_EQ(client.call("status").at("lease").is_null(), false);
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(ServiceClients, ShareNoLockAndNoHeapWithTheLoop) {
+  Daemon daemon;
+  const fs::path report = daemon.folder() / "trap";
+  daemon.set_environment(std::string("LD_PRELOAD=") + EHA_LOOP_TRAP_LIBRARY);
+  daemon.set_environment("EHA_LOOP_TRAP=" + report.string());
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  std::vector<BareClient> others;
+  for (int i = 0; i < 100; ++i) others.emplace_back(daemon);
+  std::mt19937 random(1);
+  const std::int64_t entry = submit(client, quiet_experiment_text("trapped", 4.0), false);
+  follow(daemon, entry, [&](const Json& snapshot) {
+    for (BareClient& other : others) {
+      other.send(garbage(random, 200));
+      other.send("\n{\"id\":2,\"method\":\"status\"}\n");
+      other.read();
+    }
+    return snapshot.at("entry").at("state") == "fitting";
+  });
+  long ticks = 0;
+  long locks = -1;
+  long allocations = -1;
+  std::ifstream(report) >> ticks >> locks >> allocations;
+  EXPECT_GE(ticks, 100) << "the trap saw no loop: " << daemon.log();
+  EXPECT_EQ(locks, 0);
+  EXPECT_EQ(allocations, 0);
+}
+#endif
+
 TEST(ServiceClients, BeyondTheGreatestNumberMakeRoomForThoseWhoAsk) {
   Daemon daemon;
   daemon.start();
