@@ -64,7 +64,12 @@ void write_models(const path& folder) {
   model.input_bias = 0.25;
   model.initial_state = {0.1, -1.0 / 3.0};
   model.parameters = {{"a2", 0.61, 0.01, 0.59, 0.63, false}, {"n0", 0.0, std::nan(""), 0.0, 0.0, true}};
-  model.estimation = eha::ident::EstimationReport{{99.5, 1e-4, 93.0, 0.0, 0.0, 500}, 27, 0.4, "converged", true};
+  model.estimation.emplace();
+  model.estimation->score = {99.5, 1e-4, 93.0, 0.0, 0.0, 500};
+  model.estimation->evaluations = 27;
+  model.estimation->seconds = 0.4;
+  model.estimation->termination = "converged";
+  model.estimation->converged = true;
   model.validation.emplace();
   model.validation->score.r2_percent = -std::numeric_limits<double>::infinity();
   model.validation->offset_reestimated = eha::ident::Score{99.2, 1.9e-4, 91.0, -0.02, 0.03, 500};
