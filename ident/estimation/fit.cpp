@@ -210,13 +210,16 @@ Outcome with_bias_named(const Outcome& moving, const StructureOptions& structure
   return named.best.termination == Termination::infeasible ? moving : named;
 }
 
+// Of max |u|. A record that starts at rest at its largest input has a bias of that size.
+constexpr double kGreatestBias = 3.0;
+
 /// Whether the compared samples say nothing about the input bias: not even that it is smaller than the input. So it is
 /// for a plant of finite DC gain whose start from rest is not compared; the offset then does the bias's work.
 bool is_bias_lost(const Model& model, double largest_input) {
   const auto bias = std::find_if(model.parameters.begin(), model.parameters.end(),
                                  [](const ParameterEstimate& p) { return p.name == "input_bias"; });
   return bias != model.parameters.end() && !bias->fixed &&
-         !(std::max(bias->std, std::abs(bias->value)) < largest_input);
+         !(std::max(bias->std, std::abs(bias->value) / kGreatestBias) < largest_input);
 }
 
 FitResult fit_by_default(const Record& record, const StructureOptions& structure, const FitOptions& options,

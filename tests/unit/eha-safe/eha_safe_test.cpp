@@ -42,7 +42,8 @@ TEST(EhaSafe, HasNothingToDoWhereTheServiceLeftNoSnapshot) {
   if (std::filesystem::exists(hal::kServiceSnapshot)) GTEST_SKIP() << hal::kServiceSnapshot << " belongs to a service";
   const Result result = run(kProgram);
   EXPECT_EQ(result.status, 0);
-  EXPECT_EQ(result.output, "eha-safe: /run/ehad/safe.json is not there: no card was driven, or it has been made safe\n");
+  EXPECT_EQ(result.output,
+            "eha-safe: /run/ehad/safe.json is not there: no card was driven, or it has been made safe\n");
 }
 
 TEST(EhaSafe, ActsAtTheEndOfItsInputUnlessItHeardDone) {

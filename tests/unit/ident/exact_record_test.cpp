@@ -127,7 +127,7 @@ TEST_P(ExactRecord, GivesItsTruthBack) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Systems, ExactRecord, testing::ValuesIn(systems()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& tested) { return tested.param.name; });
 
 TEST(NoisyRecords, AreWithinThreeStandardErrorsOfTheirTruth) {
   EHA_REQUIRE_SHARED(test::shared("tools/exact_record.py"));

@@ -198,7 +198,7 @@ TEST_P(Statistics, IntervalsHoldTheTruthUnderStronglyColouredNoise) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Systems, Statistics, testing::ValuesIn(systems()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
 }  // namespace eha::ident
