@@ -36,6 +36,9 @@ fetch_kernel() {
 get_kernel() {
   mkdir -p "$cache"
   cache=$(realpath "$cache")
+  # the machines are made side by side, and one of them fetches it
+  exec {kernel_lock}>"$cache/lock"
+  flock "$kernel_lock"
   version=$(cat "$cache/version" 2>/dev/null || true)
   local module
   for module in "${kernel_modules[@]}"; do
@@ -43,6 +46,7 @@ get_kernel() {
     if [ -z "$version" ] || [ ! -e "$cache/$version/lib/modules/$version/$module" ]; then fetch_kernel; break; fi
   done
   kernel=$cache/$version
+  exec {kernel_lock}>&-
 }
 
 # build_card FOLDER: the stand-in card, FOLDER/pci1716_card.ko
