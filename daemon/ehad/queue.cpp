@@ -90,9 +90,7 @@ Json describe(const Entry& entry) {
 }
 
 QueueStore::QueueStore(fs::path folder) : folder_(std::move(folder)) {
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (error) record::throw_system_error("create", folder_, error.value());
+  record::create_folders(folder_);
   record::FileDescriptor file = record::open_file(folder_ / "lock", O_RDWR | O_CREAT, 0640);
   if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
     throw DeviceError(fmt::format("{}: another ehad works there; stop it first", folder_.string()));

@@ -30,12 +30,6 @@ fs::path require_program(const char* name) {
   return program;
 }
 
-void create_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) record::throw_system_error("create", folder, error.value());
-}
-
 }  // namespace
 
 Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifier& notifier)
@@ -47,7 +41,7 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       clerk_("eha-clerk", mailbox_),
       player_(std::make_unique<Background>("eha-player", mailbox_)) {
   load_configuration();
-  create_folder(runs_folder());
+  record::create_folders(runs_folder());
   open_rig();
   recover_runs(runs_folder(), [this] { notifier_.extend_timeout(kTimeToRecover); });
   load_queue();

@@ -15,9 +15,8 @@ namespace eha {
 /// Not thread-safe.
 class OwnedRig {
  public:
-  /// @param snapshot  where what makes the card safe is written, for eha-safe, and left; empty: a private file that
-  /// goes
-  ///                  with this object
+  /// @param snapshot  where what makes the card safe is written for eha-safe, and left; empty: in a private file that
+  ///                  goes with this object
   /// @throws DeviceError, PermissionError, ConfigError as hal::open_comedi, hal::open_sim, GuardProcess
   explicit OwnedRig(const config::RigConfig& config, std::filesystem::path snapshot = {});
   OwnedRig(const OwnedRig&) = delete;

@@ -30,15 +30,9 @@ constexpr double kNowhereNear = 4.0;  // times the least cost of a start
 constexpr double kSearchGuard = 1.6;
 constexpr double kSearchResolved = 1e-7;
 
-const ParameterRequest* find(const StructureOptions& structure, const std::string& name) {
-  const auto found = std::find_if(structure.parameters.begin(), structure.parameters.end(),
-                                  [&](const ParameterRequest& request) { return request.name == name; });
-  return found == structure.parameters.end() ? nullptr : &*found;
-}
-
 LinearQuantity quantity(const StructureOptions& structure, const std::string& name) {
   LinearQuantity q;
-  if (const ParameterRequest* request = find(structure, name)) {
+  if (const ParameterRequest* request = find_request(structure, name)) {
     q.fixed = request->fixed.value_or(false);
     q.value = request->start.value_or(0.0);
     q.lower = request->lower.value_or(q.lower);
@@ -53,7 +47,7 @@ Variant variant_at_rest(const StructureOptions& structure, std::size_t numerator
     at_rest.linear.numerator.push_back(quantity(structure, numerator_name(j, numerator_terms)));
   }
   at_rest.linear.initial_output = quantity(structure, "initial_output");
-  const ParameterRequest* bias = find(structure, "input_bias");
+  const ParameterRequest* bias = find_request(structure, "input_bias");
   const bool bias_fixed = bias != nullptr && bias->fixed.value_or(false);
   if (bias_fixed) at_rest.linear.fixed_bias = bias->start.value_or(0.0);
   // With one numerator term the bias enters linearly, beside the gain; bounds on it make it a coordinate.
@@ -70,7 +64,7 @@ std::vector<Variant> variants(const StructureOptions& structure, std::size_t num
   moving.linear.solve_bias = false;
   moving.bias_coordinate = false;
   moving.linear.initial_states = structure.poles;
-  if (find(structure, "initial_output") == nullptr) {
+  if (find_request(structure, "initial_output") == nullptr) {
     // The constant is one of the free responses when 1/D's step response is: see LinearPart::first_state.
     moving.linear.initial_output.fixed = true;
     moving.linear.initial_states = structure.poles + 1;
@@ -320,7 +314,8 @@ FitResult fit(const Record& record, const StructureOptions& structure, const Fit
   check_record(record, options);
   if (options.procedure == Procedure::paper) return fit_by_paper(record, structure, options);
   FitResult result = fit_by_default(record, structure, options, executor);
-  if (find(structure, "input_bias") != nullptr || !is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
+  if (find_request(structure, "input_bias") != nullptr ||
+      !is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
     return result;
   }
   StructureOptions without = structure;

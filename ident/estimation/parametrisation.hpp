@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "ident/estimation/fit_options.hpp"
+#include "ident/estimation/parameter_requests.hpp"
 #include "ident/fractional/transfer_columns.hpp"
 #include "ident/fractional/transfer_function.hpp"
 
@@ -102,12 +102,5 @@ class Parametrisation {
 
 /// Index of the denominator term whose coefficient is 1 by normalisation: that of the second lowest order.
 [[nodiscard]] std::size_t normalised_term(const TransferFunction& g);
-
-/// Name of denominator term i, e.g. "a2"; of its order, e.g. "n2".
-[[nodiscard]] std::string coefficient_name(std::size_t index);
-[[nodiscard]] std::string order_name(std::size_t index);
-
-/// Name of numerator coefficient j: "K" when there is only one, else "b0", "b1", ...
-[[nodiscard]] std::string numerator_name(std::size_t index, std::size_t terms);
 
 }  // namespace eha::ident

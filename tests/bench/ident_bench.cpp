@@ -55,30 +55,29 @@ void report_ratio(benchmark::State& state, Eigen::Index samples) {
       transform_pair_s(samples), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
+/// Usual lengths, and decades for the fitted exponent.
+void over_lengths(benchmark::internal::Benchmark* bench) {
+  bench->Arg(500)
+      ->Arg(50'000)
+      ->RangeMultiplier(10)
+      ->Range(1000, 1'000'000)
+      ->Complexity()
+      ->Unit(benchmark::kMicrosecond);
+}
+
 void GrunwaldLetnikov(benchmark::State& state) {
   const Eigen::VectorXd u = excitation(state.range(0), 0.04);
   for (auto _ : state) benchmark::DoNotOptimize(simulate(kPlant, u, 0.04, SimulationMethod::gl1));
   report_ratio(state, state.range(0));
 }
-BENCHMARK(GrunwaldLetnikov)
-    ->Arg(500)
-    ->RangeMultiplier(10)
-    ->Range(1000, 1'000'000)
-    ->Complexity()
-    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(GrunwaldLetnikov)->Apply(over_lengths);
 
 void ExactWithTables(benchmark::State& state) {
   const Eigen::VectorXd u = excitation(state.range(0), 0.001);
   for (auto _ : state) benchmark::DoNotOptimize(simulate(kPlant, u, 0.001));
   report_ratio(state, state.range(0));
 }
-BENCHMARK(ExactWithTables)
-    ->Arg(500)
-    ->Arg(50'000)
-    ->RangeMultiplier(10)
-    ->Range(1000, 1'000'000)
-    ->Complexity()
-    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(ExactWithTables)->Apply(over_lengths);
 
 /// One simulation when the record's tables exist, as in a fit.
 void Exact(benchmark::State& state) {
@@ -91,13 +90,7 @@ void Exact(benchmark::State& state) {
   }
   report_ratio(state, state.range(0));
 }
-BENCHMARK(Exact)
-    ->Arg(500)
-    ->Arg(50'000)
-    ->RangeMultiplier(10)
-    ->Range(1000, 1'000'000)
-    ->Complexity()
-    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(Exact)->Apply(over_lengths);
 
 struct FitCase {
   Record record;

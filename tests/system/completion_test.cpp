@@ -2,32 +2,21 @@
 // `eha completion`, judged by the shells themselves.
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <set>
 #include <sstream>
 #include <string>
 
-#include "program.hpp"
+#include "tests/system/program.hpp"
 
 namespace eha::test {
 namespace {
 
-/// Standard output of a command line of the shell.
-std::string output_of(const std::string& command) {
-  std::string output;
-  FILE* const pipe = popen(command.c_str(), "r");
-  if (!pipe) return output;
-  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) output += static_cast<char>(byte);
-  pclose(pipe);
-  return output;
-}
-
 /// What bash offers for the last of the words; its builtin compopt works in an interactive shell only.
 std::set<std::string> offered(const std::string& words) {
   std::istringstream lines(
-      output_of("cd '" + source_file("config").string() +
-                "' && bash -c 'compopt() { :; }; source <(" EHA_PROGRAM " completion bash); COMP_WORDS=(" + words +
-                "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _eha; printf \"%s\\n\" \"${COMPREPLY[@]}\"'"));
+      output_of_shell("cd '" + source_file("config").string() +
+                      "' && bash -c 'compopt() { :; }; source <(" EHA_PROGRAM " completion bash); COMP_WORDS=(" +
+                      words + "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _eha; printf \"%s\\n\" \"${COMPREPLY[@]}\"'"));
   std::set<std::string> all;
   for (std::string line; std::getline(lines, line);) all.insert(line);
   return all;
@@ -57,9 +46,9 @@ TEST(Completion, OffersFilesWhereAFileIsExpected) {
 }
 
 TEST(Completion, IsAScriptThatZshTakes) {
-  if (output_of("command -v zsh").empty()) GTEST_SKIP() << "zsh is not installed";
-  EXPECT_EQ(output_of("zsh -f -c 'autoload -Uz compinit && compinit -u -D; source <(" EHA_PROGRAM
-                      " completion zsh) && echo ${_comps[eha]} ${+functions[_eha_runs_list]}' 2>&1"),
+  if (output_of_shell("command -v zsh").empty()) GTEST_SKIP() << "zsh is not installed";
+  EXPECT_EQ(output_of_shell("zsh -f -c 'autoload -Uz compinit && compinit -u -D; source <(" EHA_PROGRAM
+                            " completion zsh) && echo ${_comps[eha]} ${+functions[_eha_runs_list]}' 2>&1"),
             "_eha 1\n");
 }
 

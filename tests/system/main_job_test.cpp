@@ -125,22 +125,24 @@ TEST_F(MainJob, IsListedAndShown) {
   EXPECT_NE(text.out.find("0 late, 0 skipped, 0 samples not delivered, 0 dropped"), std::string::npos) << text.out;
 }
 
+/// Whether the excitation plays: half a second of rows is recorded, so the ramp is over.
+bool is_recording(const fs::path& runs) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(runs, ignored)) {
+    if (fs::exists(entry.path() / "raw.ehalog") && fs::file_size(entry.path() / "raw.ehalog", ignored) > 32000) {
+      return true;
+    }
+  }
+  return false;
+}
+
 TEST(InterruptedRun, RampsOutKeepsWhatItHasAndIsNotFitted) {
   const TemporaryFolder folder;
-  const auto recording = [&folder] {
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder.path() / "runs", ignored)) {
-      // Half a second of rows: the ramp is over and the excitation plays.
-      if (fs::exists(entry.path() / "raw.ehalog") && fs::file_size(entry.path() / "raw.ehalog", ignored) > 32000) {
-        return true;
-      }
-    }
-    return false;
-  };
   // In real time: the signal comes long before the 50 s are over.
-  const Ended ended = interrupt_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--rig",
-                                     source_file("config/rigs/sim.toml"), "--json"},
-                                    folder.path(), recording, SIGINT);
+  const Ended ended = interrupt_eha(
+      {"run", source_file("config/experiments/paper.toml"), "--local", "--rig", source_file("config/rigs/sim.toml"),
+       "--json"},
+      folder.path(), [&] { return is_recording(folder.path() / "runs"); }, SIGINT);
   EXPECT_EQ(ended.code, static_cast<int>(ExitCode::interrupted)) << ended.err;
   EXPECT_EQ(lines_beginning_with(ended.err, "eha: error: "), 1U) << ended.err;
   const json document = json::parse(ended.out);
@@ -155,18 +157,9 @@ TEST(InterruptedRun, RampsOutKeepsWhatItHasAndIsNotFitted) {
 TEST(KilledRun, IsRecoveredByTheNextOneWhateverElseCannotBe) {
   const TemporaryFolder folder;
   const fs::path runs = folder.path() / "runs";
-  const auto recording = [&runs] {
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(runs, ignored)) {
-      if (fs::exists(entry.path() / "raw.ehalog") && fs::file_size(entry.path() / "raw.ehalog", ignored) > 32000) {
-        return true;
-      }
-    }
-    return false;
-  };
   const Ended killed = interrupt_eha(
       {"run", source_file("config/experiments/paper.toml"), "--local", "--rig", source_file("config/rigs/sim.toml")},
-      folder.path(), recording, SIGKILL);
+      folder.path(), [&] { return is_recording(runs); }, SIGKILL);
   ASSERT_EQ(killed.code, 128 + SIGKILL);
   const fs::path run = fs::directory_iterator(runs)->path();
   ASSERT_EQ(json::parse(content_of(run / "run.json")).at("outcome"), "in_progress");

@@ -109,6 +109,15 @@ Ended interrupt_eha(const std::vector<std::string>& arguments, const fs::path& a
   return program.ended();
 }
 
+std::string output_of_shell(const std::string& command) {
+  std::string output;
+  FILE* const pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return output;
+  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) output += static_cast<char>(byte);
+  pclose(pipe);
+  return output;
+}
+
 std::size_t lines_beginning_with(const std::string& text, std::string_view beginning) {
   std::size_t count = 0;
   for (std::size_t at = 0; at < text.size();) {

@@ -26,6 +26,9 @@ struct Ended {
 [[nodiscard]] Ended interrupt_eha(const std::vector<std::string>& arguments, const std::filesystem::path& at,
                                   const std::function<bool()>& ready, int signal);
 
+/// Standard output of a command line of the shell, empty when it cannot be run.
+[[nodiscard]] std::string output_of_shell(const std::string& command);
+
 /// How many lines of a text begin with `beginning`.
 [[nodiscard]] std::size_t lines_beginning_with(const std::string& text, std::string_view beginning);
 

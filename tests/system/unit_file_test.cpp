@@ -2,30 +2,20 @@
 // systemd/ehad.service as systemd itself judges it.
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <regex>
 #include <string>
 
-#include "program.hpp"
+#include "tests/system/program.hpp"
 
 namespace eha::test {
 namespace {
 
-/// Standard output of a command line of the shell.
-std::string output_of(const std::string& command) {
-  std::string output;
-  FILE* const pipe = popen(command.c_str(), "r");
-  if (!pipe) return output;
-  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) output += static_cast<char>(byte);
-  pclose(pipe);
-  return output;
-}
-
 TEST(UnitFile, IsExposedByAtMostOneAndAHalfOfTen) {
-  if (output_of("command -v systemd-analyze").empty()) GTEST_SKIP() << "systemd-analyze is not installed";
+  if (output_of_shell("command -v systemd-analyze").empty()) GTEST_SKIP() << "systemd-analyze is not installed";
   const std::string unit = source_file("systemd/ehad.service").string();
-  const std::string analysis = output_of("systemd-analyze security --no-pager --offline=true '" + unit + "' 2>&1");
+  const std::string analysis =
+      output_of_shell("systemd-analyze security --no-pager --offline=true '" + unit + "' 2>&1");
   std::smatch match;
   ASSERT_TRUE(std::regex_search(analysis, match, std::regex("Overall exposure level for ehad.service: ([0-9.]+)")))
       << analysis;
@@ -33,9 +23,9 @@ TEST(UnitFile, IsExposedByAtMostOneAndAHalfOfTen) {
 }
 
 TEST(UnitFile, HasNoWordThatSystemdDoesNotKnow) {
-  if (output_of("command -v systemd-analyze").empty()) GTEST_SKIP() << "systemd-analyze is not installed";
+  if (output_of_shell("command -v systemd-analyze").empty()) GTEST_SKIP() << "systemd-analyze is not installed";
   const std::string unit = source_file("systemd/ehad.service").string();
-  const std::string analysis = output_of("systemd-analyze verify --man=no '" + unit + "' 2>&1");
+  const std::string analysis = output_of_shell("systemd-analyze verify --man=no '" + unit + "' 2>&1");
   // That the programs are not installed where the tests run is no fault of the file.
   const std::regex not_installed("ehad.service: Command /usr/s?bin/(ehad|eha-safe) is not executable: [^\n]*\n");
   EXPECT_EQ(std::regex_replace(analysis, not_installed, ""), "");
