@@ -3,14 +3,19 @@
 
 #include <fftw3.h>
 
+#include <algorithm>
 #include <mutex>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace eha::ident {
 namespace {
 
 // FFTW's planner has global state of its own; executing plans is thread-safe, making them is not.
 std::mutex planner;
+// A fit needs five or six lengths, each many times.
+constexpr std::size_t kMostKept = 8;
 
 }  // namespace
 
@@ -23,7 +28,6 @@ struct RealFft::Plans {
     std::vector<std::complex<double>> spectrum(length / 2 + 1);
     auto* bins = reinterpret_cast<fftw_complex*>(spectrum.data());
     const int n = static_cast<int>(length);
-    const std::scoped_lock lock(planner);
     // Callers' arrays come from any allocator: no alignment is assumed.
     forward = fftw_plan_dft_r2c_1d(n, signal.data(), bins, FFTW_ESTIMATE | FFTW_UNALIGNED);
     inverse = fftw_plan_dft_c2r_1d(n, bins, signal.data(), FFTW_ESTIMATE | FFTW_UNALIGNED);
@@ -35,6 +39,23 @@ struct RealFft::Plans {
     const std::scoped_lock lock(planner);
     fftw_destroy_plan(forward);
     fftw_destroy_plan(inverse);
+  }
+
+  /// Made at the first call for a length; the ones used last are kept.
+  static std::shared_ptr<const Plans> of(std::size_t length) {
+    static std::vector<std::pair<std::size_t, std::shared_ptr<const Plans>>> kept;
+    std::shared_ptr<const Plans> dropped;  // after the lock is released: its destructor takes it
+    const std::scoped_lock lock(planner);
+    auto found = std::find_if(kept.begin(), kept.end(), [&](const auto& entry) { return entry.first == length; });
+    if (found == kept.end()) {
+      if (kept.size() == kMostKept) {
+        dropped = std::move(kept.front().second);
+        kept.erase(kept.begin());
+      }
+      found = kept.emplace(kept.end(), length, std::make_shared<const Plans>(length));
+    }
+    std::rotate(found, found + 1, kept.end());
+    return kept.back().second;
   }
 };
 
@@ -49,7 +70,7 @@ std::size_t fast_length(std::size_t minimum, std::size_t divisor) {
   }
 }
 
-RealFft::RealFft(std::size_t length) : length_(length), plans_(std::make_shared<const Plans>(length)) {}
+RealFft::RealFft(std::size_t length) : length_(length), plans_(Plans::of(length)) {}
 
 void RealFft::forward(std::span<const double> signal, std::span<std::complex<double>> spectrum) const {
   // Out of place, an r2c transform leaves its input alone; FFTW's interface just does not say so.
