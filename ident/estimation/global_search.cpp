@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <iterator>
 #include <limits>
 #include <nlopt.hpp>
 #include <numbers>
@@ -19,7 +20,9 @@ constexpr double kMostCoarseRows = 4000.0;  // however fast the output is
 // Share of the output's power above a fifth of the coarse Nyquist frequency that a coarse record may lose.
 constexpr double kLostPower = 1e-4;
 constexpr std::size_t kNoiseBands = 8;
-constexpr int kEvaluationsPerDimension = 60;
+constexpr std::size_t kPopulations = 4;       // as many processors have work
+constexpr int kEvaluationsPerDimension = 15;  // each
+constexpr unsigned kMembersPerDimension = 5;
 constexpr std::size_t kPolished = 8;
 constexpr std::size_t kGuessesPolished = 6;
 constexpr double kDistinctGuess = 0.01;  // a guess is a considered one: a lightly damped optimum is a needle
@@ -120,6 +123,58 @@ Eigen::VectorXd with_scanned_coefficients(const OutputError& problem, const Eige
   return best;
 }
 
+/// The search box, and where in it the search begins.
+struct Box {
+  std::vector<double> lower;
+  std::vector<double> upper;
+  std::vector<double> start;
+
+  explicit Box(const std::vector<Coordinate>& coordinates) {
+    for (const Coordinate& c : coordinates) {
+      lower.push_back(c.search_lower);
+      upper.push_back(c.search_upper);
+      start.push_back(std::clamp(c.start, c.search_lower, c.search_upper));
+    }
+  }
+};
+
+struct Seen {
+  double log_cost;
+  Eigen::VectorXd theta;
+};
+
+/// One population of a controlled random search: every stable point it tried. Deterministic for a seed: NLopt's
+/// generator is the calling thread's own.
+std::vector<Seen> look_around(const OutputError& problem, const Box& box, std::uint64_t seed) {
+  const auto n = static_cast<Eigen::Index>(box.start.size());
+  std::vector<Seen> seen;
+  nlopt::srand(static_cast<unsigned long>(seed));
+  nlopt::opt crs(nlopt::GN_CRS2_LM, static_cast<unsigned>(n));
+  crs.set_lower_bounds(box.lower);
+  crs.set_upper_bounds(box.upper);
+  crs.set_maxeval(kEvaluationsPerDimension * static_cast<int>(n + 1));
+  crs.set_population(kMembersPerDimension * static_cast<unsigned>(n + 1));
+  const auto objective = [&](const std::vector<double>& x) {
+    const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(x.data(), n);
+    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    const double value = point ? std::log(std::max(point->cost, 1e-300)) : kInfeasible;
+    if (point) seen.push_back({value, theta});
+    return value;
+  };
+  using Objective = decltype(objective);
+  crs.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
+                           void* data) { return (*static_cast<const Objective*>(data))(x); },
+                        const_cast<void*>(static_cast<const void*>(&objective)));
+  std::vector<double> x = box.start;
+  double least = 0.0;
+  try {
+    crs.optimize(x, least);
+  } catch (const nlopt::roundoff_limited&) {
+    // The population has collapsed onto one point; what it saw on the way counts.
+  }
+  return seen;
+}
+
 }  // namespace
 
 std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last) {
@@ -171,43 +226,14 @@ SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorX
     result.optima.push_back(minimise(problem, Eigen::VectorXd()));
     return result;
   }
-  std::vector<double> lower;
-  std::vector<double> upper;
-  std::vector<double> start;
-  for (const Coordinate& c : coordinates) {
-    lower.push_back(c.search_lower);
-    upper.push_back(c.search_upper);
-    start.push_back(std::clamp(c.start, c.search_lower, c.search_upper));
-  }
-  struct Seen {
-    double log_cost;
-    Eigen::VectorXd theta;
-  };
+  const Box box(coordinates);
+  std::vector<std::vector<Seen>> populations(kPopulations);
+  executor(kPopulations, [&](std::size_t k) { populations[k] = look_around(problem, box, seed * kPopulations + k); });
   std::vector<Seen> seen;
-  nlopt::srand(static_cast<unsigned long>(seed));
-  nlopt::opt crs(nlopt::GN_CRS2_LM, static_cast<unsigned>(n));
-  crs.set_lower_bounds(lower);
-  crs.set_upper_bounds(upper);
-  crs.set_maxeval(kEvaluationsPerDimension * static_cast<int>(n + 1));
-  crs.set_population(static_cast<unsigned>(10 * (n + 1)));
-  const auto objective = [&](const std::vector<double>& x) {
-    const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(x.data(), n);
-    const auto point = problem.evaluate(theta, OutputError::Want::value);
-    const double value = point ? std::log(std::max(point->cost, 1e-300)) : kInfeasible;
-    if (point) seen.push_back({value, theta});
-    return value;
-  };
-  using Objective = decltype(objective);
-  crs.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
-                           void* data) { return (*static_cast<const Objective*>(data))(x); },
-                        const_cast<void*>(static_cast<const void*>(&objective)));
-  double least = 0.0;
-  try {
-    crs.optimize(start, least);
-  } catch (const nlopt::roundoff_limited&) {
-    // The population has collapsed onto one point; what it saw on the way counts.
+  for (std::vector<Seen>& population : populations) {
+    result.evaluations += population.size();
+    std::move(population.begin(), population.end(), std::back_inserter(seen));
   }
-  result.evaluations = seen.size();
 
   std::vector<Eigen::VectorXd> starts;
   const auto take = [&](std::vector<Seen>& points, std::size_t most, double distinct) {
@@ -219,7 +245,7 @@ SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorX
         double distance = 0.0;
         for (Eigen::Index l = 0; l < n; ++l) {
           const auto k = static_cast<std::size_t>(l);
-          const double width = std::max(upper[k] - lower[k], 1e-12);
+          const double width = std::max(box.upper[k] - box.lower[k], 1e-12);
           distance += std::pow((point.theta[l] - other[l]) / width, 2);
         }
         return std::sqrt(distance / static_cast<double>(n)) < distinct;
