@@ -198,9 +198,10 @@ void check_requests(const ident::StructureOptions& structure, const std::string&
 }
 
 void check_initial_state(const ident::StructureOptions& structure, const std::string& path, Document& document) {
-  if (structure.initial_state == InitialState::estimated && structure.kind != StructureKind::io) {
-    add_fault(document, path + ".initial_state", "\"auto\" or \"none\" (only structure \"io\" has a finite state)",
-              "\"estimated\"");
+  if (structure.initial_state == InitialState::estimated && structure.kind == ident::StructureKind::commensurate &&
+      structure.zeros > 0) {
+    add_fault(document, path + ".initial_state",
+              "\"auto\" or \"none\" (a past input is estimated for models without zeros)", "\"estimated\"");
   }
 }
 

@@ -100,7 +100,15 @@ struct Verdict {
   std::vector<std::string> reasons;  ///< why not, or what to know; one sentence each
 };
 
-/// y(t) = initial_output + G(u + input_bias)(t) + free response, at rest before t = 0.
+/// What the input was taken to be before t = 0, beside its value at rest: constant over from_s <= t < to_s <= 0.
+struct PastInput {
+  double from_s = 0.0;
+  double to_s = 0.0;
+  double value = 0.0;  ///< [input unit]
+};
+
+/// y(t) = initial_output + G(u + input_bias)(t) + free response, at rest before t = 0 and before the past input, if
+/// any.
 struct Model {
   std::string name;  ///< "io", "fo"
   TransferFunction transfer_function;
@@ -108,6 +116,7 @@ struct Model {
   double initial_output = 0.0;  ///< [output unit], a permanent offset
   /// Numerator of the decaying free response x(s) = sum_i c_i s^i / D(s), i = 0..; empty for none.
   std::vector<double> initial_state;
+  std::vector<PastInput> past_input;  ///< the latest window first; empty for none
   std::string input_unit = "V";
   std::string output_unit = "in";
   std::vector<ParameterEstimate> parameters;

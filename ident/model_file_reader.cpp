@@ -253,10 +253,18 @@ Verdict read_verdict(const Node& node) {
   return verdict;
 }
 
+PastInput read_past_input(const Node& node) {
+  const Node object = node.object({"from_s", "to_s", "value"});
+  const PastInput window{object.at("from_s").number(), object.at("to_s").number(), object.at("value").number()};
+  if (window.to_s > 0.0) object.at("to_s").refuse("a time before the record, at most 0");
+  if (!(window.from_s < window.to_s)) object.at("from_s").refuse("less than to_s");
+  return window;
+}
+
 Model read_model(const Node& node, const std::string& file_name) {
   const Node object = node.object({"schema", "name", "transfer_function", "input_bias", "initial_output",
-                                   "initial_state", "units", "parameters", "estimation", "validation", "stability",
-                                   "bode", "verdict", "procedure", "provenance"});
+                                   "initial_state", "past_input", "units", "parameters", "estimation", "validation",
+                                   "stability", "bode", "verdict", "procedure", "provenance"});
   std::string schema(kSchema);
   object.read("schema", schema);
   if (schema != kSchema) object.at("schema").refuse(fmt::format("\"{}\"", kSchema));
@@ -269,6 +277,9 @@ Model read_model(const Node& node, const std::string& file_name) {
   if (object.has("initial_output")) model.initial_output = object.at("initial_output").number();
   if (object.has("initial_state")) {
     for (const Node& entry : object.at("initial_state").list()) model.initial_state.push_back(entry.number());
+  }
+  if (object.has("past_input")) {
+    for (const Node& entry : object.at("past_input").list()) model.past_input.push_back(read_past_input(entry));
   }
   if (object.has("units")) {
     const Node units = object.at("units").object({"input", "output", "time"});

@@ -93,6 +93,9 @@ std::string to_text(const Model& model) {
   object["input_bias"] = model.input_bias;
   object["initial_output"] = model.initial_output;
   if (!model.initial_state.empty()) object["initial_state"] = model.initial_state;
+  for (const PastInput& window : model.past_input) {
+    object["past_input"].push_back({{"from_s", window.from_s}, {"to_s", window.to_s}, {"value", window.value}});
+  }
   object["units"] = {{"input", model.input_unit}, {"output", model.output_unit}, {"time", "s"}};
   object["parameters"] = parameters_to_json(model.parameters);
   if (model.estimation) object["estimation"] = estimation_to_json(*model.estimation);

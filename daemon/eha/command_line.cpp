@@ -190,7 +190,7 @@ void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
       ->check(CLI::Range(0, 10).description(""));
   sub->add_option("--delay", fit.models.delay, "Transport delay: free, or SECONDS to hold it at (default 0)")
       ->type_name("free|SECONDS");
-  sub->add_option("--initial-state", texts.initial_state, "Decaying response to an unknown start (default auto)")
+  sub->add_option("--initial-state", texts.initial_state, "Response to what came before the first row (default auto)")
       ->type_name("auto|none|estimated")
       ->check(CLI::IsMember({"auto", "none", "estimated"}).description(""));
   const auto list = [sub](const char* name, std::vector<std::string>& values, const char* help, const char* type) {

@@ -57,8 +57,20 @@ Variant variant_at_rest(const StructureOptions& structure, std::size_t numerator
   return at_rest;
 }
 
-std::vector<Variant> variants(const StructureOptions& structure, std::size_t numerator_terms) {
+/// @param windows  of the past in the record, when the structure wants a past input
+std::vector<Variant> variants(const StructureOptions& structure, std::size_t numerator_terms, std::size_t windows) {
   const Variant at_rest = variant_at_rest(structure, numerator_terms);
+  if (wants_past_input(structure)) {
+    // How finely the past can be told is for the data to say.
+    std::vector<Variant> excited;
+    for (const std::size_t shared : {4, 2, 1}) {
+      excited.push_back(at_rest);
+      excited.back().linear.past_shared = shared;
+      excited.back().linear.initial_states = static_cast<int>((windows + shared - 1) / shared);
+    }
+    return excited;
+  }
+  if (structure.kind != StructureKind::io || structure.initial_state == InitialState::none) return {at_rest};
   // A constant input switched on at t = 0 is, for integer orders, one of the free responses.
   Variant moving = at_rest;
   moving.linear.solve_bias = false;
@@ -70,14 +82,6 @@ std::vector<Variant> variants(const StructureOptions& structure, std::size_t num
     moving.linear.initial_states = structure.poles + 1;
     moving.linear.first_state = -1;
   }
-
-  const bool can_move = structure.kind == StructureKind::io;
-  if (structure.initial_state == InitialState::estimated && !can_move) {
-    throw ConfigError(fmt::format(
-        "model {}: initial_state: only models of integer order have a finite initial state; expected auto or none",
-        structure.name));
-  }
-  if (!can_move || structure.initial_state == InitialState::none) return {at_rest};
   if (structure.initial_state == InitialState::estimated) return {moving};
   return {at_rest, moving};
 }
@@ -229,7 +233,8 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
         "filter needs {} rows at either end); expected at least {}",
         rows, options.discard_s, options.decimation, record.input.size(), comparison.taps.size() / 2, kFewestRows));
   }
-  const ComparedRecord compared(record, comparison, rows);
+  const bool past = wants_past_input(structure);
+  const ComparedRecord compared(record, comparison, rows, {.past = past});
   const std::size_t last = comparison.first + (rows - 1) * comparison.every;
   // The fitted part sets the scale; the search need not resolve more than the coarse records do.
   const double duration_s = record.step_s * static_cast<double>(last + 1);
@@ -242,7 +247,7 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
       guesses = guess_poles(shortened.record, length, structure.poles, structure.delay_free);
     }
     coarse.push_back({ComparedRecord(shortened.record, compare_every(length, 1, shortened.first), shortened.rows,
-                                     kSearchGuard, kSearchResolved),
+                                     {past, kSearchGuard, kSearchResolved}),
                       std::move(guesses)});
     finest_s = std::min(finest_s, shortened.record.step_s);
   }
@@ -250,7 +255,7 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
   const Parametrisation parametrisation = Parametrisation::search(structure, scale);
   std::vector<Outcome> outcomes;
   std::size_t evaluations = 0;
-  for (const Variant& variant : variants(structure, parametrisation.numerator_terms())) {
+  for (const Variant& variant : variants(structure, parametrisation.numerator_terms(), compared.past().size())) {
     Parametrisation coordinates = parametrisation;
     if (variant.bias_coordinate) {
       coordinates.add_input_bias(structure, record.input.cwiseAbs().maxCoeff(), record.input[0]);
@@ -272,14 +277,24 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
   LinearSolution solution = chosen.best.point.linear;
   const Normalised scaled = normalised(chosen.parametrisation.transfer_function(chosen.best.theta, solution.numerator));
   solution.numerator /= scaled.divisor;
-  solution.initial_state /= scaled.divisor;
+  if (!past) solution.initial_state /= scaled.divisor;
   const LinearPart reported = as_reported(chosen, scaled.g, solution);
   Model& model = result.model;
   model.name = structure.name;
   model.transfer_function = scaled.g;
   model.input_bias = solution.input_bias;
   model.initial_output = solution.initial_output;
-  model.initial_state.assign(solution.initial_state.begin(), solution.initial_state.end());
+  if (past) {
+    const std::vector<PastInput>& windows = compared.past_windows();
+    const std::size_t shared = reported.past_shared;
+    for (std::size_t k = 0; k < windows.size(); k += shared) {
+      const std::size_t oldest = std::min(k + shared, windows.size()) - 1;
+      model.past_input.push_back(
+          {windows[oldest].from_s, windows[k].to_s, solution.initial_state[static_cast<Eigen::Index>(k / shared)]});
+    }
+  } else {
+    model.initial_state.assign(solution.initial_state.begin(), solution.initial_state.end());
+  }
   model.input_unit = record.input_channel.unit;
   model.output_unit = record.output_channel.unit;
   model.procedure = "default";

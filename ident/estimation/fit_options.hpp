@@ -28,7 +28,8 @@ struct ParameterRequest {
   std::optional<double> upper;
 };
 
-/// Whether the decaying response to an unknown state at t = 0 is part of the model.
+/// Whether the response to what came before t = 0 is part of the model: for integer orders that of an unknown state,
+/// which automatic takes when the data ask for it; else that to an unknown past input, only when asked for.
 enum class InitialState { automatic, none, estimated };
 
 /// One model to look for.

@@ -142,8 +142,9 @@ void fill_parameters(FitResult& result, const ComparedRecord& compared, const Ou
   add("delay_s", g.delay_s);
   add("input_bias", result.model.input_bias);
   add("initial_output", result.model.initial_output);
-  for (std::size_t i = 0; i < result.model.initial_state.size(); ++i)
-    add("x" + std::to_string(i), result.model.initial_state[i]);
+  for (std::size_t i = 0; i < result.model.initial_state.size(); ++i) add(state_name(i), result.model.initial_state[i]);
+  for (std::size_t i = 0; i < result.model.past_input.size(); ++i)
+    add(past_input_name(i), result.model.past_input[i].value);
   result.covariance = {correlation.names, known.covariance};
   result.model.estimation->correlation = std::move(correlation);
 }

@@ -2,6 +2,9 @@
 #include "ident/estimation/model_output.hpp"
 
 #include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include "ident/fractional/grunwald_letnikov.hpp"
 #include "ident/fractional/held_response.hpp"
@@ -11,19 +14,62 @@ namespace eha::ident {
 namespace {
 
 /// Free responses s^i/D, i = 0.., as step responses of s^(i+1)/D.
-TransferColumns free_columns(const Model& model) {
+Eigen::MatrixXd state_responses(const Model& model, const OutputSelection& selection) {
+  const HeldResponse response(selection);
   std::vector<std::vector<Term>> numerators;
   for (std::size_t i = 0; i < model.initial_state.size(); ++i)
     numerators.push_back({{1.0, static_cast<double>(i + 1)}});
-  return {model.transfer_function, numerators, {}};
-}
-
-Eigen::MatrixXd free_responses(const Model& model, const HeldResponse& response) {
   const InputSpectrum step = response.step_spectrum();
   std::vector<ResponseRequest> requests;
   for (std::size_t i = 0; i < model.initial_state.size(); ++i) requests.push_back({i, &step, AtJump::after});
-  return response.respond(free_columns(model), 0.0, requests);
+  return response.respond({model.transfer_function, numerators, {}}, 0.0, requests);
 }
+
+/// Responses to one unit of input in each window before t = 0, whose edges need not be sampling instants.
+Eigen::MatrixXd past_responses(const Model& model, OutputSelection selection) {
+  const auto rows_before = [&](double t_s) {
+    return static_cast<std::size_t>(std::ceil(-t_s / selection.step_s - 1e-9));
+  };
+  std::size_t before = 0;
+  for (const PastInput& window : model.past_input) before = std::max(before, rows_before(window.from_s));
+  selection.samples += before;
+  selection.first += before;
+  const HeldResponse response(selection);
+  const TransferColumns columns(model.transfer_function, {model.transfer_function.numerator}, {});
+  const auto to_step_at = [&](double t_s) -> Eigen::VectorXd {
+    const std::size_t rows = rows_before(t_s);
+    const double late_s = std::max(0.0, static_cast<double>(rows) * selection.step_s + t_s);
+    const InputSpectrum step = response.step_spectrum(before - rows);
+    const ResponseRequest request{0, &step};
+    return response.respond(columns, model.transfer_function.delay_s + late_s, {&request, 1});
+  };
+  Eigen::MatrixXd responses(static_cast<Eigen::Index>(selection.count),
+                            static_cast<Eigen::Index>(model.past_input.size()));
+  for (std::size_t k = 0; k < model.past_input.size(); ++k) {
+    const PastInput& window = model.past_input[k];
+    responses.col(static_cast<Eigen::Index>(k)) = to_step_at(window.from_s) - to_step_at(window.to_s);
+  }
+  return responses;
+}
+
+Eigen::MatrixXd free_responses(const Model& model, const OutputSelection& selection) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(selection.count);
+  const Eigen::MatrixXd states =
+      model.initial_state.empty() ? Eigen::MatrixXd(rows, 0) : state_responses(model, selection);
+  const Eigen::MatrixXd past = model.past_input.empty() ? Eigen::MatrixXd(rows, 0) : past_responses(model, selection);
+  Eigen::MatrixXd all(rows, states.cols() + past.cols());
+  all << states, past;
+  return all;
+}
+
+/// The initial state, then the past input.
+Eigen::VectorXd free_values(const Model& model) {
+  std::vector<double> values = model.initial_state;
+  for (const PastInput& window : model.past_input) values.push_back(window.value);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+bool is_at_rest(const Model& model) { return model.initial_state.empty() && model.past_input.empty(); }
 
 }  // namespace
 
@@ -31,22 +77,16 @@ Eigen::VectorXd simulate(const Model& model, const Eigen::Ref<const Eigen::Vecto
                          SimulationMethod method) {
   Eigen::VectorXd y = simulate(model.transfer_function, input.array() + model.input_bias, step_s, method);
   y.array() += model.initial_output;
-  if (!model.initial_state.empty() && input.size() > 0) {
+  if (!is_at_rest(model) && input.size() > 0) {
     const auto samples = static_cast<std::size_t>(input.size());
-    const HeldResponse response({samples, step_s, 0, 1, samples, {}});
-    y += free_responses(model, response) *
-         Eigen::Map<const Eigen::VectorXd>(model.initial_state.data(),
-                                           static_cast<Eigen::Index>(model.initial_state.size()));
+    y += free_responses(model, {samples, step_s, 0, 1, samples, {}}) * free_values(model);
   }
   return y;
 }
 
 Eigen::VectorXd ModelOutput::total(const Model& model) const {
   Eigen::VectorXd y = forced.array() + model.initial_output;
-  if (free.cols() > 0) {
-    y += free * Eigen::Map<const Eigen::VectorXd>(model.initial_state.data(),
-                                                  static_cast<Eigen::Index>(model.initial_state.size()));
-  }
+  if (free.cols() > 0) y += free * free_values(model);
   return y;
 }
 
@@ -55,13 +95,18 @@ ModelOutput output_at(const Model& model, const Record& record, const Comparison
   if (grows(model.transfer_function)) {
     return {picked(simulate_gl_directly(model.transfer_function, input, record.step_s), comparison), {}};
   }
-  const HeldResponse response({static_cast<std::size_t>(input.size()), record.step_s, comparison.first,
-                               comparison.every, comparison.count, comparison.taps});
+  const OutputSelection selection{static_cast<std::size_t>(input.size()),
+                                  record.step_s,
+                                  comparison.first,
+                                  comparison.every,
+                                  comparison.count,
+                                  comparison.taps};
+  const HeldResponse response(selection);
   const InputSpectrum spectrum = response.input_spectrum(input);
   const ResponseRequest request{0, &spectrum};
   const TransferColumns columns(model.transfer_function, {model.transfer_function.numerator}, {});
   ModelOutput output{response.respond(columns, model.transfer_function.delay_s, {&request, 1}), {}};
-  if (!model.initial_state.empty()) output.free = free_responses(model, response);
+  if (!is_at_rest(model)) output.free = free_responses(model, selection);
   return output;
 }
 
@@ -75,9 +120,10 @@ Model with_offset_fitted(const Model& model, const ModelOutput& output, const Ei
   const Eigen::VectorXd solved = scale.cwiseProduct(qr.solve(measured - output.forced));
   Model fitted = model;
   fitted.initial_output = solved[0];
-  for (std::size_t i = 0; i < fitted.initial_state.size() && output.free.cols() > 0; ++i) {
-    fitted.initial_state[i] = solved[static_cast<Eigen::Index>(i) + 1];
-  }
+  if (output.free.cols() == 0) return fitted;
+  Eigen::Index at = 1;
+  for (double& state : fitted.initial_state) state = solved[at++];
+  for (PastInput& window : fitted.past_input) window.value = solved[at++];
   return fitted;
 }
 

@@ -18,14 +18,14 @@ namespace eha::ident {
 /// The parts of a model's output at the rows of a comparison, filtered like the data.
 struct ModelOutput {
   Eigen::VectorXd forced;  ///< G(u + bias), count rows
-  Eigen::MatrixXd free;    ///< response to each term of the initial state, unscaled; no columns when it has none
+  Eigen::MatrixXd free;    ///< to each term of the initial state, then of the past input, unscaled; none for neither
   [[nodiscard]] Eigen::VectorXd total(const Model& model) const;
 };
 
 /// A model that grows is simulated by the direct recursion and may overflow; one that does not, exactly.
 [[nodiscard]] ModelOutput output_at(const Model& model, const Record& record, const Comparison& comparison);
 
-/// The model with initial_output and initial_state fitted anew to `measured` over the same rows.
+/// The model with initial_output, initial_state and past_input fitted anew to `measured` over the same rows.
 [[nodiscard]] Model with_offset_fitted(const Model& model, const ModelOutput& output, const Eigen::VectorXd& measured);
 
 }  // namespace eha::ident

@@ -23,16 +23,34 @@ double top_order(const std::vector<Term>& terms) {
   return top;
 }
 
-OutputSelection selection(const Record& record, const Comparison& comparison, std::size_t rows, double resolved) {
+constexpr int kPastWindows = 8;
+
+/// How many rows before t = 0 each window of the past begins, the latest first.
+std::vector<std::size_t> past_edges(std::size_t rows) {
+  std::vector<std::size_t> edges;
+  for (int k = kPastWindows - 1; k >= 0; --k) {
+    const auto edge = static_cast<std::size_t>(std::llround(std::ldexp(static_cast<double>(rows), -k)));
+    if (edge > (edges.empty() ? 0 : edges.back())) edges.push_back(edge);
+  }
+  return edges;
+}
+
+std::size_t compared_length(const Comparison& comparison, std::size_t rows) {
+  return rows == 0 ? 0 : comparison.first + (rows - 1) * comparison.every + 1;
+}
+
+/// @param before  rows of the past, at the beginning of the simulation
+OutputSelection selection(const Record& record, const Comparison& comparison, std::size_t rows, double resolved,
+                          std::size_t before) {
   OutputSelection s;
   s.resolved = resolved;
   s.step_s = record.step_s;
-  s.first = comparison.first;
+  s.first = before + comparison.first;
   s.every = comparison.every;
   s.count = rows;
   s.filter_taps = comparison.taps;
   // Samples after the last row's window cannot reach it.
-  s.samples = rows == 0 ? 0 : comparison.first + (rows - 1) * comparison.every + comparison.taps.size() / 2 + 1;
+  s.samples = rows == 0 ? 0 : before + compared_length(comparison, rows) + comparison.taps.size() / 2;
   return s;
 }
 
@@ -47,12 +65,33 @@ std::vector<std::vector<Term>> state_numerators(const LinearPart& linear) {
 
 }  // namespace
 
-ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, double guard,
-                               double resolved)
-    : response_(selection(record, comparison, rows, resolved), guard),
-      input_(response_.input_spectrum(record.input)),
-      step_(response_.step_spectrum()),
-      measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {}
+ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows,
+                               const Options& options)
+    : ComparedRecord(record, comparison, rows, options,
+                     options.past ? past_edges(compared_length(comparison, rows)) : std::vector<std::size_t>{}) {}
+
+ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows,
+                               const Options& options, const std::vector<std::size_t>& edges)
+    : response_(selection(record, comparison, rows, options.resolved, edges.empty() ? 0 : edges.back()), options.guard),
+      step_(response_.step_spectrum(edges.empty() ? 0 : edges.back())),
+      measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {
+  const std::size_t before = edges.empty() ? 0 : edges.back();
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(before) + record.input.size());
+  input.tail(record.input.size()) = record.input;
+  input_ = response_.input_spectrum(input);
+  std::size_t end = 0;
+  InputSpectrum off = step_;
+  for (const std::size_t edge : edges) {
+    InputSpectrum on = response_.step_spectrum(before - edge);
+    InputSpectrum pulse = on;
+    for (std::size_t j = 0; j < pulse.size(); ++j) pulse[j] -= off[j];
+    past_.push_back(std::move(pulse));
+    past_windows_.push_back(
+        {-record.step_s * static_cast<double>(edge), -record.step_s * static_cast<double>(end), 0.0});
+    end = edge;
+    off = std::move(on);
+  }
+}
 
 OutputError::OutputError(const ComparedRecord& record, const Parametrisation& parametrisation, LinearPart linear)
     : record_(record), parametrisation_(parametrisation), linear_(std::move(linear)) {
@@ -87,13 +126,28 @@ OutputError::Basis OutputError::basis(const TransferFunction& g, double bias, bo
   const Eigen::MatrixXd responses = record_.response().respond(columns, g.delay_s, requests);
   const auto count = static_cast<Eigen::Index>(numerators.size());
   Basis b{responses.leftCols(count), responses.rightCols(responses.cols() - count), {}};
-  if (linear_.initial_states > 0) {
+  if (linear_.past_shared > 0) {
+    std::vector<ResponseRequest> past;
+    for (const InputSpectrum& pulse : record_.past()) past.push_back({0, &pulse});
+    const Eigen::MatrixXd windows = record_.response().respond(columns, g.delay_s, past);
+    b.states = Eigen::MatrixXd::Zero(windows.rows(), linear_.initial_states);
+    for (Eigen::Index k = 0; k < windows.cols(); ++k) b.states.col(shared_index(k)) += windows.col(k);
+  } else if (linear_.initial_states > 0) {
     const TransferColumns states(g, state_numerators(linear_), {});
     std::vector<ResponseRequest> free;
     for (std::size_t i = 0; i < states.columns(); ++i) free.push_back({i, &record_.step(), AtJump::after});
     b.states = record_.response().respond(states, 0.0, free);
   }
   return b;
+}
+
+Eigen::Index OutputError::shared_index(Eigen::Index window) const {
+  return window / static_cast<Eigen::Index>(linear_.past_shared);
+}
+
+Eigen::VectorXd OutputError::free_response(const Basis& basis, const LinearSolution& linear) const {
+  if (basis.states.cols() == 0) return Eigen::VectorXd::Zero(record_.measured().size());
+  return basis.states * linear.initial_state * (linear_.past_shared > 0 ? linear.numerator[0] : 1.0);
 }
 
 LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double bias,
@@ -161,6 +215,10 @@ LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::V
   }
   solution.initial_output = x[at++];
   solution.initial_state = x.tail(x.size() - at);
+  if (linear_.past_shared > 0) {
+    const double gain = solution.numerator[0];
+    solution.initial_state *= gain == 0.0 ? 0.0 : 1.0 / gain;
+  }
   return solution;
 }
 
@@ -168,7 +226,11 @@ Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta
   const TransferFunction g = parametrisation_.transfer_function(theta, linear.numerator);
   const std::vector<Sensitivity> sensitivities = parametrisation_.sensitivities(theta, g);
   const TransferColumns columns(g, {g.numerator}, sensitivities);
-  const InputSpectrum input = biased(linear.input_bias);
+  InputSpectrum input = biased(linear.input_bias);
+  for (std::size_t k = 0; linear_.past_shared > 0 && k < record_.past().size(); ++k) {
+    const double value = linear.initial_state[shared_index(static_cast<Eigen::Index>(k))];
+    for (std::size_t j = 0; j < input.size(); ++j) input[j] += value * record_.past()[k][j];
+  }
   std::vector<ResponseRequest> requests;
   for (std::size_t l = 0; l < sensitivities.size(); ++l) {
     // The bias moves the input, not G: its column is the model's step response.
@@ -176,7 +238,7 @@ Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta
     requests.push_back(bias ? ResponseRequest{0, &record_.step()} : ResponseRequest{l + 1, &input});
   }
   Eigen::MatrixXd jacobian = record_.response().respond(columns, g.delay_s, requests);
-  if (linear.initial_state.size() > 0) {
+  if (linear_.past_shared == 0 && linear.initial_state.size() > 0) {
     TransferFunction free{{}, g.denominator, 0.0};
     for (Eigen::Index i = 0; i < linear.initial_state.size(); ++i) {
       free.numerator.push_back({linear.initial_state[i], static_cast<double>(linear_.first_state + i + 1)});
@@ -213,7 +275,7 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
   if (b.step.cols() > 0) {
     point.residual -= point.linear.input_bias * point.linear.numerator[0] * b.step.col(0);
   }
-  if (b.states.cols() > 0) point.residual -= b.states * point.linear.initial_state;
+  point.residual -= free_response(b, point.linear);
   point.cost = point.residual.squaredNorm();
   if (want == Want::jacobian) {
     point.jacobian = coordinate_derivatives(theta, point.linear);
@@ -225,8 +287,7 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
 
 Eigen::VectorXd OutputError::simulated(const Eigen::VectorXd& theta, const LinearSolution& linear) const {
   const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), linear.input_bias, false);
-  Eigen::VectorXd y = b.numerator * linear.numerator;
-  if (b.states.cols() > 0) y += b.states * linear.initial_state;
+  const Eigen::VectorXd y = b.numerator * linear.numerator + free_response(b, linear);
   return y.array() + linear.initial_output;
 }
 
@@ -241,6 +302,8 @@ Eigen::MatrixXd OutputError::derivatives(const Eigen::VectorXd& theta, const Lin
     if (linear_.numerator[j].fixed) continue;
     names.push_back(numerator_name(j, linear_.numerator.size()));
     columns.emplace_back(b.numerator.col(static_cast<Eigen::Index>(j)));
+    // The gain acts on the past input, too.
+    if (linear_.past_shared > 0) columns.back() += b.states * linear.initial_state;
   }
   if (linear_.solve_bias) {
     names.emplace_back("input_bias");
@@ -251,8 +314,9 @@ Eigen::MatrixXd OutputError::derivatives(const Eigen::VectorXd& theta, const Lin
     columns.emplace_back(Eigen::VectorXd::Ones(record_.measured().size()));
   }
   for (Eigen::Index i = 0; i < linear.initial_state.size(); ++i) {
-    names.push_back("x" + std::to_string(i));
-    columns.emplace_back(b.states.col(i));
+    const auto index = static_cast<std::size_t>(i);
+    names.push_back(linear_.past_shared > 0 ? past_input_name(index) : state_name(index));
+    columns.emplace_back(b.states.col(i) * (linear_.past_shared > 0 ? linear.numerator[0] : 1.0));
   }
   Eigen::MatrixXd all(record_.measured().size(), nonlinear.cols() + static_cast<Eigen::Index>(columns.size()));
   all.leftCols(nonlinear.cols()) = nonlinear;

@@ -9,6 +9,7 @@
 
 #include "ident/estimation/parametrisation.hpp"
 #include "ident/fractional/held_response.hpp"
+#include "ident/model.hpp"
 #include "ident/record.hpp"
 #include "ident/signal/decimation.hpp"
 
@@ -17,20 +18,32 @@ namespace eha::ident {
 /// A record made ready for many simulations: everything that does not depend on the model. Immutable, thread-safe.
 class ComparedRecord {
  public:
+  struct Options {
+    bool past = false;       ///< whether an input before t = 0 is wanted; doubles the length simulated
+    double guard = 1.6;      ///< as in HeldResponse
+    double resolved = 1e-9;  ///< as in OutputSelection
+  };
   /// @param rows  how many of the comparison's rows are used, from the first on
-  /// @param guard, resolved  as in HeldResponse and OutputSelection
-  ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, double guard = 1.6,
-                 double resolved = 1e-9);
+  ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, const Options& options);
 
   [[nodiscard]] const HeldResponse& response() const noexcept { return response_; }
   [[nodiscard]] const InputSpectrum& input() const noexcept { return input_; }
-  [[nodiscard]] const InputSpectrum& step() const noexcept { return step_; }
+  [[nodiscard]] const InputSpectrum& step() const noexcept { return step_; }  ///< of a unit step at t = 0
+  /// A unit pulse in each window of the past, the latest first. The windows double in length from a 128th of the
+  /// compared time on, and reach back as far as that time is long: what is older looks like a constant.
+  [[nodiscard]] const std::vector<InputSpectrum>& past() const noexcept { return past_; }
+  [[nodiscard]] const std::vector<PastInput>& past_windows() const noexcept { return past_windows_; }  ///< no values
   [[nodiscard]] const Eigen::VectorXd& measured() const noexcept { return measured_; }  ///< filtered and picked
 
  private:
+  ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, const Options& options,
+                 const std::vector<std::size_t>& edges);
+
   HeldResponse response_;
   InputSpectrum input_;
   InputSpectrum step_;
+  std::vector<InputSpectrum> past_;
+  std::vector<PastInput> past_windows_;
   Eigen::VectorXd measured_;
 };
 
@@ -48,7 +61,10 @@ struct LinearPart {
   bool solve_bias = false;                ///< input bias with the numerator; single numerator terms only
   double fixed_bias = 0.0;                ///< when neither solved nor a coordinate [input unit]
   LinearQuantity initial_output;
-  int initial_states = 0;  ///< terms of the free response
+  /// Terms of the free response: of the initial state, or of the past input when that is wanted (single numerator
+  /// terms only).
+  int initial_states = 0;
+  std::size_t past_shared = 0;  ///< neighbouring windows of the past that share one input; 0 for no past input
   /// Power of s in the numerator of the first free response, an impulse response s^k/D: 0, or -1 for the step response
   /// of 1/D. With that one added to the whole state the constant is among them, and they stay apart when D approaches
   /// an integrator, where the constant itself and the last state run together.
@@ -60,11 +76,12 @@ struct LinearSolution {
   Eigen::VectorXd numerator;
   double input_bias = 0.0;
   double initial_output = 0.0;
-  Eigen::VectorXd initial_state;
+  Eigen::VectorXd initial_state;  ///< or the past input, window by window [input unit]
 };
 
 /// Output error of one structure on one record, the linear quantities eliminated (variable projection).
-///   e = y - initial_output - G(u + bias) - free response
+///   e = y - initial_output - G(u + bias) - free response,
+/// the free response being that to an initial state or to an input before t = 0.
 /// Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973); Kaufman, BIT 15 (1975), for the Jacobian. Thread-safe.
 class OutputError {
  public:
@@ -100,13 +117,15 @@ class OutputError {
   struct Basis {
     Eigen::MatrixXd numerator;  ///< response of each numerator term
     Eigen::MatrixXd step;       ///< the same to a unit step
-    Eigen::MatrixXd states;     ///< free responses
+    Eigen::MatrixXd states;     ///< free responses; to the past input for a gain of 1
   };
   [[nodiscard]] Basis basis(const TransferFunction& g, double bias, bool steps) const;
   [[nodiscard]] LinearSolution solve(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double bias,
                                      Eigen::MatrixXd* orthonormal) const;
   [[nodiscard]] Eigen::MatrixXd coordinate_derivatives(const Eigen::VectorXd& theta,
                                                        const LinearSolution& linear) const;
+  [[nodiscard]] Eigen::Index shared_index(Eigen::Index window) const;
+  [[nodiscard]] Eigen::VectorXd free_response(const Basis& basis, const LinearSolution& linear) const;
   [[nodiscard]] InputSpectrum biased(double bias) const;
   [[nodiscard]] double bias_at(const Eigen::VectorXd& theta) const;
 

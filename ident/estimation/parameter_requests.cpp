@@ -31,6 +31,9 @@ std::vector<std::string> parameter_names(const StructureOptions& structure) {
 std::string coefficient_name(std::size_t index) { return "a" + std::to_string(index); }
 std::string order_name(std::size_t index) { return "n" + std::to_string(index); }
 
+std::string state_name(std::size_t index) { return "x" + std::to_string(index); }
+std::string past_input_name(std::size_t index) { return "past_input_" + std::to_string(index); }
+
 std::string numerator_name(std::size_t index, std::size_t terms) {
   return terms == 1 ? "K" : "b" + std::to_string(index);
 }
@@ -76,6 +79,10 @@ std::size_t numerator_terms(const StructureOptions& structure) {
   return polynomial ? static_cast<std::size_t>(structure.zeros) + 1 : 1;
 }
 
+bool wants_past_input(const StructureOptions& structure) {
+  return structure.kind != StructureKind::io && structure.initial_state == InitialState::estimated;
+}
+
 void check_requests(const StructureOptions& structure) {
   const std::vector<std::string> known = parameter_names(structure);
   for (const ParameterRequest& request : structure.parameters) {
@@ -91,6 +98,11 @@ void check_requests(const StructureOptions& structure) {
   if (structure.poles < 1 || structure.poles > 10 || structure.zeros < 0 || structure.zeros > structure.poles) {
     throw ConfigError(fmt::format("model {}: expected 1 to 10 poles and at most as many zeros, got {} and {}",
                                   structure.name, structure.poles, structure.zeros));
+  }
+  if (wants_past_input(structure) && numerator_terms(structure) > 1) {
+    throw ConfigError(fmt::format(
+        "model {}: initial_state: expected auto or none with zeros (a past input is estimated for models without)",
+        structure.name));
   }
 }
 

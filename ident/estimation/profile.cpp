@@ -180,7 +180,8 @@ class Profile {
   double rise_ = 0.0;
 };
 
-bool is_state(const std::string& name) { return name.size() > 1 && name[0] == 'x'; }
+/// Of a free response: linear, and without a request of its own to hold it by.
+bool is_free_response(const std::string& name) { return name.starts_with('x') || name.starts_with("past_input_"); }
 
 }  // namespace
 
@@ -200,8 +201,7 @@ std::vector<Interval> intervals(const ReportedOptimum& optimum, const Uncertaint
     }
     const Profile profile(optimum, reported, known, i);
     all.push_back(profile.straight());
-    // A state is linear and has no request of its own to hold it by.
-    if (!is_long && !is_state(optimum.names[i]) && !profile.is_straight()) bent.push_back(i);
+    if (!is_long && !is_free_response(optimum.names[i]) && !profile.is_straight()) bent.push_back(i);
   }
   executor(2 * bent.size(), [&](std::size_t task) {
     const std::size_t i = bent[task / 2];

@@ -115,7 +115,7 @@ struct FitCase {
 /// K, a2, a0, n2, n1, input bias and initial output together, from the paper's start of the orders.
 void run_fit(benchmark::State& state, const FitCase& c) {
   const double duration_s = c.record.step_s * static_cast<double>(c.record.input.size());
-  const ComparedRecord compared(c.record, c.comparison, c.comparison.count);
+  const ComparedRecord compared(c.record, c.comparison, c.comparison.count, {});
   StructureOptions start = c.structure;
   start.parameters = {
       {"n2", {}, 1.8, {}, {}}, {"n1", {}, 0.9, {}, {}}, {"a2", {}, 0.6, {}, {}}, {"a0", {}, 0.05, {}, {}}};
@@ -139,7 +139,7 @@ BENCHMARK(FitAtFullRate)->Unit(benchmark::kMillisecond);
 
 void TablesAtFullRate(benchmark::State& state) {
   const FitCase c(50'000, 0.001, 40);
-  for (auto _ : state) benchmark::DoNotOptimize(ComparedRecord(c.record, c.comparison, c.comparison.count));
+  for (auto _ : state) benchmark::DoNotOptimize(ComparedRecord(c.record, c.comparison, c.comparison.count, {}));
 }
 BENCHMARK(TablesAtFullRate)->Unit(benchmark::kMillisecond);
 

@@ -311,9 +311,13 @@ TEST(ExperimentConfig, RefusesBeforeTheExperimentWhatTheEstimatorWouldRefuseAfte
       (std::vector<std::string>{"e.toml:28:8: model[0].parameter[0]: model third: parameter a7: expected one of a3, "
                                 "a2, a0, b0, b1, delay_s, input_bias, initial_output, got \"a7\""}));
   EXPECT_EQ(faults_of(edited(kExperiment, "start = 0.5\n", "")).size(), 1U);
-  EXPECT_EQ(faults_of(edited(kExperiment, "structure = \"fo\"", "structure = \"fo\"\ninitial_state = \"estimated\"")),
-            (std::vector<std::string>{"e.toml:38:17: model[1].initial_state: expected \"auto\" or \"none\" (only "
-                                      "structure \"io\" has a finite state), got \"estimated\""}));
+  const std::string past = "structure = \"commensurate\"\npoles = 2\nzeros = 1\ninitial_state = \"estimated\"";
+  EXPECT_EQ(
+      faults_of(edited(kExperiment, "structure = \"fo\"", past)),
+      (std::vector<std::string>{"e.toml:40:17: model[1].initial_state: expected \"auto\" or \"none\" (a past input "
+                                "is estimated for models without zeros), got \"estimated\""}));
+  EXPECT_TRUE(faults_of(edited(kExperiment, "structure = \"fo\"", "structure = \"fo\"\ninitial_state = \"estimated\""))
+                  .empty());
 }
 
 TEST(ExperimentConfig, LeavesThePapersProcedureItsTwoStructuresAndNothingToAskFor) {

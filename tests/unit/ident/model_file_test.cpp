@@ -29,6 +29,7 @@ Model full_model() {
   model.input_bias = 0.25;
   model.initial_output = 3.8;
   model.initial_state = {0.1, -1.0 / 3.0};
+  model.past_input = {{-0.5, 0.0, 1.0 / 3.0}, {-1.0, -0.5, -2.0}};
   model.parameters = {{"a2", 0.61, 0.01, 0.59, 0.63, false}, {"n0", 0.0, 0.0, 0.0, 0.0, true}};
   model.estimation = EstimationReport{{99.5, 1e-4, 93.0, 0.0, 0.0, 500},
                                       InformationCriteria{7, 66.5, -601.0, -599.5, -585.0, 1.2e-4},
@@ -65,8 +66,8 @@ TEST(ModelFile, HoldsTheDocumentedKeysInTheDocumentedOrder) {
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   EXPECT_EQ(keys, (std::vector<std::string>{"schema", "name", "transfer_function", "input_bias", "initial_output",
-                                            "initial_state", "units", "parameters", "estimation", "validation",
-                                            "stability", "verdict", "procedure", "provenance"}));
+                                            "initial_state", "past_input", "units", "parameters", "estimation",
+                                            "validation", "stability", "verdict", "procedure", "provenance"}));
   EXPECT_EQ(json["schema"], "eha-model/1");
   EXPECT_EQ(json["transfer_function"]["denominator"][0]["order"], 1.75);
   EXPECT_EQ(json["units"], (nlohmann::ordered_json{{"input", "V"}, {"output", "in"}, {"time", "s"}}));
@@ -81,6 +82,7 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.name, "fo");
   EXPECT_EQ(read.transfer_function.delay_s, 0.016);
   EXPECT_EQ(read.initial_state, model.initial_state);
+  EXPECT_EQ(read.past_input.at(1).to_s, -0.5);
   EXPECT_TRUE(read.parameters.at(1).fixed);
   EXPECT_EQ(read.validation->offset_reestimated->samples, 500U);
   EXPECT_EQ(read.provenance, model.provenance);

@@ -152,7 +152,7 @@ TEST_P(Statistics, IntervalsHoldTheTruthUnderWhiteNoiseAndReachTheCramerRaoBound
   const Record record = exact_record(s);
   const Comparison comparison =
       compare_every(static_cast<std::size_t>(record.input.size()), static_cast<std::size_t>(kDecimation), 0);
-  const ComparedRecord compared(record, comparison, comparison.count);
+  const ComparedRecord compared(record, comparison, comparison.count, {});
   TransferFunction g = model_of(s).transfer_function;
   std::reverse(g.denominator.begin(), g.denominator.end());
   const Parametrisation plain = Parametrisation::plain(structure_at(s), g);
