@@ -307,6 +307,19 @@ void interpret(const Texts& texts, FitCommand& fit, SimulateCommand& simulate) {
   simulate.method = ident::simulation_method(texts.method);
 }
 
+/// The command as a shell would read it again.
+std::string for_a_shell(int argc, const char* const* argv) {
+  std::string line = "eha";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$`*?[]{}()<>|&;#~!") == std::string::npos;
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += " " + (plain ? word : quoted + "'");
+  }
+  return line;
+}
+
 }  // namespace
 
 ParsedLine parse_command_line(int argc, const char* const* argv) {
@@ -367,6 +380,7 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
 
   if (app.got_subcommand("completion")) parsed.text = completion_script(app, texts.shell);
   if (app.got_subcommand("run")) parsed.command = run;
+  fit.as_given = for_a_shell(argc, argv);
   if (app.got_subcommand("fit")) parsed.command = fit;
   if (app.got_subcommand("simulate")) parsed.command = simulate;
   if (app.got_subcommand("validate")) parsed.command = validate;

@@ -51,7 +51,8 @@ struct ModelOptions {
 };
 
 struct FitCommand {
-  std::string source;  ///< run folder or CSV record
+  std::string source;    ///< run folder or CSV record
+  std::string as_given;  ///< the whole command, for a shell
   std::optional<std::string> experiment_file = {};
   std::optional<ident::Procedure> procedure = {};
   std::optional<std::uint64_t> seed = {};

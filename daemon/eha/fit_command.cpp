@@ -70,7 +70,7 @@ std::string next_step(const FitCommand& command, const Identification& identific
       return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", identification.written[i].string());
     }
   }
-  return fmt::format("eha fit {} -o models", command.source);
+  return command.as_given + " -o models";
 }
 
 }  // namespace

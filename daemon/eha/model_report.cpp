@@ -54,6 +54,7 @@ std::string with_error(const ParameterEstimate& parameter) {
   // The paper's procedure gives no standard errors.
   if (parameter.fixed || std::abs(parameter.std) <= 0.0) return fmt::format("{:.6g}", parameter.value);
   if (!std::isfinite(parameter.std)) return fmt::format("{:.4g} +- ?", parameter.value);
+  if (parameter.std > std::abs(parameter.value)) return fmt::format("{:.3g} +- {:.2g}", parameter.value, parameter.std);
   const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(parameter.std))), 0, 9);
   return fmt::format("{:.{}f} +- {:.{}f}", parameter.value, decimals, parameter.std, decimals);
 }

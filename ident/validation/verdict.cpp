@@ -51,13 +51,24 @@ void judge_score(const Score& score, const char* part, const Model& model, const
   }
 }
 
+/// Whether a pole is at 0 exactly, because the structure says so.
+bool integrates(const TransferFunction& g) {
+  const auto constant = std::find_if(g.denominator.begin(), g.denominator.end(),
+                                     [](const Term& term) { return term.order == 0.0 && term.coefficient != 0.0; });
+  return !g.denominator.empty() && constant == g.denominator.end();
+}
+
 void judge_stability(const Model& model, const AcceptanceLimits& limits, Judgement& judgement) {
   if (!model.stability) {
     if (limits.require_stable) judgement.reject("The model's stability was not determined, and the limits require it.");
     return;
   }
   const StabilityReport& stability = *model.stability;
-  if (limits.require_stable && !stability.stable) {
+  if (limits.require_stable && !stability.stable && integrates(model.transfer_function)) {
+    judgement.reject(
+        "The model integrates, and the limits require a stable one; [acceptance] require_stable = false of an "
+        "experiment file allows it.");
+  } else if (limits.require_stable && !stability.stable) {
     judgement.reject(
         fmt::format("The model is unstable (test: {}, margin {:.4g} rad), and the limits require a stable one.",
                     stability.test, stability.margin_rad));

@@ -92,6 +92,11 @@ TEST(CommandLine, ReadsFit) {
   EXPECT_TRUE(command_of<FitCommand>({"fit", "run", "--cross-validate"}).cross_validate);
 }
 
+TEST(CommandLine, KeepsTheFitAsGivenForTheNextOne) {
+  const auto fit = command_of<FitCommand>({"fit", "my record.csv", "--poles", "3", "--fix", "a0=0"});
+  EXPECT_EQ(fit.as_given, "eha fit 'my record.csv' --poles 3 --fix a0=0");
+}
+
 TEST(CommandLine, ReadsTheOtherCommands) {
   EXPECT_EQ(command_of<SimulateCommand>({"simulate", "m.json", "u.csv", "--method", "gl1"}).method,
             ident::SimulationMethod::gl1);

@@ -198,6 +198,17 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
           "With the offset estimated anew on the validation part R2 is 91.2 %."}));
 }
 
+TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
+  Model model = good_model();
+  model.transfer_function.denominator = {{1.0, 2.0}, {0.5, 1.0}, {0.0, 0.0}};
+  model.stability = StabilityReport{false, "matignon", 0.0};
+  EXPECT_FALSE(judge(model, {}).accepted);
+  EXPECT_NE(judge(model, {}).reasons.front().find("require_stable = false"), std::string::npos);
+  AcceptanceLimits limits;
+  limits.require_stable = false;
+  EXPECT_TRUE(judge(model, limits).accepted);
+}
+
 TEST(Verdict, RejectsAMarginBelowItsLimitAndAStabilityNobodyDetermined) {
   Model model = good_model();
   AcceptanceLimits limits;
