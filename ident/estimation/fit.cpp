@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/error.hpp"
 #include "ident/estimation/fit_choice.hpp"
@@ -57,8 +58,23 @@ Variant variant_at_rest(const StructureOptions& structure, std::size_t numerator
   return at_rest;
 }
 
+/// The output at rest of a record whose input moves once, from one level to another; nothing for other records.
+/// With such an input, bias, offset and initial state do each other's work, and the gain goes wherever they leave it.
+std::optional<double> rest_before_step(const Record& record) {
+  Eigen::Index moved = 0;
+  for (Eigen::Index k = 1; k < record.input.size(); ++k) {
+    if (record.input[k] == record.input[k - 1]) continue;
+    if (moved > 0) return std::nullopt;
+    moved = k;
+  }
+  // What takes effect at row k is not seen in row k.
+  return moved == 0 ? std::nullopt : std::optional(record.output.head(moved + 1).mean());
+}
+
 /// @param windows  of the past in the record, when the structure wants a past input
-std::vector<Variant> variants(const StructureOptions& structure, std::size_t numerator_terms, std::size_t windows) {
+/// @param rest     output at rest, when the record knows it
+std::vector<Variant> variants(const StructureOptions& structure, std::size_t numerator_terms, std::size_t windows,
+                              const std::optional<double>& rest) {
   const Variant at_rest = variant_at_rest(structure, numerator_terms);
   if (wants_past_input(structure)) {
     // How finely the past can be told is for the data to say.
@@ -76,7 +92,15 @@ std::vector<Variant> variants(const StructureOptions& structure, std::size_t num
   moving.linear.solve_bias = false;
   moving.bias_coordinate = false;
   moving.linear.initial_states = structure.poles;
-  if (find_request(structure, "initial_output") == nullptr) {
+  const ParameterRequest* offset = find_request(structure, "initial_output");
+  if (offset != nullptr && offset->fixed.value_or(false)) {
+    // Nothing else does the bias's work then.
+    moving.linear.solve_bias = at_rest.linear.solve_bias;
+    moving.bias_coordinate = at_rest.bias_coordinate;
+  } else if (offset == nullptr && rest) {
+    moving.linear.initial_output.fixed = true;
+    moving.linear.initial_output.value = *rest;
+  } else if (offset == nullptr) {
     // The constant is one of the free responses when 1/D's step response is: see LinearPart::first_state.
     moving.linear.initial_output.fixed = true;
     moving.linear.initial_states = structure.poles + 1;
@@ -255,7 +279,8 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
   const Parametrisation parametrisation = Parametrisation::search(structure, scale);
   std::vector<Outcome> outcomes;
   std::size_t evaluations = 0;
-  for (const Variant& variant : variants(structure, parametrisation.numerator_terms(), compared.past().size())) {
+  for (const Variant& variant :
+       variants(structure, parametrisation.numerator_terms(), compared.past().size(), rest_before_step(record))) {
     Parametrisation coordinates = parametrisation;
     if (variant.bias_coordinate) {
       coordinates.add_input_bias(structure, record.input.cwiseAbs().maxCoeff(), record.input[0]);
@@ -328,16 +353,17 @@ FitResult fit(const Record& record, const StructureOptions& structure, const Fit
               const Executor& executor) {
   check_record(record, options);
   if (options.procedure == Procedure::paper) return fit_by_paper(record, structure, options);
-  FitResult result = fit_by_default(record, structure, options, executor);
-  if (find_request(structure, "input_bias") != nullptr ||
-      !is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
-    return result;
-  }
+  if (find_request(structure, "input_bias") != nullptr) return fit_by_default(record, structure, options, executor);
   StructureOptions without = structure;
   without.parameters.push_back({"input_bias", true, 0.0, {}, {}});
-  result = fit_by_default(record, without, options, executor);
-  result.model.provenance["input_bias"] =
-      "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
+  std::string why = "fixed at 0: the input moves once, which a constant input cannot be told apart from";
+  FitResult result = fit_by_default(record, rest_before_step(record) ? without : structure, options, executor);
+  if (!rest_before_step(record)) {
+    if (!is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) return result;
+    result = fit_by_default(record, without, options, executor);
+    why = "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
+  }
+  result.model.provenance["input_bias"] = why;
   return result;
 }
 

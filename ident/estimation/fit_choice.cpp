@@ -11,6 +11,8 @@ namespace {
 
 // A mode slower than this many records looks like an integrator.
 constexpr double kResolvedRecords = 10.0;
+// Where the residual leaves hardly any independent samples no evidence is strong; a fit this much worse still counts.
+constexpr double kNearlyAsGood = 1.25;
 
 }  // namespace
 
@@ -40,7 +42,9 @@ const Outcome& choose(const std::vector<Outcome>& outcomes, double duration_s) {
   if (!looks_integrating(best, duration_s)) return best;
   const Outcome* regular = nullptr;
   for (const Outcome& o : outcomes) {
-    if (looks_integrating(o, duration_s) || bic(o) - bic(best) >= kStrongEvidence) continue;
+    const bool nearly =
+        bic(o) - bic(best) < kStrongEvidence && o.best.point.cost <= kNearlyAsGood * best.best.point.cost;
+    if (looks_integrating(o, duration_s) || !nearly) continue;
     if (regular == nullptr || bic(o) < bic(*regular)) regular = &o;
   }
   return regular != nullptr ? *regular : best;

@@ -35,7 +35,8 @@ struct Outcome {
 [[nodiscard]] bool looks_integrating(const Outcome& outcome, double duration_s);
 
 /// The optimum to report. The best by BIC; but one that looks integrating gives way to one that does not while the
-/// evidence against that is weak: a slow drift of the disturbance is easily mistaken for an integrator.
+/// evidence against that is weak and its cost nearly as small: a slow drift of the disturbance is easily mistaken for
+/// an integrator.
 [[nodiscard]] const Outcome& choose(const std::vector<Outcome>& outcomes, double duration_s);
 
 }  // namespace eha::ident

@@ -252,6 +252,41 @@ TEST(Fit, HoldsTheBiasAtZeroWhereTheOffsetDoesItsWork) {
   EXPECT_NEAR(value(model, "K"), 10.0, 0.2);
 }
 
+/// A step test, the plant moving at its start: the input moves once.
+Record step_record() {
+  Model truth;
+  truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
+  truth.initial_output = 1.5;
+  Record record = record_of(truth, 0.02, 0.0, 1);
+  record.input.setConstant(0.8);
+  record.input.head(20).setZero();
+  record.output = simulate(truth, record.input, 0.02);
+  std::mt19937_64 generator(8);
+  for (double& y : record.output) y += 0.01 * normal(generator);
+  return record;
+}
+
+TEST(Fit, TakesAStepTestsBiasForZeroAndItsOffsetFromBeforeTheStep) {
+  const Model model = fit(step_record(), structure(StructureKind::io), {}).model;
+  EXPECT_EQ(model.input_bias, 0.0);
+  EXPECT_NE(model.provenance.at("input_bias").find("moves once"), std::string::npos);
+  EXPECT_NEAR(model.initial_output, 1.5, 0.01);
+  EXPECT_NEAR(value(model, "K") / value(model, "a0"), 4.0, 0.02);
+}
+
+TEST(Fit, FreesTheBiasBesideAnInitialStateWhenTheOffsetIsHeld) {
+  Model truth;
+  truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
+  truth.input_bias = 0.3;
+  truth.initial_state = {0.7, -0.1};
+  StructureOptions integrator = structure(StructureKind::io);
+  integrator.initial_state = InitialState::estimated;
+  integrator.parameters = {{"a0", true, 0.0, {}, {}}, {"initial_output", true, 0.0, {}, {}}};
+  const Model model = fit(record_of(truth, 0.02, 0.0, 1), integrator, {}).model;
+  EXPECT_NEAR(model.input_bias, 0.3, 1e-4);
+  EXPECT_NEAR(value(model, "K"), 2.0, 1e-3);
+}
+
 TEST(Fit, LeavesTheInitialStateOutWhenTheDataDoNotAskForIt) {
   Model truth;
   truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
