@@ -22,6 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kManyRows = 1'000'000;
+
 bool accepted(const IdentifiedModel& identified) {
   return identified.result.model.verdict && identified.result.model.verdict->accepted;
 }
@@ -74,7 +76,20 @@ nlohmann::ordered_json summary(const IdentifiedModel& identified, const fs::path
 
 }  // namespace
 
+std::optional<std::string> size_reservation(std::size_t rows, int decimation) {
+  const std::size_t compared = rows / static_cast<std::size_t>(std::max(1, decimation));
+  if (compared <= kManyRows) return std::nullopt;
+  return fmt::format(
+      "{} rows are to be compared, which takes minutes and gigabytes; --decimate {} compares filtered "
+      "samples of them and is nearly as exact for a plant that is slow beside the sampling",
+      compared, (rows + kManyRows - 1) / kManyRows);
+}
+
 std::vector<IdentifiedModel> identify(const IdentificationTask& task, Console& console) {
+  if (const auto sentence =
+          size_reservation(static_cast<std::size_t>(task.record.input.size()), task.options.decimation)) {
+    console.warning(*sentence);
+  }
   std::vector<IdentifiedModel> models;
   const double count = static_cast<double>(task.structures.size());
   for (const ident::StructureOptions& structure : task.structures) {

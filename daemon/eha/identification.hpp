@@ -30,6 +30,9 @@ struct IdentifiedModel {
   ident::FitResult result;  ///< its model has a verdict, and the seconds that it took
 };
 
+/// A sentence for the user when comparing that many rows takes minutes and gigabytes.
+[[nodiscard]] std::optional<std::string> size_reservation(std::size_t rows, int decimation);
+
 /// Fits and judges each structure, in order.
 /// @throws DataError, ConfigError  as ident::fit, the source's name put in front of a DataError
 [[nodiscard]] std::vector<IdentifiedModel> identify(const IdentificationTask& task, Console& console);

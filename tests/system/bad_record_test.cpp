@@ -4,6 +4,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -81,6 +85,32 @@ TEST(BadRecord, HasAConstantOutput) {
   std::string text = kHeader;
   for (int k = 0; k < 1000; ++k) text += fmt::format("{:.2f},{},2.5\n", 0.01 * k, k % 7);
   expect_bad_record(text, {"r.csv", "constant"});
+}
+
+TEST(BigRecord, OfTenMillionRowsIsFittedWhenItIsDecimated) {
+  const TemporaryFolder folder;
+  std::ofstream file(folder.path() / "r.csv");
+  file << kHeader;
+  // A square wave of 20 s through a lag of 2 s, exactly.
+  const double decay = std::exp(-0.001 / 2.0);
+  double y = 0.0;
+  std::string block;
+  for (int k = 0; k < 10'000'000; ++k) {
+    const int u = k / 10'000 % 2;
+    fmt::format_to(std::back_inserter(block), "{:.3f},{},{:.6f}\n", 0.001 * k, u, y);
+    y = decay * y + (1.0 - decay) * u;
+    if (block.size() > 1'000'000) {
+      file << block;
+      block.clear();
+    }
+  }
+  file << block << std::flush;
+  ASSERT_TRUE(file);
+  const Ended ended =
+      run_eha({"fit", "r.csv", "--model", "io", "--poles", "1", "--decimate", "400", "--json"}, folder.path());
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  const auto model = nlohmann::json::parse(ended.out).at("models").at(0);
+  EXPECT_NEAR(model.at("transfer_function").at("denominator").at(1).at("coefficient").get<double>(), 0.5, 1e-4);
 }
 
 TEST(BadRecord, LeavesAnEarlierModelFileAsItWas) {

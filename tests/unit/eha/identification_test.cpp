@@ -47,6 +47,15 @@ TEST(ExitCodeOfModels, TellsAcceptedRejectedAndUnconverged) {
   EXPECT_EQ(exit_code({model_that(Came::unconverged)}), ExitCode::not_converged);
 }
 
+TEST(SizeReservation, NamesADecimationForARecordThatTakesMinutes) {
+  EXPECT_FALSE(size_reservation(1'000'000, 1));
+  EXPECT_FALSE(size_reservation(10'000'000, 10));
+  const auto sentence = size_reservation(10'000'000, 2);
+  ASSERT_TRUE(sentence);
+  EXPECT_NE(sentence->find("5000000 rows"), std::string::npos) << *sentence;
+  EXPECT_NE(sentence->find("--decimate 10 "), std::string::npos) << *sentence;
+}
+
 TEST(Report, ShowsOrdersWithTheDigitsThatTheirErrorsLeave) {
   const std::string text = report({model_that(Came::accepted)}, {model_that(Came::rejected)});
   EXPECT_NE(text.find("n2 1.751 +- 0.011, n0 0"), std::string::npos) << text;
