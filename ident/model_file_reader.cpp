@@ -253,10 +253,11 @@ Verdict read_verdict(const Node& node) {
   return verdict;
 }
 
-PastInput read_past_input(const Node& node) {
+/// @param begin_s  where the window after it begins
+PastInput read_past_input(const Node& node, double begin_s) {
   const Node object = node.object({"from_s", "to_s", "value"});
   const PastInput window{object.at("from_s").number(), object.at("to_s").number(), object.at("value").number()};
-  if (window.to_s > 0.0) object.at("to_s").refuse("a time before the record, at most 0");
+  if (window.to_s != begin_s) object.at("to_s").refuse(fmt::format("{}, where the window after it begins", begin_s));
   if (!(window.from_s < window.to_s)) object.at("from_s").refuse("less than to_s");
   return window;
 }
@@ -279,7 +280,11 @@ Model read_model(const Node& node, const std::string& file_name) {
     for (const Node& entry : object.at("initial_state").list()) model.initial_state.push_back(entry.number());
   }
   if (object.has("past_input")) {
-    for (const Node& entry : object.at("past_input").list()) model.past_input.push_back(read_past_input(entry));
+    double begin_s = 0.0;
+    for (const Node& entry : object.at("past_input").list()) {
+      model.past_input.push_back(read_past_input(entry, begin_s));
+      begin_s = model.past_input.back().from_s;
+    }
   }
   if (object.has("units")) {
     const Node units = object.at("units").object({"input", "output", "time"});

@@ -89,7 +89,7 @@ bool hardly_turns(const std::vector<Term>& terms, const Sample& a, const Sample&
 double turn(const std::vector<Term>& terms, const Sample& a, const Sample& b, double phi, int depth) {
   // |s D'/D| bounds how fast the argument turns; near a zero at distance d it is 1/d, so an interval that hides a
   // zero is always split.
-  if ((b.x - a.x) * std::max(std::abs(a.slope), std::abs(b.slope)) <= 1.0 || depth == kDeepestSplit ||
+  if (!((b.x - a.x) * std::max(std::abs(a.slope), std::abs(b.slope)) > 1.0) || depth == kDeepestSplit ||
       hardly_turns(terms, a, b) || std::max(std::abs(a.value), std::abs(b.value)) < std::max(a.noise, b.noise)) {
     return std::arg(b.value / a.value);
   }
@@ -168,6 +168,13 @@ bool plainly_stable(const Polynomial& d) {
   return positive && d.terms.back().order < 2.0;
 }
 
+/// Whether the orders and coefficients are of a size that the tests are made for.
+bool decidable(const Polynomial& d) {
+  return std::all_of(d.terms.begin(), d.terms.end(), [&](const Term& term) {
+    return std::isfinite(term.coefficient) && term.order + d.removed_order <= kOrderLimit;
+  });
+}
+
 }  // namespace
 
 int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad) {
@@ -176,6 +183,7 @@ int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad)
 
 bool grows(const TransferFunction& g) {
   const Polynomial d = reduced(g.denominator);
+  if (!decidable(d)) return true;
   if (d.terms.size() < 2 || plainly_stable(d)) return false;
   if (const auto q = base_order(d)) {
     // Rounding may put a pole of the imaginary axis to either side; it does not grow.
@@ -188,6 +196,10 @@ StabilityReport stability(const TransferFunction& g) {
   const Polynomial d = reduced(g.denominator);
   StabilityReport report;
   report.test = "argument_principle";
+  if (!decidable(d)) {
+    report.margin_rad = -0.5 * pi;
+    return report;
+  }
   double angle = pi;
   if (d.terms.size() >= 2) {
     if (const auto q = base_order(d)) {

@@ -24,8 +24,8 @@ void check_terms(const std::vector<Term>& terms, const std::string& name) {
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const std::string where = name + "[" + std::to_string(i) + "]";
     if (!std::isfinite(terms[i].coefficient)) throw ConfigError(where + ".coefficient: expected a finite number");
-    if (!std::isfinite(terms[i].order) || terms[i].order < 0.0) {
-      throw ConfigError(where + ".order: expected a finite order of at least 0, got " + std::to_string(terms[i].order));
+    if (!(terms[i].order >= 0.0 && terms[i].order <= kOrderLimit)) {
+      throw ConfigError(where + ".order: expected an order of 0 to 100, got " + std::to_string(terms[i].order));
     }
   }
 }

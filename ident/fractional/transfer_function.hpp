@@ -19,8 +19,11 @@ struct TransferFunction {
   double delay_s = 0.0;  ///< transport delay [s], not negative
 };
 
-/// Throws ConfigError unless G has terms, finite coefficients, finite orders >= 0, a denominator that is not zero,
-/// a delay >= 0 and a numerator whose highest order does not exceed the denominator's.
+/// No plant has an order near this.
+constexpr double kOrderLimit = 100.0;
+
+/// Throws ConfigError unless G has terms, finite coefficients, orders of 0..kOrderLimit, a denominator that is not
+/// zero, a delay >= 0 and a numerator whose highest order does not exceed the denominator's.
 void check(const TransferFunction& g);
 
 /// G(s) on the principal branch, s != 0. Cost O(terms).

@@ -251,6 +251,15 @@ TEST(Stability, DecidesOrdersThatAlmostAgreeAsIfTheyDid) {
   }
 }
 
+TEST(Stability, CountsWhatIsNoPlantAsGrowingAtOnce) {
+  const TransferFunction steep{{{1.0, 0.0}}, {{3.03e10, 2.043e7}, {3.04e10, 2.04e7}, {1.0, 0.0}}, 0.0};
+  const TransferFunction endless{{{1.0, 0.0}}, {{INFINITY, 2.1}, {1.0, 0.97}, {1.0, 0.0}}, 0.0};
+  for (const TransferFunction& g : {steep, endless}) {
+    EXPECT_TRUE(grows(g));
+    EXPECT_FALSE(stability(g).stable);
+  }
+}
+
 TEST(Stability, CallsAnIntegratorNeitherStableNorGrowing) {
   const TransferFunction g{{{1.0, 0.0}}, {{1.0, 2.0}, {1.0, 1.0}}, 0.0};
   EXPECT_FALSE(grows(g));

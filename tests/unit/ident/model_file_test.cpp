@@ -89,6 +89,20 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.procedure, "paper");
 }
 
+TEST(ModelFile, RefusesAPastThatHasGapsOrLiesAhead) {
+  const auto with_past = [](const std::string& windows) {
+    std::string text = kMinimal;
+    return text.insert(1, "\"past_input\": [" + windows + "], ");
+  };
+  const auto window = [](double from_s, double to_s) {
+    return "{\"from_s\": " + std::to_string(from_s) + ", \"to_s\": " + std::to_string(to_s) + ", \"value\": 1}";
+  };
+  EXPECT_NO_THROW(static_cast<void>(model_from_text(with_past(window(-1, 0) + ", " + window(-3, -1)), "m.json")));
+  for (const std::string& windows : {window(-1, 0.5), window(0, 0), window(-1, 0) + ", " + window(-3, -2)}) {
+    EXPECT_THROW(static_cast<void>(model_from_text(with_past(windows), "m.json")), ConfigError) << windows;
+  }
+}
+
 TEST(ModelFile, KeepsEveryBitOfEveryNumber) {
   std::mt19937_64 draw(20160301);
   std::uniform_int_distribution<int> exponent(-300, 300);
@@ -163,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"/transfer_function/numerator/0/order", "",
               "transfer_function.numerator[0].order: expected a value, got no such field"},
         Fault{"/transfer_function/denominator/1/order", "-1",
-              "transfer_function.denominator[1].order: expected a finite order of at least 0, got -1.000000"},
+              "transfer_function.denominator[1].order: expected an order of 0 to 100, got -1.000000"},
         Fault{"/transfer_function/denominator", R"([{"coefficient": 0, "order": 1}])",
               "transfer_function.denominator: expected a coefficient other than 0, all are 0"},
         Fault{"/transfer_function/denominator", "[]",
