@@ -84,6 +84,9 @@ void apply_parameters(const ModelOptions& options, StructureOptions& structure) 
   }
   for (const std::string& text : options.bounds) {
     const auto [name, range] = split(text, '=', "--bound", "NAME=LOW:HIGH");
+    if (range.find(':') == std::string_view::npos) {
+      throw UsageError(fmt::format("--bound {}: expected NAME=LOW:HIGH", text));
+    }
     const auto [low, high] = split(range, ':', "--bound", "NAME=LOW:HIGH");
     ParameterRequest& request = request_for(structure, name);
     request.lower = number(low, "--bound", text);

@@ -59,8 +59,10 @@ record::FinishedRun acquire(const RunCommand& command, const config::RigConfig& 
 ExitCode report_incomplete(const record::FinishedRun& run, Console& console) {
   console.error(acquisition::describe(run.report));
   if (!run.write_error.empty()) console.error(run.write_error);
-  console.info(fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same", run.folder.string(),
-                           run.folder.string()));
+  console.info(
+      fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same, with --discard 0 when it is "
+                  "hardly longer than what the experiment discards",
+                  run.folder.string(), run.folder.string()));
   const ExitCode code = acquisition::exit_code(run.report);
   console.print_json({{"schema", "eha-run/1"},
                       {"run", run.folder.string()},

@@ -128,6 +128,9 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
 }
 
 ExitCode execute(const RunsRecoverCommand& command, Console& console) {
+  if (!fs::exists(command.target)) {
+    throw IoError(fmt::format("{}: no such folder; `eha runs list` names the runs", command.target.string()));
+  }
   const std::vector<fs::path> runs = record::is_run_folder(command.target) ? std::vector<fs::path>{command.target}
                                                                            : record::find_torn_runs(command.target);
   Json document{{"schema", "eha-recovery/1"}, {"runs", Json::array()}};

@@ -22,6 +22,9 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   } catch (const DataError& error) {
     throw DataError(fmt::format("{}: {}", command.input_file, error.what()));
   }
+  if (!output.allFinite()) {
+    throw DataError(fmt::format("{}: the model's output for {} overflows", command.model_file, command.input_file));
+  }
   if (!input.channel.unit.empty() && input.channel.unit != model.input_unit) {
     console.warning(fmt::format("{}: the input is in {}, the model's is in {}; the numbers are taken as they are",
                                 command.input_file, input.channel.unit, model.input_unit));

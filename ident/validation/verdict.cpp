@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+
+#include "ident/fractional/stability.hpp"
 
 namespace eha::ident {
 namespace {
@@ -51,11 +54,21 @@ void judge_score(const Score& score, const char* part, const Model& model, const
   }
 }
 
-/// Whether a pole is at 0 exactly, because the structure says so.
-bool integrates(const TransferFunction& g) {
-  const auto constant = std::find_if(g.denominator.begin(), g.denominator.end(),
-                                     [](const Term& term) { return term.order == 0.0 && term.coefficient != 0.0; });
-  return !g.denominator.empty() && constant == g.denominator.end();
+double lowest_order(const std::vector<Term>& terms) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Term& term : terms) {
+    if (term.coefficient != 0.0) lowest = std::min(lowest, term.order);
+  }
+  return lowest;
+}
+
+/// Whether poles at 0 are all that the model's stability suffers from.
+bool only_integrates(const TransferFunction& g) {
+  const double poles = lowest_order(g.denominator);
+  if (!(poles > lowest_order(g.numerator)) || std::isinf(poles)) return false;
+  TransferFunction rest = g;
+  for (Term& term : rest.denominator) term.order = std::max(0.0, term.order - poles);
+  return stability(rest).stable;
 }
 
 void judge_stability(const Model& model, const AcceptanceLimits& limits, Judgement& judgement) {
@@ -64,7 +77,7 @@ void judge_stability(const Model& model, const AcceptanceLimits& limits, Judgeme
     return;
   }
   const StabilityReport& stability = *model.stability;
-  if (limits.require_stable && !stability.stable && integrates(model.transfer_function)) {
+  if (limits.require_stable && !stability.stable && only_integrates(model.transfer_function)) {
     judgement.reject(
         "The model integrates, and the limits require a stable one; [acceptance] require_stable = false of an "
         "experiment file allows it.");
@@ -109,7 +122,8 @@ void note_residual(const ValidationReport& validation, const AcceptanceLimits& l
 /// Parameters whose 95 % interval is wider than the value itself say little; the lost ones are named elsewhere.
 void note_undetermined(const Model& model, Judgement& judgement) {
   for (const ParameterEstimate& p : model.parameters) {
-    const bool offset = p.name == "input_bias" || p.name == "initial_output" || p.name.starts_with("x");
+    const bool offset = p.name == "input_bias" || p.name == "initial_output" || p.name.starts_with("x") ||
+                        p.name.starts_with("past_input_");
     if (p.fixed || offset || !std::isfinite(p.std)) continue;
     if (p.upper95 - p.lower95 > 2.0 * std::abs(p.value)) {
       judgement.note(fmt::format("The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}.", p.name,

@@ -115,7 +115,7 @@ TEST(ModelOptions, RefuseMalformedRequests) {
   EXPECT_EQ(fault_of({.fixed = {"n1=big"}}), "--fix n1=big: expected a finite number, got \"big\"");
   EXPECT_EQ(fault_of({.fixed = {"n1=nan"}}), "--fix n1=nan: expected a finite number, got \"nan\"");
   EXPECT_EQ(fault_of({.starts = {"n1=1x"}}), "--start n1=1x: expected a finite number, got \"1x\"");
-  EXPECT_EQ(fault_of({.bounds = {"n1=1"}}), "--bound 1: expected NAME=LOW:HIGH");
+  EXPECT_EQ(fault_of({.bounds = {"n1=1"}}), "--bound n1=1: expected NAME=LOW:HIGH");
   EXPECT_EQ(fault_of({.bounds = {"n1=2:1"}}), "--bound n1=2:1: the lower bound must be below the upper one");
   EXPECT_EQ(fault_of({.kinds = {StructureKind::io, StructureKind::io}}).substr(0, 27), "--model io is given twice, ");
 }

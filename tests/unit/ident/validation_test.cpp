@@ -200,6 +200,7 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
 
 TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
   Model model = good_model();
+  model.transfer_function.numerator = {{1.0, 0.0}};
   model.transfer_function.denominator = {{1.0, 2.0}, {0.5, 1.0}, {0.0, 0.0}};
   model.stability = StabilityReport{false, "matignon", 0.0};
   EXPECT_FALSE(judge(model, {}).accepted);
@@ -207,6 +208,9 @@ TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
   AcceptanceLimits limits;
   limits.require_stable = false;
   EXPECT_TRUE(judge(model, limits).accepted);
+  // A pole in the right half plane beside it is no integrator's.
+  model.transfer_function.denominator = {{1.0, 2.0}, {-1.0, 1.0}};
+  EXPECT_NE(judge(model, {}).reasons.front().find("unstable"), std::string::npos);
 }
 
 TEST(Verdict, RejectsAMarginBelowItsLimitAndAStabilityNobodyDetermined) {
