@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kManyRows = 1'000'000;
+constexpr std::size_t kQuicklyCompared_rows = 1'000'000;
 
 bool accepted(const IdentifiedModel& identified) {
   return identified.result.model.verdict && identified.result.model.verdict->accepted;
@@ -78,11 +78,11 @@ nlohmann::ordered_json summary(const IdentifiedModel& identified, const fs::path
 
 std::optional<std::string> size_reservation(std::size_t rows, int decimation) {
   const std::size_t compared = rows / static_cast<std::size_t>(std::max(1, decimation));
-  if (compared <= kManyRows) return std::nullopt;
+  if (compared <= kQuicklyCompared_rows) return std::nullopt;
   return fmt::format(
-      "{} rows are to be compared, which takes minutes and gigabytes; --decimate {} compares filtered "
+      "{} rows are to be compared, which may take minutes; --decimate {} compares filtered "
       "samples of them and is nearly as exact for a plant that is slow beside the sampling",
-      compared, (rows + kManyRows - 1) / kManyRows);
+      compared, (rows + kQuicklyCompared_rows - 1) / kQuicklyCompared_rows);
 }
 
 std::vector<IdentifiedModel> identify(const IdentificationTask& task, Console& console) {

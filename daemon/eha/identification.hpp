@@ -30,7 +30,7 @@ struct IdentifiedModel {
   ident::FitResult result;  ///< its model has a verdict, and the seconds that it took
 };
 
-/// A sentence for the user when comparing that many rows takes minutes and gigabytes.
+/// A sentence for the user when comparing that many rows may take minutes (ten million took six).
 [[nodiscard]] std::optional<std::string> size_reservation(std::size_t rows, int decimation);
 
 /// Fits and judges each structure, in order.

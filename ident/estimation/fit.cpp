@@ -26,6 +26,9 @@ namespace {
 constexpr Eigen::Index kFewestRows = 20;
 // Optima of the coarse record are followed on the whole one while the evidence against them is not strong.
 constexpr std::size_t kMostFollowed = 4;
+// A step test's levels, of the input's range; its output at rest, noise and all, of the output's range.
+constexpr double kStill = 0.01;
+constexpr double kLevel = 0.05;
 constexpr double kNowhereNear = 4.0;  // times the least cost of a start
 // What the search's simulations may be wrong by, relative to the response: far below what tells optima apart.
 constexpr double kSearchGuard = 1.6;
@@ -58,23 +61,29 @@ Variant variant_at_rest(const StructureOptions& structure, std::size_t numerator
   return at_rest;
 }
 
-/// The output at rest of a record whose input moves once, from one level to another; nothing for other records.
-/// With such an input, bias, offset and initial state do each other's work, and the gain goes wherever they leave it.
-std::optional<double> rest_before_step(const Record& record) {
+/// The input level from which a step test starts at rest: its input moves once, from one level to another, and its
+/// output is level until then. Bias, offset and initial state do each other's work there, and the gain goes wherever
+/// they leave it; what is left to know is that the plant was at rest at that level.
+std::optional<double> rest_of_step_test(const Eigen::Ref<const Eigen::VectorXd>& input,
+                                        const Eigen::Ref<const Eigen::VectorXd>& output) {
+  const double still = kStill * (input.maxCoeff() - input.minCoeff());
+  const Eigen::Index last = input.size() - 1;
   Eigen::Index moved = 0;
-  for (Eigen::Index k = 1; k < record.input.size(); ++k) {
-    if (record.input[k] == record.input[k - 1]) continue;
-    if (moved > 0) return std::nullopt;
-    moved = k;
-  }
-  // What takes effect at row k is not seen in row k.
-  return moved == 0 ? std::nullopt : std::optional(record.output.head(moved + 1).mean());
+  while (moved < last && std::abs(input[moved] - input[0]) <= still) ++moved;
+  Eigen::Index settled = last;
+  while (settled > 0 && std::abs(input[settled] - input[last]) <= still) --settled;
+  // A filtered record shows one row between the levels.
+  if (moved == 0 || settled > moved) return std::nullopt;
+  // What takes effect at a row is not seen in that row.
+  const auto before = output.head(moved + 1);
+  const bool level = before.maxCoeff() - before.minCoeff() <= kLevel * (output.maxCoeff() - output.minCoeff());
+  return level ? std::optional(input.head(moved).mean()) : std::nullopt;
 }
 
 /// @param windows  of the past in the record, when the structure wants a past input
-/// @param rest     output at rest, when the record knows it
+/// @param at_rest_before  whether the record is known to begin at rest
 std::vector<Variant> variants(const StructureOptions& structure, std::size_t numerator_terms, std::size_t windows,
-                              const std::optional<double>& rest) {
+                              bool at_rest_before) {
   const Variant at_rest = variant_at_rest(structure, numerator_terms);
   if (wants_past_input(structure)) {
     // How finely the past can be told is for the data to say.
@@ -97,9 +106,6 @@ std::vector<Variant> variants(const StructureOptions& structure, std::size_t num
     // Nothing else does the bias's work then.
     moving.linear.solve_bias = at_rest.linear.solve_bias;
     moving.bias_coordinate = at_rest.bias_coordinate;
-  } else if (offset == nullptr && rest) {
-    moving.linear.initial_output.fixed = true;
-    moving.linear.initial_output.value = *rest;
   } else if (offset == nullptr) {
     // The constant is one of the free responses when 1/D's step response is: see LinearPart::first_state.
     moving.linear.initial_output.fixed = true;
@@ -107,6 +113,7 @@ std::vector<Variant> variants(const StructureOptions& structure, std::size_t num
     moving.linear.first_state = -1;
   }
   if (structure.initial_state == InitialState::estimated) return {moving};
+  if (at_rest_before) return {at_rest};
   return {at_rest, moving};
 }
 
@@ -169,7 +176,7 @@ std::vector<Outcome> estimate(const Parametrisation& parametrisation, const Vari
       if (const auto theta = parametrisation.at_poles(guess.poles, guess.delay_s)) guesses.push_back(*theta);
     }
     for (const Outcome& o : known) {
-      // The input bias, the last coordinate, is not one of a variant with an initial state.
+      // The input bias, the last coordinate, may be one of this variant alone.
       const auto shared = static_cast<Eigen::Index>(parametrisation.coordinates().size());
       if (o.best.theta.size() >= shared) guesses.push_back(o.best.theta.head(shared));
     }
@@ -244,7 +251,7 @@ bool is_bias_lost(const Model& model, double largest_input) {
          !(std::max(bias->std, std::abs(bias->value) / kGreatestBias) < largest_input);
 }
 
-FitResult fit_by_default(const Record& record, const StructureOptions& structure, const FitOptions& options,
+FitResult fit_by_default(const Record& record, const StructureOptions& asked, const FitOptions& options,
                          const Executor& executor) {
   const auto discard = static_cast<std::size_t>(std::ceil(options.discard_s / record.step_s - 1e-9));
   const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
@@ -257,9 +264,16 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
         "filter needs {} rows at either end); expected at least {}",
         rows, options.discard_s, options.decimation, record.input.size(), comparison.taps.size() / 2, kFewestRows));
   }
+  const std::size_t last = comparison.first + (rows - 1) * comparison.every;
+  StructureOptions structure = asked;
+  const auto seen = static_cast<Eigen::Index>(last) + 1;
+  const auto rest = structure.initial_state == InitialState::estimated
+                        ? std::nullopt
+                        : rest_of_step_test(record.input.head(seen), record.output.head(seen));
+  const bool is_bias_asked = find_request(structure, "input_bias") != nullptr;
+  if (rest && !is_bias_asked) structure.parameters.push_back({"input_bias", true, 0.0 - *rest, {}, {}});
   const bool past = wants_past_input(structure);
   const ComparedRecord compared(record, comparison, rows, {.past = past});
-  const std::size_t last = comparison.first + (rows - 1) * comparison.every;
   // The fitted part sets the scale; the search need not resolve more than the coarse records do.
   const double duration_s = record.step_s * static_cast<double>(last + 1);
   double finest_s = duration_s;
@@ -280,7 +294,7 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
   std::vector<Outcome> outcomes;
   std::size_t evaluations = 0;
   for (const Variant& variant :
-       variants(structure, parametrisation.numerator_terms(), compared.past().size(), rest_before_step(record))) {
+       variants(structure, parametrisation.numerator_terms(), compared.past().size(), rest.has_value())) {
     Parametrisation coordinates = parametrisation;
     if (variant.bias_coordinate) {
       coordinates.add_input_bias(structure, record.input.cwiseAbs().maxCoeff(), record.input[0]);
@@ -330,7 +344,9 @@ FitResult fit_by_default(const Record& record, const StructureOptions& structure
       chosen.best.termination == Termination::converged || chosen.best.termination == Termination::at_bound;
   model.stability = stability(model.transfer_function);
   model.provenance["normalisation"] = "a1 = 1, lowest order of the denominator 0";
-  if (!reported.solve_bias && reported.fixed_bias == 0.0) {
+  if (rest && !is_bias_asked) {
+    model.provenance["input_bias"] = "fixed: a step test that starts at rest at that level";
+  } else if (!is_bias_asked && !reported.solve_bias && reported.fixed_bias == 0.0) {
     model.provenance["input_bias"] =
         "fixed at 0: with an initial state a constant input cannot be told apart from offset and state";
   }
@@ -353,17 +369,16 @@ FitResult fit(const Record& record, const StructureOptions& structure, const Fit
               const Executor& executor) {
   check_record(record, options);
   if (options.procedure == Procedure::paper) return fit_by_paper(record, structure, options);
-  if (find_request(structure, "input_bias") != nullptr) return fit_by_default(record, structure, options, executor);
+  FitResult result = fit_by_default(record, structure, options, executor);
+  if (find_request(structure, "input_bias") != nullptr ||
+      !is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
+    return result;
+  }
   StructureOptions without = structure;
   without.parameters.push_back({"input_bias", true, 0.0, {}, {}});
-  std::string why = "fixed at 0: the input moves once, which a constant input cannot be told apart from";
-  FitResult result = fit_by_default(record, rest_before_step(record) ? without : structure, options, executor);
-  if (!rest_before_step(record)) {
-    if (!is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) return result;
-    result = fit_by_default(record, without, options, executor);
-    why = "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
-  }
-  result.model.provenance["input_bias"] = why;
+  result = fit_by_default(record, without, options, executor);
+  result.model.provenance["input_bias"] =
+      "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
   return result;
 }
 
@@ -371,6 +386,7 @@ ValidationReport validate(const Model& model, const Record& record, const FitOpt
   check_record(record, options);
   FitResult result;
   result.model = model;
+  result.model.past_input.clear();  // it was that of another record
   const auto discard = static_cast<std::size_t>(std::ceil(options.discard_s / record.step_s - 1e-9));
   const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
                                               static_cast<std::size_t>(options.decimation), discard);

@@ -38,8 +38,8 @@ class NoStableModel : public DataError {
 [[nodiscard]] FitResult fit(const Record& record, const StructureOptions& structure, const FitOptions& options,
                             const Executor& executor = run_in_order);
 
-/// Scores a model on a record it has not seen: bias kept, initial_output (and initial_state or past_input) as stored in
-/// `score` and estimated anew in `offset_reestimated`.
+/// Scores a model on a record it has not seen, without its past input: bias kept, initial_output (and initial_state) as
+/// stored in `score` and estimated anew in `offset_reestimated`.
 [[nodiscard]] ValidationReport validate(const Model& model, const Record& record, const FitOptions& options);
 
 }  // namespace eha::ident

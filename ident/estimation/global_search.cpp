@@ -9,6 +9,7 @@
 #include <limits>
 #include <nlopt.hpp>
 #include <numbers>
+#include <random>
 
 #include "ident/signal/fft.hpp"
 
@@ -145,10 +146,10 @@ struct Seen {
 
 /// One population of a controlled random search: every stable point it tried. Deterministic for a seed: NLopt's
 /// generator is the calling thread's own.
-std::vector<Seen> look_around(const OutputError& problem, const Box& box, std::uint64_t seed) {
+std::vector<Seen> look_around(const OutputError& problem, const Box& box, std::uint32_t seed) {
   const auto n = static_cast<Eigen::Index>(box.start.size());
   std::vector<Seen> seen;
-  nlopt::srand(static_cast<unsigned long>(seed));
+  nlopt::srand(seed);
   nlopt::opt crs(nlopt::GN_CRS2_LM, static_cast<unsigned>(n));
   crs.set_lower_bounds(box.lower);
   crs.set_upper_bounds(box.upper);
@@ -228,7 +229,11 @@ SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorX
   }
   const Box box(coordinates);
   std::vector<std::vector<Seen>> populations(kPopulations);
-  executor(kPopulations, [&](std::size_t k) { populations[k] = look_around(problem, box, seed * kPopulations + k); });
+  // NLopt takes 32 bits of a seed.
+  std::seed_seq mixed{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U)};
+  std::array<std::uint32_t, kPopulations> seeds{};
+  mixed.generate(seeds.begin(), seeds.end());
+  executor(kPopulations, [&](std::size_t k) { populations[k] = look_around(problem, box, seeds[k]); });
   std::vector<Seen> seen;
   for (std::vector<Seen>& population : populations) {
     result.evaluations += population.size();

@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/estimation/model_output.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "core/error.hpp"
 #include "ident/fractional/grunwald_letnikov.hpp"
 #include "ident/fractional/held_response.hpp"
 #include "ident/fractional/stability.hpp"
 
 namespace eha::ident {
 namespace {
+
+constexpr std::size_t kMostPast = 100;
+constexpr double kEndless_rows = 1e15;
 
 /// Free responses s^i/D, i = 0.., as step responses of s^(i+1)/D.
 Eigen::MatrixXd state_responses(const Model& model, const OutputSelection& selection) {
@@ -28,10 +34,14 @@ Eigen::MatrixXd state_responses(const Model& model, const OutputSelection& selec
 /// Responses to one unit of input in each window before t = 0, whose edges need not be sampling instants.
 Eigen::MatrixXd past_responses(const Model& model, OutputSelection selection) {
   const auto rows_before = [&](double t_s) {
-    return static_cast<std::size_t>(std::ceil(-t_s / selection.step_s - 1e-9));
+    return static_cast<std::size_t>(std::min(kEndless_rows, std::ceil(-t_s / selection.step_s - 1e-9)));
   };
   std::size_t before = 0;
   for (const PastInput& window : model.past_input) before = std::max(before, rows_before(window.from_s));
+  if (before > kMostPast * (selection.samples + 1)) {
+    throw ConfigError(fmt::format("past_input: expected windows that reach back at most {} times the record, got {} s",
+                                  kMostPast, -model.past_input.back().from_s));
+  }
   selection.samples += before;
   selection.first += before;
   const HeldResponse response(selection);
@@ -111,19 +121,24 @@ ModelOutput output_at(const Model& model, const Record& record, const Comparison
 }
 
 Model with_offset_fitted(const Model& model, const ModelOutput& output, const Eigen::VectorXd& measured) {
-  Eigen::MatrixXd columns(measured.size(), output.free.cols() + 1);
-  columns << Eigen::VectorXd::Ones(measured.size()), output.free;
+  const auto states = std::min(output.free.cols(), static_cast<Eigen::Index>(model.initial_state.size()));
+  Eigen::VectorXd rest = measured - output.forced;
+  if (output.free.cols() > states) {
+    // Windows of the past, free to move, would explain any record's beginning.
+    const Eigen::Index windows = output.free.cols() - states;
+    rest -= output.free.rightCols(windows) * free_values(model).tail(windows);
+  }
+  Eigen::MatrixXd columns(measured.size(), states + 1);
+  columns.col(0).setOnes();
+  if (states > 0) columns.rightCols(states) = output.free.leftCols(states);
   const Eigen::VectorXd scale = columns.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns.rows(), columns.cols());
   qr.setThreshold(1e-10);
   qr.compute(columns * scale.asDiagonal());
-  const Eigen::VectorXd solved = scale.cwiseProduct(qr.solve(measured - output.forced));
+  const Eigen::VectorXd solved = scale.cwiseProduct(qr.solve(rest));
   Model fitted = model;
   fitted.initial_output = solved[0];
-  if (output.free.cols() == 0) return fitted;
-  Eigen::Index at = 1;
-  for (double& state : fitted.initial_state) state = solved[at++];
-  for (PastInput& window : fitted.past_input) window.value = solved[at++];
+  for (Eigen::Index i = 0; i < states; ++i) fitted.initial_state[static_cast<std::size_t>(i)] = solved[i + 1];
   return fitted;
 }
 

@@ -25,7 +25,7 @@ struct ModelOutput {
 /// A model that grows is simulated by the direct recursion and may overflow; one that does not, exactly.
 [[nodiscard]] ModelOutput output_at(const Model& model, const Record& record, const Comparison& comparison);
 
-/// The model with initial_output, initial_state and past_input fitted anew to `measured` over the same rows.
+/// The model with initial_output and initial_state fitted anew to `measured` over the same rows.
 [[nodiscard]] Model with_offset_fitted(const Model& model, const ModelOutput& output, const Eigen::VectorXd& measured);
 
 }  // namespace eha::ident

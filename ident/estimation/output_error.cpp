@@ -125,7 +125,8 @@ OutputError::Basis OutputError::basis(const TransferFunction& g, double bias, bo
   for (std::size_t j = 0; steps && j < numerators.size(); ++j) requests.push_back({j, &record_.step()});
   const Eigen::MatrixXd responses = record_.response().respond(columns, g.delay_s, requests);
   const auto count = static_cast<Eigen::Index>(numerators.size());
-  Basis b{responses.leftCols(count), responses.rightCols(responses.cols() - count), {}};
+  Basis b{responses.leftCols(count), responses.rightCols(responses.cols() - count),
+          Eigen::MatrixXd(responses.rows(), 0)};
   if (linear_.past_shared > 0) {
     std::vector<ResponseRequest> past;
     for (const InputSpectrum& pulse : record_.past()) past.push_back({0, &pulse});

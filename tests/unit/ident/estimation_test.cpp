@@ -3,67 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <random>
+#include <thread>
+#include <vector>
 
 #include "core/error.hpp"
 #include "ident/estimation/commensurate_sweep.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/least_squares.hpp"
 #include "ident/estimation/output_error.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
 namespace {
 
-using std::numbers::pi;
-
-double uniform(std::mt19937_64& generator) { return static_cast<double>(generator() >> 11) * 0x1p-53; }
-
-double normal(std::mt19937_64& generator) {
-  return std::sqrt(-2.0 * std::log(1.0 - uniform(generator))) * std::cos(2.0 * pi * uniform(generator));
-}
-
-/// Three tones of the paper's band, 50 s.
-Eigen::VectorXd excitation(double step_s) {
-  Eigen::VectorXd u(static_cast<Eigen::Index>(std::lround(50.0 / step_s)));
-  for (Eigen::Index k = 0; k < u.size(); ++k) {
-    const double t = 2.0 * pi * step_s * static_cast<double>(k);
-    u[k] = 1.9 * std::cos(0.05 * t + 0.3) + 1.6 * std::cos(0.2 * t + 1.9) + 1.5 * std::cos(0.65 * t + 4.2);
-  }
-  return u;
-}
-
-Record record_of(const Model& model, double step_s, double noise, std::uint64_t seed) {
-  Record record;
-  record.step_s = step_s;
-  record.input = excitation(step_s);
-  record.output = simulate(model, record.input, step_s);
-  const double spread = std::sqrt((record.output.array() - record.output.mean()).square().mean());
-  std::mt19937_64 generator(seed);
-  for (double& y : record.output) y += noise * spread * normal(generator);
-  return record;
-}
-
-Model fractional(double a2, double n2, double n1, double a0, double gain) {
-  Model model;
-  model.transfer_function = {{{gain, 0.0}}, {{a2, n2}, {1.0, n1}, {a0, 0.0}}, 0.0};
-  return model;
-}
-
-double value(const Model& model, const std::string& name) {
-  for (const ParameterEstimate& p : model.parameters) {
-    if (p.name == name) return p.value;
-  }
-  ADD_FAILURE() << "no parameter " << name;
-  return NAN;
-}
-
-StructureOptions structure(StructureKind kind) {
-  StructureOptions options;
-  options.kind = kind;
-  options.name = "model";
-  return options;
-}
+using namespace synthetic;
 
 struct DerivativeCase {
   std::string name;
@@ -176,65 +132,6 @@ TEST(Fit, RecoversAnIntegerModelThatWasMovingBeforeTheRecord) {
   EXPECT_NEAR(value(result.model, "x1"), -0.1, 1e-4);
 }
 
-TEST(PastInput, ActsAsARecordThatBeganEarlier) {
-  Model model = fractional(0.6, 1.75, 0.9, 0.04, 0.46);
-  model.transfer_function.delay_s = 0.03;
-  const double step_s = 0.02;
-  // 300 rows of which the first 100 are the past: two windows of 60 and 40 rows.
-  Eigen::VectorXd whole = excitation(step_s).head(300);
-  whole.head(60).setConstant(2.0);
-  whole.segment(60, 40).setConstant(-1.5);
-  const Eigen::VectorXd expected = simulate(model, whole, step_s).tail(200);
-  Model cut = model;
-  cut.past_input = {{-0.8, 0.0, -1.5}, {-2.0, -0.8, 2.0}};
-  const Eigen::VectorXd got = simulate(cut, whole.tail(200), step_s);
-  EXPECT_LT((got - expected).cwiseAbs().maxCoeff(), 1e-8 * expected.cwiseAbs().maxCoeff());
-  // The same with a step that does not divide the windows.
-  const Eigen::VectorXd still = Eigen::VectorXd::Zero(100);
-  const Eigen::VectorXd coarse = simulate(cut, still, 0.3);
-  const Eigen::VectorXd fine = simulate(cut, Eigen::VectorXd::Zero(1500), 0.02);
-  for (Eigen::Index k = 0; k < still.size(); ++k) EXPECT_NEAR(coarse[k], fine[15 * k], 1e-8) << k;
-}
-
-/// The paper-like model's record from the middle of a longer one.
-Record cut_record(double noise) {
-  const Model model = fractional(0.6, 1.75, 0.9, 0.04, 0.46);
-  Record record;
-  record.step_s = 0.02;
-  Eigen::VectorXd whole(5000);
-  whole << excitation(0.02).reverse(), excitation(0.02);
-  const Eigen::VectorXd response = simulate(model, whole, 0.02);
-  record.input = whole.tail(2500);
-  record.output = response.tail(2500);
-  std::mt19937_64 generator(4);
-  for (double& y : record.output) y += noise * normal(generator);
-  return record;
-}
-
-TEST(PastInput, OfUnknownCourseLetsTheOrdersBeFound) {
-  const Record record = cut_record(0.005);
-  StructureOptions structure_at_rest = structure(StructureKind::fo);
-  StructureOptions excited = structure_at_rest;
-  excited.initial_state = InitialState::estimated;
-  const Model wrong = fit(record, structure_at_rest, {}).model;
-  const Model found = fit(record, excited, {}).model;
-  EXPECT_GE(found.past_input.size(), 2U);
-  EXPECT_NEAR(found.past_input.back().from_s, -25.0, 0.03);
-  EXPECT_GT(std::abs(value(wrong, "n2") - 1.75), 0.03);
-  EXPECT_NEAR(value(found, "n2"), 1.75, 0.01);
-  EXPECT_NEAR(value(found, "n1"), 0.9, 0.01);
-  EXPECT_GT(found.validation->score.r2_percent, 99.9);
-  for (const char* name : {"n2", "n1", "K", "a2"}) {
-    const auto at = std::find_if(found.parameters.begin(), found.parameters.end(),
-                                 [&](const ParameterEstimate& p) { return p.name == name; });
-    const double truth = std::string(name) == "n2"   ? 1.75
-                         : std::string(name) == "n1" ? 0.9
-                         : std::string(name) == "K"  ? 0.46
-                                                     : 0.6;
-    EXPECT_LT(std::abs(at->value - truth), 4.0 * at->std) << name << ' ' << at->value << " +- " << at->std;
-  }
-}
-
 TEST(Fit, HoldsTheBiasAtZeroWhereTheOffsetDoesItsWork) {
   // The start from rest, 40 time constants before what is compared, would have told them apart.
   Model truth;
@@ -252,39 +149,18 @@ TEST(Fit, HoldsTheBiasAtZeroWhereTheOffsetDoesItsWork) {
   EXPECT_NEAR(value(model, "K"), 10.0, 0.2);
 }
 
-/// A step test, the plant moving at its start: the input moves once.
-Record step_record() {
-  Model truth;
-  truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
-  truth.initial_output = 1.5;
-  Record record = record_of(truth, 0.02, 0.0, 1);
-  record.input.setConstant(0.8);
-  record.input.head(20).setZero();
-  record.output = simulate(truth, record.input, 0.02);
-  std::mt19937_64 generator(8);
-  for (double& y : record.output) y += 0.01 * normal(generator);
-  return record;
+/// Each task on a thread of its own, the last first.
+void run_on_threads(std::size_t count, const std::function<void(std::size_t)>& task) {
+  std::vector<std::jthread> threads;
+  for (std::size_t k = count; k-- > 0;) threads.emplace_back([&task, k] { task(k); });
 }
 
-TEST(Fit, TakesAStepTestsBiasForZeroAndItsOffsetFromBeforeTheStep) {
-  const Model model = fit(step_record(), structure(StructureKind::io), {}).model;
-  EXPECT_EQ(model.input_bias, 0.0);
-  EXPECT_NE(model.provenance.at("input_bias").find("moves once"), std::string::npos);
-  EXPECT_NEAR(model.initial_output, 1.5, 0.01);
-  EXPECT_NEAR(value(model, "K") / value(model, "a0"), 4.0, 0.02);
-}
-
-TEST(Fit, FreesTheBiasBesideAnInitialStateWhenTheOffsetIsHeld) {
-  Model truth;
-  truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
-  truth.input_bias = 0.3;
-  truth.initial_state = {0.7, -0.1};
-  StructureOptions integrator = structure(StructureKind::io);
-  integrator.initial_state = InitialState::estimated;
-  integrator.parameters = {{"a0", true, 0.0, {}, {}}, {"initial_output", true, 0.0, {}, {}}};
-  const Model model = fit(record_of(truth, 0.02, 0.0, 1), integrator, {}).model;
-  EXPECT_NEAR(model.input_bias, 0.3, 1e-4);
-  EXPECT_NEAR(value(model, "K"), 2.0, 1e-3);
+TEST(Fit, IsTheSameWhateverThreadRunsWhat) {
+  const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.04, 0.46), 0.04, 0.02, 9);
+  const FitResult alone = fit(record, structure(StructureKind::fo), {});
+  const FitResult together = fit(record, structure(StructureKind::fo), {}, run_on_threads);
+  EXPECT_EQ(alone.simulated, together.simulated);
+  EXPECT_EQ(alone.model.estimation->evaluations, together.model.estimation->evaluations);
 }
 
 TEST(Fit, LeavesTheInitialStateOutWhenTheDataDoNotAskForIt) {

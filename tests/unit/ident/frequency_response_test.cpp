@@ -4,13 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <numbers>
+#include <thread>
+#include <vector>
 
 #include "core/error.hpp"
 #include "ident/excitation/excitation.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
+#include "ident/signal/fft.hpp"
 
 namespace eha::ident {
 namespace {
@@ -28,6 +32,25 @@ ExcitationOptions odd_random(double amplitude_V) {
   options.frequency_max_Hz = 2.0;
   options.seed = 7;
   return options;
+}
+
+TEST(RealFft, StaysRightForMoreLengthsThanItKeepsAndFromManyThreads) {
+  const auto check = [](std::size_t offset) {
+    for (std::size_t round = 0; round < 40; ++round) {
+      const RealFft fft(16 + 2 * ((round + offset) % 20));
+      std::vector<double> signal(fft.length());
+      for (std::size_t n = 0; n < signal.size(); ++n) signal[n] = std::cos(static_cast<double>(3 * n + offset));
+      const std::vector<double> before = signal;
+      std::vector<std::complex<double>> spectrum(fft.bins());
+      fft.forward(signal, spectrum);
+      fft.inverse(spectrum, signal);
+      for (std::size_t n = 0; n < signal.size(); ++n) {
+        ASSERT_NEAR(signal[n] / static_cast<double>(fft.length()), before[n], 1e-14);
+      }
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (std::size_t k = 0; k < 4; ++k) threads.emplace_back(check, k);
 }
 
 Record record_of(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& plant, std::size_t periods,

@@ -11,17 +11,13 @@
 
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/realisation.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
 namespace {
 
 using std::numbers::pi;
-
-double uniform(std::mt19937_64& generator) { return static_cast<double>(generator() >> 11) * 0x1p-53; }
-
-double normal(std::mt19937_64& generator) {
-  return std::sqrt(-2.0 * std::log(1.0 - uniform(generator))) * std::cos(2.0 * pi * uniform(generator));
-}
+using synthetic::normal;
 
 /// The response of a model to a random input, each value held for `hold` rows, with white noise.
 Record record_of(const Model& model, double step_s, Eigen::Index rows, int hold, double noise) {

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What came before the first row: a past input, rest at a level, an initial state beside a bias.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "core/error.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/estimation/model_output.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+using namespace synthetic;
+
+TEST(PastInput, ActsAsARecordThatBeganEarlier) {
+  Model model = fractional(0.6, 1.75, 0.9, 0.04, 0.46);
+  model.transfer_function.delay_s = 0.03;
+  const double step_s = 0.02;
+  // 300 rows of which the first 100 are the past: two windows of 60 and 40 rows.
+  Eigen::VectorXd whole = excitation(step_s).head(300);
+  whole.head(60).setConstant(2.0);
+  whole.segment(60, 40).setConstant(-1.5);
+  const Eigen::VectorXd expected = simulate(model, whole, step_s).tail(200);
+  Model cut = model;
+  cut.past_input = {{-0.8, 0.0, -1.5}, {-2.0, -0.8, 2.0}};
+  const Eigen::VectorXd got = simulate(cut, whole.tail(200), step_s);
+  EXPECT_LT((got - expected).cwiseAbs().maxCoeff(), 1e-8 * expected.cwiseAbs().maxCoeff());
+  // The same with a step that does not divide the windows.
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(100);
+  const Eigen::VectorXd coarse = simulate(cut, still, 0.3);
+  const Eigen::VectorXd fine = simulate(cut, Eigen::VectorXd::Zero(1500), 0.02);
+  for (Eigen::Index k = 0; k < still.size(); ++k) EXPECT_NEAR(coarse[k], fine[15 * k], 1e-8) << k;
+}
+
+/// The paper-like model's record from the middle of a longer one.
+Record cut_record(double noise) {
+  const Model model = fractional(0.6, 1.75, 0.9, 0.04, 0.46);
+  Record record;
+  record.step_s = 0.02;
+  Eigen::VectorXd whole(5000);
+  whole << excitation(0.02).reverse(), excitation(0.02);
+  const Eigen::VectorXd response = simulate(model, whole, 0.02);
+  record.input = whole.tail(2500);
+  record.output = response.tail(2500);
+  std::mt19937_64 generator(4);
+  for (double& y : record.output) y += noise * normal(generator);
+  return record;
+}
+
+TEST(PastInput, OfAnotherRecordExplainsNothing) {
+  Model model = fractional(0.6, 1.75, 0.9, 0.04, 1e-6);
+  model.past_input = {{-1.0, 0.0, 1e5}, {-9.0, -1.0, -1e5}};
+  Record record = record_of(fractional(0.2, 1.2, 0.7, 0.3, 1.0), 0.04, 0.0, 1);
+  const ValidationReport report = validate(model, record, {});
+  EXPECT_LT(report.offset_reestimated->r2_percent, 1.0);
+  model.past_input.back().from_s = -1e9;
+  EXPECT_THROW(static_cast<void>(simulate(model, record.input, record.step_s)), ConfigError);
+}
+
+TEST(PastInput, OfUnknownCourseLetsTheOrdersBeFound) {
+  const Record record = cut_record(0.005);
+  StructureOptions structure_at_rest = structure(StructureKind::fo);
+  StructureOptions excited = structure_at_rest;
+  excited.initial_state = InitialState::estimated;
+  const Model wrong = fit(record, structure_at_rest, {}).model;
+  const Model found = fit(record, excited, {}).model;
+  EXPECT_GE(found.past_input.size(), 2U);
+  EXPECT_NEAR(found.past_input.back().from_s, -25.0, 0.03);
+  EXPECT_GT(std::abs(value(wrong, "n2") - 1.75), 0.03);
+  EXPECT_NEAR(value(found, "n2"), 1.75, 0.01);
+  EXPECT_NEAR(value(found, "n1"), 0.9, 0.01);
+  EXPECT_GT(found.validation->score.r2_percent, 99.9);
+  for (const char* name : {"n2", "n1", "K", "a2"}) {
+    const auto at = std::find_if(found.parameters.begin(), found.parameters.end(),
+                                 [&](const ParameterEstimate& p) { return p.name == name; });
+    const double truth = std::string(name) == "n2"   ? 1.75
+                         : std::string(name) == "n1" ? 0.9
+                         : std::string(name) == "K"  ? 0.46
+                                                     : 0.6;
+    EXPECT_LT(std::abs(at->value - truth), 4.0 * at->std) << name << ' ' << at->value << " +- " << at->std;
+  }
+}
+
+/// A step test from rest at 2 V to 5 V: K/a0 is 4, the output at rest 1.5.
+Record step_record(double pole_before) {
+  Model truth;
+  truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
+  truth.initial_output = 1.5;
+  truth.input_bias = -2.0;
+  truth.initial_state = {pole_before, 0.0};
+  Record record = record_of(truth, 0.02, 0.0, 1);
+  record.input.setConstant(5.0);
+  record.input.head(200).setConstant(2.0);
+  record.output = simulate(truth, record.input, 0.02);
+  std::mt19937_64 generator(8);
+  for (double& y : record.output) y += 0.01 * normal(generator);
+  return record;
+}
+
+TEST(StepTest, BeginsAtRestAtItsFirstLevel) {
+  for (const StructureKind kind : {StructureKind::io, StructureKind::fo}) {
+    const Model model = fit(step_record(0.0), structure(kind), {}).model;
+    EXPECT_EQ(model.input_bias, -2.0);
+    EXPECT_NE(model.provenance.at("input_bias").find("at rest"), std::string::npos);
+    EXPECT_NEAR(model.initial_output, 1.5, 0.01);
+    EXPECT_NEAR(value(model, "K") / value(model, "a0"), 4.0, 0.02);
+    EXPECT_TRUE(model.initial_state.empty());
+  }
+}
+
+TEST(StepTest, LetsABiasBeFreedAndIsNoneWhereTheOutputIsNotLevelBefore) {
+  StructureOptions freed = structure(StructureKind::io);
+  freed.parameters = {{"input_bias", false, {}, {}, {}}};
+  EXPECT_NEAR(fit(step_record(0.0), freed, {}).model.input_bias, -2.0, 0.02);
+  const Model moving = fit(step_record(3.0), structure(StructureKind::io), {}).model;
+  EXPECT_EQ(moving.provenance.count("input_bias") == 1 ? moving.provenance.at("input_bias").find("at rest")
+                                                       : std::string::npos,
+            std::string::npos);
+}
+
+TEST(StepTest, IsToldByTheEstimatingRowsAlone) {
+  Record twice = step_record(0.0);
+  const Model once = fit(twice, structure(StructureKind::io), {}).model;
+  twice.input.tail(500).setConstant(1.0);
+  EXPECT_EQ(fit(twice, structure(StructureKind::io), {}).model.transfer_function.denominator[0].coefficient,
+            once.transfer_function.denominator[0].coefficient);
+}
+
+TEST(Fit, FreesTheBiasBesideAnInitialStateWhenTheOffsetIsHeld) {
+  Model truth;
+  truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
+  truth.input_bias = 0.3;
+  truth.initial_state = {0.7, -0.1};
+  StructureOptions integrator = structure(StructureKind::io);
+  integrator.initial_state = InitialState::estimated;
+  integrator.parameters = {{"a0", true, 0.0, {}, {}}, {"initial_output", true, 0.0, {}, {}}};
+  const Model model = fit(record_of(truth, 0.02, 0.0, 1), integrator, {}).model;
+  EXPECT_NEAR(model.input_bias, 0.3, 1e-4);
+  EXPECT_NEAR(value(model, "K"), 2.0, 1e-3);
+}
+
+}  // namespace
+}  // namespace eha::ident
