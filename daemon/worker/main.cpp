@@ -53,8 +53,11 @@ int main(int argc, char** argv) {
   if (sched_setscheduler(0, SCHED_BATCH, &none) != 0) fail("sched_setscheduler");
   const auto cpu_s = static_cast<rlim_t>(std::strtoull(argv[3], nullptr, 10));
   limit(RLIMIT_CPU, cpu_s, cpu_s + 1);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  // A sanitizer's shadow takes terabytes of addresses.
   const auto memory = static_cast<rlim_t>(std::strtoull(argv[4], nullptr, 10));
   limit(RLIMIT_AS, memory, memory);
+#endif
   limit(RLIMIT_CORE, 0, 0);
   execv(argv[kFirstWord], argv + kFirstWord);
   fail(argv[kFirstWord]);

@@ -181,7 +181,9 @@ TEST(ServiceClients, OfEveryBadKindLeaveNoTraceInTheRecord) {
   }
   const std::int64_t grown_kB = resident_kB(daemon.pid()) - before_kB;
   std::cout << "ehad grew by " << grown_kB << " kB at most, over " << turns << " turns of the clients\n";
+#if !defined(__SANITIZE_ADDRESS__)  // which keeps what is freed for a while
   EXPECT_LT(grown_kB, 100 * 1024);
+#endif
   EXPECT_EQ(client.call("status").at("lease").is_null(), false);
 }
 
