@@ -17,6 +17,7 @@
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/parametrisation.hpp"
 #include "ident/estimation/realisation.hpp"
+#include "ident/estimation/rest_before_step.hpp"
 #include "ident/estimation/uncertainty.hpp"
 #include "ident/fractional/stability.hpp"
 
@@ -26,9 +27,6 @@ namespace {
 constexpr Eigen::Index kFewestRows = 20;
 // Optima of the coarse record are followed on the whole one while the evidence against them is not strong.
 constexpr std::size_t kMostFollowed = 4;
-// A step test's levels, of the input's range; its output at rest, noise and all, of the output's range.
-constexpr double kStill = 0.01;
-constexpr double kLevel = 0.05;
 constexpr double kNowhereNear = 4.0;  // times the least cost of a start
 // What the search's simulations may be wrong by, relative to the response: far below what tells optima apart.
 constexpr double kSearchGuard = 1.6;
@@ -59,25 +57,6 @@ Variant variant_at_rest(const StructureOptions& structure, std::size_t numerator
   at_rest.linear.solve_bias = !bias_fixed && !bounded && numerator_terms == 1;
   at_rest.bias_coordinate = !bias_fixed && !at_rest.linear.solve_bias;
   return at_rest;
-}
-
-/// The input level from which a step test starts at rest: its input moves once, from one level to another, and its
-/// output is level until then. Bias, offset and initial state do each other's work there, and the gain goes wherever
-/// they leave it; what is left to know is that the plant was at rest at that level.
-std::optional<double> rest_of_step_test(const Eigen::Ref<const Eigen::VectorXd>& input,
-                                        const Eigen::Ref<const Eigen::VectorXd>& output) {
-  const double still = kStill * (input.maxCoeff() - input.minCoeff());
-  const Eigen::Index last = input.size() - 1;
-  Eigen::Index moved = 0;
-  while (moved < last && std::abs(input[moved] - input[0]) <= still) ++moved;
-  Eigen::Index settled = last;
-  while (settled > 0 && std::abs(input[settled] - input[last]) <= still) --settled;
-  // A filtered record shows one row between the levels.
-  if (moved == 0 || settled > moved) return std::nullopt;
-  // What takes effect at a row is not seen in that row.
-  const auto before = output.head(moved + 1);
-  const bool level = before.maxCoeff() - before.minCoeff() <= kLevel * (output.maxCoeff() - output.minCoeff());
-  return level ? std::optional(input.head(moved).mean()) : std::nullopt;
 }
 
 /// @param windows  of the past in the record, when the structure wants a past input
@@ -260,8 +239,7 @@ FitResult fit_by_default(const Record& record, const StructureOptions& asked, co
   if (rows < static_cast<std::size_t>(kFewestRows)) {
     throw DataError(fmt::format(
         "record: {} rows are left to estimate from after discarding {} s and keeping every {}th of {} rows (the "
-        "anti-alias "
-        "filter needs {} rows at either end); expected at least {}",
+        "anti-alias filter needs {} rows at either end); expected at least {}",
         rows, options.discard_s, options.decimation, record.input.size(), comparison.taps.size() / 2, kFewestRows));
   }
   const std::size_t last = comparison.first + (rows - 1) * comparison.every;
@@ -304,7 +282,7 @@ FitResult fit_by_default(const Record& record, const StructureOptions& asked, co
     }
   }
   if (outcomes.empty()) {
-    throw DataError(
+    throw NoStableModel(
         fmt::format("model {}: no stable model of this structure was found for the record", structure.name));
   }
   Outcome chosen = choose(outcomes, duration_s);

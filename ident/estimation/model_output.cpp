@@ -16,8 +16,8 @@
 namespace eha::ident {
 namespace {
 
-constexpr std::size_t kMostPast = 100;
-constexpr double kEndless_rows = 1e15;
+constexpr std::size_t kMostPast = 100;  // times the rows simulated; a transform of that length still fits
+constexpr double kEndless_rows = 1e15;  // fits an index
 
 /// Free responses s^i/D, i = 0.., as step responses of s^(i+1)/D.
 Eigen::MatrixXd state_responses(const Model& model, const OutputSelection& selection) {

@@ -34,6 +34,8 @@ std::string order_name(std::size_t index) { return "n" + std::to_string(index); 
 std::string state_name(std::size_t index) { return "x" + std::to_string(index); }
 std::string past_input_name(std::size_t index) { return "past_input_" + std::to_string(index); }
 
+bool is_free_response(const std::string& name) { return name.starts_with('x') || name.starts_with("past_input_"); }
+
 std::string numerator_name(std::size_t index, std::size_t terms) {
   return terms == 1 ? "K" : "b" + std::to_string(index);
 }

@@ -19,6 +19,9 @@ namespace eha::ident {
 [[nodiscard]] std::string state_name(std::size_t index);
 [[nodiscard]] std::string past_input_name(std::size_t index);
 
+/// Whether a name is one of those: a quantity that enters the output linearly and has no request of its own.
+[[nodiscard]] bool is_free_response(const std::string& name);
+
 /// How many terms the denominator and the numerator of a structure have.
 [[nodiscard]] std::size_t denominator_terms(const StructureOptions& structure);
 [[nodiscard]] std::size_t numerator_terms(const StructureOptions& structure);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "ident/estimation/least_squares.hpp"
+#include "ident/estimation/parameter_requests.hpp"
 #include "ident/fractional/stability.hpp"
 
 namespace eha::ident {
@@ -179,9 +180,6 @@ class Profile {
   double half_width_ = 0.0;
   double rise_ = 0.0;
 };
-
-/// Of a free response: linear, and without a request of its own to hold it by.
-bool is_free_response(const std::string& name) { return name.starts_with('x') || name.starts_with("past_input_"); }
 
 }  // namespace
 

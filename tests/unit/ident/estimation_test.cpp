@@ -149,20 +149,6 @@ TEST(Fit, HoldsTheBiasAtZeroWhereTheOffsetDoesItsWork) {
   EXPECT_NEAR(value(model, "K"), 10.0, 0.2);
 }
 
-/// Each task on a thread of its own, the last first.
-void run_on_threads(std::size_t count, const std::function<void(std::size_t)>& task) {
-  std::vector<std::jthread> threads;
-  for (std::size_t k = count; k-- > 0;) threads.emplace_back([&task, k] { task(k); });
-}
-
-TEST(Fit, IsTheSameWhateverThreadRunsWhat) {
-  const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.04, 0.46), 0.04, 0.02, 9);
-  const FitResult alone = fit(record, structure(StructureKind::fo), {});
-  const FitResult together = fit(record, structure(StructureKind::fo), {}, run_on_threads);
-  EXPECT_EQ(alone.simulated, together.simulated);
-  EXPECT_EQ(alone.model.estimation->evaluations, together.model.estimation->evaluations);
-}
-
 TEST(Fit, LeavesTheInitialStateOutWhenTheDataDoNotAskForIt) {
   Model truth;
   truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
@@ -182,16 +168,35 @@ TEST(Fit, ScalesWithTheOutput) {
   EXPECT_NEAR(millimetres.model.validation->score.r2_percent, inches.model.validation->score.r2_percent, 1e-6);
 }
 
-TEST(Fit, GivesTheSameCoefficientsWhateverTheExecutor) {
+/// Each task on a thread of its own, the last first.
+void run_on_threads(std::size_t count, const std::function<void(std::size_t)>& task) {
+  std::vector<std::jthread> threads;
+  for (std::size_t k = count; k-- > 0;) threads.emplace_back([&task, k] { task(k); });
+}
+
+void run_backwards(std::size_t count, const std::function<void(std::size_t)>& task) {
+  for (std::size_t i = count; i-- > 0;) task(i);
+}
+
+TEST(Fit, GivesTheSameWhateverTheExecutor) {
   const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.02, 4);
-  const auto backwards = [](std::size_t count, const std::function<void(std::size_t)>& task) {
-    for (std::size_t i = count; i-- > 0;) task(i);
-  };
   const FitResult a = fit(record, structure(StructureKind::fo), {});
-  const FitResult b = fit(record, structure(StructureKind::fo), {}, backwards);
-  for (std::size_t i = 0; i < a.model.parameters.size(); ++i) {
-    EXPECT_EQ(a.model.parameters[i].value, b.model.parameters[i].value) << a.model.parameters[i].name;
+  for (const Executor& executor : {Executor(run_backwards), Executor(run_on_threads)}) {
+    const FitResult b = fit(record, structure(StructureKind::fo), {}, executor);
+    for (std::size_t i = 0; i < a.model.parameters.size(); ++i) {
+      EXPECT_EQ(a.model.parameters[i].value, b.model.parameters[i].value) << a.model.parameters[i].name;
+    }
+    EXPECT_EQ(a.simulated, b.simulated);
+    EXPECT_EQ(a.model.estimation->evaluations, b.model.estimation->evaluations);
   }
+}
+
+TEST(Fit, SaysThatNothingStableWasFound) {
+  StructureOptions growing = structure(StructureKind::io);
+  growing.poles = 1;
+  growing.parameters = {{"a0", true, -1.0, {}, {}}};
+  EXPECT_THROW(static_cast<void>(fit(record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.02, 4), growing, {})),
+               NoStableModel);
 }
 
 TEST(Fit, ReachesTheBestCostFromPoorStarts) {
