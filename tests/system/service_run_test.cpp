@@ -136,7 +136,7 @@ TEST(Service, RecoversTheRunAndStaysFaultedAfterSigkill) {
     entry = start_long_run(daemon, client);
     // The writer hands its blocks out each 100 ms: by then there is something to recover.
     follow(daemon, entry, [](const Json& snapshot) {
-      return !snapshot.at("run").is_null() && snapshot.at("run").at("experiment_s") > 0.5;
+      return !snapshot.at("run").is_null() && snapshot.at("run").at("experiment_s") > 1.0;
     });
   }
   EXPECT_EQ(daemon.stop(SIGKILL), 128 + SIGKILL);
