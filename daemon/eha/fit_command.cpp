@@ -30,13 +30,18 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
   task.options = with(task.options, command.record);
   task.options.procedure = command.procedure.value_or(task.options.procedure);
   task.options.seed = command.seed.value_or(task.options.seed);
+  if (task.options.procedure == ident::Procedure::paper &&
+      command.models.initial_state == ident::InitialState::estimated) {
+    throw UsageError("--initial-state estimated: the paper's procedure estimates none; leave out one of the two");
+  }
   return task;
 }
 
-/// Says a structure's fault as what it is: the command line's, when the command line asked for it.
-std::vector<IdentifiedModel> identify_for(const FitCommand& command, const IdentificationTask& task, Console& console) {
+/// Does `work`, and says a structure's fault as what it is: the command line's, when that asked for it.
+template <class Work>
+auto as_asked_for(const FitCommand& command, const Work& work) {
   try {
-    return identify(task, console);
+    return work();
   } catch (const ConfigError& error) {
     if (command.experiment_file) throw;
     throw UsageError(error.what());
@@ -70,7 +75,9 @@ std::string next_step(const FitCommand& command, const Identification& identific
       return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", identification.written[i].string());
     }
   }
-  return command.as_given + " -o models";
+  // Before the words as given: behind a `--` it would be one of them.
+  std::string again = command.as_given;
+  return again.insert(again.find("fit") + 3, " -o models");
 }
 
 }  // namespace
@@ -83,12 +90,12 @@ ExitCode execute(const FitCommand& command, Console& console) {
     const auto folder = command.output      ? command.output
                         : source.run_folder ? std::optional(*source.run_folder / record::kModelsFolder)
                                             : std::nullopt;
-    return sweep_commensurate_order(command, task, folder, console);
+    return as_asked_for(command, [&] { return sweep_commensurate_order(command, task, folder, console); });
   }
   std::optional<NewFolders> folder;
   if (command.output) folder.emplace(*command.output);
   Identification identification;
-  identification.models = identify_for(command, task, console);
+  identification.models = as_asked_for(command, [&] { return identify(task, console); });
   if (source.run_folder) identification.paper = identify_as_in_the_paper(task, console);
   if (command.cross_validate) {
     identification.cross_validation = cross_validate(task, source.repetition_samples, console);

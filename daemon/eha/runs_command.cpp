@@ -66,6 +66,11 @@ Json runs_of_service(const fs::path& socket) {
   return document;
 }
 
+void require_folder(const fs::path& folder) {
+  if (fs::exists(folder)) return;
+  throw IoError(fmt::format("{}: no such folder; without one `eha runs list` lists those in ./runs", folder.string()));
+}
+
 Json runs_of_folder(const fs::path& folder, const Console& console) {
   Json document{{"schema", "eha-runs/1"}, {"folder", folder.string()}, {"runs", Json::array()}};
   for (const fs::path& run : record::list_runs(folder)) {
@@ -83,6 +88,15 @@ Json runs_of_folder(const fs::path& folder, const Console& console) {
   return document;
 }
 
+/// Whether `eha runs recover` has work there. Only for a hint: what cannot be looked at is none.
+bool has_torn_run(const fs::path& folder) {
+  try {
+    return !record::find_torn_runs(folder).empty();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 std::string describe(const fs::path& run, const record::Recovery& recovery) {
   return fmt::format("{}: recovered: {} rows kept, {} torn bytes left out, outcome {}", run.string(), recovery.rows,
                      recovery.torn_bytes, acquisition::to_text(recovery.outcome));
@@ -96,6 +110,7 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   std::error_code ignored;
   const bool asks_service =
       command.socket || (!command.folder && !fs::exists(here, ignored) && fs::exists(control::kDefaultSocket, ignored));
+  if (command.folder) require_folder(*command.folder);
   const Json document =
       asks_service ? runs_of_service(command.socket.value_or(control::kDefaultSocket)) : runs_of_folder(here, console);
   console.print_json(document);
@@ -111,6 +126,10 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
                     verdict_of(run.at("models"))});
   }
   console.print(text_table({{"run", Align::left}, {"outcome", Align::left}, {"models", Align::left}}, rows));
+  if (!asks_service && has_torn_run(here)) {
+    console.next_step(fmt::format("eha runs recover {}", here.string()));
+    return ExitCode::ok;
+  }
   console.next_step(fmt::format("eha runs show {}", runs.back().at("folder").get<std::string>()));
   return ExitCode::ok;
 }

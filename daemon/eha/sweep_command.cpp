@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/executor.hpp"
 #include "daemon/eha/new_folders.hpp"
@@ -54,13 +55,20 @@ std::string table(const std::vector<ident::SweepPoint>& sweep) {
   return text_table(columns, rows);
 }
 
+std::vector<double> orders_of(const FitCommand& command) {
+  try {
+    return ident::order_grid(command.sweep_orders.at(0), command.sweep_orders.at(1), command.sweep_orders.at(2));
+  } catch (const ConfigError& error) {
+    throw UsageError(fmt::format("--sweep-orders: {}", error.what()));
+  }
+}
+
 }  // namespace
 
 ExitCode sweep_commensurate_order(const FitCommand& command, const IdentificationTask& task,
                                   const std::optional<std::filesystem::path>& folder, Console& console) {
   const ident::StructureOptions structure = commensurate_structure(task.structures);
-  const std::vector<double> orders =
-      ident::order_grid(command.sweep_orders.at(0), command.sweep_orders.at(1), command.sweep_orders.at(2));
+  const std::vector<double> orders = orders_of(command);
   std::optional<NewFolders> made;
   if (folder) made.emplace(*folder);
   console.progress(0.0, fmt::format("fitting {} values of q", orders.size()));

@@ -47,6 +47,10 @@ std::vector<double> order_grid(double first, double last, double step) {
     throw ConfigError(fmt::format(
         "commensurate orders: expected 0 < first <= last < 2 and a positive step, got {}:{}:{}", first, last, step));
   }
+  if ((last - first) / step >= kMostSweepOrders) {
+    throw ConfigError(fmt::format("commensurate orders: expected at most {} of them, {}:{}:{} are more",
+                                  kMostSweepOrders, first, last, step));
+  }
   std::vector<double> orders;
   const double slack = 1e-9;
   for (std::size_t k = 0; first + static_cast<double>(k) * step <= last + slack; ++k) {

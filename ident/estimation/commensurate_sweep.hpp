@@ -24,7 +24,10 @@ struct SweepPoint {
                                                                const std::vector<double>& orders,
                                                                const Executor& executor = run_in_order);
 
+inline constexpr int kMostSweepOrders = 1000;  ///< each is a fit
+
 /// first, first + step, ... up to last.
+/// @throws ConfigError  not 0 < first <= last < 2, step not positive, more than kMostSweepOrders
 [[nodiscard]] std::vector<double> order_grid(double first, double last, double step);
 
 /// The sweep as CSV text: q, R2 and fit of both parts, BIC, stability and its margin; empty fields where

@@ -131,6 +131,18 @@ TEST(RunsList, SaysThatThereAreNone) {
   EXPECT_NE(ended.out.find("no runs in runs"), std::string::npos);
 }
 
+TEST(RunsList, RefusesAFolderThatIsNotThere) {
+  const TemporaryFolder folder;
+  expect_refused(folder, {"runs", "list", "nosuch"}, ExitCode::io, {"nosuch: no such folder"});
+}
+
+TEST(Fit, RefusesAnInitialStateInThePapersProcedure) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", sound_record(400));
+  expect_refused(folder, {"fit", "r.csv", "--procedure", "paper", "--initial-state", "estimated"}, ExitCode::usage,
+                 {"--initial-state estimated", "paper"});
+}
+
 TEST(RunsShow, RefusesWhatIsNoRun) {
   const TemporaryFolder folder;
   expect_refused(folder, {"runs", "show", "none"}, ExitCode::io, {"none"});

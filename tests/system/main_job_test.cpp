@@ -177,6 +177,8 @@ TEST(KilledRun, IsRecoveredByTheNextOneWhateverElseCannotBe) {
   ASSERT_EQ(killed.code, 128 + SIGKILL);
   const fs::path run = fs::directory_iterator(runs)->path();
   ASSERT_EQ(json::parse(content_of(run / "run.json")).at("outcome"), "in_progress");
+  const Ended list = run_eha({"runs", "list", "runs"}, folder.path());
+  EXPECT_NE(list.out.find("Next: eha runs recover runs\n"), std::string::npos) << list.out;
   fs::create_directory(runs / "20200101T000000Z-spoilt");
   folder.write("runs/20200101T000000Z-spoilt/raw.ehalog", "no journal");
 

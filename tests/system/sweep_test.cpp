@@ -53,5 +53,14 @@ TEST(Sweep, SaysWhyItsFolderCannotBeMade) {
   expect_refused(folder, sweep_into("taken/out"), ExitCode::io, {"taken/out", "create"});
 }
 
+TEST(Sweep, RefusesOrdersThatMakeNoSense) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", sound_record(400));
+  for (const char* orders : {"1:0.5:0.1", "0.5:1:0.0001"}) {
+    expect_refused(folder, {"fit", "r.csv", "--sweep", "commensurate", "--sweep-orders", orders}, ExitCode::usage,
+                   {"--sweep-orders", orders});
+  }
+}
+
 }  // namespace
 }  // namespace eha::test

@@ -305,6 +305,7 @@ TEST(CommensurateSweep, RefusesAGridThatMakesNoSense) {
   EXPECT_THROW(static_cast<void>(order_grid(0.0, 1.0, 0.1)), ConfigError);
   EXPECT_THROW(static_cast<void>(order_grid(0.5, 2.0, 0.1)), ConfigError);
   EXPECT_THROW(static_cast<void>(order_grid(0.5, 1.0, 0.0)), ConfigError);
+  EXPECT_THROW(static_cast<void>(order_grid(0.5, 1.0, 1e-9)), ConfigError);
 }
 
 TEST(Fit, CountsWhatItEstimatedAndWhatThatCosts) {
