@@ -76,6 +76,13 @@ SignalStack::~SignalStack() {
   sigaltstack(&off, nullptr);
 }
 
+void block_all_but_fatal_signals() noexcept {
+  sigset_t blocked;
+  sigfillset(&blocked);
+  for (const int own : kFatal) sigdelset(&blocked, own);
+  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
+}
+
 void mark_loop_thread() noexcept { is_loop_thread = true; }
 
 }  // namespace eha::acquisition

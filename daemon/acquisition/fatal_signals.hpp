@@ -37,6 +37,10 @@ class SignalStack {
   std::unique_ptr<std::byte[]> memory_;
 };
 
+/// Lets the calling thread handle no signal but those, which a fault of its own raises. For threads that have work to
+/// do while others handle signals.
+void block_all_but_fatal_signals() noexcept;
+
 /// Tells the handler that the calling thread is the loop: it need not wait for itself. Real-time safe.
 void mark_loop_thread() noexcept;
 

@@ -74,7 +74,11 @@ void LimitMonitor::estimate_velocity(std::int64_t at_ns, double displacement_in)
 Breach LimitMonitor::check_travel(double displacement_in) const noexcept {
   const double speed = std::abs(velocity_in_per_s_);
   const double age_s = (0.5 * static_cast<double>(window_ - 1) + 1.0) * period_s_;
-  const double stopping_in = speed * age_s + speed * speed / (2.0 * limits_.stopping_deceleration_in_per_s2);
+  // The estimate is as old as the middle of its window; since then the rod may have gained as much speed as the valve
+  // can take from it; and it goes on for a tick before anything acts on it.
+  const double braking = limits_.stopping_deceleration_in_per_s2;
+  const double speed_now = speed + std::min(braking * age_s, limits_.velocity_limit_in_per_s);
+  const double stopping_in = speed_now * period_s_ + speed_now * speed_now / (2.0 * braking);
   const double lowest_in = displacement_in - (velocity_in_per_s_ < 0.0 ? stopping_in : 0.0);
   const double highest_in = displacement_in + (velocity_in_per_s_ > 0.0 ? stopping_in : 0.0);
   if (lowest_in < limits_.travel_min_in) return {Fault::travel_limit, lowest_in, limits_.travel_min_in};

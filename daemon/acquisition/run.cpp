@@ -2,7 +2,6 @@
 #include "daemon/acquisition/run.hpp"
 
 #include <pthread.h>
-#include <signal.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -53,14 +52,6 @@ void check(const Excitation& excitation, const config::RigLimits& limits, const 
   require(limits.frozen_sensor_s >= 0.0, "rig limits: frozen_sensor_s must not be negative");
 }
 
-/// The loop handles no signals: a handler there would be part of a tick. Faults of its own making still reach it.
-void block_signals() {
-  sigset_t blocked;
-  sigfillset(&blocked);
-  for (const int own : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU}) sigdelset(&blocked, own);
-  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
-}
-
 /// Runs `work` in a thread with a stack of its own size and waits for it.
 void run_in_thread(const std::function<void()>& work) {
   pthread_attr_t attributes;
@@ -108,7 +99,7 @@ RunReport run(hal::Rig& rig, StateMachine& machine, const Excitation& excitation
   const RealtimeProcess process(report.realtime);
   bool refused = false;
   run_in_thread([&] {
-    block_signals();
+    block_all_but_fatal_signals();
     enter_realtime(realtime, report.realtime);
     const bool granted = report.realtime.fifo && report.realtime.memory_locked;
     refused = !granted && non_realtime == NonRealtime::refuse && !moves_nothing;

@@ -51,6 +51,11 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
   row.lateness_ns = saturated<std::int32_t>(inputs.lateness_ns);
   ++counters_.ticks;
   counters_.skipped += inputs.skipped;
+  if (machine_.state() == State::running) {
+    const std::int64_t played = inputs.sequence - first_row_;
+    const std::int64_t missed = std::min<std::int64_t>(played, rows_) - (played - inputs.skipped);
+    counters_.experiment_rows += static_cast<std::uint64_t>(std::max<std::int64_t>(0, missed));
+  }
 
   const bool is_late = inputs.lateness_ns > period_ns_ / 2;
   if (is_late) {
@@ -102,7 +107,6 @@ TickRecord TickEngine::skipped_row(std::uint32_t sequence, std::int64_t schedule
     if (index < rows_) {
       row.repetition = static_cast<std::uint16_t>(index / excitation_.table_V.size() + 1);
       row.requested_V = requested_V(sequence);
-      ++counters_.experiment_rows;
     } else {
       row.state = State::ramp_out;
     }

@@ -117,6 +117,12 @@ int GuardProcess::finish() noexcept {
 
 GuardProcess::~GuardProcess() { finish(); }
 
+bool GuardProcess::watches() const noexcept {
+  // It says nothing more after `ready`: whatever there is to read is its end.
+  pollfd stream{.fd = stream_, .events = POLLIN, .revents = 0};
+  return pid_ > 0 && poll(&stream, 1, 0) == 0;
+}
+
 void GuardProcess::done() {
   if (pid_ < 0) return;
   const std::string word = "done\n";

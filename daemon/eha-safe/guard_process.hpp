@@ -31,6 +31,9 @@ class GuardProcess {
 
   [[nodiscard]] pid_t pid() const noexcept { return pid_; }
 
+  /// Whether the guard still lives. Costs one poll().
+  [[nodiscard]] bool watches() const noexcept;
+
  private:
   void wait_until_ready(const std::filesystem::path& program);
   int finish() noexcept;

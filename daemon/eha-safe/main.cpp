@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <signal.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <string>
 
 #include "core/error.hpp"
+#include "daemon/eha-safe/local_snapshots.hpp"
+#include "daemon/eha-safe/watch_parent.hpp"
 #include "hal/comedi/safe_snapshot.hpp"
 
 namespace {
@@ -18,24 +18,6 @@ namespace {
 /// For as long as this a dying process may take to let go of the card: the kernel's own converter time-outs are 1 s a
 /// call.
 constexpr std::chrono::milliseconds kPatience{10'000};
-
-/// @returns whether the line `done` came before the end of the standard input
-bool hears_done() {
-  std::string line;
-  for (;;) {
-    char byte = 0;
-    const ssize_t count = read(STDIN_FILENO, &byte, 1);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    if (byte != '\n') {
-      line += byte;
-    } else if (line == "done") {
-      return true;
-    } else {
-      line.clear();
-    }
-  }
-}
 
 /// What ends the process that is watched must not end its guard.
 void outlive_the_watched_process() {
@@ -54,7 +36,7 @@ int run(const std::string& file, bool guard) {
   if (guard) {
     outlive_the_watched_process();
     std::cout << "ready" << std::endl;
-    if (hears_done()) return 0;
+    if (eha::watch_parent(snapshot.device) == eha::WatchEnd::done) return 0;
     std::cerr << "eha-safe: the program that drove " << snapshot.device << " ended without a word\n";
   }
   eha::hal::make_safe_from_snapshot(snapshot, kPatience);
@@ -86,7 +68,11 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (named->empty() && nothing_is_driven()) {
-      std::cerr << "eha-safe: " << file << " is not there: no card was driven, or it has been made safe\n";
+      std::cerr << "eha-safe: " << file << " is not there: the service drives no card, or it has been made safe\n";
+      for (const std::filesystem::path& other : eha::find_local_snapshots()) {
+        std::cerr << "eha-safe: a run by `eha run --local` is on, or left " << other.string()
+                  << " when it was killed with its guard: in the second case run eha-safe " << other.string() << "\n";
+      }
       return 0;
     }
     return run(file, guard);

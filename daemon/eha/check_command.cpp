@@ -34,7 +34,8 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
       experiment.duration_s, experiment.repetitions, experiment.repetitions == 1 ? "" : "s", experiment.models.size(),
       experiment.models.size() == 1 ? "" : "s", rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
   if (!rig_file) console.warning("no rig file to hold the experiment against; name one with --rig");
-  console.next_step(fmt::format("eha run {} --local --fast", command.file));
+  const std::string rig = command.rig_file ? fmt::format(" --rig {}", *command.rig_file) : "";
+  console.next_step(fmt::format("eha run {} --local --fast{}", command.file, rig));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "daemon/doctor/card_checks.hpp"
 #include "daemon/doctor/check.hpp"
+#include "daemon/doctor/limit_checks.hpp"
 #include "daemon/doctor/machine_checks.hpp"
 #include "daemon/doctor/run_folder_check.hpp"
 #include "daemon/eha-safe/guard_process.hpp"
@@ -99,6 +100,7 @@ ExitCode execute(const DoctorCommand& command, Console& console) {
     checks.push_back(check_trust(*rig));
     append(checks, doctor::check_card(rig->comedi, doctor::find_card(rig->comedi, kRoot, machine.kernel.release)));
     append(checks, doctor::check_lines(rig->comedi));
+    checks.push_back(doctor::check_limits(rig->limits, rig->realtime));
     checks.push_back(check_guard());
   }
   append(checks, doctor::check_runs_folder(doctor::look_at_runs_folder(command.output), realtime.sample_period_s));

@@ -20,7 +20,8 @@ namespace eha::cli {
 namespace {
 
 IdentificationTask task_for(const FitCommand& command, const Source& source) {
-  IdentificationTask task{.record = source.record, .source_name = source.name};
+  IdentificationTask task{
+      .record = source.record, .source_name = source.name, .interpolated_percent = interpolated_percent(source)};
   if (source.experiment) {
     task.options = source.experiment->fit;
     task.acceptance = source.experiment->acceptance;

@@ -34,7 +34,7 @@ IdentifiedModel identify_one(const IdentificationTask& task, const ident::Struct
   ident::Model& model = identified.result.model;
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   if (model.estimation) model.estimation->seconds = taken.count();
-  model.verdict = ident::judge(model, task.acceptance);
+  model.verdict = ident::judge(model, task.acceptance, task.interpolated_percent);
   model.provenance["record"] = task.source_name;
   model.provenance["seed"] = fmt::format("{}", task.options.seed);
   model.provenance["decimation"] = fmt::format("{}", task.options.decimation);

@@ -22,6 +22,7 @@ struct IdentificationTask {
   std::vector<ident::StructureOptions> structures = {};
   ident::FitOptions options = {};
   ident::AcceptanceLimits acceptance = {};
+  double interpolated_percent = 0.0;  ///< of the record's rows [%]
 };
 
 /// A fitted and judged model.

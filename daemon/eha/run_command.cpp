@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/experiment_config.hpp"
@@ -23,9 +24,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+struct Acquired {
+  record::FinishedRun run;
+  bool was_guarded = true;  ///< to the end
+};
+
 /// Plays and records; the rig is idle or safe again on return, and on every exception.
-record::FinishedRun acquire(const RunCommand& command, const config::RigConfig& rig_config,
-                            const config::ExperimentConfig& experiment, Console& console) {
+Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
+                 const config::ExperimentConfig& experiment, Console& console) {
   const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, rig_config.realtime.sample_period_s,
                                                     config::samples_per_repetition(experiment, rig_config));
   // Before the rig is opened: from then on a signal must not end the process.
@@ -42,28 +48,50 @@ record::FinishedRun acquire(const RunCommand& command, const config::RigConfig& 
       .time_base = command.fast ? record::TimeBase::virtual_time : record::TimeBase::monotonic,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse};
   const double step_s = rig_config.realtime.sample_period_s;
-  record::FinishedRun run = record::run_experiment(
-      local.rig(), machine, request, stop.request(), [&console, step_s](const acquisition::Snapshot& now) {
+  bool was_guarded = true;
+  const auto miss_guard = [&](const char* consequence) {
+    if (!was_guarded) return;
+    was_guarded = false;
+    console.end_progress();
+    console.error(fmt::format("the guard of the rig (eha-safe --guard) has died{}", consequence));
+  };
+  record::FinishedRun run =
+      record::run_experiment(local.rig(), machine, request, stop.request(), [&](const acquisition::Snapshot& now) {
+        if (was_guarded && local.is_unguarded()) {
+          stop.request().request();
+          miss_guard("; nothing is driven without it: ramping out");
+        }
         const double rows = now.experiment_rows > 0 ? now.experiment_rows : 1;
         console.progress(now.experiment_row / rows,
                          fmt::format("{:.1f} of {:.1f} s, {:+.2f} V, {:.3f} in", now.experiment_row * step_s,
                                      now.experiment_rows * step_s, now.applied_V, now.displacement_in));
       });
   console.end_progress();
-  if (run.report.safe_confirmed) local.made_safe();
+  try {
+    if (run.report.safe_confirmed) local.made_safe();
+  } catch (const DeviceError&) {
+    miss_guard(" before the end");
+  }
   for (const std::string& sentence : run.report.realtime.refused) console.warning(sentence);
-  return run;
+  return {std::move(run), was_guarded};
 }
 
 /// A run that did not complete: what happened, what was kept.
-ExitCode report_incomplete(const record::FinishedRun& run, Console& console) {
+ExitCode report_incomplete(const Acquired& acquired, Console& console) {
+  const record::FinishedRun& run = acquired.run;
   console.error(acquisition::describe(run.report));
   if (!run.write_error.empty()) console.error(run.write_error);
-  console.info(
-      fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same, with --discard 0 when it is "
-                  "hardly longer than what the experiment discards",
-                  run.folder.string(), run.folder.string()));
-  const ExitCode code = acquisition::exit_code(run.report);
+  const std::string folder = run.folder.string();
+  if (run.report.outcome == acquisition::Outcome::write_failed) {
+    console.info(fmt::format("what was recorded is in {}; once there is room, `eha runs recover {}` completes it",
+                             folder, folder));
+  } else {
+    console.info(
+        fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same, with --discard 0 when it "
+                    "is hardly longer than what the experiment discards",
+                    folder, folder));
+  }
+  const ExitCode code = acquired.was_guarded ? acquisition::exit_code(run.report) : ExitCode::device_unavailable;
   console.print_json({{"schema", "eha-run/1"},
                       {"run", run.folder.string()},
                       {"outcome", acquisition::to_text(run.report.outcome)},
@@ -78,7 +106,8 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
                                 .source_name = source.name,
                                 .structures = source.experiment->models,
                                 .options = source.experiment->fit,
-                                .acceptance = source.experiment->acceptance};
+                                .acceptance = source.experiment->acceptance,
+                                .interpolated_percent = interpolated_percent(source)};
   Identification identification;
   identification.models = identify(task, console);
   identification.paper = identify_as_in_the_paper(task, console);
@@ -117,9 +146,10 @@ ExitCode execute(const RunCommand& command, Console& console) {
                            experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
   // What an earlier process left half written here; a run that is on in another one is left alone.
   recover_torn_runs(command.output, console);
-  const record::FinishedRun run = acquire(command, rig, experiment, console);
+  const Acquired acquired = acquire(command, rig, experiment, console);
+  const record::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
-  if (run.report.outcome != acquisition::Outcome::completed) return report_incomplete(run, console);
+  if (run.report.outcome != acquisition::Outcome::completed) return report_incomplete(acquired, console);
   return identify_run(run.folder, console);
 }
 

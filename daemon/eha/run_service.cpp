@@ -124,7 +124,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     return ExitCode::interrupted;
   }
   // From here on Ctrl-C is a stop of the rig; the end of the terminal leaves the run alone.
-  const StopOnSignals stop(HangUp::ends);
+  const StopOnSignals stop(Driver::service);
   const Json queued =
       client.call("submit", {{"experiment", text}, {"name", command.experiment_file}, {"fast", command.fast}});
   const std::int64_t number = queued.at("entry");

@@ -55,6 +55,14 @@ void show_report(const Json& manifest, Console& console) {
                             count("timeouts") == 1 ? "" : "s", count("dropped"), count("clamped")));
 }
 
+/// What the journal of a run that did not end in an orderly way still held.
+void show_recovery(const Json& manifest, Console& console) {
+  const Json recovery = manifest.value("recovery", Json());
+  if (!recovery.is_object()) return;
+  console.print(fmt::format("         {} rows recovered from the journal, {} torn bytes left out",
+                            recovery.value("rows", std::uint64_t{0}), recovery.value("torn_bytes", std::uint64_t{0})));
+}
+
 /// The runs that ehad keeps.
 Json runs_of_service(const fs::path& socket) {
   Json answer = control::Client(socket).call("runs");
@@ -139,6 +147,7 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
   console.print_json(manifest);
   console.print(fmt::format("run      {}", command.run.string()));
   console.print(fmt::format("outcome  {}", text_of(manifest, "outcome")));
+  show_recovery(manifest, console);
   show_report(manifest, console);
   const Json models = models_of(manifest);
   print_model_list(models, console);

@@ -64,7 +64,7 @@ void print_status(const Json& status, const Console& console) {
 }
 
 ExitCode watch_status(Client& client, Console& console) {
-  const StopOnSignals stop(HangUp::ends);
+  const StopOnSignals stop(Driver::service);
   client.call("watch", {{"rate_Hz", console.json() ? 1.0 : 5.0}});
   while (stop.count() == 0) {
     const std::optional<Json> status = client.next_event(std::chrono::seconds(1));

@@ -44,6 +44,11 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   return source;
 }
 
+double interpolated_percent(const Source& source) {
+  if (source.interpolated_rows == 0) return 0.0;
+  return 100.0 * static_cast<double>(source.interpolated_rows) / static_cast<double>(source.record.output.size());
+}
+
 std::vector<std::string> reservations(const Source& source) {
   std::vector<std::string> sentences;
   if (source.outcome != acquisition::Outcome::completed) {
@@ -51,12 +56,10 @@ std::vector<std::string> reservations(const Source& source) {
                                     acquisition::to_text(source.outcome)));
   }
   if (source.interpolated_rows > 0) {
-    const auto rows = source.record.output.size();
     sentences.push_back(
         fmt::format("{} of {} displacements ({:.3g} %) were not measured (late ticks, samples that the device did not "
                     "deliver) and are interpolated; raw.h5 flags them, `eha runs show {}` counts them",
-                    source.interpolated_rows, rows,
-                    100.0 * static_cast<double>(source.interpolated_rows) / static_cast<double>(rows), source.name));
+                    source.interpolated_rows, source.record.output.size(), interpolated_percent(source), source.name));
   }
   return sentences;
 }

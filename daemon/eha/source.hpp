@@ -25,6 +25,9 @@ struct Source {
   std::size_t interpolated_rows = 0;  ///< as record::LoadedRun; 0 for a CSV record
 };
 
+/// The share of its rows that were not measured but interpolated [%].
+[[nodiscard]] double interpolated_percent(const Source& source);
+
 /// What a model of this source must be read with: rows that were not measured, a run that did not complete. One
 /// sentence each, none when there is nothing to say.
 [[nodiscard]] std::vector<std::string> reservations(const Source& source);

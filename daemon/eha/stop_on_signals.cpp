@@ -14,7 +14,7 @@ void on_signal(int) { stop_request->request(); }
 
 }  // namespace
 
-StopOnSignals::StopOnSignals(HangUp hang_up) {
+StopOnSignals::StopOnSignals(Driver driver) {
   stop_request.emplace();
   struct sigaction action {};
   action.sa_handler = on_signal;
@@ -23,7 +23,7 @@ StopOnSignals::StopOnSignals(HangUp hang_up) {
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
     sigaction(kSignals[i], &action, &before_[i]);
     // nohup and background shells ignore signals on purpose.
-    const bool is_left = kSignals[i] == SIGHUP && hang_up == HangUp::ends;
+    const bool is_left = driver == Driver::service && kSignals[i] != SIGINT && kSignals[i] != SIGTERM;
     if (before_[i].sa_handler == SIG_IGN || is_left) sigaction(kSignals[i], &before_[i], nullptr);
   }
 }

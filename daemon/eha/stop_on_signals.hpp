@@ -8,17 +8,18 @@
 
 namespace eha::cli {
 
-/// What the end of the terminal means.
-enum class HangUp {
-  stops,  ///< as SIGINT does
-  ends,   ///< the process, as ever
+/// Who drives the rig.
+enum class Driver {
+  this_process,  ///< a stopped or suspended process would leave the last voltage on the output
+  service,       ///< this one only watches: the terminal may end or suspend it as ever
 };
 
-/// While it lives, SIGINT, SIGTERM and SIGHUP ask the loop to stop instead of ending the process: the first one ramps
-/// out, the second makes the rig safe at once. One at a time in a process.
+/// While it lives, what asks a process to end or suspends it asks the loop to stop instead: the first signal ramps out,
+/// the second makes the rig safe at once. SIGINT and SIGTERM; where this process drives, also SIGHUP, SIGQUIT (Ctrl-\),
+/// SIGTSTP (Ctrl-Z), SIGTTIN and SIGTTOU. One at a time in a process.
 class StopOnSignals {
  public:
-  explicit StopOnSignals(HangUp hang_up = HangUp::stops);
+  explicit StopOnSignals(Driver driver = Driver::this_process);
   StopOnSignals(const StopOnSignals&) = delete;
   StopOnSignals& operator=(const StopOnSignals&) = delete;
   ~StopOnSignals();
@@ -28,7 +29,7 @@ class StopOnSignals {
   [[nodiscard]] int count() const noexcept;
 
  private:
-  static constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+  static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU};
   std::array<struct sigaction, kSignals.size()> before_{};
 };
 

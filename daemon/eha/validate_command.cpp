@@ -62,7 +62,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model judged = model;
   if (validation.offset_reestimated) judged.validation->score = *validation.offset_reestimated;
   const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};
-  model.verdict = ident::judge(judged, limits);
+  model.verdict = ident::judge(judged, limits, interpolated_percent(source));
 
   nlohmann::ordered_json document{{"schema", "eha-validation/1"}, {"source", command.source}};
   document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));

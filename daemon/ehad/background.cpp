@@ -2,7 +2,6 @@
 #include "daemon/ehad/background.hpp"
 
 #include <pthread.h>
-#include <signal.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <system_error>
 
 #include "core/error.hpp"
+#include "daemon/acquisition/fatal_signals.hpp"
 
 namespace eha::service {
 namespace {
@@ -76,10 +76,7 @@ void Background::push(std::function<void()> work) {
 }
 
 void Background::run() {
-  sigset_t blocked;
-  sigfillset(&blocked);
-  for (const int own : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU}) sigdelset(&blocked, own);
-  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
+  acquisition::block_all_but_fatal_signals();
   std::unique_lock lock(mutex_);
   for (;;) {
     beats_.fetch_add(1, std::memory_order_relaxed);

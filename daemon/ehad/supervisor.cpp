@@ -206,6 +206,7 @@ void Supervisor::turn(Clock::time_point now) {
     }
   }
   look_after_worker();
+  look_after_guard();
   const record::RunWatch* watch = active_ && active_->playing ? active_->watch.get() : nullptr;
   const std::string fault = health_.check(watch, player_->beats(), now);
   if (fault.empty()) {
@@ -215,6 +216,18 @@ void Supervisor::turn(Clock::time_point now) {
   }
   health_was_good_ = fault.empty();
   notifier_.status(status_text());
+}
+
+void Supervisor::look_after_guard() {
+  // Suspect already: said once, and the card is opened anew, with a new guard, before it is armed again.
+  if (!card_ || card_is_suspect_ || !card_->is_unguarded()) return;
+  card_is_suspect_ = true;
+  spdlog::error("the guard of the rig (eha-safe --guard) has died; nothing is driven without it");
+  if (active_) {
+    active_->stop->request();
+  } else if (lease_.holder()) {
+    require_arming("the guard of the rig has died");
+  }
 }
 
 }  // namespace eha::service

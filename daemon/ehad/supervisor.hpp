@@ -97,6 +97,7 @@ class Supervisor {
   void give_up(Entry& entry, ExitCode code, const std::string& why);
   void conclude(Entry& entry, const record::FinishedRun& run);
   void require_arming(const std::string& why);
+  void look_after_guard();
 
   void start_fit();
   void conclude_fit(EntryId id, const worker::WorkerEnd& end);

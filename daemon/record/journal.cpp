@@ -102,7 +102,10 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::
     : path_(path),
       file_(open_file(path, O_WRONLY | O_CREAT | O_EXCL)),
       records_per_block_(std::clamp<std::size_t>(records_per_block, 1, kMostRecordsPerBlock)) {
-  if (::flock(file_.get(), LOCK_EX | LOCK_NB) != 0) throw_system_error("lock", path_, errno);
+  // Whoever asks just now whether it is being written holds it for a moment only; nobody else writes a new file.
+  while (::flock(file_.get(), LOCK_EX) != 0) {
+    if (errno != EINTR) throw_system_error("lock", path_, errno);
+  }
   pending_.reserve(records_per_block_);
   const std::string text = header.dump();
   buffer_.append(kMagic);

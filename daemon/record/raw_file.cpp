@@ -140,8 +140,16 @@ class Writer {
 void write_histogram(Writer& writer, const char* name, const char* description,
                      const acquisition::Histogram& histogram) {
   const auto& buckets = histogram.buckets();
-  const Hdf5Dataset dataset = writer.create(name, H5T_STD_U32LE, buckets.size(), "", description);
+  const Hdf5Dataset dataset = writer.create(name, H5T_STD_U32LE, buckets.size(), "1", description);
   writer.write_rows(dataset, H5T_STD_U32LE, 0, buckets.size(), buckets.data());
+}
+
+/// How late a tick that ran was: after skipped ones it is behind the first of them, not only behind its own time.
+/// @param next_sequence  the tick due after the last one that ran
+std::int64_t lateness_ns(const TickRecord& tick, std::uint32_t next_sequence) {
+  if (tick.sequence <= next_sequence) return tick.lateness_ns;
+  const std::int64_t period_ns = tick.scheduled_ns / tick.sequence;
+  return tick.lateness_ns + period_ns * (tick.sequence - next_sequence);
 }
 
 void write_content(Writer& writer, const nlohmann::ordered_json& header, std::uint64_t rows, std::int64_t zero_ns,
@@ -158,6 +166,7 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
   }
   acquisition::Histogram latency;
   acquisition::Histogram execution;
+  std::uint32_t next_sequence = 0;  // behind the last tick that ran
   std::uint64_t written = 0;
   std::vector<double> times_s;
   std::vector<std::byte> values;
@@ -167,7 +176,8 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
     for (std::size_t i = 0; i < records.size(); ++i) {
       times_s[i] = (static_cast<double>(records[i].scheduled_ns) - static_cast<double>(zero_ns)) / 1e9;
       if ((records[i].flags & acquisition::kSkipped) != 0) continue;
-      latency.add(records[i].lateness_ns, records[i].scheduled_ns);
+      latency.add(lateness_ns(records[i], next_sequence), records[i].scheduled_ns);
+      next_sequence = records[i].sequence + 1;
       execution.add(records[i].execution_ns, records[i].scheduled_ns);
     }
     writer.write_rows(time, H5T_IEEE_F64LE, written, records.size(), times_s.data());

@@ -75,7 +75,10 @@ Recovery recover_run(const std::filesystem::path& folder) {
 
 bool is_torn_run(const std::filesystem::path& folder) {
   const Json manifest = manifest_of(folder);
-  const bool may_be_torn = !manifest.is_object() || manifest.value("outcome", "") == kInProgress;
+  const std::string outcome = manifest.is_object() ? manifest.value("outcome", "") : std::string(kInProgress);
+  const bool lacks_files =
+      outcome == acquisition::to_text(Outcome::write_failed) && !std::filesystem::exists(folder / kRawFile);
+  const bool may_be_torn = outcome == kInProgress || lacks_files;
   const std::filesystem::path journal = folder / kJournalFile;
   return may_be_torn && std::filesystem::exists(journal) && !is_being_written(journal);
 }

@@ -2,7 +2,6 @@
 #include "daemon/record/run_experiment.hpp"
 
 #include <pthread.h>
-#include <signal.h>
 
 #include <algorithm>
 #include <atomic>
@@ -61,9 +60,8 @@ class JournalTask {
 
  private:
   void run() {
-    sigset_t all;
-    sigfillset(&all);
-    pthread_sigmask(SIG_BLOCK, &all, nullptr);
+    acquisition::block_all_but_fatal_signals();
+    const acquisition::SignalStack signal_stack;
     std::vector<TickRecord> batch(RecordQueue::kCapacity / 8);
     auto synchronised = std::chrono::steady_clock::now();
     for (;;) {
@@ -215,6 +213,7 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
     }
   };
   {
+    const acquisition::SignalStack signal_stack;
     const acquisition::FatalSignals fatal_signals(rig, stop, std::llround(request.rig.realtime.sample_period_s * 1e9));
     watch.phase = RunWatch::Phase::playing;
     JournalTask writer(*queue, journal, request.time_base, watch.writer_turns);

@@ -24,7 +24,7 @@ Eigen::VectorXd taken(std::vector<double>& column) {
 
 ident::Channel channel_from_header(std::string_view name) {
   const std::size_t bar = name.rfind('_');
-  if (bar == std::string_view::npos || bar == 0) return {std::string(name), ""};
+  if (bar == std::string_view::npos || bar == 0 || bar + 1 == name.size()) return {std::string(name), ""};
   return {std::string(name.substr(0, bar)), std::string(name.substr(bar + 1))};
 }
 

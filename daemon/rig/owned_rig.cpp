@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "daemon/eha-safe/local_snapshots.hpp"
 #include "daemon/record/file_io.hpp"
 #include "hal/comedi/comedi_rig.hpp"
 #include "hal/comedi/safe_snapshot.hpp"
@@ -19,9 +20,7 @@ namespace fs = std::filesystem;
 
 /// A folder of this process's own; only the guard reads what is in it.
 fs::path create_private_folder() {
-  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  const fs::path base = runtime != nullptr && *runtime != '\0' ? fs::path(runtime) : fs::temp_directory_path();
-  std::string name = (base / "eha-XXXXXX").string();
+  std::string name = (local_snapshot_base() / kLocalSnapshotFolder).string() + "XXXXXX";
   if (mkdtemp(name.data()) == nullptr) record::throw_system_error("create", name, errno);
   return name;
 }
@@ -36,7 +35,7 @@ OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot) {
   std::unique_ptr<hal::ComediRig> card = hal::open_comedi(config.comedi, config.limits.safe_V);
   if (snapshot.empty()) {
     private_folder_ = create_private_folder();
-    snapshot = private_folder_ / "safe.json";
+    snapshot = private_folder_ / kLocalSnapshot;
   }
   hal::write_safe_snapshot(card->safe_snapshot(), snapshot);
   guard_.emplace(guard_program(), snapshot);

@@ -26,6 +26,10 @@ class OwnedRig {
 
   [[nodiscard]] hal::Rig& rig() noexcept { return *rig_; }
 
+  /// Whether nobody would make the card safe should this process be killed: its guard has died. Never on a simulated
+  /// rig.
+  [[nodiscard]] bool is_unguarded() const noexcept { return guard_ && !guard_->watches(); }
+
   /// Tells the guard that the device has confirmed the safe output, once nothing more will be driven.
   /// @throws DeviceError  the guard had died
   void made_safe();

@@ -1,27 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/rig/trusted_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <cerrno>
-#include <system_error>
 
 #include "core/error.hpp"
+#include "daemon/record/file_io.hpp"
 
 namespace eha {
 
 void require_trusted_rig_file(const config::RigConfig& rig) {
   if (rig.backend != config::Backend::comedi) return;
+  const record::FileDescriptor file = record::open_file(rig.file_name, O_RDONLY);
   struct stat facts {};
-  if (stat(rig.file_name.c_str(), &facts) != 0) {
-    throw PermissionError(fmt::format("cannot look at {}: {}", rig.file_name, std::generic_category().message(errno)));
-  }
+  if (fstat(file.get(), &facts) != 0) record::throw_system_error("look at", rig.file_name, errno);
   if (facts.st_uid != 0 || (facts.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
     throw PermissionError(
         fmt::format("{}: a rig file that drives a real card must belong to root and be writable by no one else, "
                     "because its limits protect the machine; as root: chown root {} && chmod go-w {}",
                     rig.file_name, rig.file_name, rig.file_name));
+  }
+  // The owner of the file that is there now says nothing of one that was there when the limits were read.
+  if (record::read_file(fmt::format("/proc/self/fd/{}", file.get())) != rig.text) {
+    throw PermissionError(fmt::format("{}: the file changed while it was read; try again", rig.file_name));
   }
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <comedilib.h>
 
+#include <algorithm>
+#include <array>
+#include <cerrno>
 #include <string>
 #include <thread>
 
@@ -32,11 +35,25 @@ RigStatus switch_off(comedi_t* device, const SafeSnapshot::Line& line) {
                                                                                     : RigStatus::ok;
 }
 
+/// The card, once it opens: a system short of memory or descriptors refuses for a while.
+ComediDevice opened(const std::string& path, std::chrono::steady_clock::time_point deadline) {
+  for (;;) {
+    try {
+      return ComediDevice(path);
+    } catch (const DeviceError&) {
+      constexpr std::array kPassing{EBUSY, ENOMEM, ENFILE, EMFILE, EAGAIN, EINTR};
+      const bool may_pass = std::find(kPassing.begin(), kPassing.end(), comedi_errno()) != kPassing.end();
+      if (!may_pass || std::chrono::steady_clock::now() >= deadline) throw;
+    }
+    std::this_thread::sleep_for(kPause);
+  }
+}
+
 }  // namespace
 
 void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::milliseconds patience) {
   const auto deadline = std::chrono::steady_clock::now() + patience;
-  const ComediDevice device(snapshot.device);
+  const ComediDevice device = opened(snapshot.device, deadline);
   const char* board = comedi_get_board_name(device.get());
   if (!board || board != snapshot.board) {
     throw DeviceError(snapshot.device + ": expected the board \"" + snapshot.board + "\", found \"" +

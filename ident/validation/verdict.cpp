@@ -134,8 +134,13 @@ void note_undetermined(const Model& model, Judgement& judgement) {
 
 }  // namespace
 
-Verdict judge(const Model& model, const AcceptanceLimits& limits) {
+Verdict judge(const Model& model, const AcceptanceLimits& limits, double interpolated_percent) {
   Judgement judgement;
+  if (!(interpolated_percent <= kMostInterpolated_percent)) {
+    judgement.reject(
+        fmt::format("{:.3g} % of the record was not measured but interpolated, which is above the limit of {:.3g} %.",
+                    interpolated_percent, kMostInterpolated_percent));
+  }
   if (model.estimation && !model.estimation->converged) {
     judgement.reject(fmt::format("The estimation did not converge: it ended after {} evaluations with \"{}\".",
                                  model.estimation->evaluations, model.estimation->termination));

@@ -150,13 +150,16 @@ bool is_recording(const fs::path& runs) {
   });
 }
 
-TEST(InterruptedRun, RampsOutKeepsWhatItHasAndIsNotFitted) {
+/// By what ends a process, and by what suspends one: stopped, it would leave the last voltage on a card's output.
+class InterruptedRun : public testing::TestWithParam<int> {};
+
+TEST_P(InterruptedRun, RampsOutKeepsWhatItHasAndIsNotFitted) {
   const TemporaryFolder folder;
   // In real time: the signal comes long before the 50 s are over.
   const Ended ended = interrupt_eha(
       {"run", source_file("config/experiments/paper.toml"), "--local", "--rig", source_file("config/rigs/sim.toml"),
        "--json"},
-      folder.path(), [&] { return is_recording(folder.path() / "runs"); }, SIGINT);
+      folder.path(), [&] { return is_recording(folder.path() / "runs"); }, GetParam());
   EXPECT_EQ(ended.code, static_cast<int>(ExitCode::interrupted)) << ended.err;
   EXPECT_EQ(lines_beginning_with(ended.err, "eha: error: "), 1U) << ended.err;
   const json document = json::parse(ended.out);
@@ -167,6 +170,8 @@ TEST(InterruptedRun, RampsOutKeepsWhatItHasAndIsNotFitted) {
   EXPECT_FALSE(fs::exists(run / "models" / "io.json"));
   EXPECT_FALSE(fs::exists(fs::symlink_status(folder.path() / "runs" / "latest")));
 }
+
+INSTANTIATE_TEST_SUITE_P(Signals, InterruptedRun, testing::Values(SIGINT, SIGQUIT, SIGTSTP));
 
 TEST(KilledRun, IsRecoveredByTheNextOneWhateverElseCannotBe) {
   const TemporaryFolder folder;

@@ -9,6 +9,8 @@
 #include <csignal>
 #include <cstdint>
 #include <ctime>
+#include <filesystem>
+#include <fstream>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -29,6 +31,15 @@ constexpr std::int64_t kEnableBit = 1;     // pci1716.toml: channel 0
 constexpr std::int64_t kHeartbeatBit = 2;  // and channel 1
 constexpr double kCommandLsb_uV = 10e6 / 0xffff;
 constexpr double kFeedbackLsb_V = 20.0 / 0xffff;
+
+std::vector<pid_t> children_of(pid_t parent) {
+  std::vector<pid_t> children;
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/" + std::to_string(parent) + "/task")) {
+    std::ifstream file(thread.path() / "children");
+    for (pid_t child = 0; file >> child;) children.push_back(child);
+  }
+  return children;
+}
 
 bool wire_is_safe() {
   const Wire wire = read_wire();
@@ -261,6 +272,31 @@ TEST(EhaOnTheStandInCard, IsMadeSafeWithinHalfASecondOfSigkillAndKeepsItsRecord)
   EXPECT_GE(static_cast<std::int64_t>(recovery.rows), beats - 200);
   EXPECT_LE(static_cast<std::int64_t>(recovery.rows), beats + 2);
   EXPECT_EQ(run.manifest().at("outcome"), "recovered");
+}
+
+TEST(EhaOnTheStandInCard, IsKilledByItsGuardAndMadeSafeWhenItIsStopped) {
+  const Board board("pci1716_card");
+  EhaRun run(kPci1716Rig, 20s);
+  run.wait_until_running();
+  ASSERT_FALSE(wire_is_safe());
+  const std::int64_t stopped_ns = now_ns();
+  run.process().signal(SIGSTOP);
+  EXPECT_EQ(run.process().wait(), 128 + SIGKILL);
+  ASSERT_TRUE(wait_until(wire_is_safe));
+  EXPECT_LT(read_wire().changes.back().time_ns - stopped_ns, 1'000'000'000);
+}
+
+TEST(EhaOnTheStandInCard, RampsOutWhenItsGuardDies) {
+  const Board board("pci1716_card");
+  EhaRun run(kPci1716Rig, 20s);
+  run.wait_until_running();
+  const std::vector<pid_t> children = children_of(run.process().id());
+  ASSERT_EQ(children.size(), 1U);
+  ASSERT_EQ(kill(children.front(), SIGKILL), 0);
+  EXPECT_EQ(run.process().wait(), 69);
+  EXPECT_TRUE(wire_is_safe());
+  EXPECT_NE(run.process().output().find("the guard of the rig"), std::string::npos) << run.process().output();
+  EXPECT_EQ(run.manifest().at("outcome"), "interrupted");
 }
 
 }  // namespace

@@ -104,6 +104,21 @@ TEST(Guard, MakesTheRigSafeWithinHalfASecondOfTheDeathOfItsDriver) {
   EXPECT_LT(last_change_ns(read_wire()) - killed_ns, 500'000'000);
 }
 
+TEST(Guard, KillsADriverThatIsStoppedAndMakesTheRigSafeWithinASecond) {
+  const Board board("pci1716_card");
+  const pid_t driver = start_driver(Guarded::yes);
+  ASSERT_TRUE(driven());
+  timespec stopped{};
+  clock_gettime(CLOCK_MONOTONIC, &stopped);
+  ASSERT_EQ(kill(driver, SIGSTOP), 0);
+  ASSERT_TRUE(wait_until(safe));
+  const std::int64_t stopped_ns = std::int64_t{stopped.tv_sec} * 1'000'000'000 + stopped.tv_nsec;
+  EXPECT_LT(last_change_ns(read_wire()) - stopped_ns, 1'000'000'000);
+  int status = 0;
+  ASSERT_EQ(waitpid(driver, &status, 0), driver);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) << status;
+}
+
 TEST(Guard, LeavesARigAloneThatItIsToldIsSafe) {
   const Board board("pci1716_card");
   auto rig = open_and_drive();

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <regex>
 #include <set>
 #include <string>
@@ -42,8 +44,23 @@ TEST(EhaSafe, HasNothingToDoWhereTheServiceLeftNoSnapshot) {
   if (std::filesystem::exists(hal::kServiceSnapshot)) GTEST_SKIP() << hal::kServiceSnapshot << " belongs to a service";
   const Result result = run(kProgram);
   EXPECT_EQ(result.status, 0);
-  EXPECT_EQ(result.output,
-            "eha-safe: /run/ehad/safe.json is not there: no card was driven, or it has been made safe\n");
+  EXPECT_EQ(result.output.rfind("eha-safe: /run/ehad/safe.json is not there: the service drives no card", 0), 0U)
+      << result.output;
+}
+
+TEST(EhaSafe, NamesTheSnapshotThatALocalRunLeft) {
+  if (std::filesystem::exists(hal::kServiceSnapshot)) GTEST_SKIP() << hal::kServiceSnapshot << " belongs to a service";
+  std::string folder = std::filesystem::temp_directory_path() / "runtime-XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const std::filesystem::path left = std::filesystem::path(folder) / "eha-1a2b3c" / "safe.json";
+  std::filesystem::create_directory(left.parent_path());
+  const std::string command = "XDG_RUNTIME_DIR=" + folder + " " + kProgram;
+  EXPECT_EQ(run(command).output.find(folder), std::string::npos) << "an empty folder is no snapshot";
+  std::ofstream(left) << "{}";
+  const Result result = run(command);
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.output.find("run eha-safe " + left.string() + "\n"), std::string::npos) << result.output;
+  std::filesystem::remove_all(folder);
 }
 
 TEST(EhaSafe, ActsAtTheEndOfItsInputUnlessItHeardDone) {

@@ -9,6 +9,7 @@
 
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include "core/error.hpp"
 #include "snapshot_file.hpp"
@@ -77,7 +78,10 @@ TEST(GuardProcess, ActsWhenItIsDroppedWithoutAWord) {
   EXPECT_NE(::testing::internal::GetCapturedStderr().find("ended without a word"), std::string::npos);
 }
 
-TEST(GuardProcess, ActsWhenItsParentIsKilled) {
+/// What the guard of a process says that sends itself a signal and never comes back from it.
+class GuardOfAProcess : public ::testing::TestWithParam<int> {};
+
+TEST_P(GuardOfAProcess, ActsWhenThatIsKilledOrStopped) {
   const testing::SnapshotFile snapshot;
   int report[2];
   ASSERT_EQ(pipe(report), 0);
@@ -87,7 +91,7 @@ TEST(GuardProcess, ActsWhenItsParentIsKilled) {
     close(report[0]);
     dup2(report[1], STDERR_FILENO);  // the guard inherits it
     const GuardProcess guard(EHA_SAFE, snapshot.path());
-    kill(getpid(), SIGKILL);
+    kill(getpid(), GetParam());
   }
   close(report[1]);
   std::string heard;
@@ -96,14 +100,19 @@ TEST(GuardProcess, ActsWhenItsParentIsKilled) {
   close(report[0]);
   int status = 0;
   ASSERT_EQ(waitpid(parent, &status, 0), parent);
-  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) << status;
   EXPECT_NE(heard.find("ended without a word"), std::string::npos) << heard;
+  EXPECT_EQ(heard.find("is stopped; it is killed") != std::string::npos, GetParam() != SIGKILL) << heard;
 }
+
+INSTANTIATE_TEST_SUITE_P(Signals, GuardOfAProcess, ::testing::Values(SIGKILL, SIGSTOP));
 
 TEST(GuardProcess, SaysSoWhenTheGuardDiedBeforeTheEnd) {
   const testing::SnapshotFile snapshot;
   GuardProcess guard(EHA_SAFE, snapshot.path());
+  EXPECT_TRUE(guard.watches());
   ASSERT_EQ(kill(guard.pid(), SIGKILL), 0);
+  while (guard.watches()) std::this_thread::yield();
   EXPECT_THROW(guard.done(), DeviceError);
 }
 

@@ -176,6 +176,14 @@ TEST(Verdict, AcceptsWithoutAWordWhatMeetsEveryLimit) {
   EXPECT_TRUE(verdict.reasons.empty());
 }
 
+TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
+  EXPECT_TRUE(judge(good_model(), {}, kMostInterpolated_percent).accepted);
+  const Verdict verdict = judge(good_model(), {}, 62.1);
+  EXPECT_FALSE(verdict.accepted);
+  EXPECT_EQ(verdict.reasons.front(),
+            "62.1 % of the record was not measured but interpolated, which is above the limit of 1 %.");
+}
+
 TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
   Model model = good_model();
   model.estimation->converged = false;

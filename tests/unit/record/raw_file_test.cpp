@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <limits>
 
 #include "core/error.hpp"
@@ -64,6 +66,31 @@ TEST(RawFile, HasPlainDatasetsWithUnitsAndTimeFromTheExperimentsFirstRow) {
   std::string text(H5Tget_size(type.get()), ' ');
   ASSERT_GE(H5Aread(unit.get(), type.get(), text.data()), 0);
   EXPECT_EQ(text, "in");
+}
+
+TEST(RawFile, CountsTheLatenessOfATickFromTheFirstThatItSkipped) {
+  const test::TemporaryFolder folder;
+  std::vector<TickRecord> ticks(4);
+  const std::array<std::uint32_t, 4> sequences{0, 1, 2, 5};  // 3 flagged as skipped, 4 not even that
+  for (std::size_t k = 0; k < ticks.size(); ++k) {
+    ticks[k].sequence = sequences[k];
+    ticks[k].scheduled_ns = 100'000 * std::int64_t{sequences[k]};
+    ticks[k].lateness_ns = 7'000;
+  }
+  TickRecord skipped{};
+  skipped.sequence = 3;
+  skipped.flags = acquisition::kSkipped;
+  ticks.insert(ticks.begin() + 3, skipped);
+  const std::string path = (folder.path() / "raw.h5").string();
+  write_raw_file(path, {{"x", 1}}, ticks.size(), 0, in_pieces(ticks, 2));
+  const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
+  const Hdf5Dataset histogram(H5Dopen2(file.get(), "latency_histogram", H5P_DEFAULT));
+  const Hdf5Space space(H5Dget_space(histogram.get()));
+  std::vector<std::uint32_t> counts(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get())));
+  ASSERT_GE(H5Dread(histogram.get(), H5T_NATIVE_UINT32, H5S_ALL, H5S_ALL, H5P_DEFAULT, counts.data()), 0);
+  ASSERT_GT(counts.size(), 208u);
+  EXPECT_EQ(counts[7], 3u);
+  EXPECT_EQ(counts[207], 1u);
 }
 
 TEST(RawFile, HoldsARunWithoutARow) {

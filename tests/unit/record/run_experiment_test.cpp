@@ -217,6 +217,7 @@ TEST_F(RunExperiment, RefusesToArmOnADiskThatIsTooSmallAndFailsCleanlyOnOneThatF
   EXPECT_TRUE(finished.report.safe_confirmed);
   EXPECT_NE(finished.write_error.find("No space left"), std::string::npos) << finished.write_error;
   EXPECT_TRUE(std::filesystem::exists(finished.folder / kJournalFile));
+  EXPECT_EQ(find_torn_runs(folder_ / "disk"), std::vector{finished.folder});
 }
 
 }  // namespace

@@ -155,7 +155,7 @@ TEST(InputCsv, TakesTheLastColumnAndLooksAtNoOther) {
 }
 
 TEST(ChannelHeader, SplitsAtTheLastUnderscoreAndBack) {
-  for (const char* name : {"voltage_V", "valve_command_V", "plain", "_V"}) {
+  for (const char* name : {"voltage_V", "valve_command_V", "plain", "_V", "ends_"}) {
     EXPECT_EQ(header_from_channel(channel_from_header(name)), name);
   }
   EXPECT_EQ(channel_from_header("valve_command_V").unit, "V");

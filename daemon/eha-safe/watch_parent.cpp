@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha-safe/watch_parent.hpp"
+
+#include <poll.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <iostream>
+#include <optional>
+
+namespace eha {
+namespace {
+
+constexpr int kLookEvery_ms = 100;
+constexpr int kStoppedLooks = 3;  ///< so many in a row: some stops, as of a debugger that attaches, last milliseconds
+
+/// The line `done`, byte by byte.
+class DoneLine {
+ public:
+  /// @returns whether the line is complete with this byte
+  bool take(char byte) {
+    if (byte != '\n') {
+      line_ += byte;
+      return false;
+    }
+    const bool is_done = line_ == "done";
+    line_.clear();
+    return is_done;
+  }
+
+ private:
+  std::string line_;
+};
+
+bool is_stopped(pid_t process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string stat;
+  std::getline(file, stat);
+  // "pid (name) state ...", and the name may hold anything.
+  const std::size_t name_end = stat.rfind(") ");
+  if (name_end == std::string::npos || name_end + 2 >= stat.size()) return false;
+  const char state = stat[name_end + 2];
+  return state == 'T' || state == 't';
+}
+
+/// What stands on the standard input within the time between two looks. @returns how the watch ended, if it did
+std::optional<WatchEnd> listen(DoneLine& line) {
+  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  if (poll(&input, 1, kLookEvery_ms) <= 0) return std::nullopt;
+  char byte = 0;
+  const ssize_t count = read(STDIN_FILENO, &byte, 1);
+  if (count < 0 && errno == EINTR) return std::nullopt;
+  if (count <= 0) return WatchEnd::death;
+  return line.take(byte) ? std::optional(WatchEnd::done) : std::nullopt;
+}
+
+}  // namespace
+
+WatchEnd watch_parent(const std::string& device) {
+  const pid_t parent = getppid();
+  DoneLine line;
+  int looks = 0;
+  for (;;) {
+    if (const auto end = listen(line)) return *end;
+    // Once the parent is dead another process is: the stream's end says the rest.
+    looks = getppid() == parent && is_stopped(parent) ? looks + 1 : 0;
+    if (looks < kStoppedLooks) continue;
+    std::cerr << "eha-safe: the program that drives " << device << " is stopped; it is killed" << std::endl;
+    kill(parent, SIGKILL);
+    looks = 0;
+  }
+}
+
+}  // namespace eha
