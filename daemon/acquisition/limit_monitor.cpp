@@ -72,15 +72,19 @@ void LimitMonitor::estimate_velocity(std::int64_t at_ns, double displacement_in)
 }
 
 Breach LimitMonitor::check_travel(double displacement_in) const noexcept {
-  const double speed = std::abs(velocity_in_per_s_);
-  const double age_s = (0.5 * static_cast<double>(window_ - 1) + 1.0) * period_s_;
   // The estimate is as old as the middle of its window; since then the rod may have gained as much speed as the valve
-  // can take from it; and it goes on for a tick before anything acts on it.
+  // can take from it; and it goes on for a tick before anything acts on it. One at rest is not held against that: it
+  // could not be driven away from a near end any more.
   const double braking = limits_.stopping_deceleration_in_per_s2;
-  const double speed_now = speed + std::min(braking * age_s, limits_.velocity_limit_in_per_s);
-  const double stopping_in = speed_now * period_s_ + speed_now * speed_now / (2.0 * braking);
-  const double lowest_in = displacement_in - (velocity_in_per_s_ < 0.0 ? stopping_in : 0.0);
-  const double highest_in = displacement_in + (velocity_in_per_s_ > 0.0 ? stopping_in : 0.0);
+  const double age_s = (0.5 * static_cast<double>(window_ - 1) + 1.0) * period_s_;
+  const double gained = std::min(braking * age_s, limits_.velocity_limit_in_per_s);
+  const auto stopping_in = [&](double velocity_towards_end) {
+    if (velocity_towards_end <= 0.0) return 0.0;
+    const double speed = velocity_towards_end + gained;
+    return speed * period_s_ + speed * speed / (2.0 * braking);
+  };
+  const double lowest_in = displacement_in - stopping_in(-velocity_in_per_s_);
+  const double highest_in = displacement_in + stopping_in(velocity_in_per_s_);
   if (lowest_in < limits_.travel_min_in) return {Fault::travel_limit, lowest_in, limits_.travel_min_in};
   if (highest_in > limits_.travel_max_in) return {Fault::travel_limit, highest_in, limits_.travel_max_in};
   return {};

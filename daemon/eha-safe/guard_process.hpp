@@ -25,13 +25,14 @@ class GuardProcess {
   /// Without done(): makes the guard act and waits for its end. Close the rig first: its locks keep the guard waiting.
   ~GuardProcess();
 
-  /// Tells the guard that the rig is safe, and waits for its end. Does nothing the second time.
+  /// Tells the guard that the rig is safe, and waits for its end, of which it is made sure after 15 s. Does nothing the
+  /// second time.
   /// @throws DeviceError  the guard had ended before, or did not take it well
   void done();
 
   [[nodiscard]] pid_t pid() const noexcept { return pid_; }
 
-  /// Whether the guard still lives. Costs one poll().
+  /// Whether the guard still lives and is not stopped. Costs one waitid().
   [[nodiscard]] bool watches() const noexcept;
 
  private:

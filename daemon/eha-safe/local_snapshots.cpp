@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha-safe/local_snapshots.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cctype>
+#include <cstddef>
 #include <cstdlib>
 #include <string>
 #include <system_error>
@@ -21,24 +26,39 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
   return found;
 }
 
+/// Whether the name is one that mkdtemp makes of ours: nothing that a terminal would not show as it is.
+bool is_ours(const std::string& name) {
+  const std::string beginning = kLocalSnapshotFolder;
+  constexpr std::size_t kRandom = 6;
+  return name.size() == beginning.size() + kRandom && name.rfind(beginning, 0) == 0 &&
+         std::all_of(name.begin() + static_cast<std::ptrdiff_t>(beginning.size()), name.end(),
+                     [](unsigned char c) { return std::isalnum(c) != 0; });
+}
+
+/// Whether the folder is this user's: another one's snapshot may hold anything.
+bool is_own(const fs::path& folder) {
+  struct stat facts {};
+  return lstat(folder.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode) && facts.st_uid == geteuid();
+}
+
 }  // namespace
 
 fs::path local_snapshot_base() {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  return runtime != nullptr && *runtime != '\0' ? fs::path(runtime) : fs::temp_directory_path();
+  if (runtime != nullptr && *runtime != '\0') return runtime;
+  std::error_code none;
+  const fs::path temporary = fs::temp_directory_path(none);
+  return none ? fs::path("/tmp") : temporary;
 }
 
 std::vector<fs::path> find_local_snapshots() {
-  std::vector<fs::path> bases = entries_of("/run/user");
-  bases.push_back(local_snapshot_base());
-  bases.emplace_back("/tmp");
-  std::sort(bases.begin(), bases.end());
-  bases.erase(std::unique(bases.begin(), bases.end()), bases.end());
+  std::vector<fs::path> bases{local_snapshot_base()};
+  if (bases.front() != "/tmp") bases.emplace_back("/tmp");
   std::vector<fs::path> found;
   std::error_code ignored;
   for (const fs::path& base : bases) {
     for (const fs::path& folder : entries_of(base)) {
-      if (folder.filename().string().rfind(kLocalSnapshotFolder, 0) != 0) continue;
+      if (!is_ours(folder.filename().string()) || !is_own(folder)) continue;
       if (fs::exists(folder / kLocalSnapshot, ignored)) found.push_back(folder / kLocalSnapshot);
     }
   }

@@ -31,19 +31,40 @@ bool nothing_is_driven() {
   return std::filesystem::status(eha::hal::kServiceSnapshot, error).type() == std::filesystem::file_type::not_found;
 }
 
-int run(const std::string& file, bool guard) {
-  const eha::hal::SafeSnapshot snapshot = eha::hal::read_safe_snapshot(file);
-  if (guard) {
-    outlive_the_watched_process();
-    std::cout << "ready" << std::endl;
-    if (eha::watch_parent(snapshot.device) == eha::WatchEnd::done) return 0;
-    std::cerr << "eha-safe: the program that drove " << snapshot.device << " ended without a word\n";
-  }
-  eha::hal::make_safe_from_snapshot(snapshot, kPatience);
+void tell_safe(const eha::hal::SafeSnapshot& snapshot) {
   std::cerr << "eha-safe: " << snapshot.device << ": output at " << snapshot.safe_V << " V, "
             << (snapshot.enable ? "hydraulics off" : "no enable line") << "\n";
+}
+
+/// The message of a guard that has had to act, once it has: a write to a stopped terminal may block.
+void tell_why(const eha::hal::SafeSnapshot& snapshot, eha::WatchEnd end) {
+  std::cerr << "eha-safe: the program that drove " << snapshot.device
+            << (end == eha::WatchEnd::kill ? " was stopped and has been killed\n" : " ended without a word\n");
+}
+
+int guard(const std::string& file) {
+  const eha::hal::SafeSnapshot snapshot = eha::hal::read_safe_snapshot(file);
+  outlive_the_watched_process();
+  std::cout << "ready" << std::endl;
+  const eha::WatchEnd end = eha::watch_parent();
+  if (end == eha::WatchEnd::done) return 0;
+  try {
+    eha::hal::make_safe_from_snapshot(snapshot, kPatience);
+  } catch (const eha::Error&) {
+    tell_why(snapshot, end);
+    throw;
+  }
+  tell_why(snapshot, end);
+  tell_safe(snapshot);
+  return 0;
+}
+
+int make_safe(const std::string& file) {
+  const eha::hal::SafeSnapshot snapshot = eha::hal::read_safe_snapshot(file);
+  eha::hal::make_safe_from_snapshot(snapshot, kPatience);
+  tell_safe(snapshot);
   // A guard acts on behalf of a program that others look after, too; the service's last word is this program's.
-  if (!guard && file == eha::hal::kServiceSnapshot) {
+  if (file == eha::hal::kServiceSnapshot) {
     std::error_code ignored;  // one that stays has the same done again, which does no harm
     std::filesystem::remove(file, ignored);
   }
@@ -56,10 +77,10 @@ int main(int argc, char** argv) {
   CLI::App app("Makes a rig safe without its rig file: writes the safe voltage and switches the hydraulics off.",
                "eha-safe");
   std::string file = eha::hal::kServiceSnapshot;
-  bool guard = false;
+  bool is_guard = false;
   const CLI::Option* named =
       app.add_option("SNAPSHOT", file, "what the program that opened the rig left behind")->capture_default_str();
-  app.add_flag("--guard", guard,
+  app.add_flag("--guard", is_guard,
                "print `ready`, then act at the end of standard input, unless the line `done` came before");
   app.set_version_flag("--version", EHA_VERSION);
   app.footer(
@@ -75,7 +96,7 @@ int main(int argc, char** argv) {
       }
       return 0;
     }
-    return run(file, guard);
+    return is_guard ? guard(file) : make_safe(file);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(eha::ExitCode::usage);
   } catch (const eha::Error& error) {

@@ -7,8 +7,8 @@
 
 #include <cerrno>
 #include <fstream>
-#include <iostream>
 #include <optional>
+#include <string>
 
 namespace eha {
 namespace {
@@ -45,10 +45,8 @@ bool is_stopped(pid_t process) {
   return state == 'T' || state == 't';
 }
 
-/// What stands on the standard input within the time between two looks. @returns how the watch ended, if it did
-std::optional<WatchEnd> listen(DoneLine& line) {
-  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-  if (poll(&input, 1, kLookEvery_ms) <= 0) return std::nullopt;
+/// @returns how the watch ended, if it did with this byte or the lack of one
+std::optional<WatchEnd> take_byte(DoneLine& line) {
   char byte = 0;
   const ssize_t count = read(STDIN_FILENO, &byte, 1);
   if (count < 0 && errno == EINTR) return std::nullopt;
@@ -56,19 +54,29 @@ std::optional<WatchEnd> listen(DoneLine& line) {
   return line.take(byte) ? std::optional(WatchEnd::done) : std::nullopt;
 }
 
+/// Reads the standard input until it is quiet for the time between two looks. @returns how the watch ended, if it did
+std::optional<WatchEnd> listen(DoneLine& line) {
+  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  while (poll(&input, 1, kLookEvery_ms) > 0) {
+    if (const auto end = take_byte(line)) return end;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-WatchEnd watch_parent(const std::string& device) {
+WatchEnd watch_parent() {
   const pid_t parent = getppid();
   DoneLine line;
   int looks = 0;
+  bool was_killed = false;
   for (;;) {
-    if (const auto end = listen(line)) return *end;
+    if (const auto end = listen(line)) return was_killed ? WatchEnd::kill : *end;
     // Once the parent is dead another process is: the stream's end says the rest.
     looks = getppid() == parent && is_stopped(parent) ? looks + 1 : 0;
     if (looks < kStoppedLooks) continue;
-    std::cerr << "eha-safe: the program that drives " << device << " is stopped; it is killed" << std::endl;
     kill(parent, SIGKILL);
+    was_killed = true;
     looks = 0;
   }
 }

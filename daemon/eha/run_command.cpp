@@ -58,7 +58,8 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   record::FinishedRun run =
       record::run_experiment(local.rig(), machine, request, stop.request(), [&](const acquisition::Snapshot& now) {
         if (was_guarded && local.is_unguarded()) {
-          stop.request().request();
+          // A second request would not ramp out.
+          if (stop.count() == 0) stop.request().request();
           miss_guard("; nothing is driven without it: ramping out");
         }
         const double rows = now.experiment_rows > 0 ? now.experiment_rows : 1;
@@ -76,13 +77,13 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   return {std::move(run), was_guarded};
 }
 
-/// A run that did not complete: what happened, what was kept.
+/// A run that did not complete, or not under its guard: what happened, what was kept.
 ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   const record::FinishedRun& run = acquired.run;
-  console.error(acquisition::describe(run.report));
+  if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report));
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
-  if (run.report.outcome == acquisition::Outcome::write_failed) {
+  if (!fs::exists(run.folder / record::kRawFile)) {
     console.info(fmt::format("what was recorded is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, folder));
   } else {
@@ -91,7 +92,9 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
                     "is hardly longer than what the experiment discards",
                     folder, folder));
   }
-  const ExitCode code = acquired.was_guarded ? acquisition::exit_code(run.report) : ExitCode::device_unavailable;
+  const bool is_guards_fault = !acquired.was_guarded && (run.report.outcome == acquisition::Outcome::completed ||
+                                                         run.report.outcome == acquisition::Outcome::interrupted);
+  const ExitCode code = is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report);
   console.print_json({{"schema", "eha-run/1"},
                       {"run", run.folder.string()},
                       {"outcome", acquisition::to_text(run.report.outcome)},
@@ -149,7 +152,9 @@ ExitCode execute(const RunCommand& command, Console& console) {
   const Acquired acquired = acquire(command, rig, experiment, console);
   const record::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
-  if (run.report.outcome != acquisition::Outcome::completed) return report_incomplete(acquired, console);
+  if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
+    return report_incomplete(acquired, console);
+  }
   return identify_run(run.folder, console);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/stop_on_signals.hpp"
 
-#include <cstddef>
 #include <optional>
 
 namespace eha::cli {
@@ -16,20 +15,29 @@ void on_signal(int) { stop_request->request(); }
 
 StopOnSignals::StopOnSignals(Driver driver) {
   stop_request.emplace();
+  handle(SIGINT, on_signal);
+  handle(SIGTERM, on_signal);
+  if (driver == Driver::service) return;
+  for (const int number : {SIGHUP, SIGQUIT, SIGTSTP}) handle(number, on_signal);
+  // With a handler the write that raised it would be tried again for ever.
+  for (const int number : {SIGTTIN, SIGTTOU}) handle(number, SIG_IGN);
+}
+
+void StopOnSignals::handle(int number, void (*handler)(int)) {
+  struct sigaction before {};
+  sigaction(number, nullptr, &before);
+  // nohup and background shells ignore signals on purpose.
+  if (before.sa_handler == SIG_IGN) return;
   struct sigaction action {};
-  action.sa_handler = on_signal;
+  action.sa_handler = handler;
   action.sa_flags = SA_RESTART;
   sigemptyset(&action.sa_mask);
-  for (std::size_t i = 0; i < kSignals.size(); ++i) {
-    sigaction(kSignals[i], &action, &before_[i]);
-    // nohup and background shells ignore signals on purpose.
-    const bool is_left = driver == Driver::service && kSignals[i] != SIGINT && kSignals[i] != SIGTERM;
-    if (before_[i].sa_handler == SIG_IGN || is_left) sigaction(kSignals[i], &before_[i], nullptr);
-  }
+  sigaction(number, &action, nullptr);
+  before_.emplace_back(number, before);
 }
 
 StopOnSignals::~StopOnSignals() {
-  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
+  for (const auto& [number, before] : before_) sigaction(number, &before, nullptr);
 }
 
 acquisition::StopRequest& StopOnSignals::request() noexcept { return *stop_request; }

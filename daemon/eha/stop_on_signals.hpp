@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <csignal>
+#include <utility>
+#include <vector>
 
 #include "daemon/acquisition/stop_request.hpp"
 
@@ -15,8 +16,9 @@ enum class Driver {
 };
 
 /// While it lives, what asks a process to end or suspends it asks the loop to stop instead: the first signal ramps out,
-/// the second makes the rig safe at once. SIGINT and SIGTERM; where this process drives, also SIGHUP, SIGQUIT (Ctrl-\),
-/// SIGTSTP (Ctrl-Z), SIGTTIN and SIGTTOU. One at a time in a process.
+/// the second makes the rig safe at once. SIGINT and SIGTERM; where this process drives, also SIGHUP, SIGQUIT (Ctrl-\)
+/// and SIGTSTP (Ctrl-Z), and it goes on where the terminal would suspend it in the background (SIGTTIN, SIGTTOU). One
+/// at a time in a process.
 class StopOnSignals {
  public:
   explicit StopOnSignals(Driver driver = Driver::this_process);
@@ -29,8 +31,9 @@ class StopOnSignals {
   [[nodiscard]] int count() const noexcept;
 
  private:
-  static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU};
-  std::array<struct sigaction, kSignals.size()> before_{};
+  void handle(int number, void (*handler)(int));
+
+  std::vector<std::pair<int, struct sigaction>> before_;
 };
 
 }  // namespace eha::cli

@@ -224,7 +224,8 @@ void Supervisor::look_after_guard() {
   card_is_suspect_ = true;
   spdlog::error("the guard of the rig (eha-safe --guard) has died; nothing is driven without it");
   if (active_) {
-    active_->stop->request();
+    // A second request would not ramp out.
+    if (active_->stop->count() == 0) active_->stop->request();
   } else if (lease_.holder()) {
     require_arming("the guard of the rig has died");
   }

@@ -127,6 +127,8 @@ void Supervisor::conclude(Entry& entry, const record::FinishedRun& run) {
   for (const std::string& sentence : run.report.realtime.refused) spdlog::warn("{}", sentence);
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report);
+  const bool is_unguarded = card_ && card_->is_unguarded();
+  if (is_unguarded) entry.note += (entry.note.empty() ? "" : "; ") + std::string("the guard of the rig has died");
   if (!run.write_error.empty()) entry.note += (entry.note.empty() ? "" : "; ") + run.write_error;
   if (outcome == Outcome::completed) {
     spdlog::info("experiment {}: completed; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id,
@@ -137,7 +139,8 @@ void Supervisor::conclude(Entry& entry, const record::FinishedRun& run) {
     start_fit();
   } else {
     spdlog::error("experiment {}: {}: {}", entry.id, entry.outcome, entry.note);
-    close_entry(entry, acquisition::exit_code(run.report));
+    const bool is_guards_fault = is_unguarded && outcome == Outcome::interrupted;
+    close_entry(entry, is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report));
   }
   lease_.renew(Clock::now());
   if (outcome == Outcome::completed && !was_stopped && !shutting_down_ && machine_.arm()) {

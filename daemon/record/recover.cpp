@@ -31,11 +31,11 @@ bool is_complete(const std::filesystem::path& folder, const Json& manifest) {
   return outcome != kInProgress && outcome != acquisition::to_text(Outcome::write_failed);
 }
 
-/// The journal's end knows how the run ended; without one, a failing writer is known from the manifest.
+/// The journal's end knows how the run ended; without one the manifest does, if it was written after the run.
 Outcome outcome_of(const JournalFacts& facts, const Json& manifest, const std::string& source) {
   if (facts.end) return outcome_from_text(facts.end->value("outcome", ""), source);
-  const bool writer_failed = manifest.value("outcome", "") == acquisition::to_text(Outcome::write_failed);
-  return writer_failed ? Outcome::write_failed : Outcome::recovered;
+  const std::string outcome = manifest.value("outcome", "");
+  return outcome == kInProgress ? Outcome::recovered : outcome_from_text(outcome, source);
 }
 
 }  // namespace
@@ -75,12 +75,11 @@ Recovery recover_run(const std::filesystem::path& folder) {
 
 bool is_torn_run(const std::filesystem::path& folder) {
   const Json manifest = manifest_of(folder);
-  const std::string outcome = manifest.is_object() ? manifest.value("outcome", "") : std::string(kInProgress);
-  const bool lacks_files =
-      outcome == acquisition::to_text(Outcome::write_failed) && !std::filesystem::exists(folder / kRawFile);
-  const bool may_be_torn = outcome == kInProgress || lacks_files;
+  // However it ended: a disk that was full may have let nothing but the journal be written.
+  const bool is_torn = !manifest.is_object() || manifest.value("outcome", "") == kInProgress ||
+                       !std::filesystem::exists(folder / kRawFile);
   const std::filesystem::path journal = folder / kJournalFile;
-  return may_be_torn && std::filesystem::exists(journal) && !is_being_written(journal);
+  return is_torn && std::filesystem::exists(journal) && !is_being_written(journal);
 }
 
 std::vector<std::filesystem::path> find_torn_runs(const std::filesystem::path& runs_folder) {

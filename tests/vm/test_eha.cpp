@@ -286,18 +286,22 @@ TEST(EhaOnTheStandInCard, IsKilledByItsGuardAndMadeSafeWhenItIsStopped) {
   EXPECT_LT(read_wire().changes.back().time_ns - stopped_ns, 1'000'000'000);
 }
 
-TEST(EhaOnTheStandInCard, RampsOutWhenItsGuardDies) {
+class GuardLost : public ::testing::TestWithParam<int> {};
+
+TEST_P(GuardLost, RampsOutAndSaysSo) {
   const Board board("pci1716_card");
   EhaRun run(kPci1716Rig, 20s);
   run.wait_until_running();
   const std::vector<pid_t> children = children_of(run.process().id());
   ASSERT_EQ(children.size(), 1U);
-  ASSERT_EQ(kill(children.front(), SIGKILL), 0);
+  ASSERT_EQ(kill(children.front(), GetParam()), 0);
   EXPECT_EQ(run.process().wait(), 69);
   EXPECT_TRUE(wire_is_safe());
   EXPECT_NE(run.process().output().find("the guard of the rig"), std::string::npos) << run.process().output();
   EXPECT_EQ(run.manifest().at("outcome"), "interrupted");
 }
+
+INSTANTIATE_TEST_SUITE_P(EhaOnTheStandInCard, GuardLost, ::testing::Values(SIGKILL, SIGSTOP));
 
 }  // namespace
 }  // namespace eha::test
