@@ -105,7 +105,7 @@ Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<st
       lost[static_cast<std::size_t>(i)] = lost[static_cast<std::size_t>(i)] || std::abs(svd.matrixV()(i, k)) > 0.1;
   }
   const Eigen::VectorXd inverse = (s.array() > least).select(s.cwiseMax(1e-300).cwiseInverse(), 0.0);
-  const Eigen::MatrixXd u = svd.matrixU();
+  const Eigen::MatrixXd& u = svd.matrixU();
   Eigen::MatrixXd middle = residual.coefficients.empty()
                                ? Eigen::MatrixXd(residual.autocovariance[0] * Eigen::MatrixXd::Identity(p, p))
                                : Eigen::MatrixXd(u.transpose() * toeplitz_times(residual.autocovariance, u));

@@ -55,8 +55,10 @@ void end_tick() {
 }  // namespace
 
 extern "C" {
+// NOLINTBEGIN(bugprone-reserved-identifier): glibc's names
 void* __libc_malloc(std::size_t);
 void __libc_free(void*);
+// NOLINTEND(bugprone-reserved-identifier)
 
 int clock_nanosleep(clockid_t clock, int flags, const timespec* request, timespec* rest) {
   if (is_loop) end_tick();
