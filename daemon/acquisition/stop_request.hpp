@@ -10,6 +10,11 @@ namespace eha::acquisition {
 class StopRequest {
  public:
   void request() noexcept { count_.fetch_add(1, std::memory_order_relaxed); }
+  /// For who wants a ramp-out and no more: does nothing when a stop was asked for already.
+  void request_ramp_out() noexcept {
+    int none = 0;
+    count_.compare_exchange_strong(none, 1, std::memory_order_relaxed);
+  }
   [[nodiscard]] int count() const noexcept { return count_.load(std::memory_order_relaxed); }
 
   /// For a fatal-signal handler that is about to write the safe command itself: the loop writes nothing any more.

@@ -52,6 +52,7 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
   ++counters_.ticks;
   counters_.skipped += inputs.skipped;
   if (machine_.state() == State::running) {
+    // Here, not in skipped_row(), which the loop leaves out beyond some number.
     const std::int64_t played = inputs.sequence - first_row_;
     const std::int64_t missed = std::min<std::int64_t>(played, rows_) - (played - inputs.skipped);
     counters_.experiment_rows += static_cast<std::uint64_t>(std::max<std::int64_t>(0, missed));

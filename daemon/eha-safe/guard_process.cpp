@@ -10,10 +10,8 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <string>
-#include <thread>
 
 #include "core/error.hpp"
 #include "core/program_path.hpp"
@@ -23,9 +21,6 @@ namespace {
 
 /// Starting a program and reading a small file takes milliseconds; this long means that it hangs.
 constexpr int kStartLimit_ms = 10'000;
-
-/// A guard that acts may have to wait 10 s for the card.
-constexpr std::chrono::seconds kEndLimit{15};
 
 [[noreturn]] void fail(const std::filesystem::path& program, const std::string& cause) {
   throw DeviceError(program.string() + ": the guard of the rig does not start: " + cause +
@@ -114,13 +109,9 @@ int GuardProcess::finish() noexcept {
   if (stream_ >= 0) close(stream_);
   stream_ = -1;
   int status = 0;
-  const auto deadline = std::chrono::steady_clock::now() + kEndLimit;
-  while (pid_ > 0) {
-    const pid_t ended = waitpid(pid_, &status, WNOHANG);
-    if (ended == pid_ || (ended < 0 && errno != EINTR)) break;
-    // A stopped guard would never end by itself.
-    if (std::chrono::steady_clock::now() >= deadline) kill(pid_, SIGKILL);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  // One that is stopped could neither act nor end.
+  if (pid_ > 0) kill(pid_, SIGCONT);
+  while (pid_ > 0 && waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
   }
   pid_ = -1;
   return status;

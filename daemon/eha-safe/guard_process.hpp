@@ -25,8 +25,8 @@ class GuardProcess {
   /// Without done(): makes the guard act and waits for its end. Close the rig first: its locks keep the guard waiting.
   ~GuardProcess();
 
-  /// Tells the guard that the rig is safe, and waits for its end, of which it is made sure after 15 s. Does nothing the
-  /// second time.
+  /// Tells the guard that the rig is safe, and waits for its end; one that is stopped is continued for that. Does
+  /// nothing the second time.
   /// @throws DeviceError  the guard had ended before, or did not take it well
   void done();
 

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -58,8 +59,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   record::FinishedRun run =
       record::run_experiment(local.rig(), machine, request, stop.request(), [&](const acquisition::Snapshot& now) {
         if (was_guarded && local.is_unguarded()) {
-          // A second request would not ramp out.
-          if (stop.count() == 0) stop.request().request();
+          stop.request().request_ramp_out();
           miss_guard("; nothing is driven without it: ramping out");
         }
         const double rows = now.experiment_rows > 0 ? now.experiment_rows : 1;
@@ -83,7 +83,8 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report));
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
-  if (!fs::exists(run.folder / record::kRawFile)) {
+  std::error_code unknown;
+  if (!fs::exists(run.folder / record::kRawFile, unknown)) {
     console.info(fmt::format("what was recorded is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, folder));
   } else {

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/record/file_io.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
 
@@ -74,9 +76,12 @@ Json runs_of_service(const fs::path& socket) {
   return document;
 }
 
+/// @throws IoError, PermissionError  there is none, or it cannot be looked at
 void require_folder(const fs::path& folder) {
-  if (fs::exists(folder)) return;
-  throw IoError(fmt::format("{}: no such folder; without one `eha runs list` lists those in ./runs", folder.string()));
+  std::error_code error;
+  if (fs::exists(folder, error)) return;
+  if (error) record::throw_system_error("look at", folder, error.value());
+  throw IoError(fmt::format("{}: no such folder; `eha runs list` names the runs in ./runs", folder.string()));
 }
 
 Json runs_of_folder(const fs::path& folder, const Console& console) {
@@ -118,7 +123,7 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   std::error_code ignored;
   const bool asks_service =
       command.socket || (!command.folder && !fs::exists(here, ignored) && fs::exists(control::kDefaultSocket, ignored));
-  if (command.folder) require_folder(*command.folder);
+  if (command.folder && !asks_service) require_folder(*command.folder);
   const Json document =
       asks_service ? runs_of_service(command.socket.value_or(control::kDefaultSocket)) : runs_of_folder(here, console);
   console.print_json(document);
@@ -156,9 +161,7 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
 }
 
 ExitCode execute(const RunsRecoverCommand& command, Console& console) {
-  if (!fs::exists(command.target)) {
-    throw IoError(fmt::format("{}: no such folder; `eha runs list` names the runs", command.target.string()));
-  }
+  require_folder(command.target);
   const std::vector<fs::path> runs = record::is_run_folder(command.target) ? std::vector<fs::path>{command.target}
                                                                            : record::find_torn_runs(command.target);
   Json document{{"schema", "eha-recovery/1"}, {"runs", Json::array()}};

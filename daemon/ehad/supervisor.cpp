@@ -224,8 +224,7 @@ void Supervisor::look_after_guard() {
   card_is_suspect_ = true;
   spdlog::error("the guard of the rig (eha-safe --guard) has died; nothing is driven without it");
   if (active_) {
-    // A second request would not ramp out.
-    if (active_->stop->count() == 0) active_->stop->request();
+    active_->stop->request_ramp_out();
   } else if (lease_.holder()) {
     require_arming("the guard of the rig has died");
   }

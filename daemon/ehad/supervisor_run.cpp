@@ -128,8 +128,10 @@ void Supervisor::conclude(Entry& entry, const record::FinishedRun& run) {
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report);
   const bool is_unguarded = card_ && card_->is_unguarded();
-  if (is_unguarded) entry.note += (entry.note.empty() ? "" : "; ") + std::string("the guard of the rig has died");
-  if (!run.write_error.empty()) entry.note += (entry.note.empty() ? "" : "; ") + run.write_error;
+  for (const std::string& sentence :
+       {std::string(is_unguarded ? "the guard of the rig has died" : ""), run.write_error}) {
+    if (!sentence.empty()) entry.note += (entry.note.empty() ? "" : "; ") + sentence;
+  }
   if (outcome == Outcome::completed) {
     spdlog::info("experiment {}: completed; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id,
                  run.report.counters.late, run.report.counters.skipped, run.report.counters.ticks,
@@ -143,7 +145,7 @@ void Supervisor::conclude(Entry& entry, const record::FinishedRun& run) {
     close_entry(entry, is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report));
   }
   lease_.renew(Clock::now());
-  if (outcome == Outcome::completed && !was_stopped && !shutting_down_ && machine_.arm()) {
+  if (outcome == Outcome::completed && !was_stopped && !is_unguarded && !shutting_down_ && machine_.arm()) {
     start_next();
   } else {
     // Whoever stopped the rig, or the rig itself, does not want the next experiment to move it.

@@ -209,7 +209,7 @@ FinishedRun run_experiment(hal::Rig& rig, acquisition::StateMachine& machine, co
     } catch (...) {
       // Nobody watches any more. The rod is ramped to rest and what it did is kept before anyone hears of it.
       progress_failure = std::current_exception();
-      stop.request();
+      stop.request_ramp_out();
     }
   };
   {

@@ -6,6 +6,7 @@
 
 namespace eha::ident {
 
+/// A judgement of this project's own: the abort limits of the loop let 0.2 % of a run of 50 s pass.
 inline constexpr double kMostInterpolated_percent = 1.0;
 
 /// Holds a fitted model against the experiment's limits. Rejects a fit that did not converge, an R2 below its limit, an

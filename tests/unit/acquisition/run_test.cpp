@@ -168,6 +168,16 @@ TEST(Run, WritesNothingOnceAFatalSignalHandlerHasTakenTheOutputsInTheMiddleOfATi
   EXPECT_EQ(play.report.outcome, Outcome::interrupted);
 }
 
+TEST(StopRequest, ForARampOutIsNeverTheSecondOne) {
+  StopRequest stop;
+  stop.request_ramp_out();
+  stop.request_ramp_out();
+  EXPECT_EQ(stop.count(), 1);
+  stop.request();
+  stop.request_ramp_out();
+  EXPECT_EQ(stop.count(), 2);
+}
+
 TEST(Run, RampsOutOnAStopRequest) {
   FakeRig rig;
   Play play;
