@@ -5,6 +5,12 @@
 
 namespace eha::acquisition {
 
+/// Which clock a run is kept by.
+enum class TimeBase : std::uint8_t {
+  monotonic,     ///< the real one, one tick each sample period
+  virtual_time,  ///< as fast as the machine computes; only for rigs that allow it
+};
+
 /// The time that ticks are kept by. Real-time safe. Used by the loop's thread only.
 class Clock {
  public:

@@ -28,144 +28,110 @@ class ThreadUsage {
   rusage before_{};
 };
 
-/// The loop of one run, from its first tick to idle or faulted. Real-time safe.
-class Loop {
- public:
-  Loop(TickEngine& engine, const StateMachine& machine, std::int64_t period_ns, Clock& clock, RecordQueue& queue,
-       const StopRequest& stop, StatusBoard& board, RunReport& report) noexcept
-      : engine_(engine),
-        machine_(machine),
-        period_ns_(period_ns),
-        clock_(clock),
-        queue_(queue),
-        stop_(stop),
-        board_(board),
-        report_(report) {}
-
-  void run() noexcept {
-    const ThreadUsage usage;
-    const std::int64_t ticks_per_second = std::max<std::int64_t>(1, 1'000'000'000 / period_ns_);
-    const std::int64_t origin_ns = clock_.now_ns() + period_ns_;
-    for (std::int64_t k = 0; !engine_.finished(); ++k) {
-      clock_.sleep_until(origin_ns + k * period_ns_);
-      TickInputs inputs;
-      inputs.woken_ns = clock_.now_ns();
-      const std::int64_t behind_ns = std::max<std::int64_t>(0, inputs.woken_ns - (origin_ns + k * period_ns_));
-      const std::int64_t skipped = behind_ns / period_ns_;
-      for (std::int64_t i = 0; i < std::min(skipped, kMostSkippedRows); ++i) {
-        keep(engine_.skipped_row(static_cast<std::uint32_t>(k + i), (k + i) * period_ns_));
-      }
-      k += skipped;
-      inputs.sequence = static_cast<std::uint32_t>(k);
-      inputs.scheduled_ns = k * period_ns_;
-      inputs.lateness_ns = behind_ns - skipped * period_ns_;
-      inputs.skipped =
-          static_cast<std::uint32_t>(std::min<std::int64_t>(skipped, std::numeric_limits<std::int32_t>::max()));
-      inputs.stops = stop_.count();
-      inputs.stop = &stop_;
-      inputs.sink_failing = sink_is_failing();
-      tick(inputs, behind_ns);
-      if (!clock_.is_virtual() && k % ticks_per_second == 0) usage.read_into(usage_);
-      publish(inputs);
-      if (clock_.is_virtual()) wait_for_writer();
-    }
-    if (!clock_.is_virtual()) usage.read_into(usage_);
-    report_.counters = counters();
-    report_.fault = engine_.fault();
-    report_.safe_confirmed = engine_.safe_confirmed();
-    report_.final_state = machine_.state();
-    report_.stops_seen = static_cast<std::uint32_t>(stop_.count());
-    report_.outcome = outcome();
-  }
-
- private:
-  void tick(const TickInputs& inputs, std::int64_t behind_ns) noexcept {
-    const TickRecord row = engine_.tick(inputs);
-    keep(row);
-    report_.latency.add(behind_ns, inputs.scheduled_ns);
-    report_.execution.add(row.execution_ns, inputs.scheduled_ns);
-    last_ = row;
-  }
-
-  void keep(const TickRecord& row) noexcept {
-    if (!queue_.push(row)) ++dropped_;
-    queue_peak_ = std::max<std::uint64_t>(queue_peak_, queue_.fill());
-  }
-
-  [[nodiscard]] bool sink_is_failing() const noexcept {
-    // In virtual time the loop waits for the writer instead of outrunning it.
-    const bool is_slow = !clock_.is_virtual() && queue_.fill() >= RecordQueue::kNearlyFull;
-    return queue_.writer_failed() || dropped_ > 0 || is_slow;
-  }
-
-  void wait_for_writer() const noexcept {
-    while (queue_.fill() > RecordQueue::kCapacity / 2 && !queue_.writer_failed()) std::this_thread::yield();
-  }
-
-  [[nodiscard]] LoopCounters counters() const noexcept {
-    LoopCounters all = engine_.counters();
-    all.dropped = dropped_;
-    all.queue_peak = clock_.is_virtual() ? 0 : queue_peak_;
-    all.minor_faults = usage_.minor_faults;
-    all.major_faults = usage_.major_faults;
-    all.involuntary_switches = usage_.involuntary_switches;
-    return all;
-  }
-
-  void publish(const TickInputs& inputs) noexcept {
-    Snapshot snapshot;
-    snapshot.state = machine_.state();
-    snapshot.fault = last_.fault;
-    snapshot.sequence = inputs.sequence;
-    snapshot.experiment_row = engine_.rows_played(inputs.sequence);
-    snapshot.experiment_rows = engine_.experiment_rows();
-    snapshot.elapsed_ns = inputs.scheduled_ns;
-    snapshot.requested_V = last_.requested_V;
-    snapshot.applied_V = last_.applied_V;
-    snapshot.displacement_in = last_.displacement_in;
-    snapshot.velocity_in_per_s = engine_.velocity_in_per_s();
-    snapshot.latency_max_ns = report_.latency.maximum_ns();
-    snapshot.execution_max_ns = report_.execution.maximum_ns();
-    snapshot.counters = counters();
-    board_.publish(snapshot);
-  }
-
-  [[nodiscard]] Outcome outcome() const noexcept {
-    switch (engine_.fault().fault) {
-      case Fault::none:
-        break;
-      case Fault::second_stop:
-        return Outcome::interrupted;
-      case Fault::consecutive_late:
-      case Fault::total_late:
-        return Outcome::deadline;
-      default:
-        return Outcome::faulted;
-    }
-    if (stop_.outputs_taken()) return Outcome::interrupted;
-    if (engine_.sink_failed() || dropped_ > 0 || queue_.writer_failed()) return Outcome::write_failed;
-    return engine_.interrupted() ? Outcome::interrupted : Outcome::completed;
-  }
-
-  TickEngine& engine_;
-  const StateMachine& machine_;
-  std::int64_t period_ns_;
-  Clock& clock_;
-  RecordQueue& queue_;
-  const StopRequest& stop_;
-  StatusBoard& board_;
-  RunReport& report_;
-  TickRecord last_{};
-  LoopCounters usage_;
-  std::uint64_t dropped_ = 0;
-  std::uint64_t queue_peak_ = 0;
-};
-
 }  // namespace
 
-void run_loop(TickEngine& engine, const StateMachine& machine, std::int64_t period_ns, Clock& clock, RecordQueue& queue,
-              const StopRequest& stop, StatusBoard& board, RunReport& report) noexcept {
-  Loop(engine, machine, period_ns, clock, queue, stop, board, report).run();
+void Loop::run() noexcept {
+  const ThreadUsage usage;
+  const std::int64_t ticks_per_second = std::max<std::int64_t>(1, 1'000'000'000 / period_ns_);
+  const std::int64_t origin_ns = clock_.now_ns() + period_ns_;
+  for (std::int64_t k = 0; !engine_.finished(); ++k) {
+    clock_.sleep_until(origin_ns + k * period_ns_);
+    TickInputs inputs;
+    inputs.woken_ns = clock_.now_ns();
+    const std::int64_t behind_ns = std::max<std::int64_t>(0, inputs.woken_ns - (origin_ns + k * period_ns_));
+    const std::int64_t skipped = behind_ns / period_ns_;
+    for (std::int64_t i = 0; i < std::min(skipped, kMostSkippedRows); ++i) {
+      keep(engine_.skipped_row(static_cast<std::uint32_t>(k + i), (k + i) * period_ns_));
+    }
+    k += skipped;
+    inputs.sequence = static_cast<std::uint32_t>(k);
+    inputs.scheduled_ns = k * period_ns_;
+    inputs.lateness_ns = behind_ns - skipped * period_ns_;
+    inputs.skipped =
+        static_cast<std::uint32_t>(std::min<std::int64_t>(skipped, std::numeric_limits<std::int32_t>::max()));
+    inputs.stops = stop_.count();
+    inputs.stop = &stop_;
+    inputs.sink_failing = sink_is_failing();
+    tick(inputs, behind_ns);
+    if (!clock_.is_virtual() && k % ticks_per_second == 0) usage.read_into(usage_);
+    publish(inputs);
+    if (clock_.is_virtual()) wait_for_writer();
+  }
+  if (!clock_.is_virtual()) usage.read_into(usage_);
+  report_.counters = counters();
+  report_.fault = engine_.fault();
+  report_.safe_confirmed = engine_.safe_confirmed();
+  report_.final_state = machine_.state();
+  report_.stops_seen = static_cast<std::uint32_t>(stop_.count());
+  report_.outcome = outcome();
+}
+
+void Loop::tick(const TickInputs& inputs, std::int64_t behind_ns) noexcept {
+  const TickRecord row = engine_.tick(inputs);
+  keep(row);
+  report_.latency.add(behind_ns, inputs.scheduled_ns);
+  report_.execution.add(row.execution_ns, inputs.scheduled_ns);
+  last_ = row;
+}
+
+void Loop::keep(const TickRecord& row) noexcept {
+  if (!queue_.push(row)) ++dropped_;
+  queue_peak_ = std::max<std::uint64_t>(queue_peak_, queue_.fill());
+}
+
+bool Loop::sink_is_failing() const noexcept {
+  // In virtual time the loop waits for the writer instead of outrunning it.
+  const bool is_slow = !clock_.is_virtual() && queue_.fill() >= RecordQueue::kNearlyFull;
+  return queue_.writer_failed() || dropped_ > 0 || is_slow;
+}
+
+void Loop::wait_for_writer() const noexcept {
+  while (queue_.fill() > RecordQueue::kCapacity / 2 && !queue_.writer_failed()) std::this_thread::yield();
+}
+
+LoopCounters Loop::counters() const noexcept {
+  LoopCounters all = engine_.counters();
+  all.dropped = dropped_;
+  all.queue_peak = clock_.is_virtual() ? 0 : queue_peak_;
+  all.minor_faults = usage_.minor_faults;
+  all.major_faults = usage_.major_faults;
+  all.involuntary_switches = usage_.involuntary_switches;
+  return all;
+}
+
+void Loop::publish(const TickInputs& inputs) noexcept {
+  Snapshot snapshot;
+  snapshot.state = machine_.state();
+  snapshot.fault = last_.fault;
+  snapshot.sequence = inputs.sequence;
+  snapshot.experiment_row = engine_.rows_played(inputs.sequence);
+  snapshot.experiment_rows = engine_.experiment_rows();
+  snapshot.elapsed_ns = inputs.scheduled_ns;
+  snapshot.requested_V = last_.requested_V;
+  snapshot.applied_V = last_.applied_V;
+  snapshot.displacement_in = last_.displacement_in;
+  snapshot.velocity_in_per_s = engine_.velocity_in_per_s();
+  snapshot.latency_max_ns = report_.latency.maximum_ns();
+  snapshot.execution_max_ns = report_.execution.maximum_ns();
+  snapshot.counters = counters();
+  board_.publish(snapshot);
+}
+
+Outcome Loop::outcome() const noexcept {
+  switch (engine_.fault().fault) {
+    case Fault::none:
+      break;
+    case Fault::second_stop:
+      return Outcome::interrupted;
+    case Fault::consecutive_late:
+    case Fault::total_late:
+      return Outcome::deadline;
+    default:
+      return Outcome::faulted;
+  }
+  if (stop_.outputs_taken()) return Outcome::interrupted;
+  if (engine_.sink_failed() || dropped_ > 0 || queue_.writer_failed()) return Outcome::write_failed;
+  return engine_.interrupted() ? Outcome::interrupted : Outcome::completed;
 }
 
 }  // namespace eha::acquisition

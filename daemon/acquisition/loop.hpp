@@ -13,11 +13,54 @@
 
 namespace eha::acquisition {
 
-/// Runs an engine in the calling thread, one tick each period on a grid that never shifts, until it has finished:
-/// sleeps to the absolute deadline, puts down what was missed, ticks, hands the record over, counts, publishes.
-/// Real-time safe, except that on a virtual clock it waits for the queue's consumer while the queue is half full.
-/// @param report  everything but `realtime` is filled in
-void run_loop(TickEngine& engine, const StateMachine& machine, std::int64_t period_ns, Clock& clock, RecordQueue& queue,
-              const StopRequest& stop, StatusBoard& board, RunReport& report) noexcept;
+/// What a loop is connected to; all of it must outlive the loop.
+struct LoopLinks {
+  Clock& clock;
+  RecordQueue& queue;
+  const StopRequest& stop;
+  StatusBoard& board;
+};
+
+/// The tick loop of one run. Each period, on a grid that never shifts, it sleeps to the absolute deadline, records the
+/// ticks that were missed, ticks the engine, queues the record, counts and publishes the state.
+class Loop {
+ public:
+  Loop(TickEngine& engine, const StateMachine& machine, std::int64_t period_ns, const LoopLinks& links,
+       RunReport& report) noexcept
+      : engine_(engine),
+        machine_(machine),
+        period_ns_(period_ns),
+        clock_(links.clock),
+        queue_(links.queue),
+        stop_(links.stop),
+        board_(links.board),
+        report_(report) {}
+
+  /// Runs in the calling thread until the engine has finished, and fills in the report, all but `realtime`.
+  /// Real-time safe, except that on a virtual clock it waits for the queue's consumer while the queue is half full.
+  void run() noexcept;
+
+ private:
+  void tick(const TickInputs& inputs, std::int64_t behind_ns) noexcept;
+  void keep(const TickRecord& row) noexcept;
+  void publish(const TickInputs& inputs) noexcept;
+  void wait_for_writer() const noexcept;
+  [[nodiscard]] bool sink_is_failing() const noexcept;
+  [[nodiscard]] LoopCounters counters() const noexcept;
+  [[nodiscard]] Outcome outcome() const noexcept;
+
+  TickEngine& engine_;
+  const StateMachine& machine_;
+  std::int64_t period_ns_;
+  Clock& clock_;
+  RecordQueue& queue_;
+  const StopRequest& stop_;
+  StatusBoard& board_;
+  RunReport& report_;
+  TickRecord last_{};
+  LoopCounters usage_;
+  std::uint64_t dropped_ = 0;
+  std::uint64_t queue_peak_ = 0;
+};
 
 }  // namespace eha::acquisition

@@ -70,17 +70,16 @@ RealtimeProcess::RealtimeProcess(RealtimeFacts& facts) {
     mallopt(M_MMAP_MAX, 0);
   }
   facts.memory_locked = locked_;
-  dma_latency_ = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+  dma_latency_ = os::FileDescriptor(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC));
   const std::int32_t latency_us = 0;
-  facts.c_states_held = dma_latency_ >= 0 &&
-                        write(dma_latency_, &latency_us, sizeof latency_us) == static_cast<ssize_t>(sizeof latency_us);
+  facts.c_states_held = dma_latency_ && write(dma_latency_.get(), &latency_us, sizeof latency_us) ==
+                                            static_cast<ssize_t>(sizeof latency_us);
   if (!facts.c_states_held) {
     facts.refused.push_back("deep CPU sleep is not held off: /dev/cpu_dma_latency: " + reason(errno));
   }
 }
 
 RealtimeProcess::~RealtimeProcess() {
-  if (dma_latency_ >= 0) close(dma_latency_);
   if (locked_) {
     munlockall();
     mallopt(M_TRIM_THRESHOLD, kDefaultTrimThreshold);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "config/rig_config.hpp"
+#include "core/os/file_descriptor.hpp"
 #include "daemon/acquisition/run.hpp"
 
 namespace eha::acquisition {
@@ -28,7 +29,7 @@ class RealtimeProcess {
 
  private:
   bool locked_ = false;
-  int dma_latency_ = -1;
+  os::FileDescriptor dma_latency_;  ///< holds off deep CPU sleep while it is open
 };
 
 /// Makes the calling thread a real-time one: CPU, SCHED_FIFO, stack paged in. What the system refuses is put down.

@@ -90,7 +90,7 @@ RunReport run(hal::Rig& rig, StateMachine& machine, const Excitation& excitation
     const SignalStack signal_stack;
     mark_loop_thread();
     TickEngine engine(rig, machine, excitation, limits, realtime, policy, clock);
-    run_loop(engine, machine, std::llround(realtime.sample_period_s * 1e9), clock, queue, stop, board, report);
+    Loop(engine, machine, std::llround(realtime.sample_period_s * 1e9), {clock, queue, stop, board}, report).run();
   };
   if (clock.is_virtual()) {
     play(LatePolicy::abort);

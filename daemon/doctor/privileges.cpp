@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <thread>
 
+#include "core/os/file_descriptor.hpp"
+
 namespace eha::doctor {
 namespace {
 
@@ -32,9 +34,8 @@ Privileges probe_privileges(int priority) {
   }).join();
   found.rtprio_limit = limit_of(RLIMIT_RTPRIO);
   found.memlock_limit_bytes = limit_of(RLIMIT_MEMLOCK);
-  const int descriptor = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
-  found.dma_latency_error = descriptor >= 0 ? 0 : errno;
-  if (descriptor >= 0) close(descriptor);
+  const os::FileDescriptor dma_latency(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC));
+  found.dma_latency_error = dma_latency ? 0 : errno;
   return found;
 }
 

@@ -4,15 +4,19 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <optional>
+
+#include "core/os/child_process.hpp"
+#include "core/os/file_descriptor.hpp"
 
 namespace eha {
 
-/// A process that makes the rig safe should this one end without a word, SIGKILL included: `eha-safe --guard`.
+/// A process that makes the rig safe when this one ends without sending `done`, SIGKILL included: `eha-safe --guard`.
 ///
 /// Start it after the rig is open and its snapshot is written, before the enable line is switched on. It holds one end
-/// of a stream, this process the other (close-on-exec): end-of-file without the word `done` makes it act. It has a
-/// session of its own, so that Ctrl-C does not reach it, and ignores SIGTERM, which a service manager sends to every
-/// process. Not thread-safe.
+/// of a stream, this process the other (close-on-exec): end-of-file without the line `done` makes it act. It has its
+/// own session, so that Ctrl-C does not reach it, and ignores SIGTERM, which a service manager sends to every process.
+/// Not thread-safe.
 class GuardProcess {
  public:
   /// Returns once the guard has read the snapshot and waits.
@@ -22,25 +26,25 @@ class GuardProcess {
   GuardProcess(const GuardProcess&) = delete;
   GuardProcess& operator=(const GuardProcess&) = delete;
 
-  /// Without done(): makes the guard act and waits for its end. Close the rig first: its locks keep the guard waiting.
+  /// Without done(): the guard acts, and this waits for its end. Close the rig first: the guard waits for its locks.
   ~GuardProcess();
 
-  /// Tells the guard that the rig is safe, and waits for its end; one that is stopped is continued for that. Does
-  /// nothing the second time.
-  /// @throws DeviceError  the guard had ended before, or did not take it well
+  /// Tells the guard that the rig is safe and waits for its end; continues it first if it is stopped. Does nothing the
+  /// second time.
+  /// @throws DeviceError  the guard had ended before, or ended with an error
   void done();
 
-  [[nodiscard]] pid_t pid() const noexcept { return pid_; }
+  [[nodiscard]] pid_t pid() const noexcept { return process_ ? process_->pid() : -1; }
 
   /// Whether the guard still lives and is not stopped. Costs one waitid().
   [[nodiscard]] bool watches() const noexcept;
 
  private:
   void wait_until_ready(const std::filesystem::path& program);
-  int finish() noexcept;
+  os::ChildEnd finish() noexcept;
 
-  pid_t pid_ = -1;
-  int stream_ = -1;
+  std::optional<os::ChildProcess> process_;
+  os::FileDescriptor stream_;
 };
 
 /// eha-safe, see find_program(). @throws DeviceError  it is not there

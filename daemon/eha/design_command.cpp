@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "config/experiment_config.hpp"
+#include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/record_csv/record_csv.hpp"
 #include "ident/excitation/excitation.hpp"
 
@@ -47,7 +47,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
           ? 0.0
           : (table_V.tail(table_V.size() - 1) - table_V.head(table_V.size() - 1)).cwiseAbs().maxCoeff() / step_s;
   const bool constant = table_V.maxCoeff() - table_V.minCoeff() <= 0.0;
-  if (command.output) record::write_file_atomically(*command.output, table_csv(table_V, step_s));
+  if (command.output) os::write_file_atomically(*command.output, table_csv(table_V, step_s));
 
   nlohmann::ordered_json document{{"schema", "eha-design/1"},
                                   {"experiment", command.experiment_file},

@@ -9,9 +9,10 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/eha/text_table.hpp"
-#include "daemon/record/file_io.hpp"
 #include "ident/excitation/excitation.hpp"
+#include "ident/signal/decimation.hpp"
 
 namespace eha::cli {
 namespace {
@@ -116,7 +117,7 @@ std::optional<ident::FrequencyResponse> frequency_response_of(const Source& sour
       return std::abs(f * period_s - std::round(f * period_s)) < 1e-6;
     });
     if (!harmonic) lines_Hz.clear();
-    const auto discard = static_cast<std::size_t>(std::ceil(options.discard_s / step_s - 1e-9));
+    const auto discard = ident::discarded_rows(options.discard_s, step_s);
     return ident::measure_frequency_response(source.record, ident::last_periods(samples, period, discard), lines_Hz);
   } catch (const Error& error) {
     console.info(fmt::format("no frequency response: {}", error.what()));
@@ -208,7 +209,7 @@ std::filesystem::path write_frequency_response(const ident::FrequencyResponse& m
     text += "\n";
   }
   std::filesystem::path path = folder / kFrequencyResponseFile;
-  record::write_file_atomically(path, text);
+  os::write_file_atomically(path, text);
   return path;
 }
 

@@ -8,10 +8,10 @@
 #include <system_error>
 #include <utility>
 
+#include "core/os/files.hpp"
 #include "daemon/eha/cross_validation.hpp"
 #include "daemon/eha/executor.hpp"
 #include "daemon/eha/frequency_table.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/estimation/information.hpp"
 #include "ident/model_file.hpp"
@@ -136,11 +136,11 @@ ExitCode exit_code(const std::vector<IdentifiedModel>& models) {
 }
 
 std::vector<fs::path> write_models(const std::vector<IdentifiedModel>& models, const fs::path& folder) {
-  record::create_folders(folder);
+  os::create_folders(folder);
   std::vector<fs::path> written;
   for (const IdentifiedModel& identified : models) {
     written.push_back(folder / (identified.result.model.name + ".json"));
-    record::write_file_atomically(written.back(), ident::to_text(identified.result.model));
+    os::write_file_atomically(written.back(), ident::to_text(identified.result.model));
   }
   return written;
 }
@@ -155,8 +155,8 @@ std::vector<fs::path> publish_models(const fs::path& run_folder, const std::vect
     const std::string file = identified.result.model.name + ".json";
     const bool good = accepted(identified);
     const fs::path path = (good ? models_folder : rejected_folder) / file;
-    record::create_folders(path.parent_path());
-    record::write_file_atomically(path, ident::to_text(identified.result.model));
+    os::create_folders(path.parent_path());
+    os::write_file_atomically(path, ident::to_text(identified.result.model));
     // An earlier fit may have judged otherwise; one model has one verdict.
     std::error_code ignored;
     fs::remove((good ? rejected_folder : models_folder) / file, ignored);

@@ -3,7 +3,7 @@
 
 #include <system_error>
 
-#include "daemon/record/file_io.hpp"
+#include "core/os/files.hpp"
 
 namespace eha::cli {
 
@@ -15,7 +15,7 @@ NewFolders::NewFolders(const fs::path& folder) : folder_((fs::absolute(folder) /
        above = above.parent_path()) {
     ++made_;
   }
-  record::create_folders(folder_);
+  os::create_folders(folder_);
 }
 
 NewFolders::~NewFolders() {

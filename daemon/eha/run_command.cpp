@@ -15,7 +15,8 @@
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/source.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
-#include "daemon/record/run_experiment.hpp"
+#include "daemon/play/play.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "ident/excitation/excitation.hpp"
@@ -26,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Acquired {
-  record::FinishedRun run;
+  play::FinishedRun run;
   bool was_guarded = true;  ///< to the end
 };
 
@@ -41,12 +42,12 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();
-  const record::RunRequest request{
-      .runs_folder = command.output,
+  const play::PlayRequest request{
       .rig = rig_config,
       .experiment = experiment,
       .table_V = {table_V.data(), static_cast<std::size_t>(table_V.size())},
-      .time_base = command.fast ? record::TimeBase::virtual_time : record::TimeBase::monotonic,
+      .folder = record::create_run_folder(command.output, experiment.name),
+      .time_base = command.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse};
   const double step_s = rig_config.realtime.sample_period_s;
   bool was_guarded = true;
@@ -56,8 +57,8 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
     console.end_progress();
     console.error(fmt::format("the guard of the rig (eha-safe --guard) has died{}", consequence));
   };
-  record::FinishedRun run =
-      record::run_experiment(local.rig(), machine, request, stop.request(), [&](const acquisition::Snapshot& now) {
+  play::FinishedRun run =
+      play::play(local.rig(), machine, request, stop.request(), [&](const acquisition::Snapshot& now) {
         if (was_guarded && local.is_unguarded()) {
           stop.request().request_ramp_out();
           miss_guard("; nothing is driven without it: ramping out");
@@ -79,7 +80,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
 
 /// A run that did not complete, or not under its guard: what happened, what was kept.
 ExitCode report_incomplete(const Acquired& acquired, Console& console) {
-  const record::FinishedRun& run = acquired.run;
+  const play::FinishedRun& run = acquired.run;
   if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report));
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
@@ -151,7 +152,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   // What an earlier process left half written here; a run that is on in another one is left alone.
   recover_torn_runs(command.output, console);
   const Acquired acquired = acquire(command, rig, experiment, console);
-  const record::FinishedRun& run = acquired.run;
+  const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
     return report_incomplete(acquired, console);

@@ -6,11 +6,11 @@
 #include <system_error>
 #include <vector>
 
+#include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/text_table.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
 
@@ -80,7 +80,7 @@ Json runs_of_service(const fs::path& socket) {
 void require_folder(const fs::path& folder) {
   std::error_code error;
   if (fs::exists(folder, error)) return;
-  if (error) record::throw_system_error("look at", folder, error.value());
+  if (error) os::throw_system_error("look at", folder, error.value());
   throw IoError(fmt::format("{}: no such folder; `eha runs list` names the runs in ./runs", folder.string()));
 }
 

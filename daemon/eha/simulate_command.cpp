@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/record_csv/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/model_file.hpp"
@@ -12,7 +12,7 @@
 namespace eha::cli {
 
 ExitCode execute(const SimulateCommand& command, Console& console) {
-  const ident::Model model = ident::model_from_text(record::read_file(command.model_file), command.model_file);
+  const ident::Model model = ident::model_from_text(os::read_file(command.model_file), command.model_file);
   const daemon::InputSeries input = daemon::read_input_csv(command.input_file);
   Eigen::VectorXd output;
   try {
@@ -32,7 +32,7 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
 
   const ident::Channel channel{"output", model.output_unit};
   const std::string text = daemon::series_csv(input.time_s, channel, output);
-  if (command.output) record::write_file_atomically(*command.output, text);
+  if (command.output) os::write_file_atomically(*command.output, text);
   if (console.json()) {
     nlohmann::ordered_json document{{"schema", "eha-simulation/1"},    {"model", command.model_file},
                                     {"input", command.input_file},     {"samples", output.size()},

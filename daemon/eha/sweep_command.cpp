@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/executor.hpp"
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/sweep.hpp"
 #include "daemon/eha/text_table.hpp"
-#include "daemon/record/file_io.hpp"
 #include "ident/estimation/commensurate_sweep.hpp"
 #include "ident/model_file.hpp"
 
@@ -91,7 +91,7 @@ ExitCode sweep_commensurate_order(const FitCommand& command, const Identificatio
   document["files"] = nlohmann::ordered_json::array();
   if (folder) {
     const std::filesystem::path path = *folder / "sweep_commensurate.csv";
-    record::write_file_atomically(path, ident::to_csv(sweep));
+    os::write_file_atomically(path, ident::to_csv(sweep));
     document["files"].push_back(path.string());
     console.print(fmt::format("written: {}", path.string()));
   } else {

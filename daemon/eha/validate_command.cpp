@@ -5,10 +5,10 @@
 #include <cmath>
 #include <string>
 
+#include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/source.hpp"
-#include "daemon/record/file_io.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model_file.hpp"
@@ -44,7 +44,7 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
 }  // namespace
 
 ExitCode execute(const ValidateCommand& command, Console& console) {
-  ident::Model model = ident::model_from_text(record::read_file(command.model_file), command.model_file);
+  ident::Model model = ident::model_from_text(os::read_file(command.model_file), command.model_file);
   const Source source = load_source(command.source, command.experiment_file);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
   options = with(options, command.record);

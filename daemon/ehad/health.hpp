@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "daemon/record/run_experiment.hpp"
+#include "daemon/play/run_watch.hpp"
 
 namespace eha::service {
 
@@ -20,8 +20,8 @@ class Health {
   /// @param watch  of the run that is on; none between runs
   /// @param idle_beats  of the thread that runs experiments
   /// @returns nothing when all is well, otherwise what stands still
-  [[nodiscard]] std::string check(const record::RunWatch* watch, std::uint64_t idle_beats, Clock::time_point now) {
-    using Phase = record::RunWatch::Phase;
+  [[nodiscard]] std::string check(const play::RunWatch* watch, std::uint64_t idle_beats, Clock::time_point now) {
+    using Phase = play::RunWatch::Phase;
     const Phase phase = watch != nullptr ? watch->phase.load() : Phase::preparing;
     // Making files takes as long as the record is long; nothing is driven then.
     const bool loop_is_watched = watch == nullptr || phase == Phase::playing;
@@ -37,11 +37,11 @@ class Health {
 
  private:
   struct Progress {
-    const record::RunWatch* run = nullptr;
+    const play::RunWatch* run = nullptr;
     std::uint64_t count = 0;
     Clock::time_point at = Clock::now();
 
-    bool has_moved(const record::RunWatch* of, std::uint64_t value) {
+    bool has_moved(const play::RunWatch* of, std::uint64_t value) {
       const bool moved = of != run || value != count;
       run = of;
       count = value;

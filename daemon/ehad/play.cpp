@@ -23,24 +23,23 @@ CheckedExperiment check_experiment(const std::string& text, const std::string& f
   return {experiment.name, experiment.duration_s * experiment.repetitions};
 }
 
-record::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
-                         hal::Rig* rig, acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
-                         acquisition::StopRequest& stop, record::RunWatch& watch) {
+play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
+                       hal::Rig* rig, acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
+                       acquisition::StopRequest& stop, play::RunWatch& watch) {
   const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file, config);
   const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, config.realtime.sample_period_s,
                                                     config::samples_per_repetition(experiment, config));
   std::optional<OwnedRig> simulated;
   if (rig == nullptr) simulated.emplace(config);
-  const record::RunRequest request{
-      .runs_folder = folder.parent_path(),
+  const play::PlayRequest request{
       .rig = config,
       .experiment = experiment,
       .table_V = {table_V.data(), static_cast<std::size_t>(table_V.size())},
-      .time_base = entry.fast ? record::TimeBase::virtual_time : record::TimeBase::monotonic,
-      .non_realtime = non_realtime,
       .folder = folder,
+      .time_base = entry.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
+      .non_realtime = non_realtime,
       .watch = &watch};
-  return record::run_experiment(rig != nullptr ? *rig : simulated->rig(), machine, request, stop);
+  return play::play(rig != nullptr ? *rig : simulated->rig(), machine, request, stop);
 }
 
 }  // namespace eha::service

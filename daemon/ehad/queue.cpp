@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "daemon/record/file_io.hpp"
+#include "core/os/files.hpp"
 
 namespace eha::service {
 namespace {
@@ -90,15 +90,12 @@ Json describe(const Entry& entry) {
 }
 
 QueueStore::QueueStore(fs::path folder) : folder_(std::move(folder)) {
-  record::create_folders(folder_);
-  record::FileDescriptor file = record::open_file(folder_ / "lock", O_RDWR | O_CREAT, 0640);
-  if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+  os::create_folders(folder_);
+  lock_ = os::open_file(folder_ / "lock", O_RDWR | O_CREAT, 0640);
+  if (flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
     throw DeviceError(fmt::format("{}: another ehad works there; stop it first", folder_.string()));
   }
-  lock_ = file.release();
 }
-
-QueueStore::~QueueStore() { close(lock_); }
 
 fs::path QueueStore::file_of(EntryId id) const { return folder_ / fmt::format("{:08}.json", id); }
 
@@ -106,7 +103,7 @@ std::vector<Entry> QueueStore::load(std::vector<std::string>& damaged) const {
   std::vector<fs::path> files;
   std::error_code error;
   fs::directory_iterator entries(folder_, error);
-  if (error) record::throw_system_error("list", folder_, error.value());
+  if (error) os::throw_system_error("list", folder_, error.value());
   for (const auto& entry : entries) {
     if (entry.path().extension() == ".json") files.push_back(entry.path());
   }
@@ -114,7 +111,7 @@ std::vector<Entry> QueueStore::load(std::vector<std::string>& damaged) const {
   std::vector<Entry> loaded;
   for (const fs::path& file : files) {
     try {
-      loaded.push_back(entry_from_text(record::read_file(file)));
+      loaded.push_back(entry_from_text(os::read_file(file)));
     } catch (const std::exception& fault) {
       fs::path aside = file;
       aside += ".damaged";
@@ -130,7 +127,7 @@ void QueueStore::save(const Entry& entry) const {
   Json json{{"schema", kSchema}};
   json.update(describe(entry));
   json["experiment"] = entry.experiment;
-  record::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  os::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 void QueueStore::remove(EntryId id) const noexcept {

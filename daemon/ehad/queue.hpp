@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/os/file_descriptor.hpp"
 #include "daemon/control/protocol.hpp"
 
 namespace eha::service {
@@ -55,7 +56,6 @@ class QueueStore {
   explicit QueueStore(std::filesystem::path folder);
   QueueStore(const QueueStore&) = delete;
   QueueStore& operator=(const QueueStore&) = delete;
-  ~QueueStore();
 
   /// @param damaged  gets a message for each file that cannot be read; it is set aside as NAME.damaged
   /// @throws IoError, PermissionError  the folder cannot be listed
@@ -69,7 +69,7 @@ class QueueStore {
   [[nodiscard]] std::filesystem::path file_of(EntryId id) const;
 
   std::filesystem::path folder_;
-  int lock_ = -1;
+  os::FileDescriptor lock_;
 };
 
 /// The queue in memory. Not thread-safe.

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "core/program_path.hpp"
 #include "daemon/ehad/recovery.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/rig/trusted_file.hpp"
 
 namespace eha::service {
@@ -41,7 +41,7 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       clerk_("eha-clerk", mailbox_),
       player_(std::make_unique<Background>("eha-player", mailbox_)) {
   load_configuration();
-  record::create_folders(runs_folder());
+  os::create_folders(runs_folder());
   open_rig();
   recover_runs(runs_folder(), [this] { notifier_.extend_timeout(kTimeToRecover); });
   load_queue();
@@ -207,7 +207,7 @@ void Supervisor::turn(Clock::time_point now) {
   }
   look_after_worker();
   look_after_guard();
-  const record::RunWatch* watch = active_ && active_->playing ? active_->watch.get() : nullptr;
+  const play::RunWatch* watch = active_ && active_->playing ? active_->watch.get() : nullptr;
   const std::string fault = health_.check(watch, player_->beats(), now);
   if (fault.empty()) {
     notifier_.feed_watchdog();

@@ -22,7 +22,7 @@
 #include "daemon/ehad/notify.hpp"
 #include "daemon/ehad/options.hpp"
 #include "daemon/ehad/queue.hpp"
-#include "daemon/record/run_experiment.hpp"
+#include "daemon/play/play.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/worker/worker_process.hpp"
 
@@ -77,7 +77,7 @@ class Supervisor {
     EntryId entry = 0;
     bool playing = false;  ///< handed to the thread that plays, to which the state machine belongs meanwhile
     Clock::time_point chosen;
-    std::shared_ptr<record::RunWatch> watch;
+    std::shared_ptr<play::RunWatch> watch;
     std::shared_ptr<acquisition::StopRequest> stop;
   };
 
@@ -93,9 +93,9 @@ class Supervisor {
 
   void start_next();
   void begin(EntryId id, std::future<std::filesystem::path> prepared);
-  void finish(EntryId id, std::future<record::FinishedRun> played);
+  void finish(EntryId id, std::future<play::FinishedRun> played);
   void give_up(Entry& entry, ExitCode code, const std::string& why);
-  void conclude(Entry& entry, const record::FinishedRun& run);
+  void conclude(Entry& entry, const play::FinishedRun& run);
   void require_arming(const std::string& why);
   void look_after_guard();
 

@@ -57,7 +57,7 @@ void Supervisor::start_next() {
   active_.emplace(ActiveRun{.entry = entry->id,
                             .playing = false,
                             .chosen = Clock::now(),
-                            .watch = std::make_shared<record::RunWatch>(),
+                            .watch = std::make_shared<play::RunWatch>(),
                             .stop = std::make_shared<acquisition::StopRequest>()});
   acquisition::Snapshot first;
   first.state = acquisition::State::armed;
@@ -91,13 +91,13 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
         return play(entry, folder, *config, card_ ? &card_->rig() : nullptr, options_.non_realtime, machine_, *stop,
                     *watch);
       },
-      [this, id](std::future<record::FinishedRun> played) { finish(id, std::move(played)); });
+      [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
 }
 
-void Supervisor::finish(EntryId id, std::future<record::FinishedRun> played) {
+void Supervisor::finish(EntryId id, std::future<play::FinishedRun> played) {
   Entry& entry = *queue_.find(id);
   try {
-    const record::FinishedRun run = played.get();
+    const play::FinishedRun run = played.get();
     conclude(entry, run);
   } catch (const Error& error) {
     // Refused before the first tick; the folder is gone again.
@@ -118,7 +118,7 @@ void Supervisor::give_up(Entry& entry, ExitCode code, const std::string& why) {
   require_arming(fmt::format("experiment {} could not be run", entry.id));
 }
 
-void Supervisor::conclude(Entry& entry, const record::FinishedRun& run) {
+void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   const Outcome outcome = run.report.outcome;
   const bool was_stopped = active_->stop->count() > 0;
   active_.reset();

@@ -62,24 +62,10 @@ void append_block(std::string& text, std::string_view tag, std::uint32_t count, 
   text.append(payload);
 }
 
-/// Reads up to `size` bytes; fewer only at the end of the file.
-std::size_t read_up_to(int file, char* bytes, std::size_t size, const std::filesystem::path& path) {
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t count = ::read(file, bytes + done, size - done);
-    if (count < 0) {
-      if (errno == EINTR) continue;
-      throw_system_error("read", path, errno);
-    }
-    if (count == 0) break;
-    done += static_cast<std::size_t>(count);
-  }
-  return done;
-}
-
-nlohmann::ordered_json read_header(int file, std::uint64_t file_size, const std::filesystem::path& path) {
+nlohmann::ordered_json read_header(const os::FileDescriptor& file, std::uint64_t file_size,
+                                   const std::filesystem::path& path) {
   std::array<char, kJournalPreambleSize> preamble;
-  if (read_up_to(file, preamble.data(), preamble.size(), path) != preamble.size() ||
+  if (os::read_up_to(file, preamble.data(), preamble.size(), path) != preamble.size() ||
       std::string_view(preamble.data(), kMagic.size()) != kMagic) {
     throw DataError(path.string() + ": not a journal of a run (it does not begin with " + std::string(kMagic) + ")");
   }
@@ -88,7 +74,7 @@ nlohmann::ordered_json read_header(int file, std::uint64_t file_size, const std:
   const std::string damaged = path.string() + ": the journal's header is damaged; nothing in it can be trusted";
   if (length > kLongestText || length > file_size) throw DataError(damaged);
   std::string text(length, '\0');
-  if (read_up_to(file, text.data(), length, path) != length) throw DataError(damaged);
+  if (os::read_up_to(file, text.data(), length, path) != length) throw DataError(damaged);
   if (Crc32c().add(preamble.data() + 8, 4).add(text.data(), length).value() != crc) throw DataError(damaged);
   nlohmann::ordered_json header = nlohmann::ordered_json::parse(text, nullptr, false);
   if (!header.is_object()) throw DataError(damaged);
@@ -100,11 +86,11 @@ nlohmann::ordered_json read_header(int file, std::uint64_t file_size, const std:
 JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header,
                              std::size_t records_per_block)
     : path_(path),
-      file_(open_file(path, O_WRONLY | O_CREAT | O_EXCL)),
+      file_(os::open_file(path, O_WRONLY | O_CREAT | O_EXCL)),
       records_per_block_(std::clamp<std::size_t>(records_per_block, 1, kMostRecordsPerBlock)) {
   // Whoever asks just now whether it is being written holds it for a moment only; nobody else writes a new file.
   while (::flock(file_.get(), LOCK_EX) != 0) {
-    if (errno != EINTR) throw_system_error("lock", path_, errno);
+    if (errno != EINTR) os::throw_system_error("lock", path_, errno);
   }
   pending_.reserve(records_per_block_);
   const std::string text = header.dump();
@@ -144,7 +130,7 @@ void JournalWriter::write_out() {
       const int error_number = errno;
       // Takes a half-written block away again, so that the file ends with its last good one; reading copes without.
       if (::ftruncate(file_.get(), static_cast<off_t>(good_size_)) != 0) errno = error_number;
-      throw_system_error("write", path_, error_number);
+      os::throw_system_error("write", path_, error_number);
     }
     rest.remove_prefix(static_cast<std::size_t>(written));
   }
@@ -153,7 +139,7 @@ void JournalWriter::write_out() {
 }
 
 void JournalWriter::synchronise() {
-  if (::fdatasync(file_.get()) != 0) throw_system_error("write", path_, errno);
+  if (::fdatasync(file_.get()) != 0) os::throw_system_error("write", path_, errno);
 }
 
 void JournalWriter::finish(const nlohmann::ordered_json& end) {
@@ -166,20 +152,20 @@ void JournalWriter::finish(const nlohmann::ordered_json& end) {
 
 JournalFacts read_journal(const std::filesystem::path& path,
                           const std::function<void(std::span<const TickRecord>)>& consume) {
-  const FileDescriptor file = open_file(path, O_RDONLY);
+  const os::FileDescriptor file = os::open_file(path, O_RDONLY);
   struct stat status {};
-  if (::fstat(file.get(), &status) != 0) throw_system_error("look at", path, errno);
+  if (::fstat(file.get(), &status) != 0) os::throw_system_error("look at", path, errno);
   if (S_ISDIR(status.st_mode)) throw IoError("cannot read " + path.string() + ": it is a folder");
   const auto file_size = static_cast<std::uint64_t>(status.st_size);
   JournalFacts facts;
-  facts.header = read_header(file.get(), file_size, path);
+  facts.header = read_header(file, file_size, path);
   facts.good_bytes = static_cast<std::uint64_t>(::lseek(file.get(), 0, SEEK_CUR));
 
   std::vector<TickRecord> records;
   std::string text;
   for (std::uint32_t index = 0;; ++index) {
     std::array<char, kJournalBlockHeaderSize> head;
-    if (read_up_to(file.get(), head.data(), head.size(), path) != head.size()) break;
+    if (os::read_up_to(file, head.data(), head.size(), path) != head.size()) break;
     const std::string_view tag(head.data(), kBlockTag.size());
     const std::uint32_t count = u32_at(head.data() + 4);
     const std::uint32_t crc = u32_at(head.data() + 12);
@@ -196,7 +182,7 @@ JournalFacts read_journal(const std::filesystem::path& path,
       records.resize(count);
       payload = reinterpret_cast<char*>(records.data());
     }
-    if (read_up_to(file.get(), payload, size, path) != size) break;
+    if (os::read_up_to(file, payload, size, path) != size) break;
     if (Crc32c().add(head.data() + 4, 8).add(payload, size).value() != crc) break;
     if (is_end) {
       nlohmann::ordered_json end = nlohmann::ordered_json::parse(text, nullptr, false);
@@ -214,10 +200,10 @@ JournalFacts read_journal(const std::filesystem::path& path,
 }
 
 bool is_being_written(const std::filesystem::path& path) {
-  const FileDescriptor file = open_file(path, O_RDONLY);
+  const os::FileDescriptor file = os::open_file(path, O_RDONLY);
   if (::flock(file.get(), LOCK_SH | LOCK_NB) == 0) return false;
   if (errno == EWOULDBLOCK) return true;
-  throw_system_error("lock", path, errno);
+  os::throw_system_error("lock", path, errno);
 }
 
 }  // namespace eha::record

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "core/os/files.hpp"
 #include "daemon/acquisition/tick_record.hpp"
-#include "daemon/record/file_io.hpp"
 
 namespace eha::record {
 
@@ -51,7 +51,7 @@ class JournalWriter {
   void write_out();
 
   std::filesystem::path path_;
-  FileDescriptor file_;
+  os::FileDescriptor file_;
   std::size_t records_per_block_;
   std::uint32_t next_index_ = 0;
   std::uint64_t rows_ = 0;       ///< in blocks handed to the system

@@ -14,10 +14,11 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/acquisition/realtime.hpp"
 #include "daemon/record/config_json.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/sha256.hpp"
 
 namespace eha::record {
 namespace {
@@ -88,37 +89,36 @@ const Json* find_raw_entry(const Json& manifest, const std::string& path) {
 
 }  // namespace
 
-Json describe_run(const hal::RigCapabilities& rig, const RunRequest& request, const std::string& utc_start) {
-  const config::ExperimentConfig& experiment = request.experiment;
-  const bool is_virtual = request.time_base == TimeBase::virtual_time;
-  Json header{
-      {"schema", "eha-journal/1"},
-      {"name", experiment.name},
-      {"time_base", is_virtual ? "virtual" : "monotonic"},
-      {"sample_period_s", request.rig.realtime.sample_period_s},
-      {"samples_per_repetition", request.table_V.size()},
-      {"repetitions", experiment.repetitions},
-      {"seed",
-       {{"excitation", experiment.excitation.seed},
-        {"identification", experiment.fit.seed},
-        {"sensor_noise", request.rig.backend == config::Backend::sim ? Json(request.rig.sim.seed) : Json(nullptr)}}},
-      {"device",
-       {{"backend", rig.backend},
-        {"device", rig.device},
-        {"board", rig.board},
-        {"driver", rig.driver},
-        {"command_range_V", {rig.command_min_V, rig.command_max_V}},
-        {"command_lsb_V", rig.command_lsb_V},
-        {"feedback_range_V", {rig.feedback_min_V, rig.feedback_max_V}},
-        {"feedback_lsb_V", rig.feedback_lsb_V},
-        {"emergency_stop", rig.has_emergency_stop},
-        {"enable", rig.has_enable},
-        {"heartbeat", rig.has_heartbeat}}},
-      {"rig", to_json(request.rig)},
-      {"experiment", to_json(experiment)},
-      {"versions", versions()}};
+Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
+  const config::ExperimentConfig& experiment = run.experiment;
+  const bool is_virtual = run.time_base == acquisition::TimeBase::virtual_time;
+  Json header{{"schema", "eha-journal/1"},
+              {"name", experiment.name},
+              {"time_base", is_virtual ? "virtual" : "monotonic"},
+              {"sample_period_s", run.rig.realtime.sample_period_s},
+              {"samples_per_repetition", run.samples_per_repetition},
+              {"repetitions", experiment.repetitions},
+              {"seed",
+               {{"excitation", experiment.excitation.seed},
+                {"identification", experiment.fit.seed},
+                {"sensor_noise", run.rig.backend == config::Backend::sim ? Json(run.rig.sim.seed) : Json(nullptr)}}},
+              {"device",
+               {{"backend", rig.backend},
+                {"device", rig.device},
+                {"board", rig.board},
+                {"driver", rig.driver},
+                {"command_range_V", {rig.command_min_V, rig.command_max_V}},
+                {"command_lsb_V", rig.command_lsb_V},
+                {"feedback_range_V", {rig.feedback_min_V, rig.feedback_max_V}},
+                {"feedback_lsb_V", rig.feedback_lsb_V},
+                {"emergency_stop", rig.has_emergency_stop},
+                {"enable", rig.has_enable},
+                {"heartbeat", rig.has_heartbeat}}},
+              {"rig", to_json(run.rig)},
+              {"experiment", to_json(experiment)},
+              {"versions", versions()}};
   if (!is_virtual) {
-    header["utc_start"] = utc_start;
+    header["utc_start"] = run.utc_start;
     header["host"] = host();
     header["kernel"] = kernel();
   }
@@ -194,7 +194,7 @@ void write_manifest(const std::filesystem::path& folder, Json& manifest) {
       }
     }
   } catch (const std::filesystem::filesystem_error& error) {
-    throw_system_error("list", folder, error.code().value());
+    os::throw_system_error("list", folder, error.code().value());
   }
   std::sort(files.begin(), files.end());
   Json list = Json::array();
@@ -209,7 +209,8 @@ void write_manifest(const std::filesystem::path& folder, Json& manifest) {
                     {"sha256", sha256_of_file(path)}});
   }
   manifest["files"] = std::move(list);
-  write_file_atomically(folder / kManifestFile, manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  os::write_file_atomically(folder / kManifestFile,
+                            manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 std::string utc_now() {

@@ -8,8 +8,8 @@
 
 #include "config/experiment_config.hpp"
 #include "config/rig_config.hpp"
+#include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/run.hpp"
-#include "daemon/record/run_experiment.hpp"
 #include "hal/rig.hpp"
 
 namespace eha::record {
@@ -17,11 +17,19 @@ namespace eha::record {
 /// The outcome of a run that is still going, or whose process died.
 inline constexpr std::string_view kInProgress = "in_progress";
 
+/// A run that is about to start.
+struct RunDescription {
+  const config::RigConfig& rig;
+  const config::ExperimentConfig& experiment;
+  std::size_t samples_per_repetition = 0;
+  acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
+  std::string utc_start;
+};
+
 /// What is known before the first tick and goes into raw.ehalog and raw.h5: resolved configuration, ranges,
 /// calibration, seeds, versions, and on the monotonic clock the time of day, the host and its kernel. Nothing that
 /// differs between two equal runs in virtual time.
-[[nodiscard]] nlohmann::ordered_json describe_run(const hal::RigCapabilities& rig, const RunRequest& request,
-                                                  const std::string& utc_start);
+[[nodiscard]] nlohmann::ordered_json describe_run(const hal::RigCapabilities& rig, const RunDescription& run);
 
 /// How the run ended, for the manifest and, in short, the journal's end.
 [[nodiscard]] nlohmann::ordered_json describe_report(const acquisition::RunReport& report);

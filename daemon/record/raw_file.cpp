@@ -11,8 +11,8 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/acquisition/histogram.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/record/hdf5_handle.hpp"
 
 namespace eha::record {
@@ -226,12 +226,12 @@ void write_raw_file(const std::filesystem::path& path, const nlohmann::ordered_j
   std::filesystem::path temporary = path;
   temporary += ".tmp";
   // HDF5 1.10 crashes at the program's exit after a write that failed.
-  try_space(temporary, size_bound(header, rows));
+  os::try_space(temporary, size_bound(header, rows));
   try {
     Writer writer(temporary);
     write_content(writer, header, rows, zero_ns, source, path);
     writer.close();
-    publish_file(temporary, path);
+    os::publish_file(temporary, path);
   } catch (...) {
     ::unlink(temporary.c_str());
     throw;
@@ -240,7 +240,7 @@ void write_raw_file(const std::filesystem::path& path, const nlohmann::ordered_j
 
 RawFile read_raw_file(const std::filesystem::path& path) {
   // Says which system error it is, where HDF5 would only say that it failed.
-  static_cast<void>(open_file(path, O_RDONLY));
+  static_cast<void>(os::open_file(path, O_RDONLY));
   const QuietHdf5 quiet;
   const std::string damaged = path.string() + ": not the raw record of a run, or damaged";
   const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));

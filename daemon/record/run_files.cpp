@@ -9,8 +9,8 @@
 #include <span>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/experiment_rows.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/record/raw_file.hpp"
 #include "daemon/record/run_folder.hpp"
 
@@ -48,7 +48,7 @@ Decimation decimation_of(const nlohmann::ordered_json& header, const std::filesy
 void write_decimated(const std::filesystem::path& folder, const Decimation& decimation,
                      const std::filesystem::path& journal) {
   const std::int64_t spacing_ns = decimation.period_ns * static_cast<std::int64_t>(decimation.every);
-  AtomicFile file(folder / decimated_file_name(static_cast<double>(spacing_ns) * 1e-9));
+  os::AtomicFile file(folder / decimated_file_name(static_cast<double>(spacing_ns) * 1e-9));
   std::string text = "time_s,voltage_V,displacement_in\n";
   ExperimentRows rows([&](std::size_t row, double voltage_V, double displacement_in) {
     if (row < decimation.first_row || row % decimation.every != 0) return;

@@ -13,11 +13,12 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/experiment_rows.hpp"
-#include "daemon/record/file_io.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/raw_file.hpp"
+#include "daemon/record/sha256.hpp"
 
 namespace eha::record {
 namespace {
@@ -41,7 +42,7 @@ std::string file_safe(std::string_view name) {
 std::filesystem::path resolve(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::path resolved = std::filesystem::canonical(folder, error);
-  if (error) throw_system_error("open", folder, error.value());
+  if (error) os::throw_system_error("open", folder, error.value());
   return resolved;
 }
 
@@ -81,16 +82,16 @@ void read_raw(const std::filesystem::path& folder, const Json& manifest, Consume
 }  // namespace
 
 std::filesystem::path create_run_folder(const std::filesystem::path& runs_folder, std::string_view name) {
-  create_folders(runs_folder);
+  os::create_folders(runs_folder);
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   const std::string stem = fmt::format("{:%Y%m%dT%H%M%SZ}-{}", fmt::gmtime(now), file_safe(name));
   for (int number = 1; number <= kMostRunsPerSecond; ++number) {
     const std::filesystem::path folder = runs_folder / (number == 1 ? stem : fmt::format("{}-{}", stem, number));
     if (::mkdir(folder.c_str(), 0755) == 0) {
-      create_folders(folder / kModelsFolder);
+      os::create_folders(folder / kModelsFolder);
       return folder;
     }
-    if (errno != EEXIST) throw_system_error("create", folder, errno);
+    if (errno != EEXIST) os::throw_system_error("create", folder, errno);
   }
   throw IoError("cannot create a run folder in " + runs_folder.string() + ": more than a thousand in this second");
 }
@@ -103,7 +104,7 @@ bool is_run_folder(const std::filesystem::path& path) {
 
 Json read_manifest(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / kManifestFile;
-  Json manifest = Json::parse(read_file(path), nullptr, false);
+  Json manifest = Json::parse(os::read_file(path), nullptr, false);
   const auto has_text = [](const Json& object, const char* key) {
     return object.is_object() && object.contains(key) && object[key].is_string();
   };
@@ -168,7 +169,7 @@ std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_f
   std::error_code error;
   if (!std::filesystem::exists(runs_folder, error)) return runs;
   std::filesystem::directory_iterator entries(runs_folder, error);
-  if (error) throw_system_error("list", runs_folder, error.value());
+  if (error) os::throw_system_error("list", runs_folder, error.value());
   for (const auto& entry : entries) {
     if (!entry.is_symlink() && is_run_folder(entry.path())) runs.push_back(entry.path());
   }
@@ -189,11 +190,11 @@ void publish_latest(const std::filesystem::path& folder) {
   std::filesystem::path temporary = link;
   temporary += "." + std::to_string(::getpid()) + ".tmp";
   ::unlink(temporary.c_str());
-  if (::symlink(run.filename().c_str(), temporary.c_str()) != 0) throw_system_error("create", temporary, errno);
+  if (::symlink(run.filename().c_str(), temporary.c_str()) != 0) os::throw_system_error("create", temporary, errno);
   if (::rename(temporary.c_str(), link.c_str()) != 0) {
     const int error_number = errno;
     ::unlink(temporary.c_str());
-    throw_system_error("replace", link, error_number);
+    os::throw_system_error("replace", link, error_number);
   }
 }
 

@@ -17,8 +17,8 @@
 #include <system_error>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "core/text.hpp"
-#include "daemon/record/file_io.hpp"
 
 namespace eha::daemon {
 namespace {
@@ -96,16 +96,16 @@ class Reader {
 
   CsvColumns read() {
     std::error_code code;
-    if (std::filesystem::is_directory(path_, code)) record::throw_system_error("read", path_, EISDIR);
+    if (std::filesystem::is_directory(path_, code)) os::throw_system_error("read", path_, EISDIR);
     errno = 0;
     std::ifstream stream(path_, std::ios::binary);
-    if (!stream) record::throw_system_error("read", path_, errno != 0 ? errno : EIO);
+    if (!stream) os::throw_system_error("read", path_, errno != 0 ? errno : EIO);
     std::vector<char> buffer(kLongestLine);
     while (true) {
       errno = 0;
       stream.getline(buffer.data(), static_cast<std::streamsize>(buffer.size()));
       const auto taken = static_cast<std::size_t>(stream.gcount());
-      if (stream.bad()) record::throw_system_error("read", path_, errno != 0 ? errno : EIO);
+      if (stream.bad()) os::throw_system_error("read", path_, errno != 0 ? errno : EIO);
       if (stream.fail() && !stream.eof()) {
         ++line_;
         fail(fmt::format("the line is longer than {} characters; this is no CSV text", kLongestLine - 1));

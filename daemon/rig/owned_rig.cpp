@@ -7,8 +7,8 @@
 #include <system_error>
 #include <utility>
 
+#include "core/os/files.hpp"
 #include "daemon/eha-safe/local_snapshots.hpp"
-#include "daemon/record/file_io.hpp"
 #include "hal/comedi/comedi_rig.hpp"
 #include "hal/comedi/safe_snapshot.hpp"
 #include "hal/sim/sim_rig.hpp"
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 /// A folder of this process's own; only the guard reads what is in it.
 fs::path create_private_folder() {
   std::string name = (local_snapshot_base() / kLocalSnapshotFolder).string() + "XXXXXX";
-  if (mkdtemp(name.data()) == nullptr) record::throw_system_error("create", name, errno);
+  if (mkdtemp(name.data()) == nullptr) os::throw_system_error("create", name, errno);
   return name;
 }
 

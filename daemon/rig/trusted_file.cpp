@@ -8,15 +8,15 @@
 #include <cerrno>
 
 #include "core/error.hpp"
-#include "daemon/record/file_io.hpp"
+#include "core/os/files.hpp"
 
 namespace eha {
 
 void require_trusted_rig_file(const config::RigConfig& rig) {
   if (rig.backend != config::Backend::comedi) return;
-  const record::FileDescriptor file = record::open_file(rig.file_name, O_RDONLY);
+  const os::FileDescriptor file = os::open_file(rig.file_name, O_RDONLY);
   struct stat facts {};
-  if (fstat(file.get(), &facts) != 0) record::throw_system_error("look at", rig.file_name, errno);
+  if (fstat(file.get(), &facts) != 0) os::throw_system_error("look at", rig.file_name, errno);
   if (facts.st_uid != 0 || (facts.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
     throw PermissionError(
         fmt::format("{}: a rig file that drives a real card must belong to root and be writable by no one else, "
@@ -24,7 +24,7 @@ void require_trusted_rig_file(const config::RigConfig& rig) {
                     rig.file_name, rig.file_name, rig.file_name));
   }
   // The owner of the file that is there now says nothing of one that was there when the limits were read.
-  if (record::read_file(fmt::format("/proc/self/fd/{}", file.get())) != rig.text) {
+  if (os::read_file(fmt::format("/proc/self/fd/{}", file.get())) != rig.text) {
     throw PermissionError(fmt::format("{}: the file changed while it was read; try again", rig.file_name));
   }
 }

@@ -9,6 +9,9 @@
 #include <optional>
 #include <string>
 
+#include "core/os/child_process.hpp"
+#include "core/os/file_descriptor.hpp"
+
 namespace eha::worker {
 
 /// What an identification may use.
@@ -16,10 +19,10 @@ struct WorkerLimits {
   std::chrono::seconds cpu_time{1800};
   std::chrono::seconds wall_time{3600};
   std::uint64_t memory_bytes = std::uint64_t{4} << 30U;  ///< address space
-  std::optional<int> avoided_cpu;  ///< the loop's; the worker runs on the others, if there are any
+  std::optional<int> avoided_cpu;  ///< the tick loop's; the worker runs on the others, if there are any
 };
 
-/// The programs that a worker is made of, see find_program().
+/// The programs that a worker runs, see find_program().
 struct WorkerPrograms {
   std::filesystem::path helper;  ///< eha-worker
   std::filesystem::path eha;
@@ -27,34 +30,34 @@ struct WorkerPrograms {
 
 /// How a worker ended.
 struct WorkerEnd {
-  std::optional<int> exit_code;  ///< of eha fit; none: ended by force or by a limit
-  std::string text;              ///< what it said, its end at most; or what ended it
+  std::optional<int> exit_code;  ///< of eha fit; none: killed, or ended by a limit
+  std::string text;              ///< its last messages, or what ended it
 };
 
-/// `eha fit RUN` as a child: started by posix_spawn (never fork: the loop's memory is locked and shared), without any
-/// descriptor but its standard ones, dead when the calling thread dies (PR_SET_PDEATHSIG), off the loop's CPU, at the
-/// lowest priority, with limits. Not thread-safe.
+/// `eha fit RUN` as a child process with limits on time and memory. It runs at the lowest priority, not on the tick
+/// loop's CPU, and is killed when the thread that started it ends (PR_SET_PDEATHSIG). Not thread-safe.
 class WorkerProcess {
  public:
   /// @throws IoError  it cannot be started
   WorkerProcess(const WorkerPrograms& programs, const std::filesystem::path& run, const WorkerLimits& limits);
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
-  /// Ends it by force, and waits for that.
+  /// Kills it and waits for its end.
   ~WorkerProcess();
 
-  [[nodiscard]] pid_t pid() const noexcept { return pid_; }
+  [[nodiscard]] pid_t pid() const noexcept { return process_.pid(); }
 
-  /// Whether it has ended; ends it by force when its time is over. To be asked on SIGCHLD and about every second.
+  /// How it ended, or nothing while it runs. Kills it when its wall time is over. Call on SIGCHLD and about every
+  /// second.
   [[nodiscard]] std::optional<WorkerEnd> poll();
 
  private:
-  [[nodiscard]] std::string said() const;
+  [[nodiscard]] std::string last_messages() const;
 
   WorkerLimits limits_;
   std::chrono::steady_clock::time_point begun_;
-  pid_t pid_ = -1;
-  int output_ = -1;  ///< an anonymous file
+  os::FileDescriptor messages_;  ///< an anonymous file that the worker's standard error goes to
+  os::ChildProcess process_;
   bool timed_out_ = false;
 };
 

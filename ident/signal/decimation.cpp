@@ -38,8 +38,7 @@ Comparison compare_every(std::size_t samples, std::size_t every, std::size_t dis
   comparison.every = every;
   comparison.taps = antialias_taps(every);
   const std::size_t half = comparison.taps.size() / 2;
-  const std::size_t earliest = std::max(discard, half);
-  comparison.first = (earliest + every - 1) / every * every;
+  comparison.first = keep_every(every, std::max(discard, half)).first;
   if (comparison.first + half < samples) comparison.count = (samples - 1 - half - comparison.first) / every + 1;
   return comparison;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -12,6 +13,26 @@ namespace eha::ident {
 /// @returns 16 factor + 1 taps; empty for factor 1
 /// Kaiser and Schafer, IEEE Trans. ASSP 28 (1980).
 [[nodiscard]] std::vector<double> antialias_taps(std::size_t factor);
+
+/// How many rows at the beginning of a record lie in the discarded time: the first row kept is the first one at or
+/// after discard_s. Cost O(1).
+[[nodiscard]] inline std::size_t discarded_rows(double discard_s, double step_s) noexcept {
+  // A quotient that exceeds a whole number by less than this has been rounded.
+  constexpr double kRounding = 1e-9;
+  return static_cast<std::size_t>(std::ceil(discard_s / step_s - kRounding));
+}
+
+/// Rows kept of a record: each multiple of `every` from `first` on, itself one.
+struct KeptRows {
+  std::size_t first = 0;
+  std::size_t every = 1;
+  [[nodiscard]] bool keeps(std::size_t row) const noexcept { return row >= first && row % every == 0; }
+};
+
+/// Every `every`-th row after the discarded ones. Cost O(1).
+[[nodiscard]] inline KeptRows keep_every(std::size_t every, std::size_t discard) noexcept {
+  return {(discard + every - 1) / every * every, every};
+}
 
 /// Rows of a record that are compared with a model: first, first + every, ... The filter's window lies within the
 /// record for each of them, so no sample rests on invented data.

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/record/file_io.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record_csv/record_csv.hpp"
 #include "ident/model_file.hpp"
@@ -17,7 +17,7 @@
 namespace {
 
 using eha::acquisition::TickRecord;
-using eha::record::write_file_atomically;
+using eha::os::write_file_atomically;
 using std::filesystem::path;
 
 std::vector<TickRecord> ticks(std::size_t count) {
@@ -84,7 +84,7 @@ void write_models(const path& folder) {
 void write_configurations(const path& folder) {
   for (const char* part : {"rigs", "experiments"}) {
     for (const auto& entry : std::filesystem::directory_iterator(path(EHA_SOURCE_DIR) / "config" / part)) {
-      write_file_atomically(folder / entry.path().filename(), eha::record::read_file(entry.path()));
+      write_file_atomically(folder / entry.path().filename(), eha::os::read_file(entry.path()));
     }
   }
   const std::string rest =

@@ -219,7 +219,7 @@ void loop_on(Play& play, hal::Rig& rig, Clock& clock) {
   play.machine.arm();
   TickEngine engine(rig, play.machine, {play.table_V, play.repetitions}, play.limits, play.realtime, LatePolicy::abort,
                     clock);
-  run_loop(engine, play.machine, 1'000'000, clock, *play.queue, play.stop, play.board, play.report);
+  Loop(engine, play.machine, 1'000'000, {clock, *play.queue, play.stop, play.board}, play.report).run();
   play.drain();
 }
 

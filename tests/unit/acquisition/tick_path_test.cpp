@@ -34,7 +34,7 @@ std::pair<long, long> trapped_run(Play& play, hal::Rig& rig) {
   std::pair<long, long> seen;
   {
     const Trap trap;
-    run_loop(engine, play.machine, 1'000'000, play.clock, *play.queue, play.stop, play.board, play.report);
+    Loop(engine, play.machine, 1'000'000, {play.clock, *play.queue, play.stop, play.board}, play.report).run();
     seen = {Trap::allocations(), Trap::locks()};
   }
   play.drain();
@@ -132,7 +132,7 @@ TEST_F(TickPath, TakesNoPageFaultOverSixtyThousandTicksWhileWorkersAreStarted) {
   std::thread loop([&] {
     enter_realtime(play.realtime, facts);
     getrusage(RUSAGE_THREAD, &before);
-    run_loop(engine, play.machine, 1'000'000, play.clock, *play.queue, play.stop, play.board, play.report);
+    Loop(engine, play.machine, 1'000'000, {play.clock, *play.queue, play.stop, play.board}, play.report).run();
     getrusage(RUSAGE_THREAD, &after);
   });
   loop.join();

@@ -7,7 +7,7 @@ namespace eha::service {
 namespace {
 
 using namespace std::chrono_literals;
-using Phase = record::RunWatch::Phase;
+using Phase = play::RunWatch::Phase;
 
 class HealthTest : public ::testing::Test {
  protected:
@@ -23,7 +23,7 @@ class HealthTest : public ::testing::Test {
   }
 
   Health health_;
-  record::RunWatch watch_;
+  play::RunWatch watch_;
   acquisition::Snapshot snapshot_;
   std::uint64_t beats_ = 0;
   Health::Clock::time_point now_ = Health::Clock::now();

@@ -37,7 +37,7 @@ class Journal : public ::testing::Test {
   }
 
   [[nodiscard]] std::size_t header_size() const { return kJournalPreambleSize + header_.dump().size(); }
-  [[nodiscard]] std::string content() const { return read_file(path_); }
+  [[nodiscard]] std::string content() const { return os::read_file(path_); }
   /// Changes one byte in place. Called twice, it changes it back.
   void flip(std::size_t offset, unsigned mask) const {
     std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);

@@ -58,9 +58,9 @@ TEST_F(KilledRun, LosesNoMoreThanTheLastFifthOfASecondFiftyTimes) {
       acquisition::StateMachine machine;
       machine.reset();
       machine.arm();
-      RunRequest wanted = request(runs);
-      wanted.time_base = TimeBase::monotonic;
-      static_cast<void>(run_experiment(rig, machine, wanted, stop_));
+      play::PlayRequest wanted = request(runs);
+      wanted.time_base = acquisition::TimeBase::monotonic;
+      static_cast<void>(play::play(rig, machine, wanted, stop_));
       ::_exit(0);
     }
     const auto kill_at = static_cast<std::int64_t>(300 + random() % 1500);

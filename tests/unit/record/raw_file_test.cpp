@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "daemon/record/file_io.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/hdf5_handle.hpp"
 #include "tests/unit/record/some_ticks.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -45,7 +45,7 @@ TEST(RawFile, HasTheSameBytesWhateverThePiecesItCameIn) {
   const std::vector<TickRecord> ticks = some_ticks(500);
   write_raw_file(folder.path() / "a.h5", {{"x", 1}}, ticks.size(), 0, in_pieces(ticks, 1));
   write_raw_file(folder.path() / "b.h5", {{"x", 1}}, ticks.size(), 0, in_pieces(ticks, 505));
-  EXPECT_EQ(read_file(folder.path() / "a.h5"), read_file(folder.path() / "b.h5"));
+  EXPECT_EQ(os::read_file(folder.path() / "a.h5"), os::read_file(folder.path() / "b.h5"));
 }
 
 TEST(RawFile, HasPlainDatasetsWithUnitsAndTimeFromTheExperimentsFirstRow) {
@@ -113,7 +113,7 @@ TEST(RawFile, RefusesWhatIsNoRawRecordOrIsCutShort) {
   EXPECT_THROW(static_cast<void>(read_raw_file(folder.write("text.h5", "not HDF5"))), DataError);
   const std::vector<TickRecord> ticks = some_ticks(200);
   write_raw_file(folder.path() / "raw.h5", {{"x", 1}}, ticks.size(), 0, in_pieces(ticks, 100));
-  const std::string whole = read_file(folder.path() / "raw.h5");
+  const std::string whole = os::read_file(folder.path() / "raw.h5");
   for (const std::size_t size : {whole.size() / 4, whole.size() / 2, whole.size() - 1}) {
     EXPECT_THROW(static_cast<void>(read_raw_file(folder.write("cut.h5", whole.substr(0, size)))), DataError);
   }

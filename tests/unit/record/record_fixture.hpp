@@ -16,7 +16,8 @@
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/stop_request.hpp"
-#include "daemon/record/run_experiment.hpp"
+#include "daemon/play/play.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "hal/sim/sim_rig.hpp"
 
 namespace eha::record {
@@ -57,23 +58,24 @@ class RecordTest : public ::testing::Test {
     }
   }
 
-  [[nodiscard]] RunRequest request(const std::string& runs = "runs") const {
-    return {.runs_folder = folder_ / runs,
-            .rig = rig_config_,
+  /// A new run folder under folder_/runs, and how to play into it.
+  [[nodiscard]] play::PlayRequest request(const std::string& runs = "runs") const {
+    return {.rig = rig_config_,
             .experiment = experiment_,
             .table_V = table_V_,
-            .time_base = TimeBase::virtual_time};
+            .folder = create_run_folder(folder_ / runs, experiment_.name),
+            .time_base = acquisition::TimeBase::virtual_time};
   }
 
-  [[nodiscard]] FinishedRun run(const std::string& runs = "runs") {
+  [[nodiscard]] play::FinishedRun run(const std::string& runs = "runs") {
     const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, rig_config_.limits.safe_V);
     return run_on(*rig, runs);
   }
 
-  [[nodiscard]] FinishedRun run_on(hal::Rig& rig, const std::string& runs = "runs") {
+  [[nodiscard]] play::FinishedRun run_on(hal::Rig& rig, const std::string& runs = "runs") {
     acquisition::StateMachine machine;
     EXPECT_TRUE(machine.reset() && machine.arm());
-    return run_experiment(rig, machine, request(runs), stop_);
+    return play::play(rig, machine, request(runs), stop_);
   }
 
   std::filesystem::path folder_;

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
-#include "daemon/record/file_io.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -20,7 +20,7 @@ class Recover : public RecordTest {
  protected:
   /// A run folder as its process would leave it behind when killed.
   std::filesystem::path torn_run(std::size_t bytes_missing) {
-    const FinishedRun finished = run();
+    const play::FinishedRun finished = run();
     whole_ = read_ticks(finished.folder);
     std::filesystem::remove(finished.folder / kRawFile);
     std::filesystem::remove(finished.folder / "data_40ms.csv");
@@ -28,7 +28,7 @@ class Recover : public RecordTest {
     manifest["outcome"] = kInProgress;
     manifest["files"] = nullptr;
     manifest["report"] = nullptr;
-    write_file_atomically(finished.folder / kManifestFile, manifest.dump());
+    os::write_file_atomically(finished.folder / kManifestFile, manifest.dump());
     const std::filesystem::path journal = finished.folder / kJournalFile;
     std::filesystem::resize_file(journal, std::filesystem::file_size(journal) - bytes_missing);
     return finished.folder;
@@ -65,11 +65,11 @@ TEST_F(Recover, TakesTheOutcomeFromTheJournalsEndWhenThatWasWritten) {
 TEST_F(Recover, MayBeRepeatedAndThenChangesNothing) {
   const std::filesystem::path folder = torn_run(1000);
   const Recovery first = recover_run(folder);
-  const std::string manifest = read_file(folder / kManifestFile);
+  const std::string manifest = os::read_file(folder / kManifestFile);
   const Recovery second = recover_run(folder);
   EXPECT_FALSE(second.changed);
   EXPECT_EQ(second.rows, first.rows);
-  EXPECT_EQ(read_file(folder / kManifestFile), manifest);
+  EXPECT_EQ(os::read_file(folder / kManifestFile), manifest);
 }
 
 TEST_F(Recover, NeedsNoManifest) {
@@ -92,9 +92,9 @@ TEST_F(Recover, ClaimsNeitherItsOwnHostNorItsOwnKernelForARunThatNamesNone) {
 
 TEST_F(Recover, TakesHostKernelAndTimeOfARealRunFromItsJournal) {
   const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, rig_config_.limits.safe_V);
-  RunRequest real = request();
-  real.time_base = TimeBase::monotonic;
-  nlohmann::ordered_json header = describe_run(rig->capabilities(), real, "2026-01-02T03:04:05Z");
+  nlohmann::ordered_json header = describe_run(
+      rig->capabilities(),
+      {rig_config_, experiment_, table_V_.size(), acquisition::TimeBase::monotonic, "2026-01-02T03:04:05Z"});
   EXPECT_FALSE(header.at("host").get<std::string>().empty());
   EXPECT_TRUE(header.at("kernel").contains("release"));
   header["host"] = "rig";
@@ -115,7 +115,7 @@ TEST_F(Recover, IsNotStoppedByAManifestWithFieldsOfTheWrongKind) {
   for (const char* text : {R"({"schema": 1})", R"({"schema": "eha-run/1", "outcome": 7})",
                            R"({"schema": "eha-run/1", "outcome": "in_progress", "files": ["raw.h5"]})"}) {
     const std::filesystem::path folder = torn_run(1000);
-    write_file_atomically(folder / kManifestFile, text);
+    os::write_file_atomically(folder / kManifestFile, text);
     EXPECT_THROW(static_cast<void>(read_manifest(folder)), DataError) << text;
     EXPECT_EQ(find_torn_runs(folder_ / "runs"), std::vector{folder}) << text;
     EXPECT_EQ(recover_run(folder).outcome, Outcome::recovered) << text;

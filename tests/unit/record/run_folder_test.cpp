@@ -6,8 +6,9 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "daemon/record/file_io.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/run_files.hpp"
+#include "daemon/record/sha256.hpp"
 #include "tests/unit/record/record_fixture.hpp"
 
 namespace eha::record {
@@ -25,7 +26,7 @@ TEST_F(RunFolder, IsNamedAfterTheTimeAndTheExperimentAndNeverUsedTwice) {
 }
 
 TEST_F(RunFolder, ListsItsFilesWithTheirHashesInTheManifest) {
-  const FinishedRun finished = run();
+  const play::FinishedRun finished = run();
   const nlohmann::ordered_json manifest = read_manifest(finished.folder);
   EXPECT_EQ(manifest["outcome"], "completed");
   EXPECT_EQ(manifest["time_base"], "virtual");
@@ -41,8 +42,8 @@ TEST_F(RunFolder, ListsItsFilesWithTheirHashesInTheManifest) {
 }
 
 TEST_F(RunFolder, TakesTheIdentificationIntoTheManifestWithTheModelsHashes) {
-  const FinishedRun finished = run();
-  write_file_atomically(finished.folder / kModelsFolder / "io.json", "{}");
+  const play::FinishedRun finished = run();
+  os::write_file_atomically(finished.folder / kModelsFolder / "io.json", "{}");
   finish_manifest(finished.folder, {{"accepted", true}});
   const nlohmann::ordered_json manifest = read_manifest(finished.folder);
   EXPECT_EQ(manifest["identification"]["accepted"], true);
@@ -51,8 +52,8 @@ TEST_F(RunFolder, TakesTheIdentificationIntoTheManifestWithTheModelsHashes) {
 }
 
 TEST_F(RunFolder, NoticesARawRecordThatWasChangedSinceTheRunEvenAfterTheManifestWasFinished) {
-  const FinishedRun finished = run();
-  std::string raw = read_file(finished.folder / kRawFile);
+  const play::FinishedRun finished = run();
+  std::string raw = os::read_file(finished.folder / kRawFile);
   raw[raw.size() / 2] = static_cast<char>(raw[raw.size() / 2] ^ 1);
   std::ofstream(finished.folder / kRawFile, std::ios::binary) << raw;
   EXPECT_THROW(static_cast<void>(read_run(finished.folder)), DataError);
@@ -61,7 +62,7 @@ TEST_F(RunFolder, NoticesARawRecordThatWasChangedSinceTheRunEvenAfterTheManifest
 }
 
 TEST_F(RunFolder, IsReadFromTheJournalWhenTheHdf5FileIsGone) {
-  const FinishedRun finished = run();
+  const play::FinishedRun finished = run();
   const LoadedRun from_hdf5 = read_run(finished.folder);
   std::filesystem::remove(finished.folder / kRawFile);
   const LoadedRun from_journal = read_run(finished.folder);
@@ -70,9 +71,9 @@ TEST_F(RunFolder, IsReadFromTheJournalWhenTheHdf5FileIsGone) {
 }
 
 TEST_F(RunFolder, MovesLatestToARunAndItCanBeReadThroughTheLink) {
-  const FinishedRun first = run();
+  const play::FinishedRun first = run();
   publish_latest(first.folder);
-  const FinishedRun second = run();
+  const play::FinishedRun second = run();
   publish_latest(second.folder);
   const std::filesystem::path latest = folder_ / "runs" / "latest";
   EXPECT_EQ(std::filesystem::read_symlink(latest), second.folder.filename());
@@ -82,7 +83,7 @@ TEST_F(RunFolder, MovesLatestToARunAndItCanBeReadThroughTheLink) {
 
 TEST_F(RunFolder, HoldsTheDecimatedRowsAfterTheDiscardedTimeUnfiltered) {
   experiment_.repetitions = 2;
-  const FinishedRun finished = run();
+  const play::FinishedRun finished = run();
   const LoadedRun loaded = read_run(finished.folder);
   std::ifstream file(finished.folder / "data_40ms.csv");
   std::string line;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/record/run_experiment.hpp"
+#include "daemon/play/play.hpp"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "core/error.hpp"
-#include "daemon/record/file_io.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -16,15 +16,22 @@
 #include "tests/unit/record/record_fixture.hpp"
 #include "tests/unit/record/some_ticks.hpp"
 
-namespace eha::record {
+namespace eha::play {
 namespace {
 
 using acquisition::Outcome;
 using acquisition::TickRecord;
+using record::kJournalFile;
+using record::kRawFile;
+using record::list_runs;
+using record::LoadedRun;
+using record::read_manifest;
+using record::read_run;
+using record::read_ticks;
 
-class RunExperiment : public RecordTest {};
+class Play : public record::RecordTest {};
 
-TEST_F(RunExperiment, LeavesEveryFileOfARunFolderAndReadsBackWhatWasPlayed) {
+TEST_F(Play, LeavesEveryFileOfARunFolderAndReadsBackWhatWasPlayed) {
   const FinishedRun finished = run();
   ASSERT_EQ(finished.report.outcome, Outcome::completed) << acquisition::describe(finished.report);
   EXPECT_EQ(finished.write_error, "");
@@ -45,30 +52,31 @@ TEST_F(RunExperiment, LeavesEveryFileOfARunFolderAndReadsBackWhatWasPlayed) {
   EXPECT_EQ(loaded.rig_text, rig_config_.text);
 }
 
-TEST_F(RunExperiment, GivesTheSameBytesTwiceInVirtualTime) {
+TEST_F(Play, GivesTheSameBytesTwiceInVirtualTime) {
   const FinishedRun first = run("a");
   const FinishedRun second = run("b");
   for (const char* name : {"raw.ehalog", "raw.h5", "data_40ms.csv"}) {
-    EXPECT_EQ(read_file(first.folder / name), read_file(second.folder / name)) << name;
+    EXPECT_EQ(os::read_file(first.folder / name), os::read_file(second.folder / name)) << name;
   }
 }
 
-TEST_F(RunExperiment, WritesTheSameTicksToTheJournalAndToHdf5) {
+TEST_F(Play, WritesTheSameTicksToTheJournalAndToHdf5) {
   const FinishedRun finished = run();
   std::vector<TickRecord> journal;
-  read_journal(finished.folder / kJournalFile,
-               [&](std::span<const TickRecord> ticks) { journal.insert(journal.end(), ticks.begin(), ticks.end()); });
+  record::read_journal(finished.folder / kJournalFile, [&](std::span<const TickRecord> ticks) {
+    journal.insert(journal.end(), ticks.begin(), ticks.end());
+  });
   EXPECT_EQ(journal.size(), finished.report.counters.ticks);
-  EXPECT_TRUE(same_bits(journal, read_ticks(finished.folder)));
+  EXPECT_TRUE(record::same_bits(journal, read_ticks(finished.folder)));
 }
 
-TEST_F(RunExperiment, KeepsTheRecordWhenTheProgressDisplayFails) {
+TEST_F(Play, KeepsTheRecordWhenTheProgressDisplayFails) {
   set_duration(20.0);
   const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, rig_config_.limits.safe_V);
   acquisition::StateMachine machine;
   ASSERT_TRUE(machine.reset() && machine.arm());
   const auto fail = [](const acquisition::Snapshot&) { throw IoError("the terminal is gone"); };
-  EXPECT_THROW(static_cast<void>(run_experiment(*rig, machine, request(), stop_, fail)), IoError);
+  EXPECT_THROW(static_cast<void>(play(*rig, machine, request(), stop_, fail)), IoError);
   EXPECT_EQ(machine.state(), acquisition::State::idle);
   const std::vector<std::filesystem::path> runs = list_runs(folder_ / "runs");
   ASSERT_EQ(runs.size(), 1u);
@@ -78,7 +86,7 @@ TEST_F(RunExperiment, KeepsTheRecordWhenTheProgressDisplayFails) {
   EXPECT_EQ(read_ticks(runs.front()).size(), manifest["report"]["counters"]["ticks"]);
 }
 
-TEST_F(RunExperiment, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
+TEST_F(Play, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
   const std::unique_ptr<hal::Rig> sim = hal::open_sim(rig_config_.sim, 0.0);
   hal::FaultRig rig(*sim, {{hal::FaultKind::emergency_stop, 800, hal::Fault::kAlways, 0.0}});
   const FinishedRun finished = run_on(rig);
@@ -91,7 +99,7 @@ TEST_F(RunExperiment, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
   EXPECT_EQ(read_run(finished.folder).outcome, Outcome::faulted);
 }
 
-TEST_F(RunExperiment, InterpolatesAHeldSampleAndSaysSo) {
+TEST_F(Play, InterpolatesAHeldSampleAndSaysSo) {
   const std::unique_ptr<hal::Rig> sim = hal::open_sim(rig_config_.sim, 0.0);
   hal::FaultRig rig(*sim,
                     {{hal::FaultKind::read_timed_out, 800, 1, 0.0}, {hal::FaultKind::read_timed_out, 900, 2, 0.0}});
@@ -100,13 +108,13 @@ TEST_F(RunExperiment, InterpolatesAHeldSampleAndSaysSo) {
   EXPECT_EQ(read_run(finished.folder).interpolated_rows, 3u);
 }
 
-TEST_F(RunExperiment, LeavesNoFolderBehindWhenTheRunIsRefused) {
+TEST_F(Play, LeavesNoFolderBehindWhenTheRunIsRefused) {
   rig_config_.limits.slew_V_per_s = 0.0;
   EXPECT_THROW(static_cast<void>(run()), ConfigError);
   EXPECT_TRUE(list_runs(folder_ / "runs").empty());
 }
 
-TEST_F(RunExperiment, RampsOutOnAStopAndKeepsWhatItHas) {
+TEST_F(Play, RampsOutOnAStopAndKeepsWhatItHas) {
   stop_.request();
   const FinishedRun finished = run();
   EXPECT_EQ(finished.report.outcome, Outcome::interrupted);
@@ -114,14 +122,14 @@ TEST_F(RunExperiment, RampsOutOnAStopAndKeepsWhatItHas) {
   EXPECT_FALSE(read_ticks(finished.folder).empty());
 }
 
-TEST_F(RunExperiment, ShowsTheCallerTheLastState) {
+TEST_F(Play, ShowsTheCallerTheLastState) {
   const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, 0.0);
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();
   acquisition::Snapshot last;
   static_cast<void>(
-      run_experiment(*rig, machine, request(), stop_, [&](const acquisition::Snapshot& snapshot) { last = snapshot; }));
+      play(*rig, machine, request(), stop_, [&](const acquisition::Snapshot& snapshot) { last = snapshot; }));
   EXPECT_EQ(last.state, acquisition::State::idle);
   EXPECT_EQ(last.experiment_row, 2000u);
   EXPECT_EQ(last.experiment_rows, 2000u);
@@ -148,7 +156,7 @@ class FileSizeLimit {
   void (*previous_handler_)(int) = SIG_DFL;
 };
 
-TEST_F(RunExperiment, RampsOutAndFailsWhenTheJournalCanGrowNoFurtherAndKeepsWhatItHolds) {
+TEST_F(Play, RampsOutAndFailsWhenTheJournalCanGrowNoFurtherAndKeepsWhatItHolds) {
   set_duration(20.0);
   std::filesystem::path folder;
   {
@@ -165,7 +173,7 @@ TEST_F(RunExperiment, RampsOutAndFailsWhenTheJournalCanGrowNoFurtherAndKeepsWhat
     EXPECT_FALSE(std::filesystem::exists(folder / kRawFile));
   }
   // With room again, what was written comes back in whole blocks of 100 ticks.
-  const Recovery recovery = recover_run(folder);
+  const record::Recovery recovery = record::recover_run(folder);
   EXPECT_EQ(recovery.outcome, Outcome::write_failed);
   EXPECT_GE(recovery.rows, 1000u);
   EXPECT_EQ(recovery.rows % 100, 0u);
@@ -188,7 +196,7 @@ class SmallDisk {
   [[nodiscard]] bool mounted() const { return mounted_; }
   /// Takes all the room that is left.
   void fill() const {
-    const FileDescriptor ballast = open_file(path_ / "ballast", O_WRONLY | O_CREAT | O_APPEND);
+    const os::FileDescriptor ballast = os::open_file(path_ / "ballast", O_WRONLY | O_CREAT | O_APPEND);
     const std::string block(1 << 16, 'x');
     while (::write(ballast.get(), block.data(), block.size()) > 0) {
     }
@@ -199,7 +207,7 @@ class SmallDisk {
   bool mounted_ = false;
 };
 
-TEST_F(RunExperiment, RefusesToArmOnADiskThatIsTooSmallAndFailsCleanlyOnOneThatFillsUp) {
+TEST_F(Play, RefusesToArmOnADiskThatIsTooSmallAndFailsCleanlyOnOneThatFillsUp) {
   const SmallDisk disk(folder_ / "disk");
   if (!disk.mounted()) GTEST_SKIP() << "a small disk can be mounted by root only";
   set_duration(60.0);
@@ -212,13 +220,13 @@ TEST_F(RunExperiment, RefusesToArmOnADiskThatIsTooSmallAndFailsCleanlyOnOneThatF
   machine.reset();
   machine.arm();
   const FinishedRun finished =
-      run_experiment(*rig, machine, request("disk"), stop_, [&](const acquisition::Snapshot&) { disk.fill(); });
+      play(*rig, machine, request("disk"), stop_, [&](const acquisition::Snapshot&) { disk.fill(); });
   EXPECT_EQ(finished.report.outcome, Outcome::write_failed);
   EXPECT_TRUE(finished.report.safe_confirmed);
   EXPECT_NE(finished.write_error.find("No space left"), std::string::npos) << finished.write_error;
   EXPECT_TRUE(std::filesystem::exists(finished.folder / kJournalFile));
-  EXPECT_EQ(find_torn_runs(folder_ / "disk"), std::vector{finished.folder});
+  EXPECT_EQ(record::find_torn_runs(folder_ / "disk"), std::vector{finished.folder});
 }
 
 }  // namespace
-}  // namespace eha::record
+}  // namespace eha::play

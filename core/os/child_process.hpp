@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/os/file_descriptor.hpp"
+
+namespace eha::os {
+
+/// Which session a child belongs to.
+enum class Session {
+  shared,  ///< this process's: Ctrl-C on its terminal reaches the child
+  own,     ///< a new one: no terminal's signal reaches the child
+};
+
+/// What a child is started with. It inherits its three standard streams and no other descriptor, blocks no signal and
+/// handles every signal in the default way, whatever the thread that starts it does.
+struct SpawnRequest {
+  std::vector<std::string> words;                   ///< path of the program, then its arguments
+  const FileDescriptor* standard_input = nullptr;   ///< none: /dev/null
+  const FileDescriptor* standard_output = nullptr;  ///< none: /dev/null
+  const FileDescriptor* standard_error = nullptr;   ///< none: this process's
+  Session session = Session::shared;
+};
+
+/// How a child ended.
+struct ChildEnd {
+  std::optional<int> status;  ///< as waitpid(2) gives it; none: the system no longer knows the child
+};
+
+/// A child process, started by posix_spawn: never fork(), because the memory of the tick loop is locked and large.
+/// Not thread-safe.
+class ChildProcess {
+ public:
+  /// @throws IoError  the program cannot be started: "PATH: cannot be started: reason"
+  explicit ChildProcess(const SpawnRequest& request);
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+  /// Waits for its end. Call signal(SIGKILL) first where the child does not end by itself.
+  ~ChildProcess();
+
+  /// -1 once its end was waited for.
+  [[nodiscard]] pid_t pid() const noexcept { return pid_; }
+
+  /// Sends a signal; does nothing once its end was waited for.
+  void signal(int number) const noexcept;
+
+  /// Whether it runs: neither ended nor stopped. Costs one waitid().
+  [[nodiscard]] bool runs() const noexcept;
+
+  /// How it ended, or nothing while it has not. Do not ask again after its end.
+  [[nodiscard]] std::optional<ChildEnd> poll() noexcept;
+
+  /// Waits for its end. A second call returns an empty status at once.
+  ChildEnd wait() noexcept;
+
+ private:
+  pid_t pid_ = -1;
+};
+
+}  // namespace eha::os

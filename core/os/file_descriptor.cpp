@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/os/file_descriptor.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace eha::os {
+
+FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
+  FileDescriptor old(std::exchange(descriptor_, other.release()));
+  return *this;
+}
+
+void FileDescriptor::close() noexcept {
+  if (descriptor_ < 0) return;
+  const int error_number = errno;
+  // Never again after EINTR: Linux has freed the number by then, see close(2).
+  static_cast<void>(::close(std::exchange(descriptor_, -1)));
+  errno = error_number;
+}
+
+int FileDescriptor::release() noexcept { return std::exchange(descriptor_, -1); }
+
+}  // namespace eha::os

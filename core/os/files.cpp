@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/os/files.hpp"
+
+#include <fcntl.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace eha::os {
+namespace {
+
+constexpr std::size_t kReadSize = 1u << 16;
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+void synchronise(const FileDescriptor& file, const std::filesystem::path& path) {
+  if (::fsync(file.get()) != 0) throw_system_error("write", path, errno);
+}
+
+}  // namespace
+
+void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number) {
+  std::string message =
+      "cannot " + std::string(doing) + " " + path.string() + ": " + std::generic_category().message(error_number);
+  if (error_number == EACCES || error_number == EPERM) throw PermissionError(message);
+  if (error_number == ENOSPC || error_number == EDQUOT) message += "; free some space or choose another folder";
+  throw IoError(message);
+}
+
+FileDescriptor open_file(const std::filesystem::path& path, int flags, unsigned mode) {
+  FileDescriptor file(::open(path.c_str(), flags | O_CLOEXEC, mode));
+  if (!file) throw_system_error((flags & O_CREAT) != 0 ? "create" : "open", path, errno);
+  return file;
+}
+
+std::size_t read_up_to(const FileDescriptor& file, char* bytes, std::size_t size, const std::filesystem::path& path) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t count = ::read(file.get(), bytes + done, size - done);
+    if (count < 0) {
+      if (errno == EINTR) continue;
+      throw_system_error("read", path, errno);
+    }
+    if (count == 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  return done;
+}
+
+void read_in_pieces(const std::filesystem::path& path, const std::function<void(std::string_view)>& consume) {
+  const FileDescriptor file = open_file(path, O_RDONLY);
+  std::vector<char> piece(kReadSize);
+  while (const std::size_t count = read_up_to(file, piece.data(), piece.size(), path)) {
+    consume({piece.data(), count});
+  }
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  std::string text;
+  read_in_pieces(path, [&text](std::string_view piece) { text += piece; });
+  return text;
+}
+
+AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), temporary_(path_) {
+  temporary_ += "." + std::to_string(::getpid()) + ".tmp";
+  file_ = open_file(temporary_, O_WRONLY | O_CREAT | O_TRUNC);
+}
+
+AtomicFile::~AtomicFile() {
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(file_.get(), text.data(), text.size());
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      throw_system_error("write", temporary_, errno);
+    }
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void AtomicFile::commit() {
+  file_.close();
+  publish_file(temporary_, path_);
+  temporary_.clear();
+}
+
+void write_file_atomically(const std::filesystem::path& path, std::string_view text) {
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+void publish_file(const std::filesystem::path& temporary, const std::filesystem::path& path) {
+  synchronise(open_file(temporary, O_RDONLY), temporary);
+  if (::rename(temporary.c_str(), path.c_str()) != 0) throw_system_error("replace", path, errno);
+  const std::filesystem::path folder = folder_of(path);
+  synchronise(open_file(folder, O_RDONLY | O_DIRECTORY), folder);
+}
+
+void create_folders(const std::filesystem::path& folder) {
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);
+  if (code) throw_system_error("create", folder, code.value());
+}
+
+void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes) {
+  struct statvfs facts {};
+  if (::statvfs(folder.c_str(), &facts) != 0) throw_system_error("look at", folder, errno);
+  const std::uint64_t free = static_cast<std::uint64_t>(facts.f_bavail) * facts.f_frsize;
+  if (free < bytes) {
+    constexpr std::uint64_t kMega = 1'000'000;
+    throw IoError("not enough room in " + folder.string() + ": the run needs " + std::to_string(bytes / kMega + 1) +
+                  " MB, " + std::to_string(free / kMega) + " MB are free; free some space or choose another folder");
+  }
+}
+
+void try_space(const std::filesystem::path& path, std::uint64_t bytes) {
+  const FileDescriptor file = open_file(path, O_WRONLY | O_CREAT | O_TRUNC);
+  const bool granted = ::fallocate(file.get(), 0, 0, static_cast<off_t>(bytes)) == 0;
+  const int error_number = errno;
+  ::unlink(path.c_str());
+  // EOPNOTSUPP: the file system cannot allocate without writing, so nothing is known.
+  if (!granted && error_number != EOPNOTSUPP) throw_system_error("write", path, error_number);
+}
+
+}  // namespace eha::os

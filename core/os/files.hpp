@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "core/os/file_descriptor.hpp"
+
+// Files with the project's errors. Every function throws PermissionError for EACCES and EPERM and IoError for any other
+// failed call; both name the path and the reason. Thread-safe for different files.
+
+namespace eha::os {
+
+/// Throws the error of a failed system call.
+/// @param doing  "write", "create", ... as in "cannot write PATH: ..."
+[[noreturn]] void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number);
+
+/// Opens a file with open(2), close-on-exec added.
+[[nodiscard]] FileDescriptor open_file(const std::filesystem::path& path, int flags, unsigned mode = 0644);
+
+/// Reads up to `size` bytes; fewer only at the end of the file. @param path  for messages
+[[nodiscard]] std::size_t read_up_to(const FileDescriptor& file, char* bytes, std::size_t size,
+                                     const std::filesystem::path& path);
+
+/// Reads a whole file, and hands it over in pieces of at most 64 KiB.
+void read_in_pieces(const std::filesystem::path& path, const std::function<void(std::string_view)>& consume);
+
+/// The content of a file.
+[[nodiscard]] std::string read_file(const std::filesystem::path& path);
+
+/// A file that appears under its name whole or not at all: it is written under a temporary name in the same folder,
+/// synchronised to the disk, then renamed. Without commit() nothing is left. Not thread-safe.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path path);
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  void write(std::string_view text);
+  void commit();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  FileDescriptor file_;
+};
+
+/// Replaces the content of `path` by `text`. A reader, or a power loss, finds the old or the new content and never a
+/// part. A failure leaves the old content and no other file.
+void write_file_atomically(const std::filesystem::path& path, std::string_view text);
+
+/// Synchronises a file that was written under a temporary name to the disk and gives it its name.
+void publish_file(const std::filesystem::path& temporary, const std::filesystem::path& path);
+
+/// Creates a folder and every missing one above it.
+void create_folders(const std::filesystem::path& folder);
+
+/// Checks the free space of the file system that holds `folder`.
+/// @throws IoError  fewer than `bytes` are free for this user
+void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);
+
+/// Allocates `bytes` for a file of this name and removes the file again. It finds a full disk, a quota or a limit on
+/// file sizes before a library that handles them badly does. Cost: no data is written.
+void try_space(const std::filesystem::path& path, std::uint64_t bytes);
+
+}  // namespace eha::os

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/play/journal_thread.hpp"
+
+#include <pthread.h>
+
+#include <exception>
+
+#include "daemon/acquisition/fatal_signals.hpp"
+
+namespace eha::play {
+namespace {
+
+using acquisition::RecordQueue;
+using acquisition::TimeBase;
+
+constexpr auto kSynchronise = std::chrono::seconds(1);
+constexpr auto kPollMonotonic = std::chrono::milliseconds(10);
+constexpr auto kPollVirtual = std::chrono::microseconds(200);
+
+}  // namespace
+
+JournalThread::JournalThread(RecordQueue& queue, record::JournalWriter& journal, TimeBase time_base,
+                             std::atomic<std::uint64_t>& turns)
+    : queue_(queue),
+      journal_(journal),
+      time_base_(time_base),
+      turns_(turns),
+      batch_(RecordQueue::kCapacity / 8),
+      thread_([this] { run(); }) {
+  pthread_setname_np(thread_.native_handle(), "eha-writer");
+}
+
+bool JournalThread::hangs() {
+  const std::uint64_t turns = turns_.load(std::memory_order_relaxed);
+  const auto now = std::chrono::steady_clock::now();
+  if (turns != turns_seen_) {
+    turns_seen_ = turns;
+    turned_ = now;
+  }
+  return time_base_ == TimeBase::monotonic && now - turned_ > kWriterPatience;
+}
+
+std::string JournalThread::finish() {
+  loop_ended_.store(true, std::memory_order_release);
+  if (thread_.joinable()) thread_.join();
+  return error_;
+}
+
+void JournalThread::run() {
+  acquisition::block_all_but_fatal_signals();
+  const acquisition::SignalStack signal_stack;
+  for (;;) {
+    turns_.fetch_add(1, std::memory_order_relaxed);
+    const bool was_last = loop_ended_.load(std::memory_order_acquire);
+    const std::size_t count = queue_.pop(batch_.data(), batch_.size());
+    if (error_.empty()) write(count);
+    if (count > 0) continue;
+    if (was_last) return;
+    if (time_base_ == TimeBase::monotonic) {
+      std::this_thread::sleep_for(kPollMonotonic);
+    } else {
+      std::this_thread::sleep_for(kPollVirtual);
+    }
+  }
+}
+
+void JournalThread::write(std::size_t count) {
+  try {
+    if (count > 0) journal_.append({batch_.data(), count});
+    // A run in virtual time can be repeated, so it is synchronised to the disk once, at its end.
+    const auto now = std::chrono::steady_clock::now();
+    if (time_base_ == TimeBase::monotonic && now - synchronised_ >= kSynchronise) {
+      journal_.synchronise();
+      synchronised_ = now;
+    }
+  } catch (const std::exception& error) {
+    error_ = error.what();
+    queue_.report_writer_failure();
+  }
+}
+
+}  // namespace eha::play

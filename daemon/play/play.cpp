@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/play/play.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <future>
+#include <memory>
+#include <utility>
+
+#include "core/os/files.hpp"
+#include "daemon/acquisition/fatal_signals.hpp"
+#include "daemon/acquisition/record_queue.hpp"
+#include "daemon/play/journal_thread.hpp"
+#include "daemon/record/journal.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_files.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::play {
+namespace {
+
+using acquisition::Outcome;
+using acquisition::TimeBase;
+using Json = nlohmann::ordered_json;
+
+constexpr double kBlock_s = 0.1;
+constexpr auto kProgressInterval = std::chrono::milliseconds(100);
+
+/// Removes a run folder again unless the run has begun.
+class UnusedFolderRemover {
+ public:
+  explicit UnusedFolderRemover(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  UnusedFolderRemover(const UnusedFolderRemover&) = delete;
+  UnusedFolderRemover& operator=(const UnusedFolderRemover&) = delete;
+  ~UnusedFolderRemover() {
+    std::error_code ignored;
+    if (!has_begun_) std::filesystem::remove_all(folder_, ignored);
+  }
+  void run_has_begun() { has_begun_ = true; }
+
+ private:
+  std::filesystem::path folder_;
+  bool has_begun_ = false;
+};
+
+/// Shows a run's progress until the display fails; then stops the run and keeps the failure.
+class ProgressDisplay {
+ public:
+  ProgressDisplay(const Progress& progress, const RunWatch& watch, acquisition::StopRequest& stop)
+      : progress_(progress), watch_(watch), stop_(stop) {}
+
+  void show() {
+    if (!progress_ || failure_) return;
+    try {
+      progress_(watch_.board.read());
+    } catch (...) {
+      // Thrown again only after the rod has been ramped to rest and the record is written.
+      failure_ = std::current_exception();
+      stop_.request_ramp_out();
+    }
+  }
+
+  void rethrow_failure() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  const Progress& progress_;
+  const RunWatch& watch_;
+  acquisition::StopRequest& stop_;
+  std::exception_ptr failure_;
+};
+
+/// Room for the journal, raw.h5 and the decimated data, and some to spare.
+std::uint64_t bytes_needed(const PlayRequest& request) {
+  constexpr double kBytesPerTick = 64.0 + 72.0 + 8.0;
+  constexpr double kSpare = 16e6;
+  const config::RigLimits& limits = request.rig.limits;
+  const double ramps_s =
+      limits.slew_V_per_s > 0.0 ? 2.0 * (limits.command_max_V - limits.command_min_V) / limits.slew_V_per_s : 0.0;
+  const double ticks = static_cast<double>(request.table_V.size()) * request.experiment.repetitions +
+                       (ramps_s + 1.0) / request.rig.realtime.sample_period_s;
+  return static_cast<std::uint64_t>(ticks * kBytesPerTick + kSpare);
+}
+
+std::size_t rows_per_block(double sample_period_s) {
+  return static_cast<std::size_t>(std::max(std::round(kBlock_s / sample_period_s), 1.0));
+}
+
+std::unique_ptr<acquisition::Clock> make_clock(TimeBase time_base) {
+  if (time_base == TimeBase::virtual_time) return std::make_unique<acquisition::VirtualClock>();
+  return std::make_unique<acquisition::MonotonicClock>();
+}
+
+/// What a run is made with.
+struct RunParts {
+  hal::Rig& rig;
+  acquisition::StateMachine& machine;
+  const PlayRequest& request;
+  acquisition::StopRequest& stop;
+  RunWatch& watch;
+};
+
+/// Runs the tick loop and the journal's thread until both have ended.
+/// @throws as acquisition::run, before the first tick
+FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, ProgressDisplay& display) {
+  const PlayRequest& request = run.request;
+  const std::unique_ptr<acquisition::Clock> clock = make_clock(request.time_base);
+  const auto queue = std::make_unique<acquisition::RecordQueue>();
+  const acquisition::SignalStack signal_stack;
+  const acquisition::FatalSignals fatal_signals(run.rig, run.stop,
+                                                std::llround(request.rig.realtime.sample_period_s * 1e9));
+  run.watch.phase = RunWatch::Phase::playing;
+  JournalThread writer(*queue, journal, request.time_base, run.watch.writer_turns);
+  std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
+    const acquisition::Excitation excitation{request.table_V,
+                                             static_cast<std::uint32_t>(request.experiment.repetitions)};
+    return acquisition::run(run.rig, run.machine, excitation, request.rig.limits, request.rig.realtime,
+                            request.non_realtime, *clock, *queue, run.stop, run.watch.board);
+  });
+  while (loop.wait_for(kProgressInterval) != std::future_status::ready) {
+    display.show();
+    if (writer.hangs()) queue->report_writer_failure();
+  }
+  FinishedRun finished{.folder = request.folder, .report = loop.get(), .write_error = {}};
+  run.watch.phase = RunWatch::Phase::draining;
+  finished.write_error = writer.finish();
+  return finished;
+}
+
+/// Closes the journal and writes the files made from it. A failure is kept in `finished`, and the files that can still
+/// be written are.
+void write_files(FinishedRun& finished, record::JournalWriter& journal, Json& manifest) {
+  const auto attempt = [&](const auto& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      if (finished.write_error.empty()) finished.write_error = error.what();
+    }
+  };
+  if (finished.write_error.empty()) attempt([&] { journal.finish(record::describe_end(finished.report)); });
+  attempt([&] { record::write_files_from_journal(finished.folder); });
+  Outcome& outcome = finished.report.outcome;
+  if (!finished.write_error.empty() && (outcome == Outcome::completed || outcome == Outcome::interrupted)) {
+    outcome = Outcome::write_failed;
+  }
+  manifest["files"] = nullptr;
+  manifest["outcome"] = acquisition::to_text(outcome);
+  manifest["utc_end"] = record::utc_now();
+  manifest["report"] = record::describe_report(finished.report);
+  if (!finished.write_error.empty()) manifest["report"]["write_error"] = finished.write_error;
+  attempt([&] { record::write_manifest(finished.folder, manifest); });
+  if (!finished.write_error.empty() && outcome == Outcome::completed) outcome = Outcome::write_failed;
+}
+
+}  // namespace
+
+FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRequest& request,
+                 acquisition::StopRequest& stop, const Progress& progress) {
+  UnusedFolderRemover remover(request.folder);
+  os::require_free_space(request.folder, bytes_needed(request));
+  const record::RunDescription description{.rig = request.rig,
+                                           .experiment = request.experiment,
+                                           .samples_per_repetition = request.table_V.size(),
+                                           .time_base = request.time_base,
+                                           .utc_start = record::utc_now()};
+  const Json header = record::describe_run(rig.capabilities(), description);
+  record::JournalWriter journal(request.folder / record::kJournalFile, header,
+                                rows_per_block(request.rig.realtime.sample_period_s));
+  Json manifest = record::new_manifest(header, description.utc_start);
+  record::write_manifest(request.folder, manifest);
+
+  const auto own_watch = std::make_unique<RunWatch>();
+  RunWatch& watch = request.watch != nullptr ? *request.watch : *own_watch;
+  ProgressDisplay display(progress, watch, stop);
+  FinishedRun finished = record_run({rig, machine, request, stop, watch}, journal, display);
+  remover.run_has_begun();
+  watch.phase = RunWatch::Phase::closing;
+  display.show();
+  write_files(finished, journal, manifest);
+  display.rethrow_failure();
+  return finished;
+}
+
+}  // namespace eha::play

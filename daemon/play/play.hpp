@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "config/experiment_config.hpp"
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/clock.hpp"
+#include "daemon/acquisition/run.hpp"
+#include "daemon/acquisition/state_machine.hpp"
+#include "daemon/acquisition/status_board.hpp"
+#include "daemon/acquisition/stop_request.hpp"
+#include "daemon/play/run_watch.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::play {
+
+/// One experiment on one rig.
+struct PlayRequest {
+  const config::RigConfig& rig;
+  const config::ExperimentConfig& experiment;
+  std::span<const double> table_V;  ///< one repetition, one voltage a tick [V]
+  std::filesystem::path folder;     ///< made by record::create_run_folder
+  acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
+  acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
+  RunWatch* watch = nullptr;  ///< none: nobody looks on
+};
+
+/// What a run left behind.
+struct FinishedRun {
+  std::filesystem::path folder;
+  acquisition::RunReport report;  ///< outcome write_failed also when only the files after the journal failed
+  std::string write_error;        ///< message of the write that failed; empty when everything was written
+};
+
+/// Called some ten times a second, in the thread that called play(). When it throws, the run is ramped out, its files
+/// are written, and play() throws the same.
+using Progress = std::function<void(const acquisition::Snapshot&)>;
+
+/// Plays an experiment on a rig and records it in the request's run folder. Blocks until the rig is idle or faulted and
+/// the files are closed: run.json, raw.ehalog, raw.h5 and data_40ms.csv. A fault, a stop or a failing disk is no
+/// exception: report.outcome says so (acquisition::describe, acquisition::exit_code) and what was recorded is kept.
+/// Equal requests in virtual time on equal rigs give byte-identical raw.ehalog, raw.h5 and data_40ms.csv.
+/// A fatal signal while the loop runs makes the rig safe before the process dies of it (acquisition::FatalSignals).
+/// The loop and the journal have a thread each, so a slow `progress` delays neither.
+/// @param machine  must be armed
+/// @throws ConfigError, PermissionError  as acquisition::run; the folder is removed
+/// @throws IoError  the disk has too little room; the rig was not driven and the folder is removed
+[[nodiscard]] FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRequest& request,
+                               acquisition::StopRequest& stop, const Progress& progress = {});
+
+}  // namespace eha::play

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "daemon/acquisition/status_board.hpp"
+
+namespace eha::play {
+
+/// The state of a run while play() is at it, for a watchdog and for displays. Thread-safe to read at any time.
+struct RunWatch {
+  enum class Phase : std::uint8_t {
+    preparing,  ///< the rig is not driven yet
+    playing,    ///< the board changes every tick, and the writer's count several times a second
+    draining,   ///< the loop has ended, the writer has not
+    closing,    ///< the files are made from the journal; the time it takes grows with the record
+  };
+  acquisition::StatusBoard board;
+  std::atomic<Phase> phase{Phase::preparing};
+  std::atomic<std::uint64_t> writer_turns{0};  ///< grows unless the writer hangs in a call on the disk
+};
+
+}  // namespace eha::play
