@@ -11,17 +11,15 @@
 
 #include "config/experiment_check.hpp"
 #include "config/file_kind.hpp"
+#include "config/model_config.hpp"
 #include "config/toml_section.hpp"
 #include "core/error.hpp"
-#include "ident/estimation/parametrisation.hpp"
 
 namespace eha::config {
 namespace {
 
 using ident::ExcitationKind;
-using ident::InitialState;
 using ident::Procedure;
-using ident::StructureKind;
 
 constexpr auto kKinds = std::to_array<std::pair<std::string_view, ExcitationKind>>(
     {{"multisine", ExcitationKind::multisine},
@@ -33,18 +31,7 @@ constexpr auto kKinds = std::to_array<std::pair<std::string_view, ExcitationKind
      {"sine", ExcitationKind::sine}});
 constexpr auto kProcedures = std::to_array<std::pair<std::string_view, Procedure>>(
     {{"default", Procedure::standard}, {"paper", Procedure::paper}});
-constexpr auto kStructures =
-    std::to_array<std::pair<std::string_view, StructureKind>>({{"io", StructureKind::io},
-                                                               {"fo", StructureKind::fo},
-                                                               {"commensurate", StructureKind::commensurate},
-                                                               {"lag", StructureKind::lag}});
-constexpr auto kInitialStates = std::to_array<std::pair<std::string_view, InitialState>>(
-    {{"auto", InitialState::automatic}, {"none", InitialState::none}, {"estimated", InitialState::estimated}});
-constexpr auto kDelays = std::to_array<std::pair<std::string_view, bool>>({{"free", true}});
-
 constexpr std::int64_t kAnySeed = std::numeric_limits<std::int64_t>::max();
-/// A day; what is longer is a slip of the unit.
-constexpr double kLongestRun_s = 86400.0;
 
 void read_tones(Section& section, ident::ExcitationOptions& excitation) {
   for (Section& entry : section.sections("tones")) {
@@ -130,115 +117,6 @@ void add_fault(Document& document, const std::string& path, std::string_view exp
   document.faults.add(position_of(document.positions, path), path, expected, got);
 }
 
-void read_parameters(Section& model, ident::StructureOptions& structure, Document& document) {
-  for (Section& entry : model.sections("parameter", Need::optional)) {
-    ident::ParameterRequest request;
-    entry.text("name", request.name);
-    entry.boolean("fixed", request.fixed);
-    entry.number("start", request.start, Range::any());
-    entry.number("lower", request.lower, Range::any());
-    entry.number("upper", request.upper, Range::any());
-    entry.finish();
-    if (request.lower && request.upper && !(*request.lower < *request.upper)) {
-      add_fault(document, entry.path("upper"), fmt::format("more than lower = {}", *request.lower),
-                fmt::format("{}", *request.upper));
-    } else if (request.start && ((request.lower && *request.start < *request.lower) ||
-                                 (request.upper && *request.start > *request.upper))) {
-      add_fault(document, entry.path("start"), "a number within lower..upper", fmt::format("{}", *request.start));
-    }
-    const auto same_name = [&](const ident::ParameterRequest& other) { return other.name == request.name; };
-    if (!request.name.empty() && std::any_of(structure.parameters.begin(), structure.parameters.end(), same_name)) {
-      add_fault(document, entry.path("name"), "each parameter once", fmt::format("\"{}\" again", request.name));
-    }
-    structure.parameters.push_back(std::move(request));
-  }
-}
-
-ident::StructureOptions read_model(Section& section, Document& document) {
-  ident::StructureOptions structure;
-  structure.name.clear();
-  section.file_stem("name", structure.name);
-  section.choice("structure", structure.kind, kStructures);
-  if (!document.faults.clean(section.path("structure"))) {
-    section.ignore("poles");
-    section.ignore("zeros");
-  } else if (structure.kind == StructureKind::io || structure.kind == StructureKind::commensurate) {
-    section.integer("poles", structure.poles, 1, 10, Need::optional);
-    section.integer("zeros", structure.zeros, 0, 10, Need::optional);
-    if (structure.zeros > structure.poles) {
-      add_fault(document, section.path("zeros"), fmt::format("at most poles = {}", structure.poles),
-                fmt::format("{}", structure.zeros));
-    }
-  } else {
-    section.forbid("poles", "structure is neither \"io\" nor \"commensurate\"");
-    section.forbid("zeros", "structure is neither \"io\" nor \"commensurate\"");
-  }
-  section.number("delay_s", structure.delay_s, Range::between(0.0, kLongestRun_s), Need::optional);
-  section.choice("delay", structure.delay_free, kDelays, Need::optional);
-  section.choice("initial_state", structure.initial_state, kInitialStates, Need::optional);
-  read_parameters(section, structure, document);
-  section.finish();
-  return structure;
-}
-
-/// What the estimator would refuse after the experiment: names of parameters, values without which they cannot be
-/// fixed.
-void check_requests(const ident::StructureOptions& structure, const std::string& path, Document& document) {
-  for (std::size_t i = 0; i < structure.parameters.size(); ++i) {
-    ident::StructureOptions alone = structure;
-    alone.parameters = {structure.parameters[i]};
-    try {
-      // What is asked of the parameters does not depend on the record's length and tick.
-      (void)ident::Parametrisation::search(alone, {.duration_s = 1.0, .step_s = 0.001});
-    } catch (const ConfigError& error) {
-      const std::string parameter = fmt::format("{}.parameter[{}]", path, i);
-      document.faults.add_text(position_of(document.positions, parameter + ".name"), parameter, error.what());
-    }
-  }
-}
-
-void check_initial_state(const ident::StructureOptions& structure, const std::string& path, Document& document) {
-  if (structure.initial_state == InitialState::estimated && structure.kind == ident::StructureKind::commensurate &&
-      structure.zeros > 0) {
-    add_fault(document, path + ".initial_state",
-              "\"auto\" or \"none\" (a past input is estimated for models without zeros)", "\"estimated\"");
-  }
-}
-
-/// The paper's procedure has two structures and nothing to ask for.
-void check_paper(const ident::StructureOptions& structure, const std::string& path, Document& document) {
-  const bool known = structure.kind == StructureKind::fo ||
-                     (structure.kind == StructureKind::io && structure.poles == 2 && structure.zeros == 0);
-  if (!known) {
-    add_fault(document, path, "structure \"fo\", or \"io\" with 2 poles and no zero, for procedure = \"paper\"",
-              "another one");
-  } else if (!structure.parameters.empty() || structure.delay_free || structure.delay_s != 0.0) {
-    add_fault(document, path, "neither a delay nor parameters for procedure = \"paper\"", "some");
-  }
-}
-
-void check_models(const ExperimentConfig& experiment, Document& document) {
-  for (std::size_t i = 0; i < experiment.models.size(); ++i) {
-    const std::string path = fmt::format("model[{}]", i);
-    if (!document.faults.clean(path)) continue;
-    check_requests(experiment.models[i], path, document);
-    check_initial_state(experiment.models[i], path, document);
-    if (experiment.fit.procedure == Procedure::paper) check_paper(experiment.models[i], path, document);
-  }
-}
-
-void read_models(Section& root, ExperimentConfig& experiment, Document& document) {
-  for (Section& section : root.sections("model")) {
-    ident::StructureOptions structure = read_model(section, document);
-    const auto same_name = [&](const ident::StructureOptions& other) { return other.name == structure.name; };
-    if (!structure.name.empty() && std::any_of(experiment.models.begin(), experiment.models.end(), same_name)) {
-      add_fault(document, section.path("name"), "a name that no other model has",
-                fmt::format("\"{}\"", structure.name));
-    }
-    experiment.models.push_back(std::move(structure));
-  }
-}
-
 void read_record(Section& root, ident::FitOptions& fit) {
   auto section = root.section("record", Need::optional);
   if (!section) return;
@@ -282,10 +160,10 @@ ExperimentConfig read_experiment(Document& document) {
   }
   read_record(root, experiment.fit);
   read_identification(root, experiment.fit);
-  read_models(root, experiment, document);
+  experiment.models = read_models(root, document);
   read_acceptance(root, experiment.acceptance);
   root.finish();
-  check_models(experiment, document);
+  check_models(experiment.models, experiment.fit.procedure, document);
   if (document.faults.clean("duration_s") && document.faults.clean("record.discard_s") &&
       experiment.fit.discard_s >= experiment.duration_s) {
     add_fault(document, "record.discard_s", fmt::format("less than duration_s = {}", experiment.duration_s),

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/command_line.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -53,7 +54,7 @@ constexpr const char* kFitFooter = R"(
 SOURCE is a run folder (its experiment says how, its models are published anew unless -o is given) or a CSV record
 with the columns time_s, input, output, units as suffixes (voltage_V,displacement_in); see eha-record(5).
 Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit],
-initial_output [output unit]. Each --model of a CSV record is written to DIR/<model>.json with -o DIR, whatever its
+initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders). Each --model of a CSV record is written to DIR/<model>.json with -o DIR, whatever its
 verdict; without -o nothing is written.
 Where the experiment names tones or has repetitions, the measured frequency response is printed beside the models' and
 written to frequency_response.csv; see eha(1).
@@ -63,6 +64,7 @@ Examples:
   eha fit runs/latest
   eha fit runs/latest --cross-validate
   eha fit record.csv --model io --poles 3 --zeros 1 --delay free --split 0.5
+  eha fit record.csv --structure five_terms.toml --model io -o models
   eha fit record.csv --sweep commensurate --poles 2 -o models
   eha fit record.csv --model fo --fix n1=0.9 --bound n2=1.5:2 --decimate 40 -o models)";
 
@@ -123,7 +125,6 @@ Examples:
 
 /// Options whose text is turned into values after parsing.
 struct Texts {
-  std::vector<std::string> models;
   std::string procedure;
   std::string initial_state;
   std::string method = "exact";
@@ -169,6 +170,15 @@ void add_run(CLI::App& app, RunCommand& run) {
       ->needs(local);
 }
 
+/// @param with_degrees  only those that have poles and zeros
+std::vector<std::string> family_names(bool with_degrees) {
+  std::vector<std::string> names;
+  for (const ident::StructureFamily& family : ident::structure_families()) {
+    if (family.has_degrees || !with_degrees) names.emplace_back(family.name);
+  }
+  return names;
+}
+
 void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
   CLI::App* sub = app.add_subcommand("fit", "Fit and judge models on a run or a CSV record");
   sub->footer(kFitFooter);
@@ -178,10 +188,16 @@ void add_fit(CLI::App& app, FitCommand& fit, Texts& texts) {
   sub->add_option("--procedure", texts.procedure, "How to fit; paper is the published procedure to the letter")
       ->type_name("default|paper")
       ->check(CLI::IsMember({"default", "paper"}).description(""));
-  sub->add_option("--model", texts.models, "What to fit; may be repeated (default io and fo, or the experiment's)")
-      ->type_name("io|fo|commensurate|lag")
+  const std::vector<std::string> families = family_names(false);
+  sub->add_option("--model", fit.models.families,
+                  "What to fit; may be repeated (default io and fo, or the experiment's)")
+      ->type_name(fmt::format("{}", fmt::join(families, "|")))
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"io", "fo", "commensurate", "lag"}).description(""));
+      ->check(CLI::IsMember(families).description(""));
+  sub->add_option("--structure", fit.models.structure_files,
+                  "Fit the structure that this file gives term by term (TOML); may be repeated")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   sub->add_option("--poles", fit.models.poles, "Poles of io, degree of commensurate: 1..10 (default 2)")
       ->type_name("N")
       ->check(CLI::Range(1, 10).description(""));
@@ -283,18 +299,7 @@ void add_latency(CLI::App& app, LatencyCommand& latency) {
   sub->add_option("--rig", latency.rig_file, "Rig file whose period, priority and CPU apply")->type_name("RIG");
 }
 
-ident::StructureKind kind_named(const std::string& name) {
-  static const std::map<std::string, ident::StructureKind> kKinds{
-      {"io", ident::StructureKind::io},
-      {"fo", ident::StructureKind::fo},
-      {"commensurate", ident::StructureKind::commensurate},
-      {"lag", ident::StructureKind::lag},
-  };
-  return kKinds.at(name);
-}
-
 void interpret(const Texts& texts, FitCommand& fit, SimulateCommand& simulate) {
-  for (const std::string& name : texts.models) fit.models.kinds.push_back(kind_named(name));
   if (!texts.procedure.empty()) {
     fit.procedure = texts.procedure == "paper" ? ident::Procedure::paper : ident::Procedure::standard;
   }

@@ -39,7 +39,8 @@ struct RecordOptions {
 
 /// What a command line says about the models to seek.
 struct ModelOptions {
-  std::vector<ident::StructureKind> kinds = {};  ///< --model, in order; empty: the experiment's, or io and fo
+  std::vector<std::string> families = {};         ///< --model, in order; with no --structure either: the experiment's
+  std::vector<std::string> structure_files = {};  ///< --structure, in order
   std::optional<int> poles = {};
   std::optional<int> zeros = {};
   std::optional<std::string> delay = {};  ///< "free" or seconds

@@ -13,8 +13,9 @@
 #include "daemon/eha/executor.hpp"
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/record/run_folder.hpp"
-#include "ident/estimation/information.hpp"
-#include "ident/model_file.hpp"
+#include "ident/estimation/paper_procedure.hpp"
+#include "ident/model/model_file.hpp"
+#include "ident/uncertainty/information.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
@@ -112,12 +113,11 @@ std::vector<IdentifiedModel> identify_as_in_the_paper(IdentificationTask task, C
   task.options.procedure = ident::Procedure::paper;
   std::vector<IdentifiedModel> models;
   for (const ident::StructureOptions& structure : task.structures) {
-    const bool published = structure.kind == ident::StructureKind::fo ||
-                           (structure.kind == ident::StructureKind::io && structure.poles == 2 && structure.zeros == 0);
+    const auto published = ident::published_structure(structure.structure);
     if (!published) continue;
     ident::StructureOptions plain;
     plain.name = structure.name;
-    plain.kind = structure.kind;
+    plain.structure = *published;
     try {
       models.push_back(identify_one(task, plain));
     } catch (const Error& error) {

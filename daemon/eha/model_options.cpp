@@ -11,34 +11,21 @@
 #include <system_error>
 #include <utility>
 
+#include "config/structure_file.hpp"
 #include "core/error.hpp"
 
 namespace eha::cli {
 namespace {
 
 using ident::ParameterRequest;
-using ident::StructureKind;
+using ident::Structure;
 using ident::StructureOptions;
 
-std::string_view name_of(StructureKind kind) {
-  switch (kind) {
-    case StructureKind::io:
-      return "io";
-    case StructureKind::fo:
-      return "fo";
-    case StructureKind::commensurate:
-      return "commensurate";
-    case StructureKind::lag:
-      return "lag";
-  }
-  return "";
-}
-
-StructureOptions plain(StructureKind kind) {
-  StructureOptions structure;
-  structure.name = name_of(kind);
-  structure.kind = kind;
-  return structure;
+StructureOptions plain(Structure structure) {
+  StructureOptions asked;
+  asked.name = structure.family;
+  asked.structure = std::move(structure);
+  return asked;
 }
 
 double number(std::string_view text, const std::string& option, const std::string& whole) {
@@ -97,48 +84,79 @@ void apply_parameters(const ModelOptions& options, StructureOptions& structure) 
   }
 }
 
-bool has_degrees(const StructureOptions& structure) {
-  return structure.kind == StructureKind::io || structure.kind == StructureKind::commensurate;
+/// Names of the families that have degrees, for a sentence.
+std::string names_with_degrees() {
+  std::vector<std::string_view> names;
+  for (const ident::StructureFamily& family : ident::structure_families()) {
+    if (family.has_degrees) names.push_back(family.name);
+  }
+  return fmt::format("{}", fmt::join(names, " and "));
 }
 
 void apply_degrees(const ModelOptions& options, std::vector<StructureOptions>& structures) {
   if (!options.poles && !options.zeros) return;
+  const auto has_degrees = [](const StructureOptions& asked) { return asked.structure.degrees.has_value(); };
   if (std::none_of(structures.begin(), structures.end(), has_degrees)) {
-    throw UsageError("--poles and --zeros are for the models io and commensurate, and none of these is asked for");
+    throw UsageError(
+        fmt::format("--poles and --zeros are for the models {}, and none of these is asked for", names_with_degrees()));
   }
-  for (StructureOptions& structure : structures) {
-    if (!has_degrees(structure)) continue;
-    structure.poles = options.poles.value_or(structure.poles);
-    structure.zeros = options.zeros.value_or(structure.zeros);
-    if (structure.zeros > structure.poles) {
-      throw UsageError(fmt::format("--zeros: expected at most {} as there are so many poles, got {}", structure.poles,
-                                   structure.zeros));
+  for (StructureOptions& asked : structures) {
+    if (!has_degrees(asked)) continue;
+    ident::Degrees degrees = *asked.structure.degrees;
+    degrees.poles = options.poles.value_or(degrees.poles);
+    degrees.zeros = options.zeros.value_or(degrees.zeros);
+    if (degrees.zeros > degrees.poles) {
+      throw UsageError(
+          fmt::format("--zeros: expected at most {} as there are so many poles, got {}", degrees.poles, degrees.zeros));
     }
+    const ident::StructureParameter delay = asked.structure.delay;
+    asked.structure = ident::structure_family(asked.structure.family).make(degrees);
+    asked.structure.delay = delay;
   }
 }
 
-void apply_delay(const std::string& text, StructureOptions& structure) {
-  structure.delay_free = text == "free";
-  if (structure.delay_free) return;
-  structure.delay_s = number(text, "--delay", text);
-  if (structure.delay_s < 0.0) throw UsageError(fmt::format("--delay: expected free or seconds >= 0, got {}", text));
+void apply_delay(const std::string& text, Structure& structure) {
+  const bool free = text == "free";
+  structure.delay.freedom = free ? ident::Freedom::free : ident::Freedom::held;
+  if (free) return;
+  structure.delay.value = number(text, "--delay", text);
+  if (structure.delay.value < 0.0) {
+    throw UsageError(fmt::format("--delay: expected free or seconds >= 0, got {}", text));
+  }
+}
+
+/// Those of the experiment that belong to the family, else a plain one.
+void choose(const std::string& family, const std::vector<StructureOptions>& configured,
+            std::vector<StructureOptions>& structures) {
+  const std::size_t before = structures.size();
+  std::copy_if(configured.begin(), configured.end(), std::back_inserter(structures),
+               [&](const StructureOptions& asked) { return asked.structure.family == family; });
+  if (structures.size() == before) structures.push_back(plain(ident::structure_family(family).make({})));
 }
 
 std::vector<StructureOptions> chosen(const ModelOptions& options, const std::vector<StructureOptions>& configured) {
-  if (options.kinds.empty()) {
+  if (options.families.empty() && options.structure_files.empty()) {
     if (!configured.empty()) return configured;
-    return {plain(StructureKind::io), plain(StructureKind::fo)};
+    return {plain(ident::structures::io()), plain(ident::structures::fo())};
   }
   std::vector<StructureOptions> structures;
-  for (auto kind = options.kinds.begin(); kind != options.kinds.end(); ++kind) {
-    if (std::find(options.kinds.begin(), kind, *kind) != kind) {
-      throw UsageError(fmt::format("--model {} is given twice, and each would be written to {}.json", name_of(*kind),
-                                   name_of(*kind)));
+  for (auto family = options.families.begin(); family != options.families.end(); ++family) {
+    if (std::find(options.families.begin(), family, *family) != family) {
+      throw UsageError(
+          fmt::format("--model {} is given twice, and each would be written to {}.json", *family, *family));
     }
-    const std::size_t before = structures.size();
-    std::copy_if(configured.begin(), configured.end(), std::back_inserter(structures),
-                 [&](const StructureOptions& structure) { return structure.kind == *kind; });
-    if (structures.size() == before) structures.push_back(plain(*kind));
+    choose(*family, configured, structures);
+  }
+  for (const std::string& file : options.structure_files) {
+    StructureOptions asked = config::load_structure(file);
+    const auto same_name = [&](const StructureOptions& other) { return other.name == asked.name; };
+    if (std::any_of(structures.begin(), structures.end(), same_name)) {
+      throw UsageError(
+          fmt::format("--structure {}: another model is named {}, and each would be written to {}.json; "
+                      "give it another `name`",
+                      file, asked.name, asked.name));
+    }
+    structures.push_back(std::move(asked));
   }
   return structures;
 }
@@ -149,10 +167,10 @@ std::vector<StructureOptions> structures_for(const ModelOptions& options,
                                              const std::vector<StructureOptions>& configured) {
   std::vector<StructureOptions> structures = chosen(options, configured);
   apply_degrees(options, structures);
-  for (StructureOptions& structure : structures) {
-    if (options.delay) apply_delay(*options.delay, structure);
-    structure.initial_state = options.initial_state.value_or(structure.initial_state);
-    apply_parameters(options, structure);
+  for (StructureOptions& asked : structures) {
+    if (options.delay) apply_delay(*options.delay, asked.structure);
+    asked.initial_state = options.initial_state.value_or(asked.initial_state);
+    apply_parameters(options, asked);
   }
   return structures;
 }

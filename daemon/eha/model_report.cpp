@@ -16,38 +16,6 @@ namespace {
 using ident::Model;
 using ident::ParameterEstimate;
 using ident::Score;
-using ident::StructureKind;
-
-std::string structure_text(const ident::StructureOptions& structure) {
-  switch (structure.kind) {
-    case StructureKind::fo:
-      return "K s^b0/(a2 s^n2+a1 s^n1+a0 s^n0)";
-    case StructureKind::lag:
-      return "K/(a1 s^n1+a0)";
-    case StructureKind::commensurate:
-      return fmt::format("in s^q, degree {}, numerator {}", structure.poles, structure.zeros);
-    case StructureKind::io:
-      break;
-  }
-  if (structure.poles == 2 && structure.zeros == 0) return "K/(a2 s^2+a1 s+a0)";
-  return fmt::format("{} pole{}, {} zero{}", structure.poles, structure.poles == 1 ? "" : "s", structure.zeros,
-                     structure.zeros == 1 ? "" : "s");
-}
-
-/// Whether a parameter is an order of s. In integer structures b0, b1, ... are coefficients.
-bool is_order(const std::string& name, StructureKind kind) {
-  switch (kind) {
-    case StructureKind::io:
-      return false;
-    case StructureKind::commensurate:
-      return name == "q";
-    case StructureKind::fo:
-      return name == "n2" || name == "n1" || name == "n0" || name == "b0";
-    case StructureKind::lag:
-      return name == "n1";
-  }
-  return false;
-}
 
 /// A value with as many digits as its standard error gives meaning to.
 std::string with_error(const ParameterEstimate& parameter) {
@@ -59,16 +27,16 @@ std::string with_error(const ParameterEstimate& parameter) {
   return fmt::format("{:.{}f} +- {:.{}f}", parameter.value, decimals, parameter.std, decimals);
 }
 
-std::string orders_text(const Model& model, StructureKind kind) {
+std::string orders_text(const Model& model) {
   std::vector<std::string> parts;
   for (const ParameterEstimate& parameter : model.parameters) {
-    if (is_order(parameter.name, kind)) parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
+    if (is_order(parameter.role)) parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
   }
   if (parts.empty()) {
     for (const ident::Term& term : model.transfer_function.denominator) parts.push_back(fmt::format("{}", term.order));
   }
   for (const ParameterEstimate& parameter : model.parameters) {
-    if (parameter.name == "delay_s" && (!parameter.fixed || parameter.value > 0.0)) {
+    if (parameter.role == ident::ParameterRole::delay && (!parameter.fixed || parameter.value > 0.0)) {
       parts.push_back(fmt::format("delay {} s", with_error(parameter)));
     }
   }
@@ -83,8 +51,7 @@ void add_score(std::vector<std::string>& row, const std::optional<Score>& score)
 
 std::vector<std::string> row_for(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
-  std::vector<std::string> row{model.name + mark, structure_text(identified.structure),
-                               orders_text(model, identified.structure.kind)};
+  std::vector<std::string> row{model.name + mark, identified.structure.structure.formula, orders_text(model)};
   add_score(row, model.estimation ? std::optional(model.estimation->score) : std::nullopt);
   add_score(row, model.validation ? std::optional(model.validation->score) : std::nullopt);
   const auto again = model.validation ? model.validation->offset_reestimated : std::nullopt;

@@ -7,7 +7,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/record_csv/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
-#include "ident/model_file.hpp"
+#include "ident/model/model_file.hpp"
 
 namespace eha::cli {
 

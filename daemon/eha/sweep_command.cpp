@@ -13,20 +13,20 @@
 #include "daemon/eha/sweep.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "ident/estimation/commensurate_sweep.hpp"
-#include "ident/model_file.hpp"
+#include "ident/model/model_file.hpp"
 
 namespace eha::cli {
 namespace {
 
 ident::StructureOptions commensurate_structure(const std::vector<ident::StructureOptions>& structures) {
-  const auto found = std::find_if(structures.begin(), structures.end(), [](const ident::StructureOptions& structure) {
-    return structure.kind == ident::StructureKind::commensurate;
+  const auto found = std::find_if(structures.begin(), structures.end(), [](const ident::StructureOptions& asked) {
+    return asked.structure.base_order.has_value();
   });
   if (found != structures.end()) return *found;
-  ident::StructureOptions structure;
-  structure.name = "commensurate";
-  structure.kind = ident::StructureKind::commensurate;
-  return structure;
+  ident::StructureOptions asked;
+  asked.structure = ident::structures::commensurate();
+  asked.name = asked.structure.family;
+  return asked;
 }
 
 std::string table(const std::vector<ident::SweepPoint>& sweep) {
@@ -99,8 +99,10 @@ ExitCode sweep_commensurate_order(const FitCommand& command, const Identificatio
   }
   console.print_json(document);
   if (best == nullptr) return ExitCode::not_converged;
-  console.next_step(fmt::format("eha fit {} --model commensurate --poles {} --start q={:.4g}", command.source,
-                                structure.poles, best->commensurate_order));
+  const int poles = static_cast<int>(state_count(structure.structure));
+  console.next_step(fmt::format("eha fit {} --model {} --poles {} --start {}={:.4g}", command.source,
+                                structure.structure.family, poles, structure.structure.base_order->key.name,
+                                best->commensurate_order));
   return ExitCode::ok;
 }
 

@@ -11,7 +11,7 @@
 #include "daemon/eha/source.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"
-#include "ident/model_file.hpp"
+#include "ident/model/model_file.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::cli {

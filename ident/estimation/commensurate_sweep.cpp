@@ -6,14 +6,14 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "ident/estimation/information.hpp"
+#include "ident/uncertainty/information.hpp"
 
 namespace eha::ident {
 
 std::vector<SweepPoint> sweep_commensurate_order(const Record& record, const StructureOptions& structure,
                                                  const FitOptions& options, const std::vector<double>& orders,
                                                  const Executor& executor) {
-  if (structure.kind != StructureKind::commensurate) {
+  if (!structure.structure.base_order) {
     throw ConfigError(
         fmt::format("model {}: a sweep of the commensurate order needs structure commensurate", structure.name));
   }
@@ -25,8 +25,10 @@ std::vector<SweepPoint> sweep_commensurate_order(const Record& record, const Str
   std::vector<SweepPoint> sweep(orders.size());
   executor(orders.size(), [&](std::size_t k) {
     StructureOptions held = structure;
-    std::erase_if(held.parameters, [](const ParameterRequest& request) { return request.name == "q"; });
-    held.parameters.push_back({"q", true, orders[k], {}, {}});
+    std::erase_if(held.parameters, [](const ParameterRequest& request) {
+      return request.name == structure.structure.base_order->key.name;
+    });
+    held.parameters.push_back({structure.structure.base_order->key.name, true, orders[k], {}, {}});
     sweep[k].commensurate_order = orders[k];
     try {
       sweep[k].model = fit(record, held, each).model;

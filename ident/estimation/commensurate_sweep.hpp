@@ -15,7 +15,7 @@ struct SweepPoint {
 };
 
 /// Fits the structure, its base order q held at each value in turn, so that fit and stability can be seen against q.
-/// @param structure  of kind commensurate; a request for q is replaced
+/// @param structure  with a base order; a request for it is replaced
 /// @param orders     values of q, each above 0 and below 2
 /// @throws as fit()
 /// Cost: one fit a value; they share the executor.

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "ident/estimation/bode_curve.hpp"
 #include "ident/estimation/fit_options.hpp"
-#include "ident/estimation/model_output.hpp"
 #include "ident/executor.hpp"
-#include "ident/model.hpp"
+#include "ident/model/model.hpp"
+#include "ident/model/model_output.hpp"
 #include "ident/record.hpp"
+#include "ident/uncertainty/bode_curve.hpp"
 
 namespace eha::ident {
 
@@ -35,7 +35,7 @@ class NoStableModel : public DataError {
 /// @throws DataError    the record is too short, constant, or not finite; as NoStableModel, nothing stable was found
 /// @throws ConfigError  the structure or a parameter request makes no sense
 /// Deterministic for a given seed, whatever the executor.
-[[nodiscard]] FitResult fit(const Record& record, const StructureOptions& structure, const FitOptions& options,
+[[nodiscard]] FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options,
                             const Executor& executor = run_in_order);
 
 /// Scores a model on a record it has not seen, without its past input: bias kept, initial_output (and initial_state) as

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ident/estimation/uncertainty.hpp"
+#include "ident/uncertainty/covariance.hpp"
 
 namespace eha::ident {
 namespace {
@@ -21,8 +21,8 @@ double effective_bic(double cost, Eigen::Index rows, std::size_t free, double ef
          static_cast<double>(free) * std::log(effective_samples);
 }
 
-bool looks_integrating(const Outcome& outcome, double duration_s) {
-  std::vector<Term> d = outcome.parametrisation.transfer_function(outcome.best.theta, {}).denominator;
+bool looks_integrating(const LocalOptimum& optimum, double duration_s) {
+  std::vector<Term> d = optimum.parametrisation.transfer_function(optimum.best.theta, {}).denominator;
   std::stable_sort(d.begin(), d.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
   return std::any_of(d.begin() + 1, d.end(), [&](const Term& term) {
     const double gap = term.order - d[0].order;
@@ -30,18 +30,20 @@ bool looks_integrating(const Outcome& outcome, double duration_s) {
   });
 }
 
-const Outcome& choose(const std::vector<Outcome>& outcomes, double duration_s) {
-  const auto by_cost = [](const Outcome& a, const Outcome& b) { return a.best.point.cost < b.best.point.cost; };
-  const Outcome& closest = *std::min_element(outcomes.begin(), outcomes.end(), by_cost);
+const LocalOptimum& choose(const std::vector<LocalOptimum>& optima, double duration_s) {
+  const auto by_cost = [](const LocalOptimum& a, const LocalOptimum& b) {
+    return a.best.point.cost < b.best.point.cost;
+  };
+  const LocalOptimum& closest = *std::min_element(optima.begin(), optima.end(), by_cost);
   const double effective = residual_model(closest.best.point.residual).effective_samples;
-  const auto bic = [&](const Outcome& o) {
+  const auto bic = [&](const LocalOptimum& o) {
     return effective_bic(o.best.point.cost, o.best.point.residual.size(), o.free, effective);
   };
-  const auto by_bic = [&](const Outcome& a, const Outcome& b) { return bic(a) < bic(b); };
-  const Outcome& best = *std::min_element(outcomes.begin(), outcomes.end(), by_bic);
+  const auto by_bic = [&](const LocalOptimum& a, const LocalOptimum& b) { return bic(a) < bic(b); };
+  const LocalOptimum& best = *std::min_element(optima.begin(), optima.end(), by_bic);
   if (!looks_integrating(best, duration_s)) return best;
-  const Outcome* regular = nullptr;
-  for (const Outcome& o : outcomes) {
+  const LocalOptimum* regular = nullptr;
+  for (const LocalOptimum& o : optima) {
     const bool nearly =
         bic(o) - bic(best) < kStrongEvidence && o.best.point.cost <= kNearlyAsGood * best.best.point.cost;
     if (looks_integrating(o, duration_s) || !nearly) continue;

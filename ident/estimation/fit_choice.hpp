@@ -4,23 +4,17 @@
 #include <cstddef>
 #include <vector>
 
-#include "ident/estimation/least_squares.hpp"
-#include "ident/estimation/output_error.hpp"
-#include "ident/estimation/parametrisation.hpp"
+#include "ident/estimation/variants.hpp"
+#include "ident/search/least_squares.hpp"
+#include "ident/search/parametrisation.hpp"
 
 namespace eha::ident {
 
 /// "Strong" evidence, as a difference of BIC, begins here (Kass and Raftery, J. Am. Stat. Assoc. 90, 1995).
 constexpr double kStrongEvidence = 6.0;
 
-/// One way to treat what came before t = 0.
-struct Variant {
-  LinearPart linear;
-  bool bias_coordinate = false;
-};
-
 /// A local optimum of one variant on the whole record.
-struct Outcome {
+struct LocalOptimum {
   Variant variant;
   Parametrisation parametrisation;
   LeastSquaresResult best;
@@ -32,11 +26,11 @@ struct Outcome {
 
 /// Whether the slowest mode is so slow that the record cannot tell it from an integrator: the lowest frequency at which
 /// the constant of the denominator crosses another term is far below one period a record.
-[[nodiscard]] bool looks_integrating(const Outcome& outcome, double duration_s);
+[[nodiscard]] bool looks_integrating(const LocalOptimum& optimum, double duration_s);
 
 /// The optimum to report. The best by BIC; but one that looks integrating gives way to one that does not while the
 /// evidence against that is weak and its cost nearly as small: a slow drift of the disturbance is easily mistaken for
 /// an integrator.
-[[nodiscard]] const Outcome& choose(const std::vector<Outcome>& outcomes, double duration_s);
+[[nodiscard]] const LocalOptimum& choose(const std::vector<LocalOptimum>& optima, double duration_s);
 
 }  // namespace eha::ident

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/estimation/output_error.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "ident/fractional/stability.hpp"
+#include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/structure/parameter_role.hpp"
 
 namespace eha::ident {
 namespace {
@@ -182,11 +183,7 @@ LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::V
     const Eigen::MatrixXd chosen = columns(Eigen::all, free);
     const Eigen::VectorXd scale = chosen.colwise().norm().cwiseMax(1e-300).cwiseInverse();
     const Eigen::MatrixXd a = chosen * scale.asDiagonal();
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a.rows(), a.cols());
-    qr.setThreshold(kRankThreshold);
-    qr.compute(a);
-    const Eigen::VectorXd solved = scale.cwiseProduct(qr.solve(rest));
-    if (orthonormal != nullptr) *orthonormal = qr.householderQ() * Eigen::MatrixXd::Identity(a.rows(), qr.rank());
+    const Eigen::VectorXd solved = scale.cwiseProduct(solve_ranked(a, rest, kRankThreshold, orthonormal));
     // The quantity furthest outside its bounds is held at the bound it passed, one a round.
     double worst = 0.0;
     Eigen::Index passed = -1;
@@ -258,7 +255,9 @@ Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta
 
 std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& theta, Want want) const {
   const TransferFunction g = parametrisation_.transfer_function(theta, {});
-  if (top_order(g.numerator) > top_order(g.denominator) - (g.numerator.size() == 1 ? kLeastExcess : 0.0)) return {};
+  if (top_order(g.numerator) >
+      top_order(g.denominator) - (parametrisation_.must_be_strictly_proper() ? kLeastExcess : 0.0))
+    return {};
   if (grows(g)) return {};
   // An oscillation beyond the Nyquist frequency looks like its alias below it, which is the one to report.
   if (parametrisation_.fastest_oscillation(theta) > kNyquist / record_.response().step_s()) return {};
@@ -293,30 +292,30 @@ Eigen::VectorXd OutputError::simulated(const Eigen::VectorXd& theta, const Linea
 }
 
 Eigen::MatrixXd OutputError::derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
-                                         std::vector<std::string>& names) const {
-  names.clear();
-  for (const Coordinate& c : parametrisation_.coordinates()) names.push_back(c.name);
+                                         std::vector<ParameterKey>& parameters) const {
+  parameters.clear();
+  for (const Coordinate& c : parametrisation_.coordinates()) parameters.push_back(c.key);
   const Eigen::MatrixXd nonlinear = coordinate_derivatives(theta, linear);
   const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), linear.input_bias, true);
   std::vector<Eigen::VectorXd> columns;
   for (std::size_t j = 0; j < linear_.numerator.size(); ++j) {
     if (linear_.numerator[j].fixed) continue;
-    names.push_back(numerator_name(j, linear_.numerator.size()));
+    parameters.push_back(numerator_key(j, linear_.numerator.size()));
     columns.emplace_back(b.numerator.col(static_cast<Eigen::Index>(j)));
     // The gain acts on the past input, too.
     if (linear_.past_shared > 0) columns.back() += b.states * linear.initial_state;
   }
   if (linear_.solve_bias) {
-    names.emplace_back("input_bias");
+    parameters.push_back(input_bias_key());
     columns.emplace_back(b.step * linear.numerator);
   }
   if (!linear_.initial_output.fixed) {
-    names.emplace_back("initial_output");
+    parameters.push_back(initial_output_key());
     columns.emplace_back(Eigen::VectorXd::Ones(record_.measured().size()));
   }
   for (Eigen::Index i = 0; i < linear.initial_state.size(); ++i) {
     const auto index = static_cast<std::size_t>(i);
-    names.push_back(linear_.past_shared > 0 ? past_input_name(index) : state_name(index));
+    parameters.push_back(linear_.past_shared > 0 ? past_input_key(index) : state_key(index));
     columns.emplace_back(b.states.col(i) * (linear_.past_shared > 0 ? linear.numerator[0] : 1.0));
   }
   Eigen::MatrixXd all(record_.measured().size(), nonlinear.cols() + static_cast<Eigen::Index>(columns.size()));

@@ -4,13 +4,12 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "ident/estimation/parametrisation.hpp"
 #include "ident/fractional/held_response.hpp"
-#include "ident/model.hpp"
+#include "ident/model/model.hpp"
 #include "ident/record.hpp"
+#include "ident/search/parametrisation.hpp"
 #include "ident/signal/decimation.hpp"
 
 namespace eha::ident {
@@ -101,8 +100,9 @@ class OutputError {
 
   /// Exact derivatives of the simulated output by every free quantity at a given solution, not projected: the
   /// coordinates first, then numerator, input_bias, initial_output and initial_state as far as they are solved for.
+  /// @param parameters  receives what each column is a derivative by
   [[nodiscard]] Eigen::MatrixXd derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
-                                            std::vector<std::string>& names) const;
+                                            std::vector<ParameterKey>& parameters) const;
 
   /// Simulated output at a given solution.
   [[nodiscard]] Eigen::VectorXd simulated(const Eigen::VectorXd& theta, const LinearSolution& linear) const;

@@ -10,14 +10,13 @@
 
 #include "core/error.hpp"
 #include "ident/fractional/stability.hpp"
-#include "ident/validation/correlation.hpp"
+#include "ident/validation/fit_report.hpp"
 #include "ident/validation/score.hpp"
 
 namespace eha::ident {
 namespace {
 
-constexpr int kCorrelationLags = 20;
-constexpr Eigen::Index kFewestRows = kCorrelationLags + 1;
+constexpr Eigen::Index kFewestRows = 21;  // one more than the lags of a residual's correlation
 constexpr int kMaxEvaluations = 400;
 
 /// One part of the decimated record, shifted to start at zero.
@@ -105,19 +104,86 @@ Part part_of(const Eigen::VectorXd& u, const Eigen::VectorXd& y, Eigen::Index fi
   return part;
 }
 
+/// Its fractional structure starts at these orders.
+constexpr double kFirstHighOrder = 1.8;
+constexpr double kFirstLowOrder = 0.9;
+
+/// K, a2, a1, a0 at orders 2, 1, 0, then for a fractional structure the orders alone.
+StageResult estimate(const Part& part, double step_s, bool fractional) {
+  const TransferFunction ones{{{1.0, 0.0}}, {{1.0, 2.0}, {1.0, 1.0}, {1.0, 0.0}}, 0.0};
+  StageResult found = levenberg_marquardt(part, step_s, Stage::coefficients, ones);
+  if (!fractional) return found;
+  TransferFunction start = found.g;
+  start.denominator[0].order = kFirstHighOrder;
+  start.denominator[1].order = kFirstLowOrder;
+  const int evaluations = found.evaluations;
+  found = levenberg_marquardt(part, step_s, Stage::orders, start);
+  found.evaluations += evaluations;
+  return found;
+}
+
+/// Free coefficients but the normalised one, and nothing else of this structure held or bound.
+bool has_free_coefficients(const Structure& structure) {
+  const auto is_free = [](const StructureTerm& term) { return term.coefficient.freedom != Freedom::held; };
+  return std::all_of(structure.denominator.begin(), structure.denominator.end(), is_free) &&
+         std::all_of(structure.numerator.begin(), structure.numerator.end(), is_free);
+}
+
+bool is_plain(const StructureParameter& delay) {
+  return delay.freedom != Freedom::free && std::abs(delay.value) <= 0.0;
+}
+
+/// K, a2, a1, a0, n2, n1, n0, b0, all of them estimated as far as the procedure knows.
+void list_parameters(Model& model) {
+  Model rising = model;
+  std::reverse(rising.transfer_function.denominator.begin(), rising.transfer_function.denominator.end());
+  for (ParameterEstimate& parameter : listed_values(structures::fo(), rising)) {
+    const bool of_g = parameter.role != ParameterRole::delay && !is_offset(parameter.role);
+    parameter.fixed = false;
+    if (of_g) model.parameters.push_back(std::move(parameter));
+  }
+}
+
+/// Simulates and scores both parts, each from zero history. @param u, y  the kept samples
+void score_parts(FitResult& result, const TransferFunction& g, double step_s, const Eigen::VectorXd& u,
+                 const Eigen::VectorXd& y) {
+  const auto rows = static_cast<Eigen::Index>(result.estimation_samples);
+  const Part estimation = part_of(u, y, 0, rows);
+  const Eigen::VectorXd estimated = simulate(g, estimation.input, step_s, SimulationMethod::gl1);
+  result.model.estimation->score = score(estimation.output, estimated);
+  result.measured = y;
+  result.simulated = y;
+  result.simulated.head(rows) = estimated.array() + y[0];
+  if (y.size() - rows < kFewestRows) return;
+  const Part validation = part_of(u, y, rows, y.size() - rows);
+  const Eigen::VectorXd simulated = simulate(g, validation.input, step_s, SimulationMethod::gl1);
+  result.simulated.tail(y.size() - rows) = simulated.array() + y[rows];
+  result.model.validation = residual_report(validation.output, simulated, validation.input);
+}
+
 }  // namespace
 
-FitResult fit_by_paper(const Record& record, const StructureOptions& structure, const FitOptions& options) {
-  const bool fractional = structure.kind == StructureKind::fo;
-  if (!fractional && !(structure.kind == StructureKind::io && structure.poles == 2 && structure.zeros == 0)) {
+std::optional<Structure> published_structure(const Structure& structure) {
+  const bool has_terms = structure.denominator.size() == 3 && structure.numerator.size() == 1;
+  if (!has_terms || structure.base_order || !has_free_coefficients(structure)) return {};
+  if (has_finite_state(structure)) return structures::io();
+  const bool orders_free = structure.denominator[1].order.freedom == Freedom::free &&
+                           structure.denominator[2].order.freedom == Freedom::free &&
+                           structure.denominator[0].order.freedom == Freedom::constant;
+  return orders_free ? std::optional(structures::fo()) : std::nullopt;
+}
+
+FitResult fit_by_paper(const Record& record, const StructureOptions& asked, const FitOptions& options) {
+  const auto published = published_structure(asked.structure);
+  if (!published) {
     throw ConfigError(fmt::format(
         "model {}: the paper's procedure knows io with two poles and no zero, and fo; use --procedure default",
-        structure.name));
+        asked.name));
   }
-  if (!structure.parameters.empty() || structure.delay_free || structure.delay_s != 0.0) {
+  if (!asked.parameters.empty() || !is_plain(asked.structure.delay)) {
     throw ConfigError(fmt::format(
         "model {}: the paper's procedure frees and fixes what the paper does and has no delay; use --procedure default",
-        structure.name));
+        asked.name));
   }
   const auto discard = static_cast<Eigen::Index>(std::ceil(options.discard_s / record.step_s - 1e-9));
   const double step_s = record.step_s * options.decimation;
@@ -128,66 +194,25 @@ FitResult fit_by_paper(const Record& record, const StructureOptions& structure, 
   if (rows < kFewestRows) {
     throw DataError(fmt::format("record: {} rows are left to estimate from; expected at least {}", rows, kFewestRows));
   }
-  const Part estimation = part_of(u, y, 0, rows);
+  const StageResult found = estimate(part_of(u, y, 0, rows), step_s, !has_finite_state(*published));
 
-  const TransferFunction ones{{{1.0, 0.0}}, {{1.0, 2.0}, {1.0, 1.0}, {1.0, 0.0}}, 0.0};
-  StageResult found = levenberg_marquardt(estimation, step_s, Stage::coefficients, ones);
-  int evaluations = found.evaluations;
-  if (fractional) {
-    TransferFunction start = found.g;
-    start.denominator[0].order = 1.8;
-    start.denominator[1].order = 0.9;
-    found = levenberg_marquardt(estimation, step_s, Stage::orders, start);
-    evaluations += found.evaluations;
-  }
-
-  FitResult result;
+  FitResult result = begin_report(record, asked.name, "paper", found.g,
+                                  {.evaluations = static_cast<std::size_t>(found.evaluations),
+                                   .termination = found.converged ? "converged" : "no further progress",
+                                   .converged = found.converged});
   Model& model = result.model;
-  model.name = structure.name;
-  model.transfer_function = found.g;
-  model.input_unit = record.input_channel.unit;
-  model.output_unit = record.output_channel.unit;
-  model.procedure = "paper";
   // The paper subtracts the part's first value; this is the one that puts the model on the record.
   model.initial_output = y[0];
-  model.stability = stability(found.g);
   model.provenance["normalisation"] = "none: scale and a common shift of all orders are free, as published";
   model.provenance["neglects"] =
       "the hold of the input between kept samples, all history before each part, input bias and initial state; orders "
       "come "
       "out too high and drift looks like dynamics";
-  const auto add = [&](const std::string& name, double value) {
-    model.parameters.push_back({name, value, 0.0, value, value, false});
-  };
-  add("K", found.g.numerator[0].coefficient);
-  for (std::size_t i = 0; i < 3; ++i) add("a" + std::to_string(2 - i), found.g.denominator[i].coefficient);
-  for (std::size_t i = 0; i < 3; ++i) add("n" + std::to_string(2 - i), found.g.denominator[i].order);
-  add("b0", found.g.numerator[0].order);
-
-  const Eigen::VectorXd estimated = simulate(found.g, estimation.input, step_s, SimulationMethod::gl1);
-  model.estimation.emplace();
-  model.estimation->evaluations = static_cast<std::size_t>(evaluations);
-  model.estimation->converged = found.converged;
-  model.estimation->termination = found.converged ? "converged" : "no further progress";
-  model.estimation->score = score(estimation.output, estimated);
+  list_parameters(model);
   result.estimation_samples = static_cast<std::size_t>(rows);
-  result.measured = y;
-  result.simulated = y;
-  result.simulated.head(rows) = estimated.array() + y[0];
-  result.time_s = Eigen::VectorXd::LinSpaced(y.size(), 0.0, static_cast<double>(y.size() - 1)) * step_s;
-  result.time_s.array() += record.start_s + static_cast<double>(discard) * record.step_s;
-  if (y.size() - rows >= kFewestRows) {
-    const Part validation = part_of(u, y, rows, y.size() - rows);
-    const Eigen::VectorXd simulated = simulate(found.g, validation.input, step_s, SimulationMethod::gl1);
-    const Eigen::VectorXd residual = validation.output - simulated;
-    result.simulated.tail(y.size() - rows) = simulated.array() + y[rows];
-    ValidationReport report;
-    report.score = score(validation.output, simulated);
-    report.acf = autocorrelation(residual, kCorrelationLags);
-    report.ccf = cross_correlation(residual, validation.input, kCorrelationLags);
-    report.ljung_box_p = ljung_box_p(report.acf, static_cast<std::size_t>(residual.size()));
-    model.validation = report;
-  }
+  result.time_s = row_times(record, static_cast<std::size_t>(discard), static_cast<std::size_t>(options.decimation),
+                            static_cast<std::size_t>(y.size()));
+  score_parts(result, found.g, step_s, u, y);
   return result;
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/fractional/alias_sum.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "ident/linear_algebra/spectra.hpp"
 
 namespace eha::ident {
 namespace {
@@ -58,12 +59,11 @@ Rule gauss_rule() {
     previous = current;
     current = next / norm;
   }
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(diagonal, off);
+  const SymmetricEigen jacobi = eigen_of_tridiagonal(diagonal, off);
   Rule rule;
   for (Eigen::Index k = 0; k < n; ++k) {
-    rule.node.push_back(solver.eigenvalues()[k]);
-    rule.weight.push_back(mass.sum() * solver.eigenvectors()(0, k) * solver.eigenvectors()(0, k));
+    rule.node.push_back(jacobi.values[k]);
+    rule.weight.push_back(mass.sum() * jacobi.vectors(0, k) * jacobi.vectors(0, k));
   }
   return rule;
 }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/fractional/stability.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <optional>
+
+#include "ident/linear_algebra/spectra.hpp"
 
 namespace eha::ident {
 namespace {
@@ -143,7 +144,7 @@ double least_angle_commensurate(const Polynomial& d, double q) {
     if (k + 1 < degree) companion(k + 1, k) = 1.0;
   }
   double angle = pi;
-  const Eigen::VectorXcd roots = companion.eigenvalues();
+  const Eigen::VectorXcd roots = eigenvalues(companion);
   for (const Complex& root : roots) {
     angle = std::min(angle, std::abs(std::arg(root)) / q);
   }

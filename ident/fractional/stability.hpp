@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ident/fractional/transfer_function.hpp"
-#include "ident/model.hpp"
+#include "ident/model/model.hpp"
 
 namespace eha::ident {
 

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
 
 #include "core/error.hpp"
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 
 namespace eha::ident {
 namespace {
@@ -81,7 +81,7 @@ PeriodicSignal average_periods(const Eigen::Ref<const Eigen::VectorXd>& signal, 
       seen.col(d) = spread_of(basis.col(d).reshaped(length, count)).reshaped();
     }
     const double before = spread.squaredNorm();
-    const Eigen::VectorXd coefficients = seen.colPivHouseholderQr().solve(spread.reshaped().matrix());
+    const Eigen::VectorXd coefficients = solve_pivoted(seen, spread.reshaped());
     result.drift = basis * coefficients;
     result.drift.array() -= result.drift.mean();
     result.drift_range = result.drift.maxCoeff() - result.drift.minCoeff();

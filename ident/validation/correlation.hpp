@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 
-#include "ident/model.hpp"
+#include "ident/model/model.hpp"
 
 namespace eha::ident {
 

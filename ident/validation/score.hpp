@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "ident/model.hpp"
+#include "ident/model/model.hpp"
 
 namespace eha::ident {
 

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <limits>
 
-#include "ident/estimation/parameter_requests.hpp"
 #include "ident/fractional/stability.hpp"
 
 namespace eha::ident {
@@ -123,8 +122,7 @@ void note_residual(const ValidationReport& validation, const AcceptanceLimits& l
 /// Parameters whose 95 % interval is wider than the value itself say little; the lost ones are named elsewhere.
 void note_undetermined(const Model& model, Judgement& judgement) {
   for (const ParameterEstimate& p : model.parameters) {
-    const bool offset = p.name == "input_bias" || p.name == "initial_output" || is_free_response(p.name);
-    if (p.fixed || offset || !std::isfinite(p.std)) continue;
+    if (p.fixed || is_offset(p.role) || !std::isfinite(p.std)) continue;
     if (p.upper95 - p.lower95 > 2.0 * std::abs(p.value)) {
       judgement.note(fmt::format("The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}.", p.name,
                                  p.lower95, p.upper95));

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ident/estimation/fit_options.hpp"
-#include "ident/model.hpp"
+#include "ident/model/model.hpp"
 
 namespace eha::ident {
 

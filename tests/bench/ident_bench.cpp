@@ -11,10 +11,10 @@
 #include <thread>
 
 #include "ident/estimation/fit.hpp"
-#include "ident/estimation/least_squares.hpp"
 #include "ident/estimation/output_error.hpp"
 #include "ident/fractional/grunwald_letnikov.hpp"
 #include "ident/fractional/held_response.hpp"
+#include "ident/search/least_squares.hpp"
 #include "ident/signal/fft.hpp"
 
 namespace eha::ident {
@@ -106,7 +106,7 @@ struct FitCase {
     for (double& y : record.output) y += 1e-3 * (static_cast<double>(generator() >> 11) * 0x1p-53 - 0.5);
     comparison = compare_every(static_cast<std::size_t>(samples), every, 0);
     structure.name = "fo";
-    structure.kind = StructureKind::fo;
+    structure.structure = structures::fo();
     linear.numerator.resize(1);
     linear.solve_bias = true;
   }

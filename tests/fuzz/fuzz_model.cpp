@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 #include "ident/fractional/transfer_function.hpp"
-#include "ident/model_file.hpp"
+#include "ident/model/model_file.hpp"
 #include "tests/fuzz/require.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -12,7 +12,7 @@
 #include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record_csv/record_csv.hpp"
-#include "ident/model_file.hpp"
+#include "ident/model/model_file.hpp"
 
 namespace {
 

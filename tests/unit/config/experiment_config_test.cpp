@@ -91,11 +91,11 @@ TEST(ExperimentConfig, TakesEveryKeyToItsPlace) {
   ASSERT_EQ(experiment.models.size(), 2U);
   const ident::StructureOptions& model = experiment.models[0];
   EXPECT_EQ(model.name, "third");
-  EXPECT_EQ(model.kind, ident::StructureKind::io);
-  EXPECT_EQ(model.poles, 3);
-  EXPECT_EQ(model.zeros, 1);
-  EXPECT_EQ(model.delay_s, 0.02);
-  EXPECT_TRUE(model.delay_free);
+  EXPECT_EQ(model.structure.family, "io");
+  EXPECT_EQ(model.structure.denominator.size(), 4U);
+  EXPECT_EQ(model.structure.numerator.size(), 2U);
+  EXPECT_EQ(model.structure.delay.value, 0.02);
+  EXPECT_EQ(model.structure.delay.freedom, ident::Freedom::free);
   EXPECT_EQ(model.initial_state, ident::InitialState::none);
   ASSERT_EQ(model.parameters.size(), 2U);
   EXPECT_EQ(model.parameters[0].fixed, true);
@@ -103,8 +103,8 @@ TEST(ExperimentConfig, TakesEveryKeyToItsPlace) {
   EXPECT_FALSE(model.parameters[0].lower.has_value());
   EXPECT_FALSE(model.parameters[1].fixed.has_value());
   EXPECT_EQ(model.parameters[1].upper, 2.0);
-  EXPECT_EQ(experiment.models[1].kind, ident::StructureKind::fo);
-  EXPECT_FALSE(experiment.models[1].delay_free);
+  EXPECT_EQ(experiment.models[1].structure.family, "fo");
+  EXPECT_EQ(experiment.models[1].structure.delay.freedom, ident::Freedom::held);
   EXPECT_EQ(experiment.acceptance.min_validation_r2_percent, 95.0);
   EXPECT_EQ(experiment.acceptance.max_abs_error, 0.2);
   EXPECT_FALSE(experiment.acceptance.require_stable);
@@ -127,7 +127,7 @@ structure = "io"
   EXPECT_EQ(experiment.repetitions, 1);
   EXPECT_EQ(experiment.fit.decimation, 1);
   EXPECT_EQ(experiment.fit.procedure, ident::Procedure::standard);
-  EXPECT_EQ(experiment.models[0].poles, 2);
+  EXPECT_EQ(experiment.models[0].structure.denominator.size(), 3U);
   EXPECT_EQ(experiment.models[0].initial_state, ident::InitialState::automatic);
   EXPECT_TRUE(experiment.acceptance.require_stable);
 }
@@ -216,9 +216,10 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Models, FaultyExperiment,
     testing::Values(
-        Edit{"structure = \"io\"",
-             "structure = \"oe\"",
-             {"21:13: model[0].structure: expected \"io\", \"fo\", \"commensurate\" or \"lag\", got \"oe\""}},
+        Edit{
+            "structure = \"io\"",
+            "structure = \"oe\"",
+            {"21:13: model[0].structure: expected \"io\", \"fo\", \"commensurate\", \"lag\" or \"terms\", got \"oe\""}},
         Edit{"name = \"fo\"",
              "name = \"third\"",
              {"36:8: model[1].name: expected a name that no other model has, got \"third\""}},

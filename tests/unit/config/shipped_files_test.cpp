@@ -90,7 +90,7 @@ TEST(ShippedFiles, ThePaperExperimentIsTheOneInThePaper) {
   EXPECT_EQ(experiment.fit.split, 0.5);
   ASSERT_EQ(experiment.models.size(), 2U);
   EXPECT_EQ(experiment.models[0].name, "io");
-  EXPECT_EQ(experiment.models[1].kind, ident::StructureKind::fo);
+  EXPECT_EQ(experiment.models[1].structure.family, "fo");
   for (const ident::Tone& tone : experiment.excitation.tones) {
     EXPECT_GE(tone.frequency_Hz, 0.01);
     EXPECT_LE(tone.frequency_Hz, 1.0);

@@ -76,7 +76,7 @@ TEST(CommandLine, ReadsFit) {
        "--decimate", "40",      "--discard", "10",          "--split", "1",     "--seed",  "7",     "--initial-state",
        "none",       "-o",      "out"});
   EXPECT_EQ(fit.source, "r.csv");
-  EXPECT_EQ(fit.models.kinds, (std::vector{ident::StructureKind::io, ident::StructureKind::fo}));
+  EXPECT_EQ(fit.models.families, (std::vector<std::string>{"io", "fo"}));
   EXPECT_EQ(fit.models.poles, 3);
   EXPECT_EQ(fit.models.zeros, 1);
   EXPECT_EQ(fit.models.delay, "free");

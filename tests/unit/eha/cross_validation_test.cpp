@@ -34,7 +34,7 @@ ident::Record record_whose_last_gain_is(double gain) {
 
 IdentificationTask task_on(const ident::Record& record) {
   IdentificationTask task{.record = record, .source_name = "test"};
-  task.structures.emplace_back().poles = 1;
+  task.structures.emplace_back().structure = ident::structures::io({1, 0});
   return task;
 }
 

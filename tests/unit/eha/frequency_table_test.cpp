@@ -48,7 +48,8 @@ std::vector<IdentifiedModel> the_plant() {
   std::vector<IdentifiedModel> models(1);
   models[0].result.model.name = "io";
   models[0].result.model.transfer_function = kLag;
-  models[0].result.covariance = {{"K", "a0"}, 1e-6 * Eigen::MatrixXd::Identity(2, 2)};
+  models[0].result.covariance = {{ident::numerator_key(0, 1), ident::coefficient_key(0)},
+                                 1e-6 * Eigen::MatrixXd::Identity(2, 2)};
   return models;
 }
 

@@ -24,12 +24,24 @@ enum class Came { accepted, rejected, unconverged };
 IdentifiedModel model_that(Came came, const std::string& name = "fo") {
   IdentifiedModel identified;
   identified.structure.name = name;
-  identified.structure.kind = ident::StructureKind::fo;
+  identified.structure.structure = ident::structures::fo();
   ident::Model& model = identified.result.model;
   model.name = name;
   model.transfer_function = {.numerator = {{0.5, 0.0}}, .denominator = {{2.0, 1.75}, {1.0, 0.0}}, .delay_s = 0.0};
-  model.parameters = {{.name = "n2", .value = 1.7512, .std = 0.0107, .lower95 = 1.73, .upper95 = 1.77, .fixed = false},
-                      {.name = "n0", .value = 0.0, .std = 0.0, .lower95 = 0.0, .upper95 = 0.0, .fixed = true}};
+  model.parameters = {{.name = "n2",
+                       .value = 1.7512,
+                       .std = 0.0107,
+                       .lower95 = 1.73,
+                       .upper95 = 1.77,
+                       .fixed = false,
+                       .role = ident::ParameterRole::denominator_order},
+                      {.name = "n0",
+                       .value = 0.0,
+                       .std = 0.0,
+                       .lower95 = 0.0,
+                       .upper95 = 0.0,
+                       .fixed = true,
+                       .role = ident::ParameterRole::denominator_order}};
   model.estimation.emplace();
   model.estimation->converged = came != Came::unconverged;
   model.estimation->score.r2_percent = 99.5;

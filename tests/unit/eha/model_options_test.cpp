@@ -12,7 +12,6 @@ namespace eha::cli {
 namespace {
 
 using ident::ParameterRequest;
-using ident::StructureKind;
 using ident::StructureOptions;
 
 /// Message of the usage error that these options end in.
@@ -29,24 +28,24 @@ TEST(ModelOptions, TakeIoAndFoWhereNothingIsAsked) {
   const auto structures = structures_for({}, {});
   ASSERT_EQ(structures.size(), 2U);
   EXPECT_EQ(structures[0].name, "io");
-  EXPECT_EQ(structures[0].kind, StructureKind::io);
+  EXPECT_EQ(structures[0].structure.family, "io");
   EXPECT_EQ(structures[1].name, "fo");
-  EXPECT_EQ(structures[1].kind, StructureKind::fo);
+  EXPECT_EQ(structures[1].structure.family, "fo");
 }
 
 TEST(ModelOptions, TakeTheExperimentsModelsUnlessOthersAreNamed) {
   StructureOptions third_order;
   third_order.name = "third";
-  third_order.poles = 3;
-  EXPECT_EQ(structures_for({}, {third_order}).front().poles, 3);
+  third_order.structure = ident::structures::io({3, 0});
+  EXPECT_EQ(structures_for({}, {third_order}).front().structure.degrees->poles, 3);
 
   ModelOptions options;
-  options.kinds = {StructureKind::lag, StructureKind::io};
+  options.families = {"lag", "io"};
   const auto structures = structures_for(options, {third_order});
   ASSERT_EQ(structures.size(), 2U);
   EXPECT_EQ(structures[0].name, "lag");
   EXPECT_EQ(structures[1].name, "third");
-  EXPECT_EQ(structures[1].poles, 3);
+  EXPECT_EQ(structures[1].structure.degrees->poles, 3);
 }
 
 TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
@@ -54,13 +53,13 @@ TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
   options.poles = 3;
   options.zeros = 1;
   const auto structures = structures_for(options, {});
-  EXPECT_EQ(structures[0].poles, 3);
-  EXPECT_EQ(structures[0].zeros, 1);
-  EXPECT_EQ(structures[1].poles, StructureOptions{}.poles);
+  EXPECT_EQ(structures[0].structure.degrees->poles, 3);
+  EXPECT_EQ(structures[0].structure.degrees->zeros, 1);
+  EXPECT_FALSE(structures[1].structure.degrees);
 
-  options.kinds = {StructureKind::fo};
+  options.families = {"fo"};
   EXPECT_EQ(fault_of(options).substr(0, 30), "--poles and --zeros are for th");
-  options.kinds = {StructureKind::io};
+  options.families = {"io"};
   options.zeros = 4;
   EXPECT_EQ(fault_of(options), "--zeros: expected at most 3 as there are so many poles, got 4");
 }
@@ -68,10 +67,10 @@ TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
 TEST(ModelOptions, FreeOrHoldTheDelay) {
   ModelOptions options;
   options.delay = "free";
-  EXPECT_TRUE(structures_for(options, {})[0].delay_free);
+  EXPECT_EQ(structures_for(options, {})[0].structure.delay.freedom, ident::Freedom::free);
   options.delay = "0.16";
-  EXPECT_FALSE(structures_for(options, {})[0].delay_free);
-  EXPECT_DOUBLE_EQ(structures_for(options, {})[0].delay_s, 0.16);
+  EXPECT_EQ(structures_for(options, {})[0].structure.delay.freedom, ident::Freedom::held);
+  EXPECT_DOUBLE_EQ(structures_for(options, {})[0].structure.delay.value, 0.16);
   options.delay = "-1";
   EXPECT_EQ(fault_of(options), "--delay: expected free or seconds >= 0, got -1");
   options.delay = "soon";
@@ -117,7 +116,7 @@ TEST(ModelOptions, RefuseMalformedRequests) {
   EXPECT_EQ(fault_of({.starts = {"n1=1x"}}), "--start n1=1x: expected a finite number, got \"1x\"");
   EXPECT_EQ(fault_of({.bounds = {"n1=1"}}), "--bound n1=1: expected NAME=LOW:HIGH");
   EXPECT_EQ(fault_of({.bounds = {"n1=2:1"}}), "--bound n1=2:1: the lower bound must be below the upper one");
-  EXPECT_EQ(fault_of({.kinds = {StructureKind::io, StructureKind::io}}).substr(0, 27), "--model io is given twice, ");
+  EXPECT_EQ(fault_of({.families = {"io", "io"}}).substr(0, 27), "--model io is given twice, ");
 }
 
 TEST(RecordOptions, OverrideOnlyWhatIsSet) {

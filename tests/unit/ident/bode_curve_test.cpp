@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ident/estimation/bode_curve.hpp"
+#include "ident/uncertainty/bode_curve.hpp"
 
 #include <gtest/gtest.h>
 
@@ -70,7 +70,8 @@ TEST(BodeCurve, HasTheGainAndThePhaseOfALagWithDelay) {
 TEST(BodeCurve, MovesAsMuchAsItsStandardErrorSays) {
   for (const Case& c : cases()) {
     const double step = 1e-5 * c.value;
-    const ParameterCovariance known{{c.parameter}, Eigen::MatrixXd::Constant(1, 1, step * step)};
+    const std::size_t terms = c.model(c.value).transfer_function.numerator.size();
+    const ParameterCovariance known{{key_of(c.parameter, terms)}, Eigen::MatrixXd::Constant(1, 1, step * step)};
     const BodeCurve curve = bode_curve(c.model(c.value), kFrequencies_Hz, known);
     const BodeCurve less = bode_curve(c.model(c.value - step), kFrequencies_Hz, {});
     const BodeCurve more = bode_curve(c.model(c.value + step), kFrequencies_Hz, {});
@@ -85,7 +86,7 @@ TEST(BodeCurve, MovesAsMuchAsItsStandardErrorSays) {
 
 TEST(BodeCurve, LosesWhatCorrelatedErrorsCancel) {
   // K and a0 wrong by the same share: the static gain stays.
-  ParameterCovariance known{{"K", "a0"}, Eigen::MatrixXd(2, 2)};
+  ParameterCovariance known{{numerator_key(0, 1), coefficient_key(0)}, Eigen::MatrixXd(2, 2)};
   known.matrix << 0.25, 0.2, 0.2, 0.16;
   const Model model = fractional(0.6, 1.75, 0.9, 0.4, 0.5, 0.0, 0.0);
   const BodeCurve curve = bode_curve(model, std::vector<double>{1e-6, 1.0}, known);

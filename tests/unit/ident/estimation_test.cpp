@@ -12,8 +12,8 @@
 #include "core/error.hpp"
 #include "ident/estimation/commensurate_sweep.hpp"
 #include "ident/estimation/fit.hpp"
-#include "ident/estimation/least_squares.hpp"
 #include "ident/estimation/output_error.hpp"
+#include "ident/search/least_squares.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -38,27 +38,22 @@ std::vector<DerivativeCase> derivative_cases() {
   LinearPart moving = one;
   moving.solve_bias = false;
   moving.initial_states = 3;
-  DerivativeCase fo{"fo with delay and numerator order", structure(StructureKind::fo), one};
-  fo.structure.delay_free = true;
-  fo.structure.delay_s = 0.0137;
+  DerivativeCase fo{"fo with delay and numerator order", asked_for(structures::fo()), one};
+  fo.structure.structure.delay.freedom = Freedom::free;
+  fo.structure.structure.delay.value = 0.0137;
   fo.structure.parameters.push_back({"b0", false, 0.2, {}, {}});
-  DerivativeCase io{"io with zeros and bias", structure(StructureKind::io), three, true};
-  io.structure.poles = 5;
-  io.structure.zeros = 2;
-  DerivativeCase state{"io with initial state and delay", structure(StructureKind::io), moving};
-  state.structure.poles = 3;
-  state.structure.delay_free = true;
-  state.structure.delay_s = 0.0137;
-  DerivativeCase commensurate{"commensurate", structure(StructureKind::commensurate), three};
-  commensurate.structure.poles = 3;
-  commensurate.structure.zeros = 2;
-  DerivativeCase lag{"lag", structure(StructureKind::lag), one};
+  DerivativeCase io{"io with zeros and bias", asked_for(structures::io({5, 2})), three, true};
+  DerivativeCase state{"io with initial state and delay", asked_for(structures::io({3, 0})), moving};
+  state.structure.structure.delay.freedom = Freedom::free;
+  state.structure.structure.delay.value = 0.0137;
+  DerivativeCase commensurate{"commensurate", asked_for(structures::commensurate({3, 2})), three};
+  DerivativeCase lag{"lag", asked_for(structures::lag()), one};
   LinearPart excited = one;
   excited.past_shared = 3;
   excited.initial_states = 3;
-  DerivativeCase past{"fo with past input and delay", structure(StructureKind::fo), excited};
-  past.structure.delay_free = true;
-  past.structure.delay_s = 0.0137;
+  DerivativeCase past{"fo with past input and delay", asked_for(structures::fo()), excited};
+  past.structure.structure.delay.freedom = Freedom::free;
+  past.structure.structure.delay.value = 0.0137;
   return {fo, io, state, commensurate, lag, past};
 }
 
@@ -78,8 +73,8 @@ TEST(Derivatives, EqualCentralDifferencesForEveryParameter) {
       ASSERT_TRUE(point) << c.name;
       // Solved for at such a start, the past input is huge and of alternating sign: differences would be all rounding.
       if (c.linear.past_shared > 0) point->linear.initial_state.setLinSpaced(-1.0, 2.0);
-      std::vector<std::string> names;
-      const Eigen::MatrixXd exact = problem.derivatives(theta, point->linear, names);
+      std::vector<ParameterKey> parameters;
+      const Eigen::MatrixXd exact = problem.derivatives(theta, point->linear, parameters);
       for (Eigen::Index l = 0; l < theta.size(); ++l) {
         // Fourth-order differences, so that the step's own error stays below what is asked for.
         const double h = 2e-3 * std::max(0.1, std::abs(theta[l]));
@@ -87,12 +82,12 @@ TEST(Derivatives, EqualCentralDifferencesForEveryParameter) {
           Eigen::VectorXd moved = theta;
           moved[l] += shift;
           LinearSolution linear = point->linear;
-          if (names[static_cast<std::size_t>(l)] == "input_bias") linear.input_bias += shift;
+          if (parameters[static_cast<std::size_t>(l)].role == ParameterRole::input_bias) linear.input_bias += shift;
           return problem.simulated(moved, linear);
         };
         const Eigen::VectorXd difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
         EXPECT_LT((exact.col(l) - difference).cwiseAbs().maxCoeff(), 1e-5 * difference.cwiseAbs().maxCoeff())
-            << c.name << ", " << names[static_cast<std::size_t>(l)] << ", every " << every;
+            << c.name << ", " << parameters[static_cast<std::size_t>(l)].name << ", every " << every;
       }
     }
   }
@@ -105,7 +100,7 @@ TEST(Fit, RecoversAFractionalModelWithBiasAndOffsetFromItsOwnOutput) {
   for (const int decimation : {1, 4}) {
     FitOptions options;
     options.decimation = decimation;
-    const FitResult result = fit(record_of(truth, 0.01, 0.0, 1), structure(StructureKind::fo), options);
+    const FitResult result = fit(record_of(truth, 0.01, 0.0, 1), asked_for(structures::fo()), options);
     EXPECT_NEAR(value(result.model, "n2"), 1.75, 2e-5);
     EXPECT_NEAR(value(result.model, "n1"), 0.9, 2e-5);
     EXPECT_NEAR(value(result.model, "a2"), 0.6, 6e-5);
@@ -124,7 +119,7 @@ TEST(Fit, RecoversAnIntegerModelThatWasMovingBeforeTheRecord) {
   truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
   truth.initial_output = 1.5;
   truth.initial_state = {0.7, -0.1};
-  const FitResult result = fit(record_of(truth, 0.02, 0.0, 1), structure(StructureKind::io), {});
+  const FitResult result = fit(record_of(truth, 0.02, 0.0, 1), asked_for(structures::io()), {});
   EXPECT_NEAR(value(result.model, "a2"), 0.2, 2e-5);
   EXPECT_NEAR(value(result.model, "a0"), 0.5, 5e-5);
   EXPECT_NEAR(value(result.model, "K"), 2.0, 2e-4);
@@ -137,8 +132,7 @@ TEST(Fit, HoldsTheBiasAtZeroWhereTheOffsetDoesItsWork) {
   Model truth;
   truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 1.0}, {1.0, 0.0}}, 0.0};
   truth.initial_output = 1.5;
-  StructureOptions lag = structure(StructureKind::io);
-  lag.poles = 1;
+  StructureOptions lag = asked_for(structures::io({1, 0}));
   lag.initial_state = InitialState::none;
   FitOptions options;
   options.discard_s = 8.0;
@@ -152,7 +146,7 @@ TEST(Fit, HoldsTheBiasAtZeroWhereTheOffsetDoesItsWork) {
 TEST(Fit, LeavesTheInitialStateOutWhenTheDataDoNotAskForIt) {
   Model truth;
   truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
-  const FitResult result = fit(record_of(truth, 0.02, 0.02, 5), structure(StructureKind::io), {});
+  const FitResult result = fit(record_of(truth, 0.02, 0.02, 5), asked_for(structures::io()), {});
   EXPECT_TRUE(result.model.initial_state.empty());
 }
 
@@ -161,8 +155,8 @@ TEST(Fit, ScalesWithTheOutput) {
   const Record record = record_of(truth, 0.02, 0.01, 3);
   Record scaled = record;
   scaled.output *= 25.4;
-  const FitResult inches = fit(record, structure(StructureKind::fo), {});
-  const FitResult millimetres = fit(scaled, structure(StructureKind::fo), {});
+  const FitResult inches = fit(record, asked_for(structures::fo()), {});
+  const FitResult millimetres = fit(scaled, asked_for(structures::fo()), {});
   EXPECT_NEAR(value(millimetres.model, "K") / value(inches.model, "K"), 25.4, 1e-4);
   EXPECT_NEAR(value(millimetres.model, "n2"), value(inches.model, "n2"), 1e-5);
   EXPECT_NEAR(millimetres.model.validation->score.r2_percent, inches.model.validation->score.r2_percent, 1e-6);
@@ -180,9 +174,9 @@ void run_backwards(std::size_t count, const std::function<void(std::size_t)>& ta
 
 TEST(Fit, GivesTheSameWhateverTheExecutor) {
   const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.02, 4);
-  const FitResult a = fit(record, structure(StructureKind::fo), {});
+  const FitResult a = fit(record, asked_for(structures::fo()), {});
   for (const Executor& executor : {Executor(run_backwards), Executor(run_on_threads)}) {
-    const FitResult b = fit(record, structure(StructureKind::fo), {}, executor);
+    const FitResult b = fit(record, asked_for(structures::fo()), {}, executor);
     for (std::size_t i = 0; i < a.model.parameters.size(); ++i) {
       EXPECT_EQ(a.model.parameters[i].value, b.model.parameters[i].value) << a.model.parameters[i].name;
     }
@@ -192,8 +186,7 @@ TEST(Fit, GivesTheSameWhateverTheExecutor) {
 }
 
 TEST(Fit, SaysThatNothingStableWasFound) {
-  StructureOptions growing = structure(StructureKind::io);
-  growing.poles = 1;
+  StructureOptions growing = asked_for(structures::io({1, 0}));
   growing.parameters = {{"a0", true, -1.0, {}, {}}};
   EXPECT_THROW(static_cast<void>(fit(record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.02, 4), growing, {})),
                NoStableModel);
@@ -207,9 +200,9 @@ TEST(Fit, ReachesTheBestCostFromPoorStarts) {
   int tried = 0;
   for (const Model& truth : truths) {
     const Record record = record_of(truth, 0.04, 0.01, 11);
-    const double best = fit(record, structure(StructureKind::fo), {}).model.estimation->score.mse;
+    const double best = fit(record, asked_for(structures::fo()), {}).model.estimation->score.mse;
     for (int k = 0; k < 50; ++k) {
-      StructureOptions options = structure(StructureKind::fo);
+      StructureOptions options = asked_for(structures::fo());
       options.parameters = {{"n2", {}, 1.2 + uniform(generator), {}, {}},
                             {"n1", {}, 0.3 + 0.9 * uniform(generator), {}, {}},
                             {"a2", {}, std::pow(10.0, 3.0 * uniform(generator) - 1.5), {}, {}},
@@ -228,7 +221,7 @@ TEST(Fit, ReachesTheBestCostFromPoorStarts) {
 
 TEST(Fit, HoldsWhatTheUserFixesAndKeepsInsideWhatTheUserBounds) {
   const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.01, 4);
-  StructureOptions options = structure(StructureKind::fo);
+  StructureOptions options = asked_for(structures::fo());
   options.parameters = {{"n1", true, 1.0, {}, {}},
                         {"a0", {}, {}, 0.35, 0.5},
                         {"input_bias", true, 0.0, {}, {}},
@@ -244,7 +237,7 @@ TEST(Fit, HoldsWhatTheUserFixesAndKeepsInsideWhatTheUserBounds) {
 
 TEST(Fit, FindsTheOrdersWhenEverythingLinearIsHeld) {
   const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.01, 4);
-  StructureOptions options = structure(StructureKind::fo);
+  StructureOptions options = asked_for(structures::fo());
   options.parameters = {
       {"K", true, 0.46, {}, {}}, {"input_bias", true, 0.0, {}, {}}, {"initial_output", true, 0.0, {}, {}}};
   const FitResult result = fit(record, options, {});
@@ -256,7 +249,7 @@ TEST(Fit, FindsTheOrdersWhenEverythingLinearIsHeld) {
 TEST(Fit, RefusesRecordsThatCannotBeFitted) {
   Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.0, 4);
   const auto refuses = [](const Record& bad, const FitOptions& options) {
-    EXPECT_THROW(static_cast<void>(fit(bad, structure(StructureKind::fo), options)), DataError);
+    EXPECT_THROW(static_cast<void>(fit(bad, asked_for(structures::fo()), options)), DataError);
   };
   Record bad = record;
   bad.input.setConstant(2.0);
@@ -278,7 +271,7 @@ TEST(Fit, RefusesRecordsThatCannotBeFitted) {
 
 TEST(Fit, RefusesRequestsThatNameNoParameter) {
   const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.0, 4);
-  StructureOptions options = structure(StructureKind::io);
+  StructureOptions options = asked_for(structures::io());
   options.parameters = {{"n2", true, 2.0, {}, {}}};
   EXPECT_THROW(static_cast<void>(fit(record, options, {})), ConfigError);
 }
@@ -287,7 +280,7 @@ TEST(CommensurateSweep, FindsTheBaseOrderThatMadeTheRecord) {
   // s^1.6 and s^0.8: the base order 0.8 explains the record, its neighbours do not.
   const Record record = record_of(fractional(0.6, 1.6, 0.8, 0.3, 0.46), 0.02, 0.001, 4);
   const auto sweep =
-      sweep_commensurate_order(record, structure(StructureKind::commensurate), {}, order_grid(0.6, 1.0, 0.1));
+      sweep_commensurate_order(record, asked_for(structures::commensurate()), {}, order_grid(0.6, 1.0, 0.1));
   ASSERT_EQ(sweep.size(), 5U);
   std::size_t best = 0;
   for (std::size_t k = 0; k < sweep.size(); ++k) {
@@ -310,7 +303,7 @@ TEST(CommensurateSweep, RefusesAGridThatMakesNoSense) {
 
 TEST(Fit, CountsWhatItEstimatedAndWhatThatCosts) {
   const Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.02, 0.01, 3);
-  const FitResult result = fit(record, structure(StructureKind::fo), {});
+  const FitResult result = fit(record, asked_for(structures::fo()), {});
   const auto& information = result.model.estimation->information;
   ASSERT_TRUE(information);
   EXPECT_EQ(information->parameters, 7U);
@@ -328,11 +321,11 @@ TEST(PaperProcedure, ComesOutWithOrdersTooHighAsMeasured) {
   options.procedure = Procedure::paper;
   options.decimation = 40;
   options.discard_s = 10.0;
-  const FitResult result = fit(record, structure(StructureKind::fo), options);
+  const FitResult result = fit(record, asked_for(structures::fo()), options);
   EXPECT_EQ(result.model.procedure, "paper");
   EXPECT_NE(result.model.provenance.at("neglects"), "");
   EXPECT_EQ(result.estimation_samples, 500U);
-  const FitResult integer = fit(record, structure(StructureKind::io), options);
+  const FitResult integer = fit(record, asked_for(structures::io()), options);
   EXPECT_EQ(value(integer.model, "n2"), 2.0);
   EXPECT_GE(result.model.estimation->score.r2_percent, integer.model.estimation->score.r2_percent);
 }

@@ -93,9 +93,9 @@ Exact exact_record(const System& system, const std::filesystem::path& folder) {
 /// The default procedure from its own starts, all of the record estimating.
 Model fit_of(const System& system, const Record& record) {
   StructureOptions structure;
-  structure.kind = StructureKind::fo;
+  structure.structure = structures::fo();
   structure.name = "fo";
-  structure.delay_free = system.delay_free;
+  if (system.delay_free) structure.structure.delay.freedom = Freedom::free;
   if (system.numerator_order_free) structure.parameters.push_back({"b0", false, {}, {}, {}});
   FitOptions options;
   options.decimation = 40;

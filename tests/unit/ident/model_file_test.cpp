@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ident/model_file.hpp"
+#include "ident/model/model_file.hpp"
 
 #include <gtest/gtest.h>
 

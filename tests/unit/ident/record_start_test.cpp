@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 #include "ident/estimation/fit.hpp"
-#include "ident/estimation/model_output.hpp"
+#include "ident/model/model_output.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -64,7 +64,7 @@ TEST(PastInput, OfAnotherRecordExplainsNothing) {
 
 TEST(PastInput, OfUnknownCourseLetsTheOrdersBeFound) {
   const Record record = cut_record(0.005);
-  StructureOptions structure_at_rest = structure(StructureKind::fo);
+  StructureOptions structure_at_rest = asked_for(structures::fo());
   StructureOptions excited = structure_at_rest;
   excited.initial_state = InitialState::estimated;
   const Model wrong = fit(record, structure_at_rest, {}).model;
@@ -103,8 +103,8 @@ Record step_record(double pole_before) {
 }
 
 TEST(StepTest, BeginsAtRestAtItsFirstLevel) {
-  for (const StructureKind kind : {StructureKind::io, StructureKind::fo}) {
-    const Model model = fit(step_record(0.0), structure(kind), {}).model;
+  for (const Structure& kind : {structures::io(), structures::fo()}) {
+    const Model model = fit(step_record(0.0), asked_for(kind), {}).model;
     EXPECT_EQ(model.input_bias, -2.0);
     EXPECT_NE(model.provenance.at("input_bias").find("at rest"), std::string::npos);
     EXPECT_NEAR(model.initial_output, 1.5, 0.01);
@@ -114,10 +114,10 @@ TEST(StepTest, BeginsAtRestAtItsFirstLevel) {
 }
 
 TEST(StepTest, LetsABiasBeFreedAndIsNoneWhereTheOutputIsNotLevelBefore) {
-  StructureOptions freed = structure(StructureKind::io);
+  StructureOptions freed = asked_for(structures::io());
   freed.parameters = {{"input_bias", false, {}, {}, {}}};
   EXPECT_NEAR(fit(step_record(0.0), freed, {}).model.input_bias, -2.0, 0.02);
-  const Model moving = fit(step_record(3.0), structure(StructureKind::io), {}).model;
+  const Model moving = fit(step_record(3.0), asked_for(structures::io()), {}).model;
   EXPECT_EQ(moving.provenance.count("input_bias") == 1 ? moving.provenance.at("input_bias").find("at rest")
                                                        : std::string::npos,
             std::string::npos);
@@ -125,9 +125,9 @@ TEST(StepTest, LetsABiasBeFreedAndIsNoneWhereTheOutputIsNotLevelBefore) {
 
 TEST(StepTest, IsToldByTheEstimatingRowsAlone) {
   Record twice = step_record(0.0);
-  const Model once = fit(twice, structure(StructureKind::io), {}).model;
+  const Model once = fit(twice, asked_for(structures::io()), {}).model;
   twice.input.tail(500).setConstant(1.0);
-  EXPECT_EQ(fit(twice, structure(StructureKind::io), {}).model.transfer_function.denominator[0].coefficient,
+  EXPECT_EQ(fit(twice, asked_for(structures::io()), {}).model.transfer_function.denominator[0].coefficient,
             once.transfer_function.denominator[0].coefficient);
 }
 
@@ -136,7 +136,7 @@ TEST(Fit, FreesTheBiasBesideAnInitialStateWhenTheOffsetIsHeld) {
   truth.transfer_function = {{{2.0, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
   truth.input_bias = 0.3;
   truth.initial_state = {0.7, -0.1};
-  StructureOptions integrator = structure(StructureKind::io);
+  StructureOptions integrator = asked_for(structures::io());
   integrator.initial_state = InitialState::estimated;
   integrator.parameters = {{"a0", true, 0.0, {}, {}}, {"initial_output", true, 0.0, {}, {}}};
   const Model model = fit(record_of(truth, 0.02, 0.0, 1), integrator, {}).model;

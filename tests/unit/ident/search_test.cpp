@@ -10,7 +10,7 @@
 #include <random>
 
 #include "ident/estimation/fit.hpp"
-#include "ident/estimation/realisation.hpp"
+#include "ident/search/realisation.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -35,11 +35,9 @@ Record record_of(const Model& model, double step_s, Eigen::Index rows, int hold,
 }
 
 StructureOptions integer(int poles, int zeros) {
-  StructureOptions s;
-  s.kind = StructureKind::io;
-  s.poles = poles;
-  s.zeros = zeros;
-  return s;
+  StructureOptions asked;
+  asked.structure = structures::io({poles, zeros});
+  return asked;
 }
 
 /// A flexible arm: two hardly damped modes, moving before the record.
@@ -96,7 +94,7 @@ TEST(Search, ReportsAnIntegratorThatWasMovingByItsBiasAndItsFirstOutput) {
     const double span = record.output.maxCoeff() - record.output.minCoeff();
     for (const int zeros : {0, 1}) {
       StructureOptions structure = integer(2, zeros);
-      structure.delay_free = delay_s > 0.0;
+      if (delay_s > 0.0) structure.structure.delay.freedom = Freedom::free;
       const Model model = fit(record, structure, {}).model;
       EXPECT_GT(model.estimation->score.r2_percent, 99.99) << delay_s << " s, " << zeros << " zeros";
       EXPECT_GT(model.validation->score.r2_percent, 99.9) << delay_s << " s, " << zeros << " zeros";

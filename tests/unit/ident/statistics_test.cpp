@@ -61,7 +61,7 @@ std::map<std::string, double> truth_of(const System& s) {
 
 StructureOptions structure_at(const System& s) {
   StructureOptions structure;
-  structure.kind = StructureKind::fo;
+  structure.structure = structures::fo();
   structure.name = "fo";
   structure.parameters = {
       {"n2", {}, s.n2, {}, {}}, {"n1", {}, s.n1, {}, {}}, {"a2", {}, s.a2, {}, {}}, {"a0", {}, s.a0, {}, {}}};

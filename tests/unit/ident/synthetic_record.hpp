@@ -8,9 +8,10 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 
 #include "ident/estimation/fit_options.hpp"
-#include "ident/estimation/model_output.hpp"
+#include "ident/model/model_output.hpp"
 #include "ident/record.hpp"
 
 /// Records of known models, excited as in the paper.
@@ -57,9 +58,9 @@ inline double value(const Model& model, const std::string& name) {
   return NAN;
 }
 
-inline StructureOptions structure(StructureKind kind) {
+inline StructureOptions asked_for(Structure structure) {
   StructureOptions options;
-  options.kind = kind;
+  options.structure = std::move(structure);
   options.name = "model";
   return options;
 }

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ident/estimation/uncertainty.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -8,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+
+#include "ident/uncertainty/covariance.hpp"
 
 namespace eha::ident {
 namespace {

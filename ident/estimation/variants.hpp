@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "ident/estimation/output_error.hpp"
+#include "ident/search/parametrisation.hpp"
+#include "ident/structure/structure_options.hpp"
+
+namespace eha::ident {
+
+/// One way to treat what came before t = 0.
+struct Variant {
+  LinearPart linear;
+  bool bias_coordinate = false;
+};
+
+/// At rest before t = 0 but for a constant input bias.
+[[nodiscard]] Variant variant_at_rest(const StructureOptions& asked);
+
+/// The ways to try for a record. Several for an unknown past input, each with windows of another size, of which BIC
+/// picks one; at rest and with an initial state where the data may decide.
+/// @param windows         of the past in the record, when the structure wants a past input
+/// @param at_rest_before  whether the record is known to begin at rest
+[[nodiscard]] std::vector<Variant> variants(const StructureOptions& asked, std::size_t windows, bool at_rest_before);
+
+/// Parameters that are estimated.
+[[nodiscard]] std::size_t free_parameters(const Parametrisation& parametrisation, const LinearPart& linear);
+
+}  // namespace eha::ident

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/linear_algebra/least_squares_solvers.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+namespace eha::ident {
+
+void factorise_qr(Eigen::MatrixXd& a) { const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> in_place(a); }
+
+Eigen::VectorXd solve_full_rank(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(a).solve(b);
+}
+
+Eigen::MatrixXd solve_pivoted(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return a.colPivHouseholderQr().solve(b);
+}
+
+Eigen::VectorXd solve_ranked(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double threshold,
+                             Eigen::MatrixXd* orthonormal) {
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a.rows(), a.cols());
+  qr.setThreshold(threshold);
+  qr.compute(a);
+  if (orthonormal != nullptr) *orthonormal = qr.householderQ() * Eigen::MatrixXd::Identity(a.rows(), qr.rank());
+  return qr.solve(b);
+}
+
+Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  return a.selfadjointView<Eigen::Lower>().ldlt().solve(b);
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+namespace eha::ident {
+
+// Eigen's decompositions behind plain functions: compiling one costs seconds of processor time, so each is compiled in
+// one source. All are thread-safe and never throw on finite numbers.
+
+/// Overwrites `a` with its Householder QR factorisation: R in the upper triangle. Cost O(rows columns^2).
+void factorise_qr(Eigen::MatrixXd& a);
+
+/// min |a x - b| by Householder QR; a has full column rank and at least as many rows as columns.
+[[nodiscard]] Eigen::VectorXd solve_full_rank(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+/// min |a x - b| for each column of b, by QR with column pivoting; directions of no rank get 0.
+[[nodiscard]] Eigen::MatrixXd solve_pivoted(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+/// The same for one right side and a rank that the caller decides.
+/// @param threshold    a pivot below this share of the largest one does not count
+/// @param orthonormal  receives an orthonormal basis of the columns that count; null: not wanted
+[[nodiscard]] Eigen::VectorXd solve_ranked(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double threshold,
+                                           Eigen::MatrixXd* orthonormal = nullptr);
+
+/// Solves the symmetric positive semidefinite system a x = b by LDL'; the lower triangle of a is used.
+[[nodiscard]] Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+}  // namespace eha::ident

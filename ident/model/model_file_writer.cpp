@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "ident/model/model_file.hpp"
+
+namespace eha::ident {
+namespace {
+
+/// Keeps keys in the order they are written.
+using Json = nlohmann::ordered_json;
+
+Json terms_to_json(const std::vector<Term>& terms) {
+  Json list = Json::array();
+  for (const Term& term : terms) list.push_back({{"coefficient", term.coefficient}, {"order", term.order}});
+  return list;
+}
+
+Json score_to_json(const Score& score) {
+  return {{"r2_percent", score.r2_percent}, {"mse", score.mse}, {"fit_percent", score.fit_percent}};
+}
+
+Json validation_score_to_json(const Score& score) {
+  Json object = score_to_json(score);
+  object["error_min"] = score.error_min;
+  object["error_max"] = score.error_max;
+  object["samples"] = score.samples;
+  return object;
+}
+
+Json correlation_to_json(const Correlation& correlation) {
+  return {{"lags", correlation.lags},
+          {"values", correlation.values},
+          {"bound95", correlation.bound95},
+          {"bound99", correlation.bound99}};
+}
+
+Json parameters_to_json(const std::vector<ParameterEstimate>& parameters) {
+  Json list = Json::array();
+  for (const ParameterEstimate& parameter : parameters) {
+    list.push_back({{"name", parameter.name},
+                    {"value", parameter.value},
+                    {"std", parameter.std},
+                    {"lower95", parameter.lower95},
+                    {"upper95", parameter.upper95},
+                    {"fixed", parameter.fixed}});
+  }
+  return list;
+}
+
+Json estimation_to_json(const EstimationReport& report) {
+  Json object = score_to_json(report.score);
+  object["samples"] = report.score.samples;
+  object["evaluations"] = report.evaluations;
+  object["seconds"] = report.seconds;
+  object["termination"] = report.termination;
+  object["converged"] = report.converged;
+  if (report.information) {
+    const InformationCriteria& i = *report.information;
+    object["information"] = {{"parameters", i.parameters},
+                             {"effective_samples", i.effective_samples},
+                             {"aic", i.aic},
+                             {"aicc", i.aicc},
+                             {"bic", i.bic},
+                             {"fpe", i.fpe}};
+  }
+  if (report.correlation) {
+    object["correlation"] = {{"names", report.correlation->names},
+                             {"matrix", report.correlation->matrix},
+                             {"indistinguishable", report.correlation->indistinguishable}};
+  }
+  return object;
+}
+
+Json validation_to_json(const ValidationReport& report) {
+  Json object = validation_score_to_json(report.score);
+  object["acf"] = correlation_to_json(report.acf);
+  object["ccf"] = correlation_to_json(report.ccf);
+  object["ljung_box_p"] = report.ljung_box_p;
+  if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);
+  return object;
+}
+
+}  // namespace
+
+std::string to_text(const Model& model) {
+  Json object;
+  object["schema"] = "eha-model/1";
+  object["name"] = model.name;
+  object["transfer_function"] = {{"numerator", terms_to_json(model.transfer_function.numerator)},
+                                 {"denominator", terms_to_json(model.transfer_function.denominator)},
+                                 {"delay_s", model.transfer_function.delay_s}};
+  object["input_bias"] = model.input_bias;
+  object["initial_output"] = model.initial_output;
+  if (!model.initial_state.empty()) object["initial_state"] = model.initial_state;
+  for (const PastInput& window : model.past_input) {
+    object["past_input"].push_back({{"from_s", window.from_s}, {"to_s", window.to_s}, {"value", window.value}});
+  }
+  object["units"] = {{"input", model.input_unit}, {"output", model.output_unit}, {"time", "s"}};
+  object["parameters"] = parameters_to_json(model.parameters);
+  if (model.estimation) object["estimation"] = estimation_to_json(*model.estimation);
+  if (model.validation) object["validation"] = validation_to_json(*model.validation);
+  if (model.stability) {
+    object["stability"] = {{"stable", model.stability->stable},
+                           {"test", model.stability->test},
+                           {"margin_rad", model.stability->margin_rad}};
+  }
+  if (model.bode) {
+    object["bode"] = {{"frequency_Hz", model.bode->frequency_Hz},
+                      {"gain_dB", model.bode->gain_dB},
+                      {"gain_std_dB", model.bode->gain_std_dB},
+                      {"phase_deg", model.bode->phase_deg},
+                      {"phase_std_deg", model.bode->phase_std_deg}};
+  }
+  if (model.verdict) object["verdict"] = {{"accepted", model.verdict->accepted}, {"reasons", model.verdict->reasons}};
+  object["procedure"] = model.procedure;
+  object["provenance"] = Json::object();
+  for (const auto& [key, value] : model.provenance) object["provenance"][key] = value;
+  return object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/model/model_output.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/error.hpp"
+#include "ident/fractional/grunwald_letnikov.hpp"
+#include "ident/fractional/held_response.hpp"
+#include "ident/fractional/stability.hpp"
+#include "ident/linear_algebra/least_squares_solvers.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr std::size_t kMostPast = 100;  // times the rows simulated; a transform of that length still fits
+// A column this small beside the others it depends on is not solved for.
+constexpr double kRankThreshold = 1e-10;
+constexpr double kEndless_rows = 1e15;  // fits an index
+
+/// Free responses s^i/D, i = 0.., as step responses of s^(i+1)/D.
+Eigen::MatrixXd state_responses(const Model& model, const OutputSelection& selection) {
+  const HeldResponse response(selection);
+  std::vector<std::vector<Term>> numerators;
+  for (std::size_t i = 0; i < model.initial_state.size(); ++i)
+    numerators.push_back({{1.0, static_cast<double>(i + 1)}});
+  const InputSpectrum step = response.step_spectrum();
+  std::vector<ResponseRequest> requests;
+  for (std::size_t i = 0; i < model.initial_state.size(); ++i) requests.push_back({i, &step, AtJump::after});
+  return response.respond({model.transfer_function, numerators, {}}, 0.0, requests);
+}
+
+/// Responses to one unit of input in each window before t = 0, whose edges need not be sampling instants.
+Eigen::MatrixXd past_responses(const Model& model, OutputSelection selection) {
+  const auto rows_before = [&](double t_s) {
+    return static_cast<std::size_t>(std::min(kEndless_rows, std::ceil(-t_s / selection.step_s - 1e-9)));
+  };
+  std::size_t before = 0;
+  for (const PastInput& window : model.past_input) before = std::max(before, rows_before(window.from_s));
+  if (before > kMostPast * (selection.samples + 1)) {
+    throw ConfigError(fmt::format("past_input: expected windows that reach back at most {} times the record, got {} s",
+                                  kMostPast, -model.past_input.back().from_s));
+  }
+  selection.samples += before;
+  selection.first += before;
+  const HeldResponse response(selection);
+  const TransferColumns columns(model.transfer_function, {model.transfer_function.numerator}, {});
+  const auto to_step_at = [&](double t_s) -> Eigen::VectorXd {
+    const std::size_t rows = rows_before(t_s);
+    const double late_s = std::max(0.0, static_cast<double>(rows) * selection.step_s + t_s);
+    const InputSpectrum step = response.step_spectrum(before - rows);
+    const ResponseRequest request{0, &step};
+    return response.respond(columns, model.transfer_function.delay_s + late_s, {&request, 1});
+  };
+  Eigen::MatrixXd responses(static_cast<Eigen::Index>(selection.count),
+                            static_cast<Eigen::Index>(model.past_input.size()));
+  for (std::size_t k = 0; k < model.past_input.size(); ++k) {
+    const PastInput& window = model.past_input[k];
+    responses.col(static_cast<Eigen::Index>(k)) = to_step_at(window.from_s) - to_step_at(window.to_s);
+  }
+  return responses;
+}
+
+Eigen::MatrixXd free_responses(const Model& model, const OutputSelection& selection) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(selection.count);
+  const Eigen::MatrixXd states =
+      model.initial_state.empty() ? Eigen::MatrixXd(rows, 0) : state_responses(model, selection);
+  const Eigen::MatrixXd past = model.past_input.empty() ? Eigen::MatrixXd(rows, 0) : past_responses(model, selection);
+  Eigen::MatrixXd all(rows, states.cols() + past.cols());
+  all << states, past;
+  return all;
+}
+
+/// The initial state, then the past input.
+Eigen::VectorXd free_values(const Model& model) {
+  std::vector<double> values = model.initial_state;
+  for (const PastInput& window : model.past_input) values.push_back(window.value);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+bool is_at_rest(const Model& model) { return model.initial_state.empty() && model.past_input.empty(); }
+
+}  // namespace
+
+Eigen::VectorXd simulate(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& input, double step_s,
+                         SimulationMethod method) {
+  Eigen::VectorXd y = simulate(model.transfer_function, input.array() + model.input_bias, step_s, method);
+  y.array() += model.initial_output;
+  if (!is_at_rest(model) && input.size() > 0) {
+    const auto samples = static_cast<std::size_t>(input.size());
+    y += free_responses(model, {samples, step_s, 0, 1, samples, {}}) * free_values(model);
+  }
+  return y;
+}
+
+Eigen::VectorXd ModelOutput::total(const Model& model) const {
+  Eigen::VectorXd y = forced.array() + model.initial_output;
+  if (free.cols() > 0) y += free * free_values(model);
+  return y;
+}
+
+ModelOutput output_at(const Model& model, const Record& record, const Comparison& comparison) {
+  const Eigen::VectorXd input = record.input.array() + model.input_bias;
+  if (grows(model.transfer_function)) {
+    return {picked(simulate_gl_directly(model.transfer_function, input, record.step_s), comparison), {}};
+  }
+  const OutputSelection selection{static_cast<std::size_t>(input.size()),
+                                  record.step_s,
+                                  comparison.first,
+                                  comparison.every,
+                                  comparison.count,
+                                  comparison.taps};
+  const HeldResponse response(selection);
+  const InputSpectrum spectrum = response.input_spectrum(input);
+  const ResponseRequest request{0, &spectrum};
+  const TransferColumns columns(model.transfer_function, {model.transfer_function.numerator}, {});
+  ModelOutput output{response.respond(columns, model.transfer_function.delay_s, {&request, 1}), {}};
+  if (!is_at_rest(model)) output.free = free_responses(model, selection);
+  return output;
+}
+
+Model with_offset_fitted(const Model& model, const ModelOutput& output, const Eigen::VectorXd& measured) {
+  const auto states = std::min(output.free.cols(), static_cast<Eigen::Index>(model.initial_state.size()));
+  Eigen::VectorXd rest = measured - output.forced;
+  if (output.free.cols() > states) {
+    // Windows of the past, free to move, would explain any record's beginning.
+    const Eigen::Index windows = output.free.cols() - states;
+    rest -= output.free.rightCols(windows) * free_values(model).tail(windows);
+  }
+  Eigen::MatrixXd columns(measured.size(), states + 1);
+  columns.col(0).setOnes();
+  if (states > 0) columns.rightCols(states) = output.free.leftCols(states);
+  const Eigen::VectorXd scale = columns.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  const Eigen::VectorXd solved = scale.cwiseProduct(solve_ranked(columns * scale.asDiagonal(), rest, kRankThreshold));
+  Model fitted = model;
+  fitted.initial_output = solved[0];
+  for (Eigen::Index i = 0; i < states; ++i) fitted.initial_state[static_cast<std::size_t>(i)] = solved[i + 1];
+  return fitted;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/search/global_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <iterator>
+#include <limits>
+#include <nlopt.hpp>
+#include <numbers>
+#include <random>
+
+#include "ident/signal/fft.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kCoarseRows = 1000.0;      // enough to find a basin in
+constexpr double kMostCoarseRows = 4000.0;  // however fast the output is
+// Share of the output's power above a fifth of the coarse Nyquist frequency that a coarse record may lose.
+constexpr double kLostPower = 1e-4;
+constexpr std::size_t kNoiseBands = 8;
+constexpr std::size_t kPopulations = 4;       // as many processors have work
+constexpr int kEvaluationsPerDimension = 15;  // each
+constexpr unsigned kMembersPerDimension = 5;
+constexpr std::size_t kPolished = 8;
+constexpr std::size_t kGuessesPolished = 6;
+constexpr double kDistinctGuess = 0.01;  // a guess is a considered one: a lightly damped optimum is a needle
+constexpr double kDistinct = 0.12;       // of the search box, root mean square
+constexpr double kInfeasible = 1e3;      // logarithm of a cost no model reaches
+constexpr double kLeastCost = 1e-300;    // its logarithm is finite
+constexpr double kLeastWidth = 1e-12;    // of a side of the search box
+constexpr std::array<double, 7> kScan = {0.1, 1.0, 2.5, 4.0, 5.5, 7.0, 9.0};  // weight coordinates, 1e-3 to 30
+constexpr double kAtItsEnd = 0.1;                                             // share of the range of an order
+constexpr double kSameCost = 1e-4;  // relative; two optima closer than this are one
+
+/// Lowest frequency [cycles a sample] above which the output's increments hold less than kLostPower of their power.
+/// Increments, because a drifting output would hide its fast part behind the drift.
+double bandwidth(const Eigen::VectorXd& output) {
+  const auto n = static_cast<std::size_t>(output.size()) - 1;
+  const RealFft fft(fast_length(n));
+  std::vector<double> signal(fft.length(), 0.0);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double window =
+        0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(n));
+    signal[k] = window * (output[static_cast<Eigen::Index>(k) + 1] - output[static_cast<Eigen::Index>(k)]);
+  }
+  std::vector<std::complex<double>> spectrum(fft.bins());
+  fft.forward(signal, spectrum);
+  // Integrated back, and the white part taken off, so that sensor noise does not pass for bandwidth: it is what the
+  // quietest band holds.
+  std::vector<double> differenced(fft.bins(), 1.0);
+  for (std::size_t j = 1; j < fft.bins(); ++j) {
+    const double half_turn = std::numbers::pi * static_cast<double>(j) / static_cast<double>(fft.length());
+    differenced[j] = 4.0 * std::pow(std::sin(half_turn), 2);
+  }
+  double noise = std::numeric_limits<double>::infinity();
+  const std::size_t width = fft.bins() / kNoiseBands;
+  for (std::size_t band = 0; band < kNoiseBands && width > 0; ++band) {
+    double sum = 0.0;
+    for (std::size_t j = std::max<std::size_t>(1, band * width); j < (band + 1) * width; ++j) {
+      sum += std::norm(spectrum[j]) / differenced[j];
+    }
+    noise = std::min(noise, sum / static_cast<double>(width));
+  }
+  if (width < kNoiseBands) noise = 0.0;  // too few bins a band to average
+  std::vector<double> power(fft.bins(), 0.0);
+  double total = 0.0;
+  for (std::size_t j = 1; j < fft.bins(); ++j) {
+    power[j] = (std::norm(spectrum[j]) - noise * differenced[j]) / static_cast<double>(j);
+    total += power[j];
+  }
+  double above = 0.0;
+  std::size_t j = fft.bins() - 1;
+  while (j > 1 && above + power[j] < kLostPower * total) above += power[j--];
+  return static_cast<double>(j) / static_cast<double>(fft.length());
+}
+
+/// Rows begin..last of a record in blocks of `factor`, compared from row `first` of the record on.
+CoarseRecord blocks(const Record& record, std::size_t begin, std::size_t last, std::size_t first, std::size_t factor) {
+  CoarseRecord coarse{record, (first - begin + factor - 1) / factor, 0};
+  const auto width = static_cast<Eigen::Index>(factor);
+  const auto start = static_cast<Eigen::Index>(begin);
+  const Eigen::Index count = (static_cast<Eigen::Index>(last) + 1 - start) / width;
+  coarse.record.step_s = record.step_s * static_cast<double>(factor);
+  coarse.record.input.resize(count);
+  coarse.record.output.resize(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    coarse.record.input[k] = record.input.segment(start + k * width, width).mean();
+    coarse.record.output[k] = record.output[start + k * width];
+  }
+  const auto compared = static_cast<std::size_t>(count);
+  coarse.rows = compared - std::min(compared, coarse.first);
+  return coarse;
+}
+
+/// The best of a start and of the same orders with other coefficient weights.
+Eigen::VectorXd with_scanned_coefficients(const OutputError& problem, const Eigen::VectorXd& start) {
+  const auto& coordinates = problem.parametrisation().coordinates();
+  std::vector<Eigen::Index> weights;
+  for (std::size_t l = 0; l < coordinates.size(); ++l) {
+    if (coordinates[l].role == CoordinateRole::weighted_denominator) weights.push_back(static_cast<Eigen::Index>(l));
+  }
+  Eigen::VectorXd best = start;
+  if (weights.empty() || weights.size() > 2) return best;
+  const auto cost = [&](const Eigen::VectorXd& theta) {
+    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    return point ? point->cost : std::numeric_limits<double>::infinity();
+  };
+  double least = cost(start);
+  const std::size_t trials = weights.size() == 1 ? kScan.size() : kScan.size() * kScan.size();
+  for (std::size_t k = 0; k < trials; ++k) {
+    Eigen::VectorXd theta = start;
+    for (std::size_t w = 0; w < weights.size(); ++w) {
+      const auto l = static_cast<std::size_t>(weights[w]);
+      const double wanted = kScan[w == 0 ? k % kScan.size() : k / kScan.size()];
+      theta[weights[w]] = std::clamp(wanted, coordinates[l].lower, coordinates[l].upper);
+    }
+    const double value = cost(theta);
+    if (value < least) {
+      least = value;
+      best = theta;
+    }
+  }
+  return best;
+}
+
+/// The search box, and where in it the search begins.
+struct Box {
+  std::vector<double> lower;
+  std::vector<double> upper;
+  std::vector<double> start;
+
+  explicit Box(const std::vector<Coordinate>& coordinates) {
+    for (const Coordinate& c : coordinates) {
+      lower.push_back(c.search_lower);
+      upper.push_back(c.search_upper);
+      start.push_back(std::clamp(c.start, c.search_lower, c.search_upper));
+    }
+  }
+};
+
+struct Seen {
+  double log_cost;
+  Eigen::VectorXd theta;
+};
+
+/// One population of a controlled random search: every stable point it tried. Deterministic for a seed: NLopt's
+/// generator is the calling thread's own.
+std::vector<Seen> look_around(const OutputError& problem, const Box& box, std::uint32_t seed) {
+  const auto n = static_cast<Eigen::Index>(box.start.size());
+  std::vector<Seen> seen;
+  nlopt::srand(seed);
+  nlopt::opt crs(nlopt::GN_CRS2_LM, static_cast<unsigned>(n));
+  crs.set_lower_bounds(box.lower);
+  crs.set_upper_bounds(box.upper);
+  crs.set_maxeval(kEvaluationsPerDimension * static_cast<int>(n + 1));
+  crs.set_population(kMembersPerDimension * static_cast<unsigned>(n + 1));
+  const auto objective = [&](const std::vector<double>& x) {
+    const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(x.data(), n);
+    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    const double value = point ? std::log(std::max(point->cost, kLeastCost)) : kInfeasible;
+    if (point) seen.push_back({value, theta});
+    return value;
+  };
+  using Objective = decltype(objective);
+  crs.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
+                           void* data) { return (*static_cast<const Objective*>(data))(x); },
+                        const_cast<void*>(static_cast<const void*>(&objective)));
+  std::vector<double> x = box.start;
+  double least = 0.0;
+  try {
+    crs.optimize(x, least);
+  } catch (const nlopt::roundoff_limited&) {
+    // The population has collapsed onto one point; what it saw on the way counts.
+  }
+  return seen;
+}
+
+/// What several populations saw, one after the other.
+std::vector<Seen> explore(const OutputError& problem, const Box& box, std::uint64_t seed, const Executor& executor) {
+  std::vector<std::vector<Seen>> populations(kPopulations);
+  // NLopt takes 32 bits of a seed.
+  std::seed_seq mixed{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U)};
+  std::array<std::uint32_t, kPopulations> seeds{};
+  mixed.generate(seeds.begin(), seeds.end());
+  executor(kPopulations, [&](std::size_t k) { populations[k] = look_around(problem, box, seeds[k]); });
+  std::vector<Seen> seen;
+  for (std::vector<Seen>& population : populations) {
+    std::move(population.begin(), population.end(), std::back_inserter(seen));
+  }
+  return seen;
+}
+
+/// Those of the guesses that are stable.
+std::vector<Seen> evaluated(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses) {
+  std::vector<Seen> seen;
+  for (const Eigen::VectorXd& theta : guesses) {
+    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    if (point) seen.push_back({std::log(std::max(point->cost, kLeastCost)), theta});
+  }
+  return seen;
+}
+
+/// Starts of local searches, each distinct from the others.
+class Starts {
+ public:
+  explicit Starts(const Box& box) : box_(box) {}
+
+  [[nodiscard]] const std::vector<Eigen::VectorXd>& all() const { return starts_; }
+
+  /// Takes the best points, as long as there are fewer than `most` starts. @param distinct  least distance of two
+  void take_best(std::vector<Seen>& points, std::size_t most, double distinct) {
+    std::stable_sort(points.begin(), points.end(),
+                     [](const Seen& a, const Seen& b) { return a.log_cost < b.log_cost; });
+    for (const Seen& point : points) {
+      if (starts_.size() == most) break;
+      const bool close = std::any_of(starts_.begin(), starts_.end(), [&](const Eigen::VectorXd& other) {
+        return distance(point.theta, other) < distinct;
+      });
+      if (!close) starts_.push_back(point.theta);
+    }
+  }
+
+ private:
+  /// Root mean square over the coordinates, each as a share of the search box.
+  [[nodiscard]] double distance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const {
+    double sum = 0.0;
+    for (Eigen::Index l = 0; l < a.size(); ++l) {
+      const auto k = static_cast<std::size_t>(l);
+      const double width = std::max(box_.upper[k] - box_.lower[k], kLeastWidth);
+      sum += std::pow((a[l] - b[l]) / width, 2);
+    }
+    return std::sqrt(sum / static_cast<double>(a.size()));
+  }
+
+  const Box& box_;
+  std::vector<Eigen::VectorXd> starts_;
+};
+
+std::vector<LeastSquaresResult> polish(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
+                                       const Executor& executor) {
+  constexpr LeastSquaresOptions kRough{.max_evaluations = 80, .cost_tolerance = 1e-7, .step_tolerance = 1e-6};
+  std::vector<LeastSquaresResult> polished(starts.size());
+  executor(starts.size(), [&](std::size_t k) { polished[k] = minimise(problem, starts[k], kRough); });
+  return polished;
+}
+
+/// Feasible optima, the best first, without repetitions.
+std::vector<LeastSquaresResult> distinct_optima(std::vector<LeastSquaresResult> polished) {
+  std::erase_if(polished, [](const LeastSquaresResult& p) { return p.termination == Termination::infeasible; });
+  std::stable_sort(polished.begin(), polished.end(), [](const LeastSquaresResult& a, const LeastSquaresResult& b) {
+    return a.point.cost < b.point.cost;
+  });
+  std::vector<LeastSquaresResult> optima;
+  for (LeastSquaresResult& p : polished) {
+    if (!optima.empty() && p.point.cost <= optima.back().point.cost * (1.0 + kSameCost)) continue;
+    optima.push_back(std::move(p));
+  }
+  return optima;
+}
+
+}  // namespace
+
+std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last) {
+  const auto rows = static_cast<double>(last + 1);
+  const double by_length = rows / kCoarseRows;
+  const double by_bandwidth = 0.1 / std::max(bandwidth(record.output), 1e-9);
+  const auto wanted = static_cast<std::size_t>(std::max(1.0, std::floor(std::min(by_length, by_bandwidth))));
+  const auto affordable = static_cast<std::size_t>(std::max(1.0, std::ceil(rows / kMostCoarseRows)));
+  std::vector<CoarseRecord> all = {blocks(record, 0, last, first, std::max(wanted, affordable))};
+  if (wanted >= affordable) return all;
+  const auto length = static_cast<std::size_t>(kMostCoarseRows) * wanted;
+  const double at_rest = record.input[0];
+  std::size_t begin = 0;
+  while (begin + length <= last && record.input[static_cast<Eigen::Index>(begin)] == at_rest) ++begin;
+  const std::size_t compared = std::max(begin, first);
+  all.push_back(blocks(record, begin, std::min(last, compared + length), compared, wanted));
+  return all;
+}
+
+LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start) {
+  const auto& coordinates = problem.parametrisation().coordinates();
+  LeastSquaresResult first = minimise(problem, with_scanned_coefficients(problem, start));
+  if (first.termination == Termination::infeasible) return first;
+  Eigen::VectorXd again = first.theta;
+  bool ended = first.termination == Termination::evaluation_limit;
+  for (std::size_t l = 0; l < coordinates.size(); ++l) {
+    const Coordinate& c = coordinates[l];
+    if (c.role != CoordinateRole::denominator_order) continue;
+    const auto i = static_cast<Eigen::Index>(l);
+    const double slack = kAtItsEnd * (c.upper - c.lower);
+    ended = ended || again[i] < c.lower + slack || again[i] > c.upper - slack;
+    again[i] = 0.5 * (c.search_lower + c.search_upper);
+  }
+  if (!ended) return first;
+  LeastSquaresResult second = minimise(problem, with_scanned_coefficients(problem, again));
+  const std::size_t evaluations = first.evaluations + second.evaluations;
+  const bool better = second.termination != Termination::infeasible && second.point.cost < first.point.cost;
+  LeastSquaresResult& kept = better ? second : first;
+  kept.evaluations = evaluations;
+  return std::move(kept);
+}
+
+SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses, std::uint64_t seed,
+                    const Executor& executor) {
+  SearchResult result;
+  if (problem.parametrisation().coordinates().empty()) {
+    result.optima.push_back(minimise(problem, Eigen::VectorXd()));
+    return result;
+  }
+  const Box box(problem.parametrisation().coordinates());
+  Starts starts(box);
+  std::vector<Seen> seen = explore(problem, box, seed, executor);
+  result.evaluations = seen.size() + guesses.size();
+  starts.take_best(seen, kPolished, kDistinct);
+  std::vector<Seen> guessed = evaluated(problem, guesses);
+  starts.take_best(guessed, starts.all().size() + kGuessesPolished, kDistinctGuess);
+  std::vector<LeastSquaresResult> polished = polish(problem, starts.all(), executor);
+  for (const LeastSquaresResult& p : polished) result.evaluations += p.evaluations;
+  result.optima = distinct_optima(std::move(polished));
+  return result;
+}
+
+}  // namespace eha::ident

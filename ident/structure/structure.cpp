@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/structure/structure.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace eha::ident {
+namespace {
+
+bool is_constant(const StructureParameter& parameter) { return parameter.freedom == Freedom::constant; }
+
+template <typename Visit>
+void visit_orders(const Structure& structure, const Visit& visit) {
+  for (std::size_t i = structure.denominator.size(); i-- > 0;) visit(structure.denominator[i].order);
+  for (const StructureTerm& term : structure.numerator) visit(term.order);
+}
+
+}  // namespace
+
+bool has_equal_steps(const Structure& structure) {
+  if (structure.base_order) return true;
+  for (std::size_t k = 0; k < structure.denominator.size(); ++k) {
+    const StructureParameter& order = structure.denominator[k].order;
+    if (!is_constant(order) || std::abs(order.value - static_cast<double>(k)) > 0.0) return false;
+  }
+  return structure.denominator.size() > 1;
+}
+
+bool has_finite_state(const Structure& structure) { return !structure.base_order && has_equal_steps(structure); }
+
+std::size_t state_count(const Structure& structure) { return structure.denominator.size() - 1; }
+
+bool must_be_strictly_proper(const Structure& structure) {
+  bool moves = structure.numerator.size() == 1;
+  visit_orders(structure, [&](const StructureParameter& order) { moves = moves || !is_constant(order); });
+  return moves;
+}
+
+std::vector<const StructureParameter*> requestable_parameters(const Structure& structure) {
+  std::vector<const StructureParameter*> all;
+  for (std::size_t i = structure.denominator.size(); i-- > 0;) all.push_back(&structure.denominator[i].coefficient);
+  visit_orders(structure, [&](const StructureParameter& order) { all.push_back(&order); });
+  if (structure.base_order) all.push_back(&*structure.base_order);
+  for (const StructureTerm& term : structure.numerator) all.push_back(&term.coefficient);
+  all.insert(all.end(), {&structure.delay, &structure.input_map.bias, &structure.initial_output});
+  std::erase_if(all, [](const StructureParameter* parameter) { return is_constant(*parameter); });
+  return all;
+}
+
+std::vector<const StructureParameter*> listed_parameters(const Structure& structure) {
+  std::vector<const StructureParameter*> all;
+  for (const StructureTerm& term : structure.numerator) all.push_back(&term.coefficient);
+  for (std::size_t i = structure.denominator.size(); i-- > 0;) all.push_back(&structure.denominator[i].coefficient);
+  if (structure.base_order) all.push_back(&*structure.base_order);
+  visit_orders(structure, [&](const StructureParameter& order) { all.push_back(&order); });
+  all.insert(all.end(), {&structure.delay, &structure.input_map.bias, &structure.initial_output});
+  std::erase_if(all, [](const StructureParameter* parameter) { return !parameter->listed; });
+  return all;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ident/structure/parameter_role.hpp"
+
+namespace eha::ident {
+
+/// Who sets the value of a structure's parameter.
+enum class Freedom {
+  constant,  ///< the structure; a request for the parameter is refused
+  held,      ///< the structure, until a request frees it
+  free,      ///< the record, until a request holds it
+};
+
+/// One parameter of a structure: what it is, where a search for it starts and how far it may go.
+struct StructureParameter {
+  ParameterKey key;
+  double value = 0.0;  ///< start of the search when free, else the value
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  double search_lower = -std::numeric_limits<double>::infinity();  ///< box of the global search, inside the bounds
+  double search_upper = std::numeric_limits<double>::infinity();
+  Freedom freedom = Freedom::constant;
+  bool listed = true;  ///< among the parameters of a model file
+};
+
+/// coefficient * s^order. Start and search box of a coefficient are the search's own: they depend on the record.
+struct StructureTerm {
+  StructureParameter coefficient;
+  StructureParameter order;
+};
+
+/// The static map between the input and G: v = u + bias.
+struct InputMap {
+  StructureParameter bias{.key = input_bias_key(), .freedom = Freedom::free};
+};
+
+/// Degrees of a structure whose family has them.
+struct Degrees {
+  int poles = 2;  ///< 1..10
+  int zeros = 0;  ///< 0..poles
+};
+
+/// What a model is sought among, as data:
+///   y = initial_output + G(map(u)) + free response,  G = exp(-delay s) sum_j b_j s^be_j / sum_i a_i s^al_i.
+/// Terms stand by their order's starting value, the lowest first. The coefficient of denominator term
+/// normalised_index() is 1. A new structure is one more function of structures.hpp; no other code knows its name.
+struct Structure {
+  std::string family;   ///< as files and the command line spell it: "io"
+  std::string formula;  ///< for tables: "K/(a1 s^n1+a0)"
+  std::vector<StructureTerm> numerator;
+  std::vector<StructureTerm> denominator;
+  /// Shared by all terms when present: term k of numerator and denominator has order k base_order.
+  std::optional<StructureParameter> base_order;
+  StructureParameter delay{.key = delay_key(), .freedom = Freedom::held};  ///< lower bound 0, upper one by the record
+  InputMap input_map;
+  StructureParameter initial_output{.key = initial_output_key(), .freedom = Freedom::free};
+  std::optional<Degrees> degrees;  ///< what it was made of, where the family has degrees
+};
+
+/// Index of the denominator term whose coefficient is 1 by normalisation, that of the second lowest order.
+/// @param terms  of the denominator
+[[nodiscard]] constexpr std::size_t normalised_index(std::size_t terms) { return std::min<std::size_t>(1, terms - 1); }
+
+/// Whether term k of the denominator has order k q with one q: D is then a product of sections in s^q.
+[[nodiscard]] bool has_equal_steps(const Structure& structure);
+
+/// Whether D is a polynomial in s of degree at least 1 with all its terms. Such a model has a finite state, as many
+/// states as poles, and its poles can be guessed from a record. Other models remember all of their input: an unknown
+/// past input takes the place of the initial state.
+[[nodiscard]] bool has_finite_state(const Structure& structure);
+
+/// States of a structure that has a finite state.
+[[nodiscard]] std::size_t state_count(const Structure& structure);
+
+/// Whether the orders of numerator and denominator may meet during a search. The sampled response of a model with a
+/// direct part that moves with the orders is not differentiable, so such a structure must stay strictly proper.
+[[nodiscard]] bool must_be_strictly_proper(const Structure& structure);
+
+/// Parameters that a request may name, in the order of messages.
+[[nodiscard]] std::vector<const StructureParameter*> requestable_parameters(const Structure& structure);
+
+/// Parameters that a model file lists, in its order; the free response, which depends on the record, left out.
+[[nodiscard]] std::vector<const StructureParameter*> listed_parameters(const Structure& structure);
+
+}  // namespace eha::ident

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Every named structure, as data. A new one is a function here and a row of kFamilies.
+#include "ident/structure/structures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/error.hpp"
+#include "ident/structure/order_bounds.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr int kMostPoles = 10;
+// A fractional model of at least order 2 would be unstable with positive coefficients.
+constexpr double kHighestBaseOrder = 1.99;
+
+StructureTerm denominator_term(std::size_t index, std::size_t terms, double order) {
+  const Freedom freedom = index == normalised_index(terms) ? Freedom::constant : Freedom::free;
+  return {.coefficient = {.key = coefficient_key(index), .value = 1.0, .freedom = freedom},
+          .order = {.key = order_key(index), .value = order}};
+}
+
+StructureTerm numerator_term(std::size_t index, std::size_t terms, double order) {
+  return {.coefficient = {.key = numerator_key(index, terms), .freedom = Freedom::free},
+          .order = {.key = numerator_order_key(index, terms), .value = order}};
+}
+
+/// Terms of orders 0, 1, 2, ..., in s or in s^q; model files do not list these orders.
+Structure polynomials(const Degrees& degrees) {
+  if (degrees.poles < 1 || degrees.poles > kMostPoles || degrees.zeros < 0 || degrees.zeros > degrees.poles) {
+    throw ConfigError(fmt::format("expected 1 to {} poles and at most as many zeros, got {} and {}", kMostPoles,
+                                  degrees.poles, degrees.zeros));
+  }
+  Structure structure;
+  structure.degrees = degrees;
+  const auto terms = static_cast<std::size_t>(degrees.poles) + 1;
+  for (std::size_t k = 0; k < terms; ++k) {
+    structure.denominator.push_back(denominator_term(k, terms, static_cast<double>(k)));
+    structure.denominator.back().order.listed = false;
+  }
+  const auto zeros = static_cast<std::size_t>(degrees.zeros) + 1;
+  for (std::size_t k = 0; k < zeros; ++k) {
+    structure.numerator.push_back(numerator_term(k, zeros, static_cast<double>(k)));
+    structure.numerator.back().order.listed = false;
+  }
+  return structure;
+}
+
+/// Frees an order that starts at its value.
+void set_free(StructureParameter& order, double search_lower, double search_upper) {
+  order.freedom = Freedom::free;
+  order.lower = kLowestOrder;
+  order.upper = kHighestOrder;
+  order.search_lower = search_lower;
+  order.search_upper = search_upper;
+}
+
+constexpr auto kFamilies = std::to_array<StructureFamily>({
+    {"io", true, [](const Degrees& degrees) { return structures::io(degrees); }},
+    {"fo", false, [](const Degrees&) { return structures::fo(); }},
+    {"commensurate", true, [](const Degrees& degrees) { return structures::commensurate(degrees); }},
+    {"lag", false, [](const Degrees&) { return structures::lag(); }},
+});
+
+}  // namespace
+
+namespace structures {
+
+Structure io(const Degrees& degrees) {
+  Structure structure = polynomials(degrees);
+  structure.family = "io";
+  structure.formula = fmt::format("{} pole{}, {} zero{}", degrees.poles, degrees.poles == 1 ? "" : "s", degrees.zeros,
+                                  degrees.zeros == 1 ? "" : "s");
+  if (degrees.poles == 2 && degrees.zeros == 0) structure.formula = "K/(a2 s^2+a1 s+a0)";
+  return structure;
+}
+
+Structure fo() {
+  Structure structure;
+  structure.family = "fo";
+  structure.formula = "K s^b0/(a2 s^n2+a1 s^n1+a0 s^n0)";
+  structure.denominator = {denominator_term(0, 3, 0.0), denominator_term(1, 3, 0.9), denominator_term(2, 3, 1.8)};
+  set_free(structure.denominator[1].order, 0.3, 1.2);
+  set_free(structure.denominator[2].order, 1.2, 2.2);
+  structure.numerator = {numerator_term(0, 1, 0.0)};
+  set_free(structure.numerator[0].order, 0.0, 0.6);
+  structure.numerator[0].order.lower = 0.0;
+  structure.numerator[0].order.freedom = Freedom::held;
+  return structure;
+}
+
+Structure commensurate(const Degrees& degrees) {
+  Structure structure = polynomials(degrees);
+  structure.family = "commensurate";
+  structure.formula = fmt::format("in s^q, degree {}, numerator {}", degrees.poles, degrees.zeros);
+  structure.base_order = {.key = base_order_key(),
+                          .value = 0.9,
+                          .lower = kLowestOrder,
+                          .upper = kHighestBaseOrder,
+                          .search_lower = 0.4,
+                          .search_upper = 1.2,
+                          .freedom = Freedom::free};
+  return structure;
+}
+
+Structure lag() {
+  Structure structure;
+  structure.family = "lag";
+  structure.formula = "K/(a1 s^n1+a0)";
+  structure.denominator = {denominator_term(0, 2, 0.0), denominator_term(1, 2, 0.9)};
+  set_free(structure.denominator[1].order, 0.3, 1.2);
+  structure.numerator = {numerator_term(0, 1, 0.0)};
+  return structure;
+}
+
+}  // namespace structures
+
+std::span<const StructureFamily> structure_families() { return kFamilies; }
+
+const StructureFamily& structure_family(std::string_view name) {
+  const auto found = std::find_if(kFamilies.begin(), kFamilies.end(),
+                                  [&](const StructureFamily& family) { return family.name == name; });
+  if (found != kFamilies.end()) return *found;
+  std::vector<std::string_view> names;
+  for (const StructureFamily& family : kFamilies) names.push_back(family.name);
+  throw ConfigError(fmt::format("structure: expected one of {}, got \"{}\"", fmt::join(names, ", "), name));
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ident/structure/structure.hpp"
+
+namespace eha::ident {
+
+/// Structures that the project knows by name.
+namespace structures {
+
+/// Integer orders. @throws ConfigError  the degrees make no sense
+[[nodiscard]] Structure io(const Degrees& degrees = {});
+/// K s^b0 / (a2 s^n2 + a1 s^n1 + a0); b0 is 0 until freed.
+[[nodiscard]] Structure fo();
+/// Polynomials in s^q. @throws ConfigError  the degrees make no sense
+[[nodiscard]] Structure commensurate(const Degrees& degrees = {});
+/// K / (a1 s^n1 + a0).
+[[nodiscard]] Structure lag();
+
+}  // namespace structures
+
+/// A name that files and the command line know, and what it stands for.
+struct StructureFamily {
+  std::string_view name;
+  bool has_degrees = false;                ///< poles and zeros are its keys
+  Structure (*make)(const Degrees&) = {};  ///< degrees are ignored by a family that has none
+};
+
+/// Every family, in the order of messages.
+[[nodiscard]] std::span<const StructureFamily> structure_families();
+
+/// @throws ConfigError  no family has this name
+[[nodiscard]] const StructureFamily& structure_family(std::string_view name);
+
+/// One term of a structure that is given term by term.
+struct TermOptions {
+  double order = 0.0;                      ///< value, or start when free
+  bool free = false;                       ///< whether the order is estimated
+  std::optional<double> coefficient = {};  ///< held at this value; none: estimated
+  std::optional<double> lower = {};        ///< bounds of a free order
+  std::optional<double> upper = {};
+};
+
+struct TermLists {
+  std::vector<TermOptions> numerator = {TermOptions{}};  ///< 1..11 terms in any order
+  std::vector<TermOptions> denominator = {};             ///< the same
+};
+
+/// What is wrong with one term.
+struct TermFault {
+  std::string place;  ///< "denominator[2].order", or "denominator"
+  std::string expected;
+  std::string got;
+};
+
+/// Every reason why terms() would refuse these.
+[[nodiscard]] std::vector<TermFault> faults_in_terms(const TermLists& lists);
+
+/// The family name of structures given term by term.
+inline constexpr std::string_view kTermsFamily = "terms";
+
+/// A structure of any number of terms. A free order keeps within lower and upper; without them within the nearest
+/// orders that are not free, and 0.05..3 where there are none. The coefficient of the second lowest order of the
+/// denominator is 1.
+/// @throws ConfigError  the first of faults_in_terms()
+[[nodiscard]] Structure structure_of_terms(const TermLists& lists);
+
+}  // namespace eha::ident

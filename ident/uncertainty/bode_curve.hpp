@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "ident/model/model.hpp"
+
+namespace eha::ident {
+
+/// What a fit knows of its parameters: their covariance.
+struct ParameterCovariance {
+  std::vector<ParameterKey> parameters;
+  Eigen::MatrixXd
+      matrix;  ///< one row and column a parameter; directions that the record says nothing of are left out of it
+};
+
+/// Logarithmic grid for a Bode plot of what a record can tell: from half a period of the record to the Nyquist
+/// frequency of its compared samples, 40 points.
+[[nodiscard]] std::vector<double> bode_frequencies(double duration_s, double compared_step_s);
+
+/// Gain and phase of a model with their standard errors, to first order in the parameters' errors:
+///   ln G = ln|G| + i arg G,  d ln G/dp = N'/N - D'/D - s delay'.
+/// The phase has no jumps of a turn from one frequency to the next.
+/// @param frequencies_Hz  rising, positive
+/// @param known           none: the standard errors are left empty
+[[nodiscard]] BodeCurve bode_curve(const Model& model, std::span<const double> frequencies_Hz,
+                                   const ParameterCovariance& known);
+
+}  // namespace eha::ident

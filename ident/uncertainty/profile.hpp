@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ident/estimation/fit_options.hpp"
+#include "ident/estimation/output_error.hpp"
+#include "ident/executor.hpp"
+#include "ident/uncertainty/covariance.hpp"
+
+namespace eha::ident {
+
+/// A least-squares optimum in the quantities that a model file reports.
+struct ReportedOptimum {
+  const ComparedRecord& compared;
+  const OutputError& plain;  ///< on the parametrisation to report
+  const StructureOptions& structure;
+  Parametrisation::Scale scale;
+  LinearPart linear;        ///< as it is searched with
+  double bias_bound = 0.0;  ///< max |u| where the bias was a coordinate, else 0 [input unit]
+  LinearSolution solution;
+  double cost = 0.0;                     ///< sum of squares
+  std::vector<ParameterKey> parameters;  ///< as OutputError::derivatives gives them
+};
+
+struct Interval {
+  double lower = 0.0;
+  double upper = 0.0;
+};
+
+/// 95 % intervals by profile, one a parameter. Where the cost is a parabola out to the ends of an interval, estimate +-
+/// factor * standard error; elsewhere from the profile of the cost: the values at which the least cost over all other
+/// parameters has risen as far as that parabola would have at +- factor * standard error. An end that no value reaches
+/// is infinite. Of more than 5000 compared samples no profile is taken. Cost: two simulations a parameter; for a
+/// profile some ten local fits more. Bates and Watts, Nonlinear Regression Analysis (1988), ch. 6; the rise scaled for
+/// a coloured residual: Chandler and Bate, Biometrika 94 (2007).
+[[nodiscard]] std::vector<Interval> intervals(const ReportedOptimum& optimum, const Uncertainty& known,
+                                              const Executor& executor);
+
+}  // namespace eha::ident
