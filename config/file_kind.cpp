@@ -8,9 +8,11 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <variant>
 
 #include "config/toml_section.hpp"
 #include "core/error.hpp"
+#include "hal/backend.hpp"
 
 namespace eha::config {
 namespace {
@@ -18,7 +20,7 @@ namespace {
 /// The shipped files have a few kilobytes; what is far larger is something else.
 constexpr std::size_t kLargestFile = std::size_t{1} << 20U;
 
-constexpr std::array<std::string_view, 5> kRigKeys = {"backend", "limits", "realtime", "sim", "comedi"};
+constexpr std::array<std::string_view, 3> kRigKeys = {"backend", "limits", "realtime"};
 constexpr std::array<std::string_view, 7> kExperimentKeys = {"excitation",     "duration_s", "repetitions", "record",
                                                              "identification", "model",      "acceptance"};
 
@@ -39,7 +41,11 @@ FileKind kind_of(std::string_view text, const std::string& file_name) {
   const auto count = [&](const auto& keys) {
     return std::count_if(keys.begin(), keys.end(), [&](std::string_view key) { return document.root.contains(key); });
   };
-  const auto rig = count(kRigKeys);
+  auto rig = count(kRigKeys);
+  for (const hal::Backend& backend : hal::all_backends()) {
+    const std::string_view table = std::visit([](const auto& options) { return options.kName; }, backend);
+    if (document.root.contains(table)) ++rig;
+  }
   const auto experiment = count(kExperimentKeys);
   if (rig == experiment) {
     throw ConfigError(file_name +

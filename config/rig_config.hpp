@@ -6,13 +6,9 @@
 #include <string_view>
 
 #include "config/position.hpp"
-#include "hal/comedi/comedi_options.hpp"
-#include "hal/sim/sim_options.hpp"
+#include "hal/backend_list.hpp"
 
 namespace eha::config {
-
-/// Which backend drives the rig.
-enum class Backend { sim, comedi };
 
 /// Bounds the rig's owner sets; nothing an experiment says widens them.
 struct RigLimits {
@@ -40,14 +36,12 @@ struct RealtimeOptions {
 /// A whole rig.toml.
 struct RigConfig {
   std::string name;
-  Backend backend = Backend::sim;
+  hal::Backend backend;  ///< what drives the rig, with its options; hal/backend.hpp answers questions about it
   RigLimits limits;
   RealtimeOptions realtime;
-  hal::SimOptions sim;        ///< meaningful when backend is sim
-  hal::ComediOptions comedi;  ///< meaningful when backend is comedi
-  std::string file_name;      ///< as given, for messages
-  std::string text;           ///< the file's content as read, for the run's manifest
-  PositionMap positions;      ///< where each key stands in the file
+  std::string file_name;  ///< as given, for messages
+  std::string text;       ///< the file's content as read, for the run's manifest
+  PositionMap positions;  ///< where each key stands in the file
 };
 
 /// Reads a rig file.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/range_text.hpp"
 #include "core/text.hpp"
 
 namespace eha::config {
@@ -69,12 +70,6 @@ bool is_file_stem(std::string_view text) {
          text.front() != '.' && text.front() != '_' && text.front() != '-';
 }
 
-std::string integer_range(std::int64_t low, std::int64_t high) {
-  if (low == high) return fmt::format("{}", low);
-  if (high == std::numeric_limits<std::int64_t>::max()) return fmt::format("an integer of at least {}", low);
-  return fmt::format("an integer from {} to {}", low, high);
-}
-
 std::string quoted_list(const std::vector<std::string_view>& names) {
   std::string list;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -85,25 +80,6 @@ std::string quoted_list(const std::vector<std::string_view>& names) {
 }
 
 }  // namespace
-
-bool Range::contains(double value) const {
-  if (!std::isfinite(value)) return false;
-  return (low_excluded ? value > low : value >= low) && (high_excluded ? value < high : value <= high);
-}
-
-std::string Range::describe() const {
-  const bool bounded_below = std::isfinite(low);
-  const bool bounded_above = std::isfinite(high);
-  if (bounded_below && bounded_above && !low_excluded && !high_excluded) {
-    return fmt::format("a number from {:.6g} to {:.6g}", low, high);
-  }
-  std::string text = "a finite number";
-  if (bounded_below) text = fmt::format("a number {} {:.6g}", low_excluded ? "above" : "of at least", low);
-  if (bounded_above) {
-    text += fmt::format("{} {} {:.6g}", bounded_below ? " and" : "", high_excluded ? "below" : "of at most", high);
-  }
-  return text;
-}
 
 Document parse_document(std::string_view text, const std::string& file_name) {
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
@@ -149,7 +125,7 @@ const toml::node* Section::find(std::string_view key, std::string_view expected,
 }
 
 void Section::number(std::string_view key, double& target, const Range& range, Need need) {
-  const std::string expected = range.describe();
+  const std::string expected = describe(range);
   const toml::node* node = find(key, expected, need);
   if (node == nullptr) return;
   const auto value = node->is_number() ? node->value<double>() : std::nullopt;
@@ -168,7 +144,7 @@ void Section::number(std::string_view key, std::optional<double>& target, const 
 
 std::optional<std::int64_t> Section::whole_number(std::string_view key, std::int64_t low, std::int64_t high,
                                                   Need need) {
-  const std::string expected = integer_range(low, high);
+  const std::string expected = describe_integers(low, high);
   const toml::node* node = find(key, expected, need);
   if (node == nullptr) return std::nullopt;
   const auto* value = node->as_integer();

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,27 +14,9 @@
 
 #include "config/fault_list.hpp"
 #include "config/position.hpp"
+#include "core/keys.hpp"
 
 namespace eha::config {
-
-/// Whether a key may be left out.
-enum class Need { required, optional };
-
-/// What a number may be. Infinite bounds are no bounds; the number itself must be finite.
-struct Range {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
-  bool low_excluded = false;
-  bool high_excluded = false;
-
-  [[nodiscard]] bool contains(double value) const;
-  [[nodiscard]] std::string describe() const;  ///< "a number from 0 to 1"
-
-  static Range any() { return {}; }
-  static Range above(double low) { return {.low = low, .low_excluded = true}; }
-  static Range at_least(double low) { return {.low = low}; }
-  static Range between(double low, double high) { return {.low = low, .high = high}; }
-};
 
 /// A parsed file while it is read.
 struct Document {
@@ -94,6 +75,20 @@ class Section {
   /// An array of tables; a fault when it has none and is required.
   [[nodiscard]] std::vector<Section> sections(std::string_view key, Need need = Need::required);
 
+  /// A table that lists its own keys, see core/keys.hpp.
+  template <typename Table>
+  void table(std::string_view key, Table& target) {
+    if (auto inner = section(key)) inner->keys_of(target);
+  }
+  template <typename Table>
+  void table_or_none(std::string_view key, std::optional<Table>& target) {
+    if (auto inner = section_or_none(key)) inner->keys_of(target.emplace());
+  }
+  template <typename Table>
+  void tables(std::string_view key, std::vector<Table>& target) {
+    for (Section& inner : sections(key)) inner.keys_of(target.emplace_back());
+  }
+
   /// Reports a key that makes no sense here, and why.
   void forbid(std::string_view key, std::string_view why);
 
@@ -104,6 +99,11 @@ class Section {
   void finish();
 
  private:
+  template <typename Table>
+  void keys_of(Table& target) {
+    Table::visit_keys(target, *this);
+    finish();
+  }
   const toml::node* find(std::string_view key, std::string_view expected, Need need);
   std::optional<std::int64_t> whole_number(std::string_view key, std::int64_t low, std::int64_t high, Need need);
   std::optional<std::size_t> one_of(std::string_view key, const std::vector<std::string_view>& names, Need need);

@@ -35,7 +35,7 @@ struct AppliedCommand {
 
 /// What the rig is and can do; fixed while it is open.
 struct RigCapabilities {
-  std::string backend;         ///< "sim", "comedi", "replay"
+  std::string backend;         ///< "sim", "comedi"
   std::string device;          ///< "/dev/comedi0"; empty for sim
   std::string board;           ///< "pci1716"
   std::string driver;          ///< "adv_pci1710"
@@ -48,7 +48,8 @@ struct RigCapabilities {
   bool has_emergency_stop = false;
   bool has_enable = false;
   bool has_heartbeat = false;
-  bool virtual_time = false;  ///< may run faster than real time (no machine moves)
+  bool moves_machine = true;       ///< real time is kept, whatever it takes
+  bool has_virtual_clock = false;  ///< may run faster than real time
 };
 
 /// One rig: a valve command out, a displacement in, and the lines that make it safe. Opening happens in each
@@ -79,6 +80,10 @@ class Rig {
   /// again, also from a signal handler while another thread is inside a call (that thread must write nothing
   /// afterwards); tries the second step even when the first fails, and returns the first failure.
   virtual RigStatus make_safe() noexcept = 0;
+
+  /// JSON from which another process can make the rig safe (hal::safe_action); empty when no machine moves. Write it to
+  /// a file and start the guard on it before the enable line is switched on. Not real-time safe: allocates.
+  [[nodiscard]] virtual std::string safe_snapshot() const { return {}; }
 };
 
 }  // namespace eha::hal

@@ -81,11 +81,10 @@ RunReport run(hal::Rig& rig, StateMachine& machine, const Excitation& excitation
   check(excitation, limits, realtime, rig.capabilities());
   require(machine.state() == State::armed,
           "the rig is " + std::string(to_text(machine.state())) + ", not armed; arm it first");
-  require(
-      !clock.is_virtual() || rig.capabilities().virtual_time,
-      "virtual time is for simulated and replayed rigs; this one (" + rig.capabilities().backend + ") really moves");
+  require(!clock.is_virtual() || rig.capabilities().has_virtual_clock,
+          "virtual time is for simulated rigs; this one (" + rig.capabilities().backend + ") keeps real time");
   RunReport report;
-  const bool moves_nothing = rig.capabilities().virtual_time;
+  const bool moves_nothing = !rig.capabilities().moves_machine;
   const auto play = [&](LatePolicy policy) {
     const SignalStack signal_stack;
     mark_loop_thread();

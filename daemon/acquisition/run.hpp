@@ -30,7 +30,7 @@ enum class Outcome : std::uint8_t { completed, interrupted, faulted, deadline, w
 
 /// Whether a loop without real-time privileges may run.
 enum class NonRealtime : std::uint8_t {
-  refuse,  ///< PermissionError, unless the rig moves nothing (RigCapabilities::virtual_time)
+  refuse,  ///< PermissionError, unless the rig moves no machine (RigCapabilities::moves_machine)
   allow,   ///< run on ordinary scheduling and say so
 };
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "hal/comedi/comedi_available.hpp"
 #include "hal/comedi/comedi_rig.hpp"
 
 namespace eha::doctor {

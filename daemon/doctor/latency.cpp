@@ -79,7 +79,7 @@ acquisition::RunReport measure_latency(double duration_s, config::RealtimeOption
     table_V[k] = limits.safe_V + kAmplitude_V * std::sin(2.0 * std::numbers::pi * static_cast<double>(k) / rows);
   }
 
-  const std::unique_ptr<hal::Rig> rig = hal::open_sim(plant, limits.safe_V);
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(plant, limits.safe_V);
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();

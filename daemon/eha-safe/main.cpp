@@ -11,7 +11,8 @@
 #include "core/error.hpp"
 #include "daemon/eha-safe/local_snapshots.hpp"
 #include "daemon/eha-safe/watch_parent.hpp"
-#include "hal/comedi/safe_snapshot.hpp"
+#include "hal/backend.hpp"
+#include "hal/snapshot_file.hpp"
 
 namespace {
 
@@ -31,38 +32,41 @@ bool nothing_is_driven() {
   return std::filesystem::status(eha::hal::kServiceSnapshot, error).type() == std::filesystem::file_type::not_found;
 }
 
-void tell_safe(const eha::hal::SafeSnapshot& snapshot) {
-  std::cerr << "eha-safe: " << snapshot.device << ": output at " << snapshot.safe_V << " V, "
-            << (snapshot.enable ? "hydraulics off" : "no enable line") << "\n";
+eha::hal::SafeAction load_action(const std::string& file) {
+  return eha::hal::safe_action(eha::hal::read_safe_snapshot(file), file);
 }
 
-/// The message of a guard that has had to act, once it has: a write to a stopped terminal may block.
-void tell_why(const eha::hal::SafeSnapshot& snapshot, eha::WatchEnd end) {
-  std::cerr << "eha-safe: the program that drove " << snapshot.device
+void tell_safe(const eha::hal::SafeAction& rig, const std::string& done) {
+  std::cerr << "eha-safe: " << rig.device << ": " << done << "\n";
+}
+
+/// Says why the guard acted; only afterwards, because a write to a stopped terminal may block.
+void tell_why(const eha::hal::SafeAction& rig, eha::WatchEnd end) {
+  std::cerr << "eha-safe: the program that drove " << rig.device
             << (end == eha::WatchEnd::kill ? " was stopped and has been killed\n" : " ended without a word\n");
 }
 
 int guard(const std::string& file) {
-  const eha::hal::SafeSnapshot snapshot = eha::hal::read_safe_snapshot(file);
+  const eha::hal::SafeAction rig = load_action(file);
   outlive_the_watched_process();
   std::cout << "ready" << std::endl;
   const eha::WatchEnd end = eha::watch_parent();
   if (end == eha::WatchEnd::done) return 0;
+  std::string done;
   try {
-    eha::hal::make_safe_from_snapshot(snapshot, kPatience);
+    done = rig.make_safe(kPatience);
   } catch (const eha::Error&) {
-    tell_why(snapshot, end);
+    tell_why(rig, end);
     throw;
   }
-  tell_why(snapshot, end);
-  tell_safe(snapshot);
+  tell_why(rig, end);
+  tell_safe(rig, done);
   return 0;
 }
 
 int make_safe(const std::string& file) {
-  const eha::hal::SafeSnapshot snapshot = eha::hal::read_safe_snapshot(file);
-  eha::hal::make_safe_from_snapshot(snapshot, kPatience);
-  tell_safe(snapshot);
+  const eha::hal::SafeAction rig = load_action(file);
+  tell_safe(rig, rig.make_safe(kPatience));
   // A guard acts on behalf of a program that others look after, too; the service's last word is this program's.
   if (file == eha::hal::kServiceSnapshot) {
     std::error_code ignored;  // one that stays has the same done again, which does no harm

@@ -3,17 +3,19 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "hal/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
-  const char* backend = rig.backend == config::Backend::sim ? "sim" : "comedi";
+  const std::string_view backend = hal::name_of(rig.backend);
   console.print_json(
       {{"schema", "eha-check/1"}, {"file", command.file}, {"kind", "rig"}, {"name", rig.name}, {"backend", backend}});
   console.print(fmt::format(

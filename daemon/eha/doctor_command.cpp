@@ -5,6 +5,8 @@
 #include <iterator>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
 #include "daemon/doctor/card_checks.hpp"
@@ -16,6 +18,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/rig/trusted_file.hpp"
+#include "hal/backend.hpp"
 
 namespace eha::cli {
 namespace {
@@ -33,7 +36,7 @@ void append(std::vector<Check>& checks, std::vector<Check> more) {
 std::optional<config::RigConfig> load_rig(const std::optional<std::string>& file, std::vector<Check>& checks) {
   try {
     config::RigConfig rig = load_rig_or_default(file);
-    const char* backend = rig.backend == config::Backend::sim ? "simulated" : "comedi";
+    const std::string_view backend = hal::moves_machine(rig.backend) ? hal::name_of(rig.backend) : "simulated";
     checks.push_back(doctor::ok("rig file", fmt::format("{}: \"{}\", {}", rig.file_name, rig.name, backend)));
     return rig;
   } catch (const UsageError& error) {
@@ -90,7 +93,7 @@ void show(const std::vector<Check>& checks, ExitCode code, Console& console) {
 ExitCode execute(const DoctorCommand& command, Console& console) {
   std::vector<Check> checks;
   const std::optional<config::RigConfig> rig = load_rig(command.rig_file, checks);
-  const bool moves = rig && rig->backend == config::Backend::comedi;
+  const bool moves = rig && hal::moves_machine(rig->backend);
   const config::RealtimeOptions realtime = rig ? rig->realtime : config::RealtimeOptions{};
   const doctor::Machine machine{.kernel = acquisition::kernel_facts(),
                                 .files = doctor::read_system_files(kRoot),
@@ -98,8 +101,10 @@ ExitCode execute(const DoctorCommand& command, Console& console) {
   append(checks, doctor::check_machine(machine, realtime, moves ? doctor::Stakes::machine : doctor::Stakes::simulated));
   if (moves) {
     checks.push_back(check_trust(*rig));
-    append(checks, doctor::check_card(rig->comedi, doctor::find_card(rig->comedi, kRoot, machine.kernel.release)));
-    append(checks, doctor::check_lines(rig->comedi));
+    if (const auto* card = std::get_if<hal::ComediOptions>(&rig->backend)) {
+      append(checks, doctor::check_card(*card, doctor::find_card(*card, kRoot, machine.kernel.release)));
+      append(checks, doctor::check_lines(*card));
+    }
     checks.push_back(doctor::check_limits(rig->limits, rig->realtime));
     checks.push_back(check_guard());
   }

@@ -17,8 +17,10 @@
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/play/play.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/rig/confirmation.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
+#include "hal/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::cli {
@@ -135,15 +137,12 @@ ExitCode execute(const RunCommand& command, Console& console) {
   if (!command.local) return run_through_service(command, console);
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
   const config::ExperimentConfig experiment = config::load_experiment(command.experiment_file, rig);
-  if (command.fast && rig.backend != config::Backend::sim) {
+  if (command.fast && !hal::has_virtual_clock(rig.backend)) {
     throw UsageError(fmt::format("--fast: {} drives a real machine, which keeps its own time", rig.file_name));
   }
   require_trusted_rig_file(rig);
-  if (rig.backend == config::Backend::comedi && !command.yes &&
-      !console.confirm(fmt::format("This moves the actuator on {} ({}): \"{}\", {:g} s, within {:g}..{:g} V.",
-                                   rig.comedi.device, rig.comedi.board, experiment.name,
-                                   experiment.duration_s * experiment.repetitions, rig.limits.command_min_V,
-                                   rig.limits.command_max_V))) {
+  const std::optional<std::string> confirmation = confirmation_text(rig, experiment);
+  if (confirmation && !command.yes && !console.confirm(*confirmation)) {
     console.info("not confirmed; nothing was moved");
     return ExitCode::interrupted;
   }

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "daemon/eha/command_line.hpp"
-#include "hal/comedi/comedi_rig.hpp"
+#include "hal/comedi/comedi_available.hpp"
 
 namespace eha::cli {
 

@@ -13,6 +13,7 @@
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "hal/backend.hpp"
 
 namespace eha::service {
 namespace {
@@ -64,8 +65,8 @@ Json Supervisor::status() const {
                          : Json(nullptr);
   status["rig"] = {{"name", rig_config_->name},
                    {"file", options_.rig_file},
-                   {"backend", rig_config_->backend == config::Backend::sim ? "sim" : "comedi"},
-                   {"moves", rig_config_->backend != config::Backend::sim}};
+                   {"backend", hal::name_of(rig_config_->backend)},
+                   {"moves", hal::moves_machine(rig_config_->backend)}};
   status["lease"] = nullptr;
   if (const Lease::Holder* holder = lease_.holder()) {
     status["lease"] = {{"uid", holder->uid},

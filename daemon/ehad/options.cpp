@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "core/error.hpp"
-#include "hal/comedi/comedi_rig.hpp"
+#include "hal/comedi/comedi_available.hpp"
 
 namespace eha::service {
 namespace {

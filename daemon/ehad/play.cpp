@@ -9,13 +9,14 @@
 #include "config/experiment_config.hpp"
 #include "core/error.hpp"
 #include "daemon/rig/owned_rig.hpp"
+#include "hal/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::service {
 
 CheckedExperiment check_experiment(const std::string& text, const std::string& file, bool fast,
                                    const config::RigConfig& rig) {
-  if (fast && rig.backend != config::Backend::sim) {
+  if (fast && !hal::has_virtual_clock(rig.backend)) {
     throw UsageError(fmt::format(
         "{}: virtual time is for simulated rigs; {} drives a real machine, which keeps its own", file, rig.file_name));
   }

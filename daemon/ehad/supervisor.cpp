@@ -14,6 +14,7 @@
 #include "core/program_path.hpp"
 #include "daemon/ehad/recovery.hpp"
 #include "daemon/rig/trusted_file.hpp"
+#include "hal/backend.hpp"
 
 namespace eha::service {
 namespace {
@@ -67,7 +68,7 @@ void Supervisor::load_configuration() {
 }
 
 void Supervisor::open_rig() {
-  if (rig_config_->backend == config::Backend::comedi) {
+  if (hal::moves_machine(rig_config_->backend)) {
     // Beside the socket, where ExecStopPost=eha-safe finds it after whatever end this process comes to.
     card_ = std::make_unique<OwnedRig>(*rig_config_, options_.socket.parent_path() / "safe.json");
     const hal::RigCapabilities& card = card_->rig().capabilities();
@@ -114,7 +115,7 @@ Json Supervisor::arm(const Peer& peer) {
   lease_.grant({peer.uid, peer.user}, Clock::now());
   if (!active_ && machine_.state() != acquisition::State::armed) {
     try {
-      if (rig_config_->backend == config::Backend::comedi && (!card_ || card_is_suspect_)) {
+      if (hal::moves_machine(rig_config_->backend) && (!card_ || card_is_suspect_)) {
         close_rig();
         open_rig();
       }

@@ -2,21 +2,15 @@
 #include "daemon/record/config_json.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
 
-// Free functions that nlohmann-json looks for beside the structs; each member keeps its name.
-namespace eha::hal {
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SimOptions, bore_mm, rod_mm, stroke_mm, initial_displacement_in, cap_dead_volume_cm3,
-                                   rod_dead_volume_cm3, leakage_cm3_per_s_per_bar, moving_mass_kg,
-                                   end_stop_stiffness_N_per_mm, end_stop_damping_N_s_per_mm, coulomb_friction_N,
-                                   static_friction_N, viscous_friction_N_s_per_mm, stribeck_velocity_mm_per_s,
-                                   friction_regularisation_mm_per_s, bulk_modulus_bar, supply_pressure_bar,
-                                   tank_pressure_bar, valve_full_scale_V, valve_rated_flow_L_per_min,
-                                   valve_rated_drop_bar, valve_natural_frequency_Hz, valve_damping_ratio,
-                                   valve_dead_band_V, valve_null_offset_V, command_min_V, command_max_V, feedback_min_V,
-                                   feedback_max_V, resolution_bits, scale_in_per_V, offset_in, sensor_noise_V, seed,
-                                   sub_step_us)
-}  // namespace eha::hal
+#include "core/keys.hpp"
+#include "hal/backend.hpp"
 
 namespace eha::config {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RigLimits, command_min_V, command_max_V, slew_V_per_s, safe_V, travel_min_in,
@@ -28,6 +22,46 @@ namespace eha::record {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// Writes the keys of a kind, see core/keys.hpp.
+class JsonKeys {
+ public:
+  explicit JsonKeys(Json& json) : json_(json) {}
+
+  void number(std::string_view key, double value, const Range&, Need = Need::required) { set(key, value); }
+  template <class Integer>
+  void integer(std::string_view key, Integer value, std::int64_t, std::int64_t, Need = Need::required) {
+    set(key, value);
+  }
+  void text(std::string_view key, const std::string& value) { set(key, value); }
+  template <class Value, class Choices>
+  void choice(std::string_view key, Value value, const Choices& choices) {
+    for (const auto& [name, choice] : choices) {
+      if (choice == value) set(key, name);
+    }
+  }
+  template <class Table>
+  void table(std::string_view key, const Table& table) {
+    set(key, keys_of(table));
+  }
+  template <class Table>
+  void table_or_none(std::string_view key, const std::optional<Table>& table) {
+    set(key, table ? keys_of(*table) : Json("none"));
+  }
+
+  template <class Table>
+  static Json keys_of(const Table& table) {
+    Json json = Json::object();
+    JsonKeys keys(json);
+    Table::visit_keys(table, keys);
+    return json;
+  }
+
+ private:
+  void set(std::string_view key, Json value) { json_[std::string(key)] = std::move(value); }
+
+  Json& json_;
+};
 
 /// JSON has no infinity: an absent limit is null.
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -80,14 +114,11 @@ Json to_json(const config::RigConfig& rig) {
               {"cpu", rig.realtime.cpu ? Json(*rig.realtime.cpu) : Json(nullptr)},
               {"abort_consecutive_late", rig.realtime.abort_consecutive_late},
               {"abort_total_late", rig.realtime.abort_total_late}}}};
-  if (rig.backend == config::Backend::sim) {
-    json["sim"] = nlohmann::json(rig.sim);
-    json["calibration"] = {{"scale_in_per_V", rig.sim.scale_in_per_V}, {"offset_in", rig.sim.offset_in}};
-  } else {
-    json["calibration"] = {{"scale_in_per_V", rig.comedi.scale_in_per_V},
-                           {"offset_in", rig.comedi.offset_in},
-                           {"date", rig.comedi.calibration_date}};
-  }
+  json[std::string(hal::name_of(rig.backend))] =
+      std::visit([](const auto& options) { return JsonKeys::keys_of(options); }, rig.backend);
+  const hal::Conversion conversion = hal::conversion_of(rig.backend);
+  json["calibration"] = {{"scale_in_per_V", conversion.scale_in_per_V}, {"offset_in", conversion.offset_in}};
+  if (!conversion.calibration_date.empty()) json["calibration"]["date"] = conversion.calibration_date;
   json["text"] = rig.text;
   return json;
 }

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <optional>
 #include <vector>
 
 #include "core/error.hpp"
@@ -19,6 +20,7 @@
 #include "daemon/record/config_json.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
+#include "hal/backend.hpp"
 
 namespace eha::record {
 namespace {
@@ -92,6 +94,7 @@ const Json* find_raw_entry(const Json& manifest, const std::string& path) {
 Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
   const config::ExperimentConfig& experiment = run.experiment;
   const bool is_virtual = run.time_base == acquisition::TimeBase::virtual_time;
+  const std::optional<std::uint64_t> noise_seed = hal::seed_of(run.rig.backend);
   Json header{{"schema", "eha-journal/1"},
               {"name", experiment.name},
               {"time_base", is_virtual ? "virtual" : "monotonic"},
@@ -101,7 +104,7 @@ Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
               {"seed",
                {{"excitation", experiment.excitation.seed},
                 {"identification", experiment.fit.seed},
-                {"sensor_noise", run.rig.backend == config::Backend::sim ? Json(run.rig.sim.seed) : Json(nullptr)}}},
+                {"sensor_noise", noise_seed ? Json(*noise_seed) : Json(nullptr)}}},
               {"device",
                {{"backend", rig.backend},
                 {"device", rig.device},

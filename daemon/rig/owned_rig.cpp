@@ -9,9 +9,8 @@
 
 #include "core/os/files.hpp"
 #include "daemon/eha-safe/local_snapshots.hpp"
-#include "hal/comedi/comedi_rig.hpp"
-#include "hal/comedi/safe_snapshot.hpp"
-#include "hal/sim/sim_rig.hpp"
+#include "hal/backend.hpp"
+#include "hal/snapshot_file.hpp"
 
 namespace eha {
 namespace {
@@ -28,18 +27,16 @@ fs::path create_private_folder() {
 }  // namespace
 
 OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot) {
-  if (config.backend == config::Backend::sim) {
-    rig_ = hal::open_sim(config.sim, config.limits.safe_V);
-    return;
+  std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
+  if (hal::moves_machine(config.backend)) {
+    if (snapshot.empty()) {
+      private_folder_ = create_private_folder();
+      snapshot = private_folder_ / kLocalSnapshot;
+    }
+    hal::write_safe_snapshot(rig->safe_snapshot(), snapshot);
+    guard_.emplace(guard_program(), snapshot);
   }
-  std::unique_ptr<hal::ComediRig> card = hal::open_comedi(config.comedi, config.limits.safe_V);
-  if (snapshot.empty()) {
-    private_folder_ = create_private_folder();
-    snapshot = private_folder_ / kLocalSnapshot;
-  }
-  hal::write_safe_snapshot(card->safe_snapshot(), snapshot);
-  guard_.emplace(guard_program(), snapshot);
-  rig_ = std::move(card);
+  rig_ = std::move(rig);
 }
 
 OwnedRig::~OwnedRig() {

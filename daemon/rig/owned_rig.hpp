@@ -11,13 +11,14 @@
 
 namespace eha {
 
-/// A rig opened in this process. A card gets a guard first: a process that makes it safe should this one be killed.
+/// A rig opened in this process. One that moves a machine gets a guard: a process that makes it safe if this one is
+/// killed.
 /// Not thread-safe.
 class OwnedRig {
  public:
-  /// @param snapshot  where what makes the card safe is written for eha-safe, and left; empty: in a private file that
-  ///                  goes with this object
-  /// @throws DeviceError, PermissionError, ConfigError as hal::open_comedi, hal::open_sim, GuardProcess
+  /// @param snapshot  file for eha-safe (Rig::safe_snapshot), which stays; empty: a private file, removed with this
+  ///                  object
+  /// @throws DeviceError, PermissionError, ConfigError as hal::open, GuardProcess
   explicit OwnedRig(const config::RigConfig& config, std::filesystem::path snapshot = {});
   OwnedRig(const OwnedRig&) = delete;
   OwnedRig& operator=(const OwnedRig&) = delete;
@@ -26,11 +27,11 @@ class OwnedRig {
 
   [[nodiscard]] hal::Rig& rig() noexcept { return *rig_; }
 
-  /// Whether nobody would make the card safe should this process be killed: its guard has died. Never on a simulated
-  /// rig.
+  /// Whether the guard has died, so that nobody would make the rig safe if this process were killed. Never true of a
+  /// rig that moves no machine.
   [[nodiscard]] bool is_unguarded() const noexcept { return guard_ && !guard_->watches(); }
 
-  /// Tells the guard that the device has confirmed the safe output, once nothing more will be driven.
+  /// Tells the guard that the device has confirmed the safe output. Drive nothing afterwards.
   /// @throws DeviceError  the guard had died
   void made_safe();
 

@@ -9,11 +9,12 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "hal/backend.hpp"
 
 namespace eha {
 
 void require_trusted_rig_file(const config::RigConfig& rig) {
-  if (rig.backend != config::Backend::comedi) return;
+  if (!hal::moves_machine(rig.backend)) return;
   const os::FileDescriptor file = os::open_file(rig.file_name, O_RDONLY);
   struct stat facts {};
   if (fstat(file.get(), &facts) != 0) os::throw_system_error("look at", rig.file_name, errno);
@@ -23,7 +24,7 @@ void require_trusted_rig_file(const config::RigConfig& rig) {
                     "because its limits protect the machine; as root: chown root {} && chmod go-w {}",
                     rig.file_name, rig.file_name, rig.file_name));
   }
-  // The owner of the file that is there now says nothing of one that was there when the limits were read.
+  // The owner just checked is that of the file there now; the limits may have been read from another one.
   if (os::read_file(fmt::format("/proc/self/fd/{}", file.get())) != rig.text) {
     throw PermissionError(fmt::format("{}: the file changed while it was read; try again", rig.file_name));
   }

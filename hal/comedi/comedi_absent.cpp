@@ -2,6 +2,7 @@
 // Stands for the comedi backend in a build without libcomedi.
 #include "core/error.hpp"
 #include "hal/comedi/comedi_rig.hpp"
+#include "hal/comedi/safe_snapshot.hpp"
 
 namespace eha::hal {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 
 }  // namespace
 
-std::unique_ptr<ComediRig> open_comedi(const ComediOptions& options, double) { refuse(options.device); }
+std::unique_ptr<Rig> open_rig(const ComediOptions& options, double) { refuse(options.device); }
 
 CardDescription describe_card(const std::string& device) { refuse(device); }
 

@@ -15,7 +15,7 @@ constexpr double kSettlingLimit_us = 100.0;
 constexpr unsigned kChannelLimit = 65536;
 
 template <class Value>
-OptionFault fault(std::string key, const std::string& expected, const Value& got) {
+OptionIssue issue(std::string key, const std::string& expected, const Value& got) {
   std::ostringstream text;
   text << "expected " << expected << ", got " << got;
   return {std::move(key), text.str()};
@@ -37,51 +37,51 @@ bool same_line(const std::optional<DigitalLine>& a, const std::optional<DigitalL
 
 }  // namespace
 
-std::vector<OptionFault> check(const ComediOptions& o) {
-  std::vector<OptionFault> faults;
-  if (o.device.empty()) faults.push_back(fault("device", "the device node, as \"/dev/comedi0\"", "\"\""));
-  if (o.board.empty()) faults.push_back(fault("board", "the board's name, as \"pci1716\"", "\"\""));
-  if (o.driver.empty()) faults.push_back(fault("driver", "the driver's name, as \"adv_pci1710\"", "\"\""));
+std::vector<OptionIssue> check(const ComediOptions& o) {
+  std::vector<OptionIssue> issues;
+  if (o.device.empty()) issues.push_back(issue("device", "the device node, as \"/dev/comedi0\"", "\"\""));
+  if (o.board.empty()) issues.push_back(issue("board", "the board's name, as \"pci1716\"", "\"\""));
+  if (o.driver.empty()) issues.push_back(issue("driver", "the driver's name, as \"adv_pci1710\"", "\"\""));
   if (o.resolution_bits < 1 || o.resolution_bits > 31) {
-    faults.push_back(fault("resolution_bits", "from 1 to 31", o.resolution_bits));
+    issues.push_back(issue("resolution_bits", "from 1 to 31", o.resolution_bits));
   }
   for (const auto& [key, channel] :
        {std::pair<const char*, const AnalogChannel&>{"feedback", o.feedback}, {"command", o.command}}) {
     if (channel.channel >= kChannelLimit) {
-      faults.push_back(fault(std::string(key) + ".channel", "from 0 to 65535", channel.channel));
+      issues.push_back(issue(std::string(key) + ".channel", "from 0 to 65535", channel.channel));
     }
     if (!(std::isfinite(channel.range_min_V) && std::isfinite(channel.range_max_V) &&
           channel.range_min_V < channel.range_max_V)) {
       std::ostringstream expected;
       expected << "more than range_min_V = " << channel.range_min_V;
-      faults.push_back(fault(std::string(key) + ".range_max_V", expected.str(), channel.range_max_V));
+      issues.push_back(issue(std::string(key) + ".range_max_V", expected.str(), channel.range_max_V));
     }
   }
   if (!(o.feedback_settling_us >= 0.0 && o.feedback_settling_us < kSettlingLimit_us)) {
-    faults.push_back(fault("feedback_settling_us", "from 0 to 99", o.feedback_settling_us));
+    issues.push_back(issue("feedback_settling_us", "from 0 to 99", o.feedback_settling_us));
   }
   for (const auto& [key, line] :
        {std::pair<const char*, const std::optional<DigitalLine>&>{"emergency_stop", o.emergency_stop},
         {"enable", o.enable},
         {"heartbeat", o.heartbeat}}) {
     if (line && line->channel >= kLinesOfOneInstruction) {
-      faults.push_back(fault(std::string(key) + ".channel", "from 0 to 31", line->channel));
+      issues.push_back(issue(std::string(key) + ".channel", "from 0 to 31", line->channel));
     }
   }
   if (same_line(o.enable, o.heartbeat)) {
-    faults.push_back(fault("heartbeat.channel", "another line than enable", o.heartbeat->channel));
+    issues.push_back(issue("heartbeat.channel", "another line than enable", o.heartbeat->channel));
   }
   if (same_line(o.emergency_stop, o.enable) || same_line(o.emergency_stop, o.heartbeat)) {
-    faults.push_back(fault("emergency_stop.channel", "a line of its own", o.emergency_stop->channel));
+    issues.push_back(issue("emergency_stop.channel", "a line of its own", o.emergency_stop->channel));
   }
   if (!std::isfinite(o.scale_in_per_V) || std::abs(o.scale_in_per_V) < 1e-9) {
-    faults.push_back(fault("scale_in_per_V", "a number that is not 0", o.scale_in_per_V));
+    issues.push_back(issue("scale_in_per_V", "a number that is not 0", o.scale_in_per_V));
   }
-  if (!std::isfinite(o.offset_in)) faults.push_back(fault("offset_in", "a finite number", o.offset_in));
+  if (!std::isfinite(o.offset_in)) issues.push_back(issue("offset_in", "a finite number", o.offset_in));
   if (!is_date(o.calibration_date)) {
-    faults.push_back(fault("calibration_date", "a day as YYYY-MM-DD", '"' + o.calibration_date + '"'));
+    issues.push_back(issue("calibration_date", "a day as YYYY-MM-DD", '"' + o.calibration_date + '"'));
   }
-  return faults;
+  return issues;
 }
 
 }  // namespace eha::hal

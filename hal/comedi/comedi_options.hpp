@@ -1,16 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "hal/option_fault.hpp"
+#include "core/keys.hpp"
+#include "core/option_issue.hpp"
+#include "hal/conversion.hpp"
+#include "hal/safe_action.hpp"
 
 namespace eha::hal {
 
-/// What an analog channel measures or drives against; spelled "ground", "common", "diff", "other" in files.
+/// What an analog channel measures or drives against.
 enum class AnalogReference { ground, common, diff, other };
+inline constexpr auto kAnalogReferences =
+    std::to_array<std::pair<std::string_view, AnalogReference>>({{"ground", AnalogReference::ground},
+                                                                 {"common", AnalogReference::common},
+                                                                 {"diff", AnalogReference::diff},
+                                                                 {"other", AnalogReference::other}});
 
 /// One analog channel: `[comedi.feedback]` (input) and `[comedi.command]` (output).
 struct AnalogChannel {
@@ -19,10 +30,20 @@ struct AnalogChannel {
   AnalogReference reference = AnalogReference::ground;
   double range_min_V = -10.0;  ///< the card must offer exactly this range [V]
   double range_max_V = 10.0;
+
+  static void visit_keys(auto& self, auto& keys) {
+    keys.integer("subdevice", self.subdevice, 0, 255);
+    keys.integer("channel", self.channel, 0, 255);
+    keys.choice("reference", self.reference, kAnalogReferences);
+    keys.number("range_min_V", self.range_min_V, Range::any());
+    keys.number("range_max_V", self.range_max_V, Range::any());
+  }
 };
 
-/// Level of a digital line that means "on"; spelled "high" and "low" in files.
+/// Level of a digital line that means "on".
 enum class ActiveLevel { high, low };
+inline constexpr auto kActiveLevels =
+    std::to_array<std::pair<std::string_view, ActiveLevel>>({{"high", ActiveLevel::high}, {"low", ActiveLevel::low}});
 
 /// One digital line: `[comedi.emergency_stop]` (input), `[comedi.enable]` and `[comedi.heartbeat]` (outputs).
 struct DigitalLine {
@@ -31,11 +52,21 @@ struct DigitalLine {
   /// Emergency stop: the level of the closed, healthy circuit. Enable: the level that powers the hydraulics.
   /// Heartbeat: the level first written, without consequence.
   ActiveLevel active = ActiveLevel::high;
+
+  static void visit_keys(auto& self, auto& keys) {
+    keys.integer("subdevice", self.subdevice, 0, 255);
+    keys.integer("channel", self.channel, 0, 31);
+    keys.choice("active", self.active, kActiveLevels);
+  }
 };
 
-/// Where the card is and how it is wired, `[comedi]`. The card must be exactly what is said here: open_comedi()
+/// Where the card is and how it is wired, `[comedi]`. The card must be exactly what is said here: open_rig()
 /// refuses any difference and lists what the card offers.
 struct ComediOptions {
+  static constexpr std::string_view kName = "comedi";
+  static constexpr bool kMovesMachine = true;
+  static constexpr bool kHasVirtualClock = false;
+
   std::string device = "/dev/comedi0";
   std::string board;                   ///< name the driver reports, "pci1716"
   std::string driver;                  ///< name of the kernel driver, "adv_pci1710"
@@ -52,9 +83,38 @@ struct ComediOptions {
   double scale_in_per_V = 0.0;   ///< displacement sensor, not zero [in/V]
   double offset_in = 0.0;        ///< displacement at 0 V [in]
   std::string calibration_date;  ///< of scale and offset, YYYY-MM-DD
+
+  static void visit_keys(auto& self, auto& keys) {
+    keys.text("device", self.device);
+    keys.text("board", self.board);
+    keys.text("driver", self.driver);
+    keys.integer("resolution_bits", self.resolution_bits, 1, 31);
+    keys.table("feedback", self.feedback);
+    keys.number("feedback_settling_us", self.feedback_settling_us, Range::any(), Need::optional);
+    keys.table("command", self.command);
+    keys.table_or_none("emergency_stop", self.emergency_stop);
+    keys.table_or_none("enable", self.enable);
+    keys.table_or_none("heartbeat", self.heartbeat);
+    keys.number("scale_in_per_V", self.scale_in_per_V, Range::any());
+    keys.number("offset_in", self.offset_in, Range::any());
+    keys.text("calibration_date", self.calibration_date);
+  }
+
+  [[nodiscard]] std::string describe() const { return device + " (" + board + ")"; }
+  [[nodiscard]] Conversion conversion() const {
+    return {.command_min_V = command.range_min_V,
+            .command_max_V = command.range_max_V,
+            .feedback_min_V = feedback.range_min_V,
+            .feedback_max_V = feedback.range_max_V,
+            .scale_in_per_V = scale_in_per_V,
+            .offset_in = offset_in,
+            .calibration_date = calibration_date};
+  }
+  /// @param snapshot  a SafeSnapshot as text
+  [[nodiscard]] static SafeAction safe_action(std::string_view snapshot, std::string_view file_name);
 };
 
 /// Every option that contradicts itself or another one, as far as that shows without the card; empty when all is well.
-[[nodiscard]] std::vector<OptionFault> check(const ComediOptions& options);
+[[nodiscard]] std::vector<OptionIssue> check(const ComediOptions& options);
 
 }  // namespace eha::hal

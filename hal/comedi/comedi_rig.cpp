@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "hal/comedi/comedi_device.hpp"
+#include "hal/comedi/safe_snapshot.hpp"
 
 namespace eha::hal {
 namespace {
@@ -31,18 +32,18 @@ unsigned aref(AnalogReference reference) {
 unsigned on_level(const DigitalLine& line) { return line.active == ActiveLevel::high ? 1U : 0U; }
 
 const ComediOptions& checked(const ComediOptions& options, double safe_V) {
-  std::vector<OptionFault> faults = check(options);
+  std::vector<OptionIssue> issues = check(options);
   if (!(safe_V >= options.command.range_min_V && safe_V <= options.command.range_max_V)) {
     std::ostringstream message;
     message << "expected to hold the rig's safe voltage, got " << options.command.range_min_V << ".."
             << options.command.range_max_V << " V and a safe voltage of " << safe_V << " V";
-    faults.push_back({"command", message.str()});
+    issues.push_back({"command", message.str()});
   }
-  if (!faults.empty()) throw ConfigError(to_lines(faults, "comedi"));
+  if (!issues.empty()) throw ConfigError(to_lines(issues, std::string(ComediOptions::kName)));
   return options;
 }
 
-class CardRig final : public ComediRig {
+class CardRig final : public Rig {
  public:
   CardRig(const ComediOptions& options, double safe_V)
       : options_(checked(options, safe_V)),
@@ -65,7 +66,7 @@ class CardRig final : public ComediRig {
   ~CardRig() override { make_safe(); }
 
   [[nodiscard]] const RigCapabilities& capabilities() const noexcept override { return capabilities_; }
-  [[nodiscard]] const SafeSnapshot& safe_snapshot() const noexcept override { return snapshot_; }
+  [[nodiscard]] std::string safe_snapshot() const override { return to_text(snapshot_); }
 
   RigStatus read(std::int64_t, RigReading& reading) noexcept override {
     input_bits_ = {0, 0};
@@ -115,7 +116,9 @@ class CardRig final : public ComediRig {
   }
 
   void describe() {
-    capabilities_.backend = "comedi";
+    capabilities_.backend = ComediOptions::kName;
+    capabilities_.moves_machine = ComediOptions::kMovesMachine;
+    capabilities_.has_virtual_clock = ComediOptions::kHasVirtualClock;
     capabilities_.device = options_.device;
     capabilities_.board = card_.board;
     capabilities_.driver = card_.driver;
@@ -249,7 +252,7 @@ class CardRig final : public ComediRig {
 
 }  // namespace
 
-std::unique_ptr<ComediRig> open_comedi(const ComediOptions& options, double safe_V) {
+std::unique_ptr<Rig> open_rig(const ComediOptions& options, double safe_V) {
   return std::make_unique<CardRig>(options, safe_V);
 }
 

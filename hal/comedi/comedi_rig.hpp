@@ -6,20 +6,9 @@
 
 #include "hal/comedi/card_description.hpp"
 #include "hal/comedi/comedi_options.hpp"
-#include "hal/comedi/safe_snapshot.hpp"
 #include "hal/rig.hpp"
 
 namespace eha::hal {
-
-/// Whether this build can drive a card; `--version` says so.
-inline constexpr bool comedi_available = EHA_WITH_COMEDI != 0;
-
-/// A card behind the Rig interface, and what another process needs to make it safe.
-class ComediRig : public Rig {
- public:
-  /// Write this to a file and start the guard on it before the enable line is switched on.
-  [[nodiscard]] virtual const SafeSnapshot& safe_snapshot() const noexcept = 0;
-};
 
 /// Opens a card through libcomedi, locks every subdevice it uses and leaves it safe: enable line off, then the
 /// output at the safe voltage (the first write to a range may pass through its lower end, so it comes second).
@@ -27,17 +16,17 @@ class ComediRig : public Rig {
 /// read() samples the feedback (select, settle, convert) and the digital inputs in one instruction list; command()
 /// writes the output and the toggled heartbeat in another. One kernel call may take up to a second when the card does
 /// not answer: the caller must look at the time.
-/// @param safe_V  what make_safe() writes [V], inside the command range
+/// @param safe_V  what make_safe() writes [V], inside the command range. Its safe_snapshot() is a SafeSnapshot as text.
 /// @throws DeviceError      no device, another board, driver, subdevice, range or resolution than `options` say (the
 ///                          message lists what the card offers), in use or locked by another process, or built without
 ///                          comedi
 /// @throws PermissionError  the device node may not be opened
 /// @throws ConfigError      `options` contradict themselves
 /// Not thread-safe, except make_safe(), see there.
-[[nodiscard]] std::unique_ptr<ComediRig> open_comedi(const ComediOptions& options, double safe_V);
+[[nodiscard]] std::unique_ptr<Rig> open_rig(const ComediOptions& options, double safe_V);
 
 /// What the card at a device node says of itself; changes nothing on it.
-/// @throws DeviceError, PermissionError  as open_comedi
+/// @throws DeviceError, PermissionError  as open_rig
 [[nodiscard]] CardDescription describe_card(const std::string& device);
 
 }  // namespace eha::hal

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -29,21 +28,11 @@ struct SafeSnapshot {
   std::optional<Line> enable;
 };
 
-/// Where the service keeps the snapshot of the rig it has open, and where eha-safe looks when nothing else is said.
-inline constexpr const char* kServiceSnapshot = "/run/ehad/safe.json";
-
-/// The snapshot as JSON, {"schema": "eha-safe/1", ...}.
+/// The snapshot as JSON, {"schema": "eha-safe/1", "backend": "comedi", ...}.
 [[nodiscard]] std::string to_text(const SafeSnapshot& snapshot);
 
 /// @throws ConfigError  not a snapshot; the message names `file_name` and the key
 [[nodiscard]] SafeSnapshot safe_snapshot_from_text(std::string_view text, std::string_view file_name);
-
-/// Replaces `path` at once and durably (temporary file, fsync, rename). @throws IoError
-void write_safe_snapshot(const SafeSnapshot& snapshot, const std::filesystem::path& path);
-
-/// @throws IoError      cannot be read
-/// @throws ConfigError  as safe_snapshot_from_text
-[[nodiscard]] SafeSnapshot read_safe_snapshot(const std::filesystem::path& path);
 
 /// Switches the enable line off and writes the safe code, trying again every 10 ms while another process holds a
 /// lock or the device is busy, for at most `patience`. One that fails does not keep the other from being tried.

@@ -55,6 +55,7 @@ class FaultRig final : public Rig {
   RigStatus command(double command_V, AppliedCommand& applied) noexcept override;
   RigStatus set_enable(bool on) noexcept override;
   RigStatus make_safe() noexcept override;
+  [[nodiscard]] std::string safe_snapshot() const override { return rig_.safe_snapshot(); }
 
  private:
   [[nodiscard]] const Fault* active(FaultKind kind) const noexcept;

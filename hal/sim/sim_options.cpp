@@ -15,27 +15,27 @@ constexpr double kLargestStepTimesRate = 1.5;
 
 class Checker {
  public:
-  std::vector<OptionFault> faults;
+  std::vector<OptionIssue> issues;
 
-  void fault(const char* key, const char* expected, double value) {
+  void issue(const char* key, const char* expected, double value) {
     std::ostringstream text;
     text << "expected " << expected << ", got " << value;
-    faults.push_back({key, text.str()});
+    issues.push_back({key, text.str()});
   }
   void positive(const char* key, double value) {
-    if (!(value > 0.0 && std::isfinite(value))) fault(key, "a number greater than 0", value);
+    if (!(value > 0.0 && std::isfinite(value))) issue(key, "a number greater than 0", value);
   }
   void not_negative(const char* key, double value) {
-    if (!(value >= 0.0 && std::isfinite(value))) fault(key, "a number not below 0", value);
+    if (!(value >= 0.0 && std::isfinite(value))) issue(key, "a number not below 0", value);
   }
   void finite(const char* key, double value) {
-    if (!std::isfinite(value)) fault(key, "a finite number", value);
+    if (!std::isfinite(value)) issue(key, "a finite number", value);
   }
   void below(const char* key, double value, const char* limit_key, double limit) {
     if (!(value < limit)) {
       std::ostringstream expected;
       expected << "less than " << limit_key << " = " << limit;
-      fault(key, expected.str().c_str(), value);
+      issue(key, expected.str().c_str(), value);
     }
   }
 };
@@ -58,14 +58,14 @@ double fastest_rate_per_s(const SimOptions& o) {
 
 }  // namespace
 
-std::vector<OptionFault> check(const SimOptions& o) {
+std::vector<OptionIssue> check(const SimOptions& o) {
   Checker c;
   c.positive("bore_mm", o.bore_mm);
   c.positive("rod_mm", o.rod_mm);
   if (o.rod_mm > 0.0) c.below("rod_mm", o.rod_mm, "bore_mm", o.bore_mm);
   c.positive("stroke_mm", o.stroke_mm);
   if (!(o.initial_displacement_in >= 0.0 && o.initial_displacement_in * 25.4 <= o.stroke_mm)) {
-    c.fault("initial_displacement_in", "from 0 to the stroke", o.initial_displacement_in);
+    c.issue("initial_displacement_in", "from 0 to the stroke", o.initial_displacement_in);
   }
   c.positive("cap_dead_volume_cm3", o.cap_dead_volume_cm3);
   c.positive("rod_dead_volume_cm3", o.rod_dead_volume_cm3);
@@ -76,7 +76,7 @@ std::vector<OptionFault> check(const SimOptions& o) {
   c.not_negative("coulomb_friction_N", o.coulomb_friction_N);
   c.not_negative("static_friction_N", o.static_friction_N);
   if (o.static_friction_N < o.coulomb_friction_N) {
-    c.fault("static_friction_N", "not below coulomb_friction_N", o.static_friction_N);
+    c.issue("static_friction_N", "not below coulomb_friction_N", o.static_friction_N);
   }
   c.not_negative("viscous_friction_N_s_per_mm", o.viscous_friction_N_s_per_mm);
   c.positive("stribeck_velocity_mm_per_s", o.stribeck_velocity_mm_per_s);
@@ -101,22 +101,22 @@ std::vector<OptionFault> check(const SimOptions& o) {
   c.below("command_min_V", o.command_min_V, "command_max_V", o.command_max_V);
   c.finite("feedback_max_V", o.feedback_max_V);
   c.below("feedback_min_V", o.feedback_min_V, "feedback_max_V", o.feedback_max_V);
-  if (o.resolution_bits < 8 || o.resolution_bits > 24) c.fault("resolution_bits", "from 8 to 24", o.resolution_bits);
+  if (o.resolution_bits < 8 || o.resolution_bits > 24) c.issue("resolution_bits", "from 8 to 24", o.resolution_bits);
   if (!std::isfinite(o.scale_in_per_V) || std::abs(o.scale_in_per_V) < 1e-9) {
-    c.fault("scale_in_per_V", "a number that is not 0", o.scale_in_per_V);
+    c.issue("scale_in_per_V", "a number that is not 0", o.scale_in_per_V);
   }
   c.finite("offset_in", o.offset_in);
   c.not_negative("sensor_noise_V", o.sensor_noise_V);
   c.positive("sub_step_us", o.sub_step_us);
-  if (c.faults.empty()) {
+  if (c.issues.empty()) {
     const double longest_us = kLargestStepTimesRate / fastest_rate_per_s(o) * 1e6;
     if (o.sub_step_us > longest_us) {
       std::ostringstream expected;
       expected << "at most " << longest_us << " for this stiffness, friction and mass";
-      c.fault("sub_step_us", expected.str().c_str(), o.sub_step_us);
+      c.issue("sub_step_us", expected.str().c_str(), o.sub_step_us);
     }
   }
-  return c.faults;
+  return c.issues;
 }
 
 }  // namespace eha::hal

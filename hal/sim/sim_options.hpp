@@ -2,9 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "hal/option_fault.hpp"
+#include "core/keys.hpp"
+#include "core/option_issue.hpp"
+#include "hal/conversion.hpp"
 
 namespace eha::hal {
 
@@ -12,6 +17,10 @@ namespace eha::hal {
 /// proportional valve, as shipped in config/rigs/sim.toml. Each member is a key of `[sim]` with the same name.
 /// Positive volts extend the rod.
 struct SimOptions {
+  static constexpr std::string_view kName = "sim";
+  static constexpr bool kMovesMachine = false;
+  static constexpr bool kHasVirtualClock = true;
+
   // Cylinder. Bore and rod give the area ratio bore^2 / (bore^2 - rod^2) = 1.33.
   double bore_mm = 40.0;                      ///< piston diameter [mm]
   double rod_mm = 20.0;                       ///< rod diameter, smaller than the bore [mm]
@@ -59,9 +68,62 @@ struct SimOptions {
   double sub_step_us = 50.0;  ///< longest integration step [us]
 
   bool operator==(const SimOptions&) const = default;
+
+  /// What the numbers may be stands in check().
+  static void visit_keys(auto& self, auto& keys) {
+    const auto number = [&](std::string_view key, auto& value) {
+      keys.number(key, value, Range::any(), Need::optional);
+    };
+    number("bore_mm", self.bore_mm);
+    number("rod_mm", self.rod_mm);
+    number("stroke_mm", self.stroke_mm);
+    number("initial_displacement_in", self.initial_displacement_in);
+    number("cap_dead_volume_cm3", self.cap_dead_volume_cm3);
+    number("rod_dead_volume_cm3", self.rod_dead_volume_cm3);
+    number("leakage_cm3_per_s_per_bar", self.leakage_cm3_per_s_per_bar);
+    number("moving_mass_kg", self.moving_mass_kg);
+    number("end_stop_stiffness_N_per_mm", self.end_stop_stiffness_N_per_mm);
+    number("end_stop_damping_N_s_per_mm", self.end_stop_damping_N_s_per_mm);
+    number("coulomb_friction_N", self.coulomb_friction_N);
+    number("static_friction_N", self.static_friction_N);
+    number("viscous_friction_N_s_per_mm", self.viscous_friction_N_s_per_mm);
+    number("stribeck_velocity_mm_per_s", self.stribeck_velocity_mm_per_s);
+    number("friction_regularisation_mm_per_s", self.friction_regularisation_mm_per_s);
+    number("bulk_modulus_bar", self.bulk_modulus_bar);
+    number("supply_pressure_bar", self.supply_pressure_bar);
+    number("tank_pressure_bar", self.tank_pressure_bar);
+    number("valve_full_scale_V", self.valve_full_scale_V);
+    number("valve_rated_flow_L_per_min", self.valve_rated_flow_L_per_min);
+    number("valve_rated_drop_bar", self.valve_rated_drop_bar);
+    number("valve_natural_frequency_Hz", self.valve_natural_frequency_Hz);
+    number("valve_damping_ratio", self.valve_damping_ratio);
+    number("valve_dead_band_V", self.valve_dead_band_V);
+    number("valve_null_offset_V", self.valve_null_offset_V);
+    number("command_min_V", self.command_min_V);
+    number("command_max_V", self.command_max_V);
+    number("feedback_min_V", self.feedback_min_V);
+    number("feedback_max_V", self.feedback_max_V);
+    number("scale_in_per_V", self.scale_in_per_V);
+    number("offset_in", self.offset_in);
+    number("sensor_noise_V", self.sensor_noise_V);
+    number("sub_step_us", self.sub_step_us);
+    keys.integer("resolution_bits", self.resolution_bits, 8, 24, Need::optional);
+    keys.integer("seed", self.seed, 0, std::numeric_limits<std::int64_t>::max(), Need::optional);
+  }
+
+  [[nodiscard]] std::string describe() const { return "simulated"; }
+  [[nodiscard]] Conversion conversion() const {
+    return {.command_min_V = command_min_V,
+            .command_max_V = command_max_V,
+            .feedback_min_V = feedback_min_V,
+            .feedback_max_V = feedback_max_V,
+            .scale_in_per_V = scale_in_per_V,
+            .offset_in = offset_in,
+            .calibration_date = {}};
+  }
 };
 
 /// Every parameter that makes no physical sense or that the integration cannot follow; empty when all is well.
-[[nodiscard]] std::vector<OptionFault> check(const SimOptions& options);
+[[nodiscard]] std::vector<OptionIssue> check(const SimOptions& options);
 
 }  // namespace eha::hal

@@ -25,7 +25,9 @@ class SimRig final : public Rig {
         scale_in_per_V_(options.scale_in_per_V),
         offset_in_(options.offset_in),
         safe_V_(safe_V) {
-    capabilities_.backend = "sim";
+    capabilities_.backend = SimOptions::kName;
+    capabilities_.moves_machine = SimOptions::kMovesMachine;
+    capabilities_.has_virtual_clock = SimOptions::kHasVirtualClock;
     capabilities_.command_min_V = options.command_min_V;
     capabilities_.command_max_V = options.command_max_V;
     capabilities_.command_lsb_V = output_.lsb_V();
@@ -33,7 +35,6 @@ class SimRig final : public Rig {
     capabilities_.feedback_max_V = options.feedback_max_V;
     capabilities_.feedback_lsb_V = input_.lsb_V();
     capabilities_.has_enable = true;
-    capabilities_.virtual_time = true;
     make_safe();
   }
 
@@ -93,15 +94,15 @@ class SimRig final : public Rig {
 
 }  // namespace
 
-std::unique_ptr<Rig> open_sim(const SimOptions& options, double safe_V) {
-  std::vector<OptionFault> faults = check(options);
+std::unique_ptr<Rig> open_rig(const SimOptions& options, double safe_V) {
+  std::vector<OptionIssue> issues = check(options);
   if (!(safe_V >= options.command_min_V && safe_V <= options.command_max_V)) {
     std::ostringstream message;
     message << "expected to hold the rig's safe voltage, from " << options.command_min_V << " to "
             << options.command_max_V << " V, got " << safe_V;
-    faults.push_back({"command_min_V", message.str()});
+    issues.push_back({"command_min_V", message.str()});
   }
-  if (!faults.empty()) throw ConfigError(to_lines(faults, "sim"));
+  if (!issues.empty()) throw ConfigError(to_lines(issues, std::string(SimOptions::kName)));
   return std::make_unique<SimRig>(options, safe_V);
 }
 

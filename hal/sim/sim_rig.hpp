@@ -21,6 +21,6 @@ namespace eha::hal {
 /// @param safe_V  what make_safe() writes [V]
 /// @throws ConfigError  a parameter makes no physical sense; the message names every such one
 /// Cost: a read over 1 ms takes about 3 us. Not thread-safe.
-[[nodiscard]] std::unique_ptr<Rig> open_sim(const SimOptions& options, double safe_V);
+[[nodiscard]] std::unique_ptr<Rig> open_rig(const SimOptions& options, double safe_V);
 
 }  // namespace eha::hal

@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "daemon/eha-safe/guard_process.hpp"
 #include "hal/comedi/comedi_rig.hpp"
+#include "hal/snapshot_file.hpp"
 #include "process.hpp"
 
 namespace eha::test {
@@ -38,8 +39,8 @@ hal::ComediOptions card() {
   return options;
 }
 
-std::unique_ptr<hal::ComediRig> open_and_drive() {
-  auto rig = hal::open_comedi(card(), 0.0);
+std::unique_ptr<hal::Rig> open_and_drive() {
+  auto rig = hal::open_rig(card(), 0.0);
   hal::write_safe_snapshot(rig->safe_snapshot(), kSnapshot);
   hal::AppliedCommand applied;
   EXPECT_EQ(rig->set_enable(true), hal::RigStatus::ok);

@@ -13,7 +13,9 @@
 
 #include "board.hpp"
 #include "core/error.hpp"
+#include "hal/backend.hpp"
 #include "hal/comedi/comedi_rig.hpp"
+#include "hal/snapshot_file.hpp"
 #include "process.hpp"
 
 namespace eha::test {
@@ -58,7 +60,7 @@ constexpr double kLsb_uV = 20e6 / 0xffff;
 
 std::string refusal_of(const ComediOptions& options) {
   try {
-    const auto rig = hal::open_comedi(options, kSafe_V);
+    const auto rig = hal::open_rig(options, kSafe_V);
     return rig->capabilities().board + " opened";
   } catch (const DeviceError& error) {
     return error.what();
@@ -73,9 +75,10 @@ void expect_safe_wire() {
 
 TEST(ComediRigOnTheKernelTestBoard, ReadsBackEveryCommandAsTheSameCode) {
   const Board board("comedi_test");
-  const auto rig = hal::open_comedi(kernel_test_board(), kSafe_V);
+  const auto rig = hal::open_rig(kernel_test_board(), kSafe_V);
   EXPECT_EQ(rig->capabilities().board, "comedi_test");
-  EXPECT_FALSE(rig->capabilities().virtual_time);
+  EXPECT_TRUE(rig->capabilities().moves_machine);
+  EXPECT_FALSE(rig->capabilities().has_virtual_clock);
   std::int64_t tick = 0;
   for (double command_V = -10.0; command_V <= 10.0; command_V += 0.01) {
     AppliedCommand applied;
@@ -107,13 +110,13 @@ TEST(ComediRigOnTheKernelTestBoard, RefusesWhatTheCardIsNotAndSaysWhatItOffers) 
 
 TEST(ComediRigOnTheKernelTestBoard, RefusesADeviceThatAnotherHolds) {
   const Board board("comedi_test");
-  const auto first = hal::open_comedi(kernel_test_board(), kSafe_V);
+  const auto first = hal::open_rig(kernel_test_board(), kSafe_V);
   EXPECT_NE(refusal_of(kernel_test_board()).find("/dev/comedi0"), std::string::npos);
 }
 
 TEST(ComediRigOnTheKernelTestBoard, ReportsRemovalWhenTheBoardIsDetachedInUse) {
   const Board board("comedi_test");
-  const auto rig = hal::open_comedi(kernel_test_board(), kSafe_V);
+  const auto rig = hal::open_rig(kernel_test_board(), kSafe_V);
   RigReading reading;
   ASSERT_EQ(rig->read(kTick_ns, reading), RigStatus::ok);
   ASSERT_EQ(Process({"comedi_config", "-r", "/dev/comedi0"}).wait(), 0);
@@ -129,7 +132,7 @@ class ComediRigOnTheStandInCard : public Test {
   RigStatus read() { return rig->read(++tick * kTick_ns, reading); }
 
   Board board{"pci1716_card"};
-  std::unique_ptr<hal::ComediRig> rig = hal::open_comedi(stand_in_card(), kSafe_V);
+  std::unique_ptr<hal::Rig> rig = hal::open_rig(stand_in_card(), kSafe_V);
   RigReading reading;
   AppliedCommand applied;
   std::int64_t tick = 0;
@@ -161,7 +164,7 @@ TEST_F(ComediRigOnTheStandInCard, MeasuresThroughAnotherRangeThanItCommands) {
   options.feedback.range_min_V = 0.0;
   options.command.range_min_V = -5.0;
   options.command.range_max_V = 5.0;
-  rig = hal::open_comedi(options, kSafe_V);
+  rig = hal::open_rig(options, kSafe_V);
   for (const double command_V : {0.5, 2.0, 4.5}) {
     ASSERT_EQ(rig->command(command_V, applied), RigStatus::ok);
     ASSERT_EQ(read(), RigStatus::ok);
@@ -237,7 +240,8 @@ TEST_F(ComediRigOnTheStandInCard, ReportsRemoval) {
 TEST_F(ComediRigOnTheStandInCard, IsNotMadeSafeFromItsSnapshotWhileItsOwnerHoldsIt) {
   ASSERT_EQ(rig->set_enable(true), RigStatus::ok);
   ASSERT_EQ(rig->command(3.0, applied), RigStatus::ok);
-  EXPECT_THROW(hal::make_safe_from_snapshot(rig->safe_snapshot(), std::chrono::milliseconds(50)), DeviceError);
+  EXPECT_THROW(hal::safe_action(rig->safe_snapshot(), "snapshot").make_safe(std::chrono::milliseconds(50)),
+               DeviceError);
   EXPECT_NEAR(static_cast<double>(read_wire().ao0_uV), 3e6, kLsb_uV);
 }
 
@@ -246,7 +250,7 @@ TEST_F(ComediRigOnTheStandInCard, IsMadeSafeFromItsSnapshotAfterItsOwnerWasKille
   const std::string snapshot = "/tmp/snapshot.json";
   const pid_t owner = fork();
   if (owner == 0) {
-    const auto owned = hal::open_comedi(stand_in_card(), kSafe_V);
+    const auto owned = hal::open_rig(stand_in_card(), kSafe_V);
     hal::write_safe_snapshot(owned->safe_snapshot(), snapshot);
     owned->set_enable(true);
     owned->command(3.0, applied);
@@ -257,7 +261,7 @@ TEST_F(ComediRigOnTheStandInCard, IsMadeSafeFromItsSnapshotAfterItsOwnerWasKille
   ASSERT_TRUE(WIFSIGNALED(status));
   ASSERT_NEAR(static_cast<double>(read_wire().ao0_uV), 3e6, kLsb_uV);  // the output outlives its process
   ASSERT_NE(read_wire().digital_outputs & kEnableBit, 0);
-  hal::make_safe_from_snapshot(hal::read_safe_snapshot(snapshot), std::chrono::seconds(1));
+  hal::safe_action(hal::read_safe_snapshot(snapshot), "snapshot").make_safe(std::chrono::seconds(1));
   expect_safe_wire();
 }
 

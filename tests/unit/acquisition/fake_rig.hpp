@@ -17,7 +17,7 @@ class FakeRig final : public hal::Rig {
     bool enabled;
   };
 
-  explicit FakeRig(bool virtual_time = true) {
+  explicit FakeRig(bool moves_machine = false) {
     capabilities_.backend = "fake";
     capabilities_.command_min_V = -10.0;
     capabilities_.command_max_V = 10.0;
@@ -27,7 +27,8 @@ class FakeRig final : public hal::Rig {
     capabilities_.feedback_lsb_V = 20.0 / 65535.0;
     capabilities_.has_emergency_stop = true;
     capabilities_.has_enable = true;
-    capabilities_.virtual_time = virtual_time;
+    capabilities_.moves_machine = moves_machine;
+    capabilities_.has_virtual_clock = !moves_machine;
     writes_.reserve(kWritesKept);
   }
 

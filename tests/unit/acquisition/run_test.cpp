@@ -362,7 +362,7 @@ TEST(Run, RefusesARigThatIsNotArmedAndVirtualTimeOnOneThatMoves) {
   EXPECT_THROW(static_cast<void>(run(rig, play.machine, {play.table_V, 1}, play.limits, play.realtime,
                                      NonRealtime::refuse, play.clock, *play.queue, play.stop, play.board)),
                ConfigError);
-  FakeRig real(false);
+  FakeRig real(true);
   EXPECT_THROW(play.on(real), ConfigError);
   EXPECT_TRUE(real.writes().empty());
 }

@@ -16,7 +16,6 @@
 #include "daemon/acquisition/realtime.hpp"
 #include "daemon/acquisition/tick_engine.hpp"
 #include "hal/faults/fault_rig.hpp"
-#include "hal/replay/replay_rig.hpp"
 #include "hal/sim/sim_rig.hpp"
 #include "tests/unit/acquisition/fake_rig.hpp"
 #include "tests/unit/acquisition/play.hpp"
@@ -66,20 +65,10 @@ TEST_F(TickPath, NeitherAllocatesNorLocksInAnyStateOfAGoodRun) {
   EXPECT_EQ(trapped_run(play, fake), std::make_pair(0L, 0L));
   EXPECT_EQ(play.report.outcome, Outcome::completed);
 
-  const std::unique_ptr<hal::Rig> sim = hal::open_sim({}, 0.0);
+  const std::unique_ptr<hal::Rig> sim = hal::open_rig(hal::SimOptions(), 0.0);
   Play simulated;
   EXPECT_EQ(trapped_run(simulated, *sim), std::make_pair(0L, 0L));
   EXPECT_EQ(simulated.report.outcome, Outcome::completed) << describe(simulated.report);
-
-  std::vector<hal::RigReading> readings(1000);
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    readings[k].displacement_in = 3.0;
-    readings[k].feedback_code = static_cast<std::uint32_t>(k);
-  }
-  hal::ReplayRig replay(readings, 1'000'000, fake.capabilities(), 0.0);
-  Play replayed;
-  EXPECT_EQ(trapped_run(replayed, replay), std::make_pair(0L, 0L));
-  EXPECT_EQ(replayed.report.outcome, Outcome::completed) << describe(replayed.report);
 }
 
 TEST_F(TickPath, NeitherAllocatesNorLocksOnAnyFault) {

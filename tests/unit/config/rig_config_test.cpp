@@ -85,7 +85,7 @@ std::vector<std::string> faults_of(const std::string& text) {
 TEST(RigConfig, TakesEveryKeyOfASimulatedRigToItsPlace) {
   const RigConfig rig = parse_rig(kSim, "r.toml");
   EXPECT_EQ(rig.name, "bench");
-  EXPECT_EQ(rig.backend, Backend::sim);
+  EXPECT_TRUE(std::holds_alternative<hal::SimOptions>(rig.backend));
   EXPECT_EQ(rig.limits.command_min_V, -4.0);
   EXPECT_EQ(rig.limits.command_max_V, 4.5);
   EXPECT_EQ(rig.limits.slew_V_per_s, 20.0);
@@ -105,31 +105,32 @@ TEST(RigConfig, TakesEveryKeyOfASimulatedRigToItsPlace) {
   sim.seed = 12;
   sim.resolution_bits = 12;
   sim.initial_displacement_in = 2.5;
-  EXPECT_EQ(rig.sim, sim);
+  EXPECT_EQ(std::get<hal::SimOptions>(rig.backend), sim);
   EXPECT_EQ(rig.text, kSim);
 }
 
 TEST(RigConfig, TakesEveryKeyOfACardToItsPlace) {
   const RigConfig rig = parse_rig(kCard, "r.toml");
-  EXPECT_EQ(rig.backend, Backend::comedi);
-  EXPECT_EQ(rig.comedi.device, "/dev/comedi1");
-  EXPECT_EQ(rig.comedi.board, "pci1716");
-  EXPECT_EQ(rig.comedi.driver, "adv_pci1710");
-  EXPECT_EQ(rig.comedi.feedback_settling_us, 20.0);
-  EXPECT_EQ(rig.comedi.feedback.channel, 2U);
-  EXPECT_EQ(rig.comedi.feedback.reference, hal::AnalogReference::diff);
-  EXPECT_EQ(rig.comedi.feedback.range_min_V, -10.0);
-  EXPECT_EQ(rig.comedi.command.subdevice, 1U);
-  EXPECT_EQ(rig.comedi.command.reference, hal::AnalogReference::ground);
-  EXPECT_EQ(rig.comedi.command.range_max_V, 5.0);
-  ASSERT_TRUE(rig.comedi.emergency_stop.has_value());
-  EXPECT_EQ(rig.comedi.emergency_stop->channel, 3U);
-  ASSERT_TRUE(rig.comedi.enable.has_value());
-  EXPECT_EQ(rig.comedi.enable->active, hal::ActiveLevel::low);
-  EXPECT_FALSE(rig.comedi.heartbeat.has_value());
-  EXPECT_EQ(rig.comedi.scale_in_per_V, 0.3);
-  EXPECT_EQ(rig.comedi.offset_in, 2.9);
-  EXPECT_EQ(rig.comedi.calibration_date, "2025-11-30");
+  ASSERT_TRUE(std::holds_alternative<hal::ComediOptions>(rig.backend));
+  const auto& card = std::get<hal::ComediOptions>(rig.backend);
+  EXPECT_EQ(card.device, "/dev/comedi1");
+  EXPECT_EQ(card.board, "pci1716");
+  EXPECT_EQ(card.driver, "adv_pci1710");
+  EXPECT_EQ(card.feedback_settling_us, 20.0);
+  EXPECT_EQ(card.feedback.channel, 2U);
+  EXPECT_EQ(card.feedback.reference, hal::AnalogReference::diff);
+  EXPECT_EQ(card.feedback.range_min_V, -10.0);
+  EXPECT_EQ(card.command.subdevice, 1U);
+  EXPECT_EQ(card.command.reference, hal::AnalogReference::ground);
+  EXPECT_EQ(card.command.range_max_V, 5.0);
+  ASSERT_TRUE(card.emergency_stop.has_value());
+  EXPECT_EQ(card.emergency_stop->channel, 3U);
+  ASSERT_TRUE(card.enable.has_value());
+  EXPECT_EQ(card.enable->active, hal::ActiveLevel::low);
+  EXPECT_FALSE(card.heartbeat.has_value());
+  EXPECT_EQ(card.scale_in_per_V, 0.3);
+  EXPECT_EQ(card.offset_in, 2.9);
+  EXPECT_EQ(card.calibration_date, "2025-11-30");
 }
 
 TEST(RigConfig, HasRealtimeDefaultsAndNoCpu) {

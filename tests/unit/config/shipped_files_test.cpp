@@ -9,7 +9,7 @@
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
 #include "config/rig_config.hpp"
-#include "hal/sim/sim_rig.hpp"
+#include "hal/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::config {
@@ -48,8 +48,8 @@ TEST(ShippedFiles, AreToldApart) {
 
 TEST(ShippedFiles, TheSimulatedRigSaysWhatTheSimulatorHasByDefault) {
   const RigConfig rig = simulated();
-  EXPECT_EQ(rig.backend, Backend::sim);
-  EXPECT_EQ(rig.sim, hal::SimOptions{});
+  EXPECT_TRUE(std::holds_alternative<hal::SimOptions>(rig.backend));
+  EXPECT_EQ(std::get<hal::SimOptions>(rig.backend), hal::SimOptions{});
   EXPECT_EQ(rig.realtime.sample_period_s, 0.001);
   EXPECT_FALSE(rig.realtime.cpu.has_value());
 }
@@ -68,17 +68,18 @@ TEST(ShippedFiles, TheSimulatedRigIsNotTamed) {
 
 TEST(ShippedFiles, TheCardIsWiredAsThePci1716Is) {
   const RigConfig rig = card();
-  EXPECT_EQ(rig.backend, Backend::comedi);
-  EXPECT_EQ(rig.comedi.board, "pci1716");
-  EXPECT_EQ(rig.comedi.feedback.subdevice, 0U);
-  EXPECT_EQ(rig.comedi.feedback.reference, hal::AnalogReference::diff);
-  EXPECT_EQ(rig.comedi.feedback.channel % 2, 0U);
-  EXPECT_EQ(rig.comedi.command.subdevice, 1U);
-  EXPECT_EQ(rig.comedi.command.range_max_V, 5.0);
-  ASSERT_TRUE(rig.comedi.emergency_stop && rig.comedi.enable && rig.comedi.heartbeat);
-  EXPECT_EQ(rig.comedi.emergency_stop->subdevice, 2U);
-  EXPECT_EQ(rig.comedi.enable->subdevice, 3U);
-  EXPECT_NE(rig.comedi.enable->channel, rig.comedi.heartbeat->channel);
+  ASSERT_TRUE(std::holds_alternative<hal::ComediOptions>(rig.backend));
+  const auto& wired = std::get<hal::ComediOptions>(rig.backend);
+  EXPECT_EQ(wired.board, "pci1716");
+  EXPECT_EQ(wired.feedback.subdevice, 0U);
+  EXPECT_EQ(wired.feedback.reference, hal::AnalogReference::diff);
+  EXPECT_EQ(wired.feedback.channel % 2, 0U);
+  EXPECT_EQ(wired.command.subdevice, 1U);
+  EXPECT_EQ(wired.command.range_max_V, 5.0);
+  ASSERT_TRUE(wired.emergency_stop && wired.enable && wired.heartbeat);
+  EXPECT_EQ(wired.emergency_stop->subdevice, 2U);
+  EXPECT_EQ(wired.enable->subdevice, 3U);
+  EXPECT_NE(wired.enable->channel, wired.heartbeat->channel);
 }
 
 TEST(ShippedFiles, ThePaperExperimentIsTheOneInThePaper) {
@@ -113,7 +114,7 @@ TEST(ShippedFiles, ThePaperExperimentKeepsTheSimulatedRodOffItsTravelLimits) {
   const ExperimentConfig experiment = paper();
   const std::size_t samples = samples_per_repetition(experiment, rig);
   const Eigen::VectorXd table = ident::excitation(experiment.excitation, rig.realtime.sample_period_s, samples);
-  const auto plant = hal::open_sim(rig.sim, rig.limits.safe_V);
+  const auto plant = hal::open(rig.backend, rig.limits.safe_V);
   ASSERT_EQ(plant->set_enable(true), hal::RigStatus::ok);
   double lowest_in = std::numeric_limits<double>::infinity();
   double highest_in = -lowest_in;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "hal/comedi/comedi_available.hpp"
 #include "hal/comedi/comedi_rig.hpp"
 #include "tests/unit/hal/pci1716_options.hpp"
 #include "tests/unit/temporary_folder.hpp"

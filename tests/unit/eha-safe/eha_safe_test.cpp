@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "hal/comedi/safe_snapshot.hpp"
+#include "hal/snapshot_file.hpp"
 #include "snapshot_file.hpp"
 
 namespace eha {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "hal/comedi/safe_snapshot.hpp"
+#include "hal/snapshot_file.hpp"
 
 namespace eha::testing {
 
@@ -17,7 +18,7 @@ class SnapshotFile {
     hal::SafeSnapshot snapshot;
     snapshot.device = "/dev/no-such-card";
     snapshot.board = "pci1716";
-    hal::write_safe_snapshot(snapshot, path_);
+    hal::write_safe_snapshot(hal::to_text(snapshot), path_);
   }
   SnapshotFile(const SnapshotFile&) = delete;
   SnapshotFile& operator=(const SnapshotFile&) = delete;

@@ -14,7 +14,7 @@ using testing::pci1716_options;
 
 std::string keys(const ComediOptions& options) {
   std::string list;
-  for (const OptionFault& fault : check(options)) list += (list.empty() ? "" : " ") + fault.key;
+  for (const OptionIssue& fault : check(options)) list += (list.empty() ? "" : " ") + fault.key;
   return list;
 }
 

@@ -17,7 +17,7 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 struct Pair {
   explicit Pair(
       std::vector<Fault> faults, Stall stall = [](std::int64_t) {})
-      : inner(open_sim(SimOptions(), 0.0)), twin(open_sim(SimOptions(), 0.0)), rig(*inner, std::move(faults), stall) {
+      : inner(open_rig(SimOptions(), 0.0)), twin(open_rig(SimOptions(), 0.0)), rig(*inner, std::move(faults), stall) {
     inner->set_enable(true);
     twin->set_enable(true);
   }
@@ -91,7 +91,7 @@ TEST(FaultRig, LeavesTheCommandUnwrittenThatFailed) {
     (k == 0 ? first : last) = t.reading;
   }
   RigReading held;
-  const auto idle = open_sim(SimOptions(), 0.0);
+  const auto idle = open_rig(SimOptions(), 0.0);
   idle->set_enable(true);
   for (int k = 0; k < 2000; ++k) idle->read(k * kTick_ns, held);
   EXPECT_EQ(last.feedback_code, held.feedback_code) << "the plant saw 0 V all the time";

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
+#include "hal/snapshot_file.hpp"
 
 namespace eha::hal {
 namespace {
@@ -61,22 +62,22 @@ void expect_equal(const SafeSnapshot& a, const SafeSnapshot& b) {
 TEST(SafeSnapshot, ComesBackFromItsFileUnchanged) {
   const Folder folder;
   const auto path = folder.path() / "safe.json";
-  write_safe_snapshot(example(), path);
-  expect_equal(read_safe_snapshot(path), example());
+  write_safe_snapshot(to_text(example()), path);
+  expect_equal(safe_snapshot_from_text(read_safe_snapshot(path), "safe.json"), example());
   SafeSnapshot without_enable = example();
   without_enable.enable.reset();
-  write_safe_snapshot(without_enable, path);
-  expect_equal(read_safe_snapshot(path), without_enable);
+  write_safe_snapshot(to_text(without_enable), path);
+  expect_equal(safe_snapshot_from_text(read_safe_snapshot(path), "safe.json"), without_enable);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "no temporary file is left";
 }
 
 TEST(SafeSnapshot, KeepsTheOldFileWhenTheNewOneCannotBeWritten) {
   const Folder folder;
   const auto path = folder.path() / "safe.json";
-  write_safe_snapshot(example(), path);
+  write_safe_snapshot(to_text(example()), path);
   std::filesystem::create_directory(folder.path() / "safe.json.new");
-  EXPECT_THROW(write_safe_snapshot(SafeSnapshot(), path), IoError);
-  expect_equal(read_safe_snapshot(path), example());
+  EXPECT_THROW(write_safe_snapshot(to_text(SafeSnapshot()), path), IoError);
+  expect_equal(safe_snapshot_from_text(read_safe_snapshot(path), "safe.json"), example());
 }
 
 TEST(SafeSnapshot, RefusesATextThatIsNoSnapshot) {

@@ -10,7 +10,7 @@ namespace {
 
 std::string keys(const SimOptions& options) {
   std::string list;
-  for (const OptionFault& fault : check(options)) list += (list.empty() ? "" : " ") + fault.key;
+  for (const OptionIssue& fault : check(options)) list += (list.empty() ? "" : " ") + fault.key;
   return list;
 }
 

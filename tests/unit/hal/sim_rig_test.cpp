@@ -16,7 +16,7 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 
 /// Feedback codes of a rig driven by a square wave, which needs no mathematical library.
 std::vector<std::uint32_t> square_wave_codes(const SimOptions& options, int ticks) {
-  const auto rig = open_sim(options, 0.0);
+  const auto rig = open_rig(options, 0.0);
   std::vector<std::uint32_t> codes;
   EXPECT_EQ(rig->set_enable(true), RigStatus::ok);
   for (int k = 0; k < ticks; ++k) {
@@ -50,7 +50,7 @@ TEST(SimRig, ReportsDisplacementByItsCalibration) {
   options.scale_in_per_V = -0.5;
   options.offset_in = 4.0;
   options.sensor_noise_V = 0.0;
-  const auto rig = open_sim(options, 0.0);
+  const auto rig = open_rig(options, 0.0);
   RigReading reading;
   ASSERT_EQ(rig->read(0, reading), RigStatus::ok);
   const RigCapabilities& can = rig->capabilities();
@@ -64,7 +64,7 @@ TEST(SimRig, ReportsDisplacementByItsCalibration) {
 TEST(SimRig, FlagsASensorThatLeavesTheConverterRange) {
   SimOptions options;
   options.feedback_max_V = 2.0;
-  const auto rig = open_sim(options, 0.0);
+  const auto rig = open_rig(options, 0.0);
   RigReading reading;
   ASSERT_EQ(rig->read(0, reading), RigStatus::ok);
   EXPECT_TRUE(reading.feedback_at_rail);
@@ -74,7 +74,7 @@ TEST(SimRig, FlagsASensorThatLeavesTheConverterRange) {
 TEST(SimRig, AddsTheNoiseThatItsOptionsSay) {
   SimOptions options;
   options.sensor_noise_V = 0.01;
-  const auto rig = open_sim(options, 0.0);
+  const auto rig = open_rig(options, 0.0);
   const int count = 20000;
   double sum = 0.0;
   double squares = 0.0;
@@ -90,7 +90,7 @@ TEST(SimRig, AddsTheNoiseThatItsOptionsSay) {
 }
 
 TEST(SimRig, AppliesTheNearestCodeAndSaysWhichVoltageThatIs) {
-  const auto rig = open_sim(SimOptions(), 0.0);
+  const auto rig = open_rig(SimOptions(), 0.0);
   AppliedCommand applied;
   ASSERT_EQ(rig->command(1.23456, applied), RigStatus::ok);
   EXPECT_NEAR(applied.applied_V, 1.23456, 0.5 * rig->capabilities().command_lsb_V);
@@ -100,7 +100,7 @@ TEST(SimRig, AppliesTheNearestCodeAndSaysWhichVoltageThatIs) {
 }
 
 TEST(SimRig, RefusesACommandThatIsNotANumberAndHoldsTheLastOne) {
-  const auto rig = open_sim(SimOptions(), 0.0);
+  const auto rig = open_rig(SimOptions(), 0.0);
   AppliedCommand applied;
   ASSERT_EQ(rig->command(1.0, applied), RigStatus::ok);
   const AppliedCommand before = applied;
@@ -112,7 +112,7 @@ TEST(SimRig, RefusesACommandThatIsNotANumberAndHoldsTheLastOne) {
 TEST(SimRig, HoldsTheRodWhileDisabledAndDriftsAtZeroVoltsWhileEnabled) {
   SimOptions options;
   options.sensor_noise_V = 0.0;
-  const auto rig = open_sim(options, 0.0);
+  const auto rig = open_rig(options, 0.0);
   RigReading start;
   RigReading held;
   RigReading drifted;
@@ -137,7 +137,7 @@ TEST(SimRig, HoldsTheRodWhileDisabledAndDriftsAtZeroVoltsWhileEnabled) {
 TEST(SimRig, GoesOnFromWhereItStandsWhenANewRunBegins) {
   SimOptions options;
   options.sensor_noise_V = 0.0;
-  const auto rig = open_sim(options, 0.0);
+  const auto rig = open_rig(options, 0.0);
   RigReading end;
   RigReading next;
   AppliedCommand applied;
@@ -154,7 +154,7 @@ TEST(SimRig, RefusesParametersThatMakeNoSense) {
   SimOptions options;
   options.rod_mm = 50.0;
   try {
-    (void)open_sim(options, 20.0);
+    (void)open_rig(options, 20.0);
     FAIL() << "opened";
   } catch (const ConfigError& error) {
     EXPECT_STREQ(error.what(),

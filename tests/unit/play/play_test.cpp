@@ -72,7 +72,8 @@ TEST_F(Play, WritesTheSameTicksToTheJournalAndToHdf5) {
 
 TEST_F(Play, KeepsTheRecordWhenTheProgressDisplayFails) {
   set_duration(20.0);
-  const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, rig_config_.limits.safe_V);
+  const std::unique_ptr<hal::Rig> rig =
+      hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), rig_config_.limits.safe_V);
   acquisition::StateMachine machine;
   ASSERT_TRUE(machine.reset() && machine.arm());
   const auto fail = [](const acquisition::Snapshot&) { throw IoError("the terminal is gone"); };
@@ -87,7 +88,7 @@ TEST_F(Play, KeepsTheRecordWhenTheProgressDisplayFails) {
 }
 
 TEST_F(Play, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
-  const std::unique_ptr<hal::Rig> sim = hal::open_sim(rig_config_.sim, 0.0);
+  const std::unique_ptr<hal::Rig> sim = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), 0.0);
   hal::FaultRig rig(*sim, {{hal::FaultKind::emergency_stop, 800, hal::Fault::kAlways, 0.0}});
   const FinishedRun finished = run_on(rig);
   EXPECT_EQ(finished.report.outcome, Outcome::faulted);
@@ -100,7 +101,7 @@ TEST_F(Play, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
 }
 
 TEST_F(Play, InterpolatesAHeldSampleAndSaysSo) {
-  const std::unique_ptr<hal::Rig> sim = hal::open_sim(rig_config_.sim, 0.0);
+  const std::unique_ptr<hal::Rig> sim = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), 0.0);
   hal::FaultRig rig(*sim,
                     {{hal::FaultKind::read_timed_out, 800, 1, 0.0}, {hal::FaultKind::read_timed_out, 900, 2, 0.0}});
   const FinishedRun finished = run_on(rig);
@@ -123,7 +124,7 @@ TEST_F(Play, RampsOutOnAStopAndKeepsWhatItHas) {
 }
 
 TEST_F(Play, ShowsTheCallerTheLastState) {
-  const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, 0.0);
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), 0.0);
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();
@@ -215,7 +216,7 @@ TEST_F(Play, RefusesToArmOnADiskThatIsTooSmallAndFailsCleanlyOnOneThatFillsUp) {
   EXPECT_TRUE(list_runs(folder_ / "disk").empty());
   // 10 s fit; what takes the room comes after the check, from elsewhere.
   set_duration(10.0);
-  const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, 0.0);
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), 0.0);
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();

@@ -53,7 +53,7 @@ TEST_F(KilledRun, LosesNoMoreThanTheLastFifthOfASecondFiftyTimes) {
     const std::string runs = "runs" + std::to_string(round);
     const pid_t child = ::fork();
     if (child == 0) {
-      const std::unique_ptr<hal::Rig> sim = hal::open_sim(rig_config_.sim, 0.0);
+      const std::unique_ptr<hal::Rig> sim = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), 0.0);
       CountingRig rig(*sim, *ticks);
       acquisition::StateMachine machine;
       machine.reset();

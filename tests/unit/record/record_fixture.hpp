@@ -68,7 +68,8 @@ class RecordTest : public ::testing::Test {
   }
 
   [[nodiscard]] play::FinishedRun run(const std::string& runs = "runs") {
-    const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, rig_config_.limits.safe_V);
+    const std::unique_ptr<hal::Rig> rig =
+        hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), rig_config_.limits.safe_V);
     return run_on(*rig, runs);
   }
 

@@ -79,7 +79,7 @@ TEST_F(Recover, NeedsNoManifest) {
   recover_run(folder);
   const LoadedRun loaded = read_run(folder);
   EXPECT_EQ(loaded.experiment_text, experiment_.text);
-  EXPECT_EQ(loaded.manifest["seed"]["sensor_noise"], rig_config_.sim.seed);
+  EXPECT_EQ(loaded.manifest["seed"]["sensor_noise"], std::get<hal::SimOptions>(rig_config_.backend).seed);
 }
 
 TEST_F(Recover, ClaimsNeitherItsOwnHostNorItsOwnKernelForARunThatNamesNone) {
@@ -91,7 +91,8 @@ TEST_F(Recover, ClaimsNeitherItsOwnHostNorItsOwnKernelForARunThatNamesNone) {
 }
 
 TEST_F(Recover, TakesHostKernelAndTimeOfARealRunFromItsJournal) {
-  const std::unique_ptr<hal::Rig> rig = hal::open_sim(rig_config_.sim, rig_config_.limits.safe_V);
+  const std::unique_ptr<hal::Rig> rig =
+      hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), rig_config_.limits.safe_V);
   nlohmann::ordered_json header = describe_run(
       rig->capabilities(),
       {rig_config_, experiment_, table_V_.size(), acquisition::TimeBase::monotonic, "2026-01-02T03:04:05Z"});

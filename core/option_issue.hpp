@@ -4,23 +4,23 @@
 #include <string>
 #include <vector>
 
-namespace eha::hal {
+namespace eha {
 
 /// One option that cannot be right. `key` is the member's name, with dots for nested ones ("command.range_max_V");
 /// `message` reads on after "key: ": "expected more than 0, got -3".
-struct OptionFault {
+struct OptionIssue {
   std::string key;
   std::string message;
 };
 
-/// All faults, one "prefix.key: message" a line.
-[[nodiscard]] inline std::string to_lines(const std::vector<OptionFault>& faults, const std::string& prefix) {
+/// All issues, one "prefix.key: message" a line.
+[[nodiscard]] inline std::string to_lines(const std::vector<OptionIssue>& issues, const std::string& prefix) {
   std::string lines;
-  for (const OptionFault& fault : faults) {
+  for (const OptionIssue& issue : issues) {
     if (!lines.empty()) lines += '\n';
-    lines += prefix + '.' + fault.key + ": " + fault.message;
+    lines += prefix + '.' + issue.key + ": " + issue.message;
   }
   return lines;
 }
 
-}  // namespace eha::hal
+}  // namespace eha

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace eha {
+
+/// Whether a key may be left out.
+enum class Need { required, optional };
+
+/// Allowed values of a number. Infinite bounds are no bounds; the number itself must be finite.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_excluded = false;
+  bool high_excluded = false;
+
+  [[nodiscard]] bool contains(double value) const {
+    if (!std::isfinite(value)) return false;
+    return (low_excluded ? value > low : value >= low) && (high_excluded ? value < high : value <= high);
+  }
+
+  static Range any() { return {}; }
+  static Range above(double low) { return {.low = low, .low_excluded = true}; }
+  static Range at_least(double low) { return {.low = low}; }
+  static Range between(double low, double high) { return {.low = low, .high = high}; }
+};
+
+// A kind (of backend, of excitation) lists the keys of its configuration table once:
+//
+//   struct Kind {
+//     static void visit_keys(auto& self, auto& keys) {
+//       keys.number("amplitude_V", self.amplitude_V, Range::above(0.0));
+//       keys.integer("seed", self.seed, 0, kAnySeed, Need::optional);
+//     }
+//   };
+//
+// `self` is the kind, const when it is only looked at. `keys` is whatever reads, writes or counts them: the reader of a
+// configuration file, the writer of a run's manifest. It offers
+//
+//   number(name, double&, Range, Need)          integer(name, integer&, low, high, Need)      text(name, string&)
+//   choice(name, enum&, list of {name, value})  table(name, T&), tables(name, vector<T>&)      of a T with visit_keys
+//   table_or_none(name, optional<T>&)           volts_file(name, VoltsFile&)                   a CSV file of volts
+
+}  // namespace eha

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rig/confirmation.hpp"
+
+#include <fmt/format.h>
+
+#include "hal/backend.hpp"
+
+namespace eha {
+
+std::optional<std::string> confirmation_text(const config::RigConfig& rig, const config::ExperimentConfig& experiment) {
+  if (!hal::moves_machine(rig.backend)) return std::nullopt;
+  return fmt::format("This moves the actuator on {}: \"{}\", {:g} s, within {:g}..{:g} V.", hal::describe(rig.backend),
+                     experiment.name, experiment.duration_s * experiment.repetitions, rig.limits.command_min_V,
+                     rig.limits.command_max_V);
+}
+
+}  // namespace eha
