@@ -75,12 +75,6 @@ class DeviceError : public Error {
   explicit DeviceError(const std::string& message) : Error(ExitCode::device_unavailable, message) {}
 };
 
-/// A limit of the rig was reached; the output is safe when this is thrown.
-class SafetyTrip : public Error {
- public:
-  explicit SafetyTrip(const std::string& message) : Error(ExitCode::safety_trip, message) {}
-};
-
 /// A file that cannot be read or written.
 class IoError : public Error {
  public:

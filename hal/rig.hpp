@@ -6,7 +6,7 @@
 
 namespace eha::hal {
 
-/// What a call on the rig came to. Everything but `ok` leaves the outputs of the call untouched.
+/// Result of a call on the rig. Everything but `ok` leaves the outputs of the call untouched.
 enum class RigStatus : std::uint8_t {
   ok,
   timed_out,   ///< the converter did not finish in time; once may be tolerated
@@ -27,13 +27,13 @@ struct RigReading {
   bool emergency_stop = false;       ///< the (normally closed) emergency-stop circuit is open
 };
 
-/// What a command became on the wire.
+/// A command as written to the output.
 struct AppliedCommand {
   double applied_V = 0.0;  ///< the voltage of the code written [V]
   std::uint32_t code = 0;  ///< raw converter code
 };
 
-/// What the rig is and can do; fixed while it is open.
+/// Properties of a rig; fixed while it is open.
 struct RigCapabilities {
   std::string backend;         ///< "sim", "comedi"
   std::string device;          ///< "/dev/comedi0"; empty for sim
@@ -48,7 +48,7 @@ struct RigCapabilities {
   bool has_emergency_stop = false;
   bool has_enable = false;
   bool has_heartbeat = false;
-  bool moves_machine = true;       ///< real time is kept, whatever it takes
+  bool moves_machine = true;       ///< a run moves a real machine
   bool has_virtual_clock = false;  ///< may run faster than real time
 };
 

@@ -15,7 +15,7 @@
 
 namespace eha::hal {
 
-/// What an analog channel measures or drives against.
+/// Reference of an analog channel.
 enum class AnalogReference { ground, common, diff, other };
 inline constexpr auto kAnalogReferences =
     std::to_array<std::pair<std::string_view, AnalogReference>>({{"ground", AnalogReference::ground},
@@ -60,8 +60,8 @@ struct DigitalLine {
   }
 };
 
-/// Where the card is and how it is wired, `[comedi]`. The card must be exactly what is said here: open_rig()
-/// refuses any difference and lists what the card offers.
+/// Device and wiring of a card, `[comedi]`. open_rig() refuses a card that differs in anything and lists what the card
+/// offers.
 struct ComediOptions {
   static constexpr std::string_view kName = "comedi";
   static constexpr bool kMovesMachine = true;

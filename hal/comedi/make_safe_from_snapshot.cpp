@@ -16,9 +16,9 @@ namespace {
 
 constexpr std::chrono::milliseconds kPause{10};
 
-/// One of the two things to do, tried until it succeeds.
+/// One of the two steps, tried until it succeeds.
 struct Step {
-  const char* failing;  ///< what is wrong as long as it has not
+  const char* failing;  ///< message as long as it has not succeeded
   RigStatus status = RigStatus::io_error;
   std::string cause = {};
 

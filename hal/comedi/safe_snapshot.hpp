@@ -8,8 +8,8 @@
 
 namespace eha::hal {
 
-/// All that is needed to make an opened card safe without its rig file: what was resolved at opening, in the card's own
-/// numbers.
+/// Everything needed to make an opened card safe without its rig file, in the card's own numbers as found when it was
+/// opened.
 struct SafeSnapshot {
   struct Line {
     unsigned subdevice = 0;
@@ -18,7 +18,7 @@ struct SafeSnapshot {
     bool is_bidirectional = false;  ///< the subdevice must be told that the line is an output
   };
   std::string device;      ///< "/dev/comedi0"
-  std::string board;       ///< what stands at `device` must report this name
+  std::string board;       ///< the card at `device` must report this name
   unsigned subdevice = 0;  ///< analog output
   unsigned channel = 0;
   unsigned range = 0;      ///< index of the range

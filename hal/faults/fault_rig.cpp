@@ -26,13 +26,13 @@ void spin_for(std::int64_t duration_ns) noexcept {
   }
 }
 
-FaultRig::FaultRig(Rig& rig, std::vector<Fault> faults, Stall stall)
+FaultRig::FaultRig(Rig& rig, std::vector<InjectedFault> faults, Stall stall)
     : rig_(rig), faults_(std::move(faults)), stall_(std::move(stall)) {}
 
 const RigCapabilities& FaultRig::capabilities() const noexcept { return rig_.capabilities(); }
 
-const Fault* FaultRig::active(FaultKind kind) const noexcept {
-  for (const Fault& fault : faults_) {
+const InjectedFault* FaultRig::active(FaultKind kind) const noexcept {
+  for (const InjectedFault& fault : faults_) {
     if (fault.kind == kind && tick_ >= fault.first_tick && tick_ - fault.first_tick < fault.ticks) return &fault;
   }
   return nullptr;
@@ -43,7 +43,7 @@ RigStatus FaultRig::read(std::int64_t elapsed_ns, RigReading& reading) noexcept 
   removed_ = removed_ || active(FaultKind::removed) != nullptr;
   RigReading actual;
   const RigStatus status = rig_.read(elapsed_ns, actual);
-  if (const Fault* slow = active(FaultKind::slow_read)) stall_(nanoseconds(slow->amount));
+  if (const InjectedFault* slow = active(FaultKind::slow_read)) stall_(nanoseconds(slow->amount));
   if (removed_) return RigStatus::removed;
   if (active(FaultKind::read_timed_out)) return RigStatus::timed_out;
   if (active(FaultKind::read_io_error)) return RigStatus::io_error;
@@ -63,7 +63,7 @@ RigStatus FaultRig::read(std::int64_t elapsed_ns, RigReading& reading) noexcept 
     actual.digital_inputs = std::numeric_limits<std::uint32_t>::max();
     actual.feedback_at_rail = true;
   }
-  if (const Fault* spike = active(FaultKind::spike)) actual.displacement_in += spike->amount;
+  if (const InjectedFault* spike = active(FaultKind::spike)) actual.displacement_in += spike->amount;
   if (active(FaultKind::not_finite)) actual.displacement_in = std::numeric_limits<double>::quiet_NaN();
   if (active(FaultKind::emergency_stop)) actual.emergency_stop = true;
   reading = actual;
@@ -71,7 +71,7 @@ RigStatus FaultRig::read(std::int64_t elapsed_ns, RigReading& reading) noexcept 
 }
 
 RigStatus FaultRig::command(double command_V, AppliedCommand& applied) noexcept {
-  if (const Fault* slow = active(FaultKind::slow_command)) stall_(nanoseconds(slow->amount));
+  if (const InjectedFault* slow = active(FaultKind::slow_command)) stall_(nanoseconds(slow->amount));
   if (removed_) return RigStatus::removed;
   if (active(FaultKind::command_timed_out)) return RigStatus::timed_out;
   if (active(FaultKind::command_io_error)) return RigStatus::io_error;

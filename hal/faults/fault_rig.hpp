@@ -10,7 +10,7 @@
 
 namespace eha::hal {
 
-/// What goes wrong.
+/// Kinds of injected faults.
 enum class FaultKind {
   read_timed_out,     ///< read() returns timed_out
   read_io_error,      ///< read() returns io_error
@@ -26,8 +26,9 @@ enum class FaultKind {
   emergency_stop,     ///< the emergency-stop circuit is open
 };
 
-/// A fault and when it acts. Tick k is the k-th read() since the rig was wrapped, from 0, with the command() after it.
-struct Fault {
+/// An injected fault and its ticks. Tick k is the k-th read() since the rig was wrapped, from 0, with the command()
+/// after it.
+struct InjectedFault {
   FaultKind kind = FaultKind::read_timed_out;
   std::int64_t first_tick = 0;
   std::int64_t ticks = 1;  ///< for how many; kAlways for ever
@@ -42,13 +43,13 @@ using Stall = std::function<void(std::int64_t duration_ns)>;
 /// Busy-waits on CLOCK_MONOTONIC. Real-time safe.
 void spin_for(std::int64_t duration_ns) noexcept;
 
-/// A rig that fails as told, and otherwise passes every call to the rig it wraps. A read that fails still lets time
-/// pass for the wrapped rig: a plant moves on under the command it holds.
+/// Injects faults into the calls on the rig that it wraps, and otherwise passes them on. A read that fails still moves
+/// the wrapped rig's time on: a plant moves under the command it holds.
 class FaultRig final : public Rig {
  public:
   /// @param rig     wrapped, must outlive this
   /// @param stall   called for slow_read and slow_command; must not throw
-  FaultRig(Rig& rig, std::vector<Fault> faults, Stall stall = spin_for);
+  FaultRig(Rig& rig, std::vector<InjectedFault> faults, Stall stall = spin_for);
 
   [[nodiscard]] const RigCapabilities& capabilities() const noexcept override;
   RigStatus read(std::int64_t elapsed_ns, RigReading& reading) noexcept override;
@@ -58,10 +59,10 @@ class FaultRig final : public Rig {
   [[nodiscard]] std::string safe_snapshot() const override { return rig_.safe_snapshot(); }
 
  private:
-  [[nodiscard]] const Fault* active(FaultKind kind) const noexcept;
+  [[nodiscard]] const InjectedFault* active(FaultKind kind) const noexcept;
 
   Rig& rig_;
-  std::vector<Fault> faults_;
+  std::vector<InjectedFault> faults_;
   Stall stall_;
   std::int64_t tick_ = -1;
   bool removed_ = false;

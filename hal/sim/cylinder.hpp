@@ -5,7 +5,7 @@
 
 namespace eha::hal {
 
-/// What moves and what is pressed inside the simulated actuator.
+/// State of the simulated actuator.
 struct CylinderState {
   double displacement_m = 0.0;   ///< of the rod from fully retracted [m]
   double velocity_m_s = 0.0;     ///< positive extends [m/s]

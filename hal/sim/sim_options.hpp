@@ -69,7 +69,7 @@ struct SimOptions {
 
   bool operator==(const SimOptions&) const = default;
 
-  /// What the numbers may be stands in check().
+  /// The values that make sense are stated by check().
   static void visit_keys(auto& self, auto& keys) {
     const auto number = [&](std::string_view key, auto& value) {
       keys.number(key, value, Range::any(), Need::optional);

@@ -16,7 +16,7 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 /// A moving simulated rig behind the given faults, and an untouched twin.
 struct Pair {
   explicit Pair(
-      std::vector<Fault> faults, Stall stall = [](std::int64_t) {})
+      std::vector<InjectedFault> faults, Stall stall = [](std::int64_t) {})
       : inner(open_rig(SimOptions(), 0.0)), twin(open_rig(SimOptions(), 0.0)), rig(*inner, std::move(faults), stall) {
     inner->set_enable(true);
     twin->set_enable(true);
@@ -83,7 +83,7 @@ TEST(FaultRig, FailsTheCallsOfTheGivenTicksAndNoOther) {
 }
 
 TEST(FaultRig, LeavesTheCommandUnwrittenThatFailed) {
-  Pair pair({{FaultKind::command_io_error, 0, Fault::kAlways}});
+  Pair pair({{FaultKind::command_io_error, 0, InjectedFault::kAlways}});
   RigReading first;
   RigReading last;
   for (int k = 0; k < 2000; ++k) {

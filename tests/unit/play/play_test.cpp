@@ -89,7 +89,7 @@ TEST_F(Play, KeepsTheRecordWhenTheProgressDisplayFails) {
 
 TEST_F(Play, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
   const std::unique_ptr<hal::Rig> sim = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), 0.0);
-  hal::FaultRig rig(*sim, {{hal::FaultKind::emergency_stop, 800, hal::Fault::kAlways, 0.0}});
+  hal::FaultRig rig(*sim, {{hal::FaultKind::emergency_stop, 800, hal::InjectedFault::kAlways, 0.0}});
   const FinishedRun finished = run_on(rig);
   EXPECT_EQ(finished.report.outcome, Outcome::faulted);
   const nlohmann::ordered_json manifest = read_manifest(finished.folder);
