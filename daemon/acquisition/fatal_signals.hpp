@@ -14,7 +14,7 @@ namespace eha::acquisition {
 /// process dies of it: takes the outputs from the loop, waits two periods for a tick under way to end unless it is the
 /// loop itself that failed, calls make_safe(), and raises the signal again with its default action. The handler runs on
 /// a stack of its own for the threads that have a SignalStack.
-/// What no handler sees (SIGKILL, a hung kernel, power loss) is the guard's, the watchdog's and the enable contactor's.
+/// SIGKILL, a hung kernel and power loss reach no handler: the guard, the watchdog and the enable contactor act then.
 /// One at a time in a process. Not thread-safe.
 class FatalSignals {
  public:
@@ -25,7 +25,8 @@ class FatalSignals {
   ~FatalSignals();
 };
 
-/// Gives the calling thread a stack for the handler, so that an overflow of its own stack is survived; while it lives.
+/// While this lives, the calling thread runs the handler on a stack of its own and so survives an overflow of its
+/// stack.
 class SignalStack {
  public:
   SignalStack();

@@ -11,14 +11,14 @@
 
 namespace eha::acquisition {
 
-/// What a reading violates; Fault::none when nothing.
+/// The limit that a reading violates; Fault::none if it violates none.
 struct Breach {
   Fault fault = Fault::none;
   double value = 0.0;  ///< in the unit of the limit
   double limit = 0.0;
 };
 
-/// Holds every reading against the rig's limits. Real-time safe; cost: one pass over 20 ms of readings.
+/// Checks every reading against the rig's limits. Real-time safe; cost: one pass over 20 ms of readings.
 ///
 /// Velocity v is the slope of the straight line through the last 20 ms of readings (least squares; 0 until that much is
 /// there), so that one noisy code is not a speed. Travel is exceeded when the rod is outside, or when it could not stop
@@ -26,7 +26,7 @@ struct Breach {
 /// may have by now towards the end that it moves to: v and what a gives in v's age and one tick, at most the velocity
 /// limit. A rod that turns round next to an end may pass it by what that gives for v = 0 (0.014 in at 200 in/s^2)
 /// before v shows it. Too fast is also a jump between two readings by more than the rod may cover in the time between
-/// them and 10 ms more: no rod, a failing sensor does that. A sensor is frozen when its code stays the same for the
+/// them and 10 ms more: only a failing sensor does that. A sensor is frozen when its code stays the same for the
 /// rig's time while the command is more than 10 % of half the command range away from the safe voltage; time that is
 /// not driven does not count.
 class LimitMonitor {
@@ -50,7 +50,7 @@ class LimitMonitor {
 
   config::RigLimits limits_;
   double period_s_;
-  double driven_V_;  ///< distance from the safe voltage from which the rod ought to move [V]
+  double driven_V_;  ///< the rod must move when the command is further than this from the safe voltage [V]
   std::size_t window_;
   std::array<std::int64_t, kLongestWindow> times_ns_{};
   std::array<double, kLongestWindow> positions_in_{};

@@ -9,7 +9,7 @@
 
 namespace eha::acquisition {
 
-/// The way of the ticks from the loop (the only producer) to the writer (the only consumer). Real-time safe.
+/// Carries tick records from the loop (the only producer) to the writer (the only consumer). Real-time safe.
 class RecordQueue {
  public:
   static constexpr std::size_t kCapacity = 8192;                 ///< 8 s at 1 kHz
@@ -23,7 +23,7 @@ class RecordQueue {
   /// Consumer. @returns how many records were written to `records`
   std::size_t pop(TickRecord* records, std::size_t count) noexcept { return queue_.pop(records, count); }
 
-  /// Consumer: no record can be kept any more; the loop ramps out.
+  /// Consumer: the writer can keep no more records; the loop ramps out.
   void report_writer_failure() noexcept { writer_failed_.store(true, std::memory_order_release); }
   [[nodiscard]] bool writer_failed() const noexcept { return writer_failed_.load(std::memory_order_acquire); }
 

@@ -27,18 +27,12 @@ void require(bool condition, const std::string& message) {
   if (!condition) throw ConfigError(message);
 }
 
-void check(const Excitation& excitation, const config::RigLimits& limits, const config::RealtimeOptions& realtime,
+void check(const CommandSource& source, const config::RigLimits& limits, const config::RealtimeOptions& realtime,
            const hal::RigCapabilities& rig) {
   require(realtime.sample_period_s >= kLeastPeriod_s && realtime.sample_period_s <= kGreatestPeriod_s,
           "sample period: expected 0.0001 to 1 s, got " + std::to_string(realtime.sample_period_s) + " s");
-  require(!excitation.table_V.empty(), "the excitation is empty; give the experiment a duration");
-  require(std::all_of(excitation.table_V.begin(), excitation.table_V.end(), [](double u) { return std::isfinite(u); }),
-          "the excitation holds a voltage that is not finite");
-  require(excitation.repetitions >= 1 && excitation.repetitions <= std::numeric_limits<std::uint16_t>::max(),
-          "repetitions: expected 1 to 65535, got " + std::to_string(excitation.repetitions));
-  require(excitation.table_V.size() <=
-              static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / excitation.repetitions,
-          "the experiment is longer than 2147483647 ticks");
+  require(source.rows() >= 1 && source.rows() <= kMostRows && source.rows_per_repetition() >= 1,
+          "the run has no rows, or more than 2147483647");
   require(limits.command_min_V < limits.command_max_V && limits.safe_V >= limits.command_min_V &&
               limits.safe_V <= limits.command_max_V,
           "rig limits: the safe voltage must lie between command_min_V and command_max_V");
@@ -75,10 +69,10 @@ void run_in_thread(const std::function<void()>& work) {
 
 }  // namespace
 
-RunReport run(hal::Rig& rig, StateMachine& machine, const Excitation& excitation, const config::RigLimits& limits,
+RunReport run(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
               const config::RealtimeOptions& realtime, NonRealtime non_realtime, Clock& clock, RecordQueue& queue,
               const StopRequest& stop, StatusBoard& board) {
-  check(excitation, limits, realtime, rig.capabilities());
+  check(source, limits, realtime, rig.capabilities());
   require(machine.state() == State::armed,
           "the rig is " + std::string(to_text(machine.state())) + ", not armed; arm it first");
   require(!clock.is_virtual() || rig.capabilities().has_virtual_clock,
@@ -88,7 +82,7 @@ RunReport run(hal::Rig& rig, StateMachine& machine, const Excitation& excitation
   const auto play = [&](LatePolicy policy) {
     const SignalStack signal_stack;
     mark_loop_thread();
-    TickEngine engine(rig, machine, excitation, limits, realtime, policy, clock);
+    TickEngine engine(rig, machine, source, limits, realtime, policy, clock);
     Loop(engine, machine, std::llround(realtime.sample_period_s * 1e9), {clock, queue, stop, board}, report).run();
   };
   if (clock.is_virtual()) {

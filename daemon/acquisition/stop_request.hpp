@@ -10,14 +10,14 @@ namespace eha::acquisition {
 class StopRequest {
  public:
   void request() noexcept { count_.fetch_add(1, std::memory_order_relaxed); }
-  /// For who wants a ramp-out and no more: does nothing when a stop was asked for already.
+  /// Asks for a ramp-out: does nothing after an earlier request, so that it never counts as the second one.
   void request_ramp_out() noexcept {
     int none = 0;
     count_.compare_exchange_strong(none, 1, std::memory_order_relaxed);
   }
   [[nodiscard]] int count() const noexcept { return count_.load(std::memory_order_relaxed); }
 
-  /// For a fatal-signal handler that is about to write the safe command itself: the loop writes nothing any more.
+  /// Called by a fatal-signal handler before it writes the safe command itself; the loop then writes nothing any more.
   void take_over_outputs() noexcept { outputs_taken_.store(true, std::memory_order_release); }
   [[nodiscard]] bool outputs_taken() const noexcept { return outputs_taken_.load(std::memory_order_acquire); }
 

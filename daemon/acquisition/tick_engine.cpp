@@ -24,13 +24,13 @@ void raise_flag(TickRecord& row, TickFlag flag) noexcept { row.flags = static_ca
 
 }  // namespace
 
-TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, const Excitation& excitation,
-                       const config::RigLimits& limits, const config::RealtimeOptions& realtime, LatePolicy late_policy,
-                       Clock& clock) noexcept
+TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
+                       const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock) noexcept
     : rig_(rig),
       machine_(machine),
-      excitation_(excitation),
-      rows_(static_cast<std::uint32_t>(excitation.table_V.size()) * excitation.repetitions),
+      source_(source),
+      rows_(source.rows()),
+      rows_per_repetition_(source.rows_per_repetition()),
       safe_V_(limits.safe_V),
       period_ns_(std::llround(realtime.sample_period_s * 1e9)),
       armed_ticks_wanted_(static_cast<std::uint32_t>(std::ceil(kArmed_s / realtime.sample_period_s))),
@@ -65,7 +65,7 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
   }
   const Breach missed = deadlines_.note(inputs.skipped, is_late);
   if (machine_.state() == State::safe_stop) {
-    // The device may not answer any more: nothing but making it safe is worth a call.
+    // The device may answer no more: the only calls still made are those that make it safe.
     raise_flag(row, kFeedbackHeld);
   } else {
     if (missed.fault != Fault::none) trip(missed.fault, missed.value, missed.limit);
@@ -79,13 +79,13 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
   drive(inputs, row);
   timeouts_in_a_row_ = timed_out_ ? timeouts_in_a_row_ : 0;
 
-  // A fault in this tick's write shows in this tick's row, although the row's experiment part is over with it.
+  // A fault in this tick's write shows in this tick's row, which then no longer counts as a row of the experiment.
   row.state = machine_.state() == State::faulted || machine_.state() == State::safe_stop ? State::safe_stop : row.state;
   row.fault = fault_.fault;
   row.applied_V = applied_.applied_V;
   row.command_code = applied_.code;
   if (row.state == State::running) {
-    row.repetition = static_cast<std::uint16_t>((inputs.sequence - first_row_) / excitation_.table_V.size() + 1);
+    row.repetition = static_cast<std::uint16_t>((inputs.sequence - first_row_) / rows_per_repetition_ + 1);
     ++counters_.experiment_rows;
   }
   row.execution_ns = saturated<std::uint32_t>(clock_.now_ns() - inputs.woken_ns);
@@ -106,7 +106,7 @@ TickRecord TickEngine::skipped_row(std::uint32_t sequence, std::int64_t schedule
   if (row.state == State::running) {
     const std::uint32_t index = sequence - first_row_;
     if (index < rows_) {
-      row.repetition = static_cast<std::uint16_t>(index / excitation_.table_V.size() + 1);
+      row.repetition = static_cast<std::uint16_t>(index / rows_per_repetition_ + 1);
       row.requested_V = requested_V(sequence);
     } else {
       row.state = State::ramp_out;
@@ -217,7 +217,7 @@ void TickEngine::drive(const TickInputs& inputs, TickRecord& row) noexcept {
 void TickEngine::drive_safe(TickRecord& row) noexcept {
   row.requested_V = safe_V_;
   hal::AppliedCommand applied;
-  // command() first: it says which code the safe voltage became. make_safe() has the last word on the wire.
+  // command() first, because it returns the code of the safe voltage; make_safe() is the last write.
   const hal::RigStatus command_status = rig_.command(safe_V_, applied);
   if (command_status == hal::RigStatus::ok) applied_ = applied;
   const hal::RigStatus safe_status = rig_.make_safe();
@@ -248,12 +248,12 @@ void TickEngine::finish_ramp_out() noexcept {
   finished_ = true;
 }
 
-double TickEngine::requested_V(std::uint32_t sequence) const noexcept {
+double TickEngine::requested_V(std::uint32_t sequence) noexcept {
   switch (machine_.state()) {
     case State::ramp_in:
-      return excitation_.table_V.front();
+      return source_.voltage_V(0, reading_);
     case State::running:
-      return excitation_.table_V[(sequence - first_row_) % excitation_.table_V.size()];
+      return source_.voltage_V(sequence - first_row_, reading_);
     default:
       return safe_V_;
   }

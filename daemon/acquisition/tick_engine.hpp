@@ -6,9 +6,10 @@
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/command_chain.hpp"
+#include "daemon/acquisition/command_source.hpp"
 #include "daemon/acquisition/deadline_monitor.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
-#include "daemon/acquisition/run.hpp"
+#include "daemon/acquisition/run_report.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/acquisition/stop_request.hpp"
@@ -17,7 +18,7 @@
 
 namespace eha::acquisition {
 
-/// What a tick is told about the world outside it.
+/// What the loop tells one tick.
 struct TickInputs {
   std::uint32_t sequence = 0;
   std::int64_t scheduled_ns = 0;  ///< from the run's first tick [ns]
@@ -26,14 +27,14 @@ struct TickInputs {
   std::uint32_t skipped = 0;      ///< grid ticks lost just before this one
   int stops = 0;                  ///< stop requests so far
   bool sink_failing = false;      ///< records can no longer be kept, or soon not
-  /// Asked just before a write, which a slow read may have put off: a fatal-signal handler may have taken the outputs.
+  /// Read again just before each write: a fatal-signal handler may have taken the outputs since the tick began.
   const StopRequest* stop = nullptr;
 };
 
-/// What happens in one tick, and nothing about when: read, check, decide, command, record.
+/// Does the work of one tick: read, check, decide, command, record. The loop decides when.
 ///
 /// armed (100 ms): the safe voltage is written, then the enable line goes on, and the velocity estimate fills.
-/// ramp_in: from the safe voltage to table_V[0] under the slew limit. running: table_V, `repetitions` times; the index
+/// ramp_in: from the safe voltage to the source's row 0 under the slew limit. running: the source's rows; the row
 /// follows the grid, so a skipped tick does not shift the excitation. ramp_out: back to the safe voltage under the slew
 /// limit, then make_safe() and idle; on the normal end, a stop, or a failing sink. safe_stop: on any fault or a second
 /// stop: the safe voltage and make_safe() in the same tick, again each tick until the device confirms (20 times), then
@@ -43,8 +44,8 @@ struct TickInputs {
 /// Real-time safe. Not thread-safe.
 class TickEngine {
  public:
-  /// Everything is checked by run(); the table and the rig must outlive the engine.
-  TickEngine(hal::Rig& rig, StateMachine& machine, const Excitation& excitation, const config::RigLimits& limits,
+  /// Arguments are checked by run(). The rig, the machine, the source and the clock must outlive the engine.
+  TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
              const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock) noexcept;
 
   TickRecord tick(const TickInputs& inputs) noexcept;
@@ -70,15 +71,16 @@ class TickEngine {
   void drive_safe(TickRecord& row) noexcept;
   void enable() noexcept;
   void finish_ramp_out() noexcept;
-  [[nodiscard]] double requested_V(std::uint32_t sequence) const noexcept;
+  [[nodiscard]] double requested_V(std::uint32_t sequence) noexcept;
   [[nodiscard]] bool note_call(hal::RigStatus status, std::int64_t begun_ns, Fault refusal) noexcept;
   void trip(Fault fault, double value = 0.0, double limit = 0.0, hal::RigStatus status = hal::RigStatus::ok) noexcept;
   [[nodiscard]] bool in_progress() const noexcept;
 
   hal::Rig& rig_;
   StateMachine& machine_;
-  Excitation excitation_;
+  CommandSource& source_;
   std::uint32_t rows_;
+  std::uint32_t rows_per_repetition_;
   double safe_V_;
   std::int64_t period_ns_;
   std::uint32_t armed_ticks_wanted_;

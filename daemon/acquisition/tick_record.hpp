@@ -11,7 +11,7 @@
 
 namespace eha::acquisition {
 
-/// Where the latched machine of a rig is; see state_machine.hpp.
+/// State of a rig's latched state machine; see state_machine.hpp.
 enum class State : std::uint8_t { faulted, idle, armed, ramp_in, running, ramp_out, safe_stop };
 
 /// Why the rig was brought to its safe state.
@@ -63,7 +63,7 @@ struct TickRecord {
   std::uint16_t repetition;  ///< 1-based while running, otherwise 0
   hal::RigStatus read_status;
   hal::RigStatus command_status;
-  double requested_V;      ///< what the table or the ramp asked for [V]
+  double requested_V;      ///< voltage that the command source or the ramp requested [V]
   double applied_V;        ///< voltage of the code on the output [V]
   double displacement_in;  ///< calibrated rod position [in]
 };

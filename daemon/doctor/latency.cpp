@@ -88,8 +88,9 @@ acquisition::RunReport measure_latency(double duration_s, config::RealtimeOption
   acquisition::StatusBoard board;
   const Drain drain(*queue);
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
-    return acquisition::run(*rig, machine, {table_V, static_cast<std::uint32_t>(repetitions)}, limits, realtime,
-                            acquisition::NonRealtime::allow, clock, *queue, stop, board);
+    acquisition::TableSource source(table_V, static_cast<std::uint32_t>(repetitions));
+    return acquisition::run(*rig, machine, source, limits, realtime, acquisition::NonRealtime::allow, clock, *queue,
+                            stop, board);
   });
   while (loop.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) {
     if (progress) progress(board.read());

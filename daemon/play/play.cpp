@@ -116,9 +116,8 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   run.watch.phase = RunWatch::Phase::playing;
   JournalThread writer(*queue, journal, request.time_base, run.watch.writer_turns);
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
-    const acquisition::Excitation excitation{request.table_V,
-                                             static_cast<std::uint32_t>(request.experiment.repetitions)};
-    return acquisition::run(run.rig, run.machine, excitation, request.rig.limits, request.rig.realtime,
+    acquisition::TableSource source(request.table_V, static_cast<std::uint32_t>(request.experiment.repetitions));
+    return acquisition::run(run.rig, run.machine, source, request.rig.limits, request.rig.realtime,
                             request.non_realtime, *clock, *queue, run.stop, run.watch.board);
   });
   while (loop.wait_for(kProgressInterval) != std::future_status::ready) {

@@ -89,8 +89,9 @@ class FatalSignal : public ::testing::Test {
         play.machine.reset();
         play.machine.arm();
         MonotonicClock clock;
-        static_cast<void>(run(rig, play.machine, {play.table_V, 1}, play.limits, play.realtime, NonRealtime::allow,
-                              clock, *play.queue, play.stop, play.board));
+        TableSource source(play.table_V, 1);
+        static_cast<void>(run(rig, play.machine, source, play.limits, play.realtime, NonRealtime::allow, clock,
+                              *play.queue, play.stop, play.board));
       });
       while (!wire_->enabled && !wire_->made_safe) std::this_thread::yield();
       while_running();

@@ -21,7 +21,7 @@ enum class Phase { ramp, run, last_tick };
 /// What is injected, and what must come of it.
 struct Case {
   std::string name;
-  std::vector<hal::Fault> faults;  ///< first_tick is filled in from the phase
+  std::vector<hal::InjectedFault> faults;  ///< first_tick is filled in from the phase
   Outcome outcome = Outcome::faulted;
   Fault fault = Fault::none;
   ExitCode exit = ExitCode::safety_trip;
@@ -32,9 +32,9 @@ struct Case {
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 std::vector<Case> cases() {
-  constexpr std::int64_t kAlways = hal::Fault::kAlways;
+  constexpr std::int64_t kAlways = hal::InjectedFault::kAlways;
   const auto fault = [](FaultKind kind, std::int64_t ticks, double amount = 0.0) {
-    return hal::Fault{kind, 0, ticks, amount};
+    return hal::InjectedFault{kind, 0, ticks, amount};
   };
   return {
       {"OneReadTimeOut", {fault(FaultKind::read_timed_out, 1)}, Outcome::completed, Fault::none, ExitCode::ok},
@@ -116,7 +116,7 @@ class FaultMatrix : public ::testing::TestWithParam<std::tuple<Case, Phase>> {};
 TEST_P(FaultMatrix, EndsAsDocumentedSafeAndWithACompleteRecord) {
   auto [expected, phase] = GetParam();
   const std::int64_t tick = tick_of(phase);
-  for (hal::Fault& fault : expected.faults) fault.first_tick = tick;
+  for (hal::InjectedFault& fault : expected.faults) fault.first_tick = tick;
   FakeRig wire;
   Play play;
   hal::FaultRig rig(wire, expected.faults, [&](std::int64_t duration_ns) { play.clock.advance(duration_ns); });
@@ -165,7 +165,7 @@ TEST(FaultMatrixFrozenSensor, EndsARunThatDrivesTheValveAndIsNotLookedForInOneTh
     FakeRig wire;
     Play play;
     play.table_V.assign(500, 2.0);
-    hal::FaultRig rig(wire, {{FaultKind::stuck_sensor, tick_of(phase), hal::Fault::kAlways, 0.0}});
+    hal::FaultRig rig(wire, {{FaultKind::stuck_sensor, tick_of(phase), hal::InjectedFault::kAlways, 0.0}});
     play.on(rig);
     const bool is_driven = phase != Phase::last_tick;
     EXPECT_EQ(play.report.outcome, is_driven ? Outcome::faulted : Outcome::completed);
@@ -191,7 +191,7 @@ TEST(FaultMatrixTravel, StopsARodThatRunsTowardsTheEndOfItsTravelInsideIt) {
 TEST(FaultMatrixArmed, NeverEnablesARigWhoseEmergencyStopIsOpenFromTheStart) {
   FakeRig wire;
   Play play;
-  hal::FaultRig rig(wire, {{FaultKind::emergency_stop, 0, hal::Fault::kAlways, 0.0}});
+  hal::FaultRig rig(wire, {{FaultKind::emergency_stop, 0, hal::InjectedFault::kAlways, 0.0}});
   play.on(rig);
   EXPECT_EQ(play.report.fault.fault, Fault::emergency_stop);
   for (const FakeRig::Write& write : wire.writes()) {

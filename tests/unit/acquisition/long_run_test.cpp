@@ -43,8 +43,9 @@ TEST(LongRun, OfTwoHoursLosesNothingAndTakesNoMoreMemoryThanAShortOne) {
   play.machine.reset();
   play.machine.arm();
   const long before_kB = peak_memory_kB();
-  play.report = run(rig, play.machine, {play.table_V, play.repetitions}, play.limits, play.realtime,
-                    NonRealtime::refuse, play.clock, *play.queue, play.stop, play.board);
+  TableSource source(play.table_V, play.repetitions);
+  play.report = run(rig, play.machine, source, play.limits, play.realtime, NonRealtime::refuse, play.clock, *play.queue,
+                    play.stop, play.board);
   ended = true;
   consumer.join();
   EXPECT_EQ(play.report.outcome, Outcome::completed);

@@ -49,10 +49,14 @@ struct Play {
   std::vector<TickRecord> rows;
 
   void on(hal::Rig& rig) {
+    TableSource source(table_V, repetitions);
+    on(rig, source);
+  }
+
+  void on(hal::Rig& rig, CommandSource& source) {
     if (machine.state() == State::faulted) machine.reset();
     machine.arm();
-    report =
-        run(rig, machine, {table_V, repetitions}, limits, realtime, NonRealtime::refuse, clock, *queue, stop, board);
+    report = run(rig, machine, source, limits, realtime, NonRealtime::refuse, clock, *queue, stop, board);
     drain();
   }
 

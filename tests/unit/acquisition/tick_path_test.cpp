@@ -28,8 +28,8 @@ namespace {
 std::pair<long, long> trapped_run(Play& play, hal::Rig& rig) {
   play.machine.reset();
   play.machine.arm();
-  TickEngine engine(rig, play.machine, {play.table_V, play.repetitions}, play.limits, play.realtime, LatePolicy::abort,
-                    play.clock);
+  TableSource source(play.table_V, play.repetitions);
+  TickEngine engine(rig, play.machine, source, play.limits, play.realtime, LatePolicy::abort, play.clock);
   std::pair<long, long> seen;
   {
     const Trap trap;
@@ -115,7 +115,8 @@ TEST_F(TickPath, TakesNoPageFaultOverSixtyThousandTicksWhileWorkersAreStarted) {
   });
   std::thread spawner([&] { start_workers(ended, started); });
   while (started == 0) std::this_thread::yield();
-  TickEngine engine(fake, play.machine, {play.table_V, 1}, play.limits, play.realtime, LatePolicy::abort, play.clock);
+  TableSource source(play.table_V, 1);
+  TickEngine engine(fake, play.machine, source, play.limits, play.realtime, LatePolicy::abort, play.clock);
   rusage before{};
   rusage after{};
   std::thread loop([&] {

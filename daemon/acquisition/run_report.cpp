@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fmt/format.h>
+#include "daemon/acquisition/run_report.hpp"
 
-#include "daemon/acquisition/run.hpp"
+#include <fmt/format.h>
 
 namespace eha::acquisition {
 namespace {
@@ -85,6 +85,8 @@ bool is_of_the_device(Fault fault) {
 }
 
 }  // namespace
+
+std::string_view to_text(Outcome outcome) noexcept { return name_in(kOutcomes, outcome); }
 
 ExitCode exit_code(const RunReport& report) noexcept {
   switch (report.outcome) {

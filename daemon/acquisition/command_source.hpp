@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "hal/rig.hpp"
+
+namespace eha::acquisition {
+
+/// Longest run, in rows: a row's number fits in the record whatever comes before and after the experiment.
+inline constexpr std::uint32_t kMostRows = std::numeric_limits<std::int32_t>::max();
+
+/// Says which voltage each row of a run requests. The rig's range and slew limit are applied to it afterwards.
+/// Real-time safe: every member is noexcept and neither allocates, locks nor logs. Used by the loop's thread only.
+class CommandSource {
+ public:
+  CommandSource() = default;
+  CommandSource(const CommandSource&) = delete;
+  CommandSource& operator=(const CommandSource&) = delete;
+  virtual ~CommandSource() = default;
+
+  /// Rows of the run, 1..kMostRows; fixed while it lasts.
+  [[nodiscard]] virtual std::uint32_t rows() const noexcept = 0;
+
+  /// Rows of one repetition, at least 1; fixed while the run lasts.
+  [[nodiscard]] virtual std::uint32_t rows_per_repetition() const noexcept = 0;
+
+  /// Voltage requested in a row [V]. Asked for once in each tick, and for each tick that never ran; for row 0 in every
+  /// tick of the ramp towards it. A voltage that is not finite is a fault.
+  /// @param row   0..rows()-1, never decreasing
+  /// @param last  the last good reading
+  [[nodiscard]] virtual double voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept = 0;
+};
+
+/// A table of volts, played back to back.
+class TableSource final : public CommandSource {
+ public:
+  /// @param table_V      one repetition, one voltage a tick [V]; must outlive this
+  /// @param repetitions  1..65535
+  /// @throws ConfigError  an empty table, a voltage that is not finite, or more rows than kMostRows
+  TableSource(std::span<const double> table_V, std::uint32_t repetitions);
+
+  [[nodiscard]] std::uint32_t rows() const noexcept override {
+    return static_cast<std::uint32_t>(table_V_.size()) * repetitions_;
+  }
+  [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override {
+    return static_cast<std::uint32_t>(table_V_.size());
+  }
+  [[nodiscard]] double voltage_V(std::uint32_t row, const hal::RigReading&) noexcept override {
+    return table_V_[row % table_V_.size()];
+  }
+
+ private:
+  std::span<const double> table_V_;
+  std::uint32_t repetitions_;
+};
+
+}  // namespace eha::acquisition

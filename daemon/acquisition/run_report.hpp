@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/enum_names.hpp"
+#include "core/error.hpp"
+#include "daemon/acquisition/histogram.hpp"
+#include "daemon/acquisition/status_board.hpp"
+#include "daemon/acquisition/tick_record.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::acquisition {
+
+/// How a run ended. Only `completed` runs are fitted without being asked.
+enum class Outcome : std::uint8_t { completed, interrupted, faulted, deadline, write_failed, recovered };
+inline constexpr EnumNames<Outcome, 6> kOutcomes{{{"completed", Outcome::completed},
+                                                  {"interrupted", Outcome::interrupted},
+                                                  {"faulted", Outcome::faulted},
+                                                  {"deadline", Outcome::deadline},
+                                                  {"write_failed", Outcome::write_failed},
+                                                  {"recovered", Outcome::recovered}}};
+
+/// The first fault of a run.
+struct FaultReport {
+  Fault fault = Fault::none;
+  hal::RigStatus status = hal::RigStatus::ok;  ///< of the call that failed, when one did
+  std::int64_t at_ns = 0;                      ///< from the run's first tick [ns]
+  double value = 0.0;                          ///< measured, in the unit of the limit
+  double limit = 0.0;                          ///< allowed
+};
+
+/// What the operating system granted the loop.
+struct RealtimeFacts {
+  bool fifo = false;                 ///< SCHED_FIFO at the asked priority
+  bool memory_locked = false;        ///< mlockall
+  bool cpu_bound = false;            ///< bound to the asked CPU
+  bool c_states_held = false;        ///< /dev/cpu_dma_latency held at 0
+  std::vector<std::string> refused;  ///< one sentence for each thing not granted, with its cause and remedy
+};
+
+/// How one run of the loop went.
+struct RunReport {
+  Outcome outcome = Outcome::completed;
+  State final_state = State::faulted;
+  FaultReport fault;
+  bool safe_confirmed = false;  ///< the device acknowledged the safe voltage and the enable off
+  std::uint32_t stops_seen = 0;
+  LoopCounters counters;
+  Histogram latency;    ///< wake-up lateness
+  Histogram execution;  ///< duration of a tick's work
+  RealtimeFacts realtime;
+};
+
+/// "completed", "write_failed", ...
+[[nodiscard]] std::string_view to_text(Outcome outcome) noexcept;
+
+/// Exit code of a program that runs one experiment, before any model is judged.
+[[nodiscard]] ExitCode exit_code(const RunReport& report) noexcept;
+
+/// One or more sentences on how the run ended: what, when, value, limit, next step. Empty when it completed.
+[[nodiscard]] std::string describe(const RunReport& report);
+
+}  // namespace eha::acquisition
