@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
 #include "ident/excitation/excitation.hpp"
 
@@ -19,88 +21,89 @@ constexpr double kTickTolerance = 1e-6;
 /// A peak or slope may exceed its limit by the rounding of the table, relative.
 constexpr double kRounding = 1e-9;
 
-using ident::ExcitationKind;
-
 class ConflictSearch {
  public:
   ConflictSearch(const ExperimentConfig& experiment, const PositionMap& positions, const RigConfig& rig,
-                 FaultList& faults)
-      : experiment_(experiment), positions_(positions), rig_(rig), faults_(faults) {}
+                 IssueList& issues)
+      : experiment_(experiment), positions_(positions), rig_(rig), issues_(issues) {}
 
-  void run() {
+  Eigen::VectorXd run() {
     check_frequencies();
-    if (!faults_.clean("duration_s")) return;
-    if (!check_samples()) return;
+    if (!issues_.clean("duration_s")) return {};
+    if (!check_samples()) return {};
     check_decimation();
-    if (faults_.clean("excitation")) check_table();
+    return issues_.clean("excitation") ? check_table() : Eigen::VectorXd();
   }
 
  private:
   [[nodiscard]] double tick_s() const { return rig_.realtime.sample_period_s; }
 
-  void fault(const std::string& key, const std::string& expected, const std::string& got) {
-    faults_.add(position_of(positions_, key), key, expected, got);
+  void add(const std::string& key, const std::string& expected, const std::string& got) {
+    issues_.add(position_of(positions_, key), key, expected, got);
   }
 
   [[nodiscard]] bool check_samples() {
     const double samples = experiment_.duration_s / tick_s();
     if (samples > kMostSamples) {
-      fault("duration_s", fmt::format("at most {} ticks of {} s", kMostSamples, tick_s()),
-            fmt::format("{:.0f}", samples));
+      add("duration_s", fmt::format("at most {} ticks of {} s", kMostSamples, tick_s()),
+          fmt::format("{:.0f}", samples));
       return false;
     }
     if (std::round(samples) < 1.0 || std::abs(samples - std::round(samples)) > kTickTolerance) {
-      fault("duration_s", fmt::format("a whole number of ticks of {} s", tick_s()),
-            fmt::format("{} s, {:.6g} ticks", experiment_.duration_s, samples));
+      add("duration_s", fmt::format("a whole number of ticks of {} s", tick_s()),
+          fmt::format("{} s, {:.6g} ticks", experiment_.duration_s, samples));
       return false;
     }
     return true;
   }
 
   void check_decimation() {
-    if (!faults_.clean("record.decimation")) return;
+    if (!issues_.clean("record.decimation")) return;
     const std::size_t samples = samples_per_repetition(experiment_, rig_);
     const auto decimation = static_cast<std::size_t>(experiment_.fit.decimation);
     if (samples % decimation != 0) {
-      fault("record.decimation", fmt::format("a divisor of the {} samples", samples), fmt::format("{}", decimation));
+      add("record.decimation", fmt::format("a divisor of the {} samples", samples), fmt::format("{}", decimation));
     }
   }
 
   void check_frequency(const std::string& key, double frequency_Hz) {
-    if (!faults_.clean(key) || !positions_.contains(key)) return;
+    if (!issues_.clean(key) || !positions_.contains(key)) return;
     const double tick_nyquist_Hz = 0.5 / tick_s();
     if (frequency_Hz >= tick_nyquist_Hz) {
-      fault(key, fmt::format("less than the Nyquist frequency of the tick, {:.6g} Hz", tick_nyquist_Hz),
-            fmt::format("{}", frequency_Hz));
+      add(key, fmt::format("less than the Nyquist frequency of the tick, {:.6g} Hz", tick_nyquist_Hz),
+          fmt::format("{}", frequency_Hz));
       return;
     }
-    if (!faults_.clean("record.decimation")) return;
+    if (!issues_.clean("record.decimation")) return;
     const double nyquist_Hz = tick_nyquist_Hz / experiment_.fit.decimation;
     if (frequency_Hz >= nyquist_Hz) {
-      fault(key, fmt::format("less than the Nyquist frequency of the decimated record, {:.6g} Hz", nyquist_Hz),
-            fmt::format("{}", frequency_Hz));
+      add(key, fmt::format("less than the Nyquist frequency of the decimated record, {:.6g} Hz", nyquist_Hz),
+          fmt::format("{}", frequency_Hz));
     }
   }
 
   void check_frequencies() {
-    const auto& tones = experiment_.excitation.tones;
-    for (std::size_t i = 0; i < tones.size(); ++i) {
-      check_frequency(fmt::format("excitation.tones[{}].frequency_Hz", i), tones[i].frequency_Hz);
+    for (const ident::KeyFrequency& key : ident::key_frequencies_of(experiment_.excitation)) {
+      check_frequency(fmt::format("excitation.{}", key.key), key.frequency_Hz);
     }
-    check_frequency("excitation.frequency_max_Hz", experiment_.excitation.frequency_max_Hz);
   }
 
-  void check_table() {
+  Eigen::VectorXd check_table() {
+    for (const OptionIssue& issue : ident::timing_issues_of(experiment_.excitation, tick_s(), experiment_.duration_s)) {
+      const std::string key = fmt::format("excitation.{}", issue.key);
+      issues_.add_text(position_of(positions_, key), key, issue.message);
+    }
+    if (!issues_.clean("excitation")) return {};
     Eigen::VectorXd table;
     try {
       table = ident::excitation(experiment_.excitation, tick_s(), samples_per_repetition(experiment_, rig_));
     } catch (const ConfigError& error) {
-      fault("excitation", "a signal that can be played", error.what());
-      return;
+      add("excitation", "a signal that can be played", error.what());
+      return {};
     }
     check_peak(table);
     check_slew(table);
-    check_hold();
+    return table;
   }
 
   void check_peak(const Eigen::VectorXd& table) {
@@ -114,58 +117,40 @@ class ConflictSearch {
     const auto at = [&](double value, Eigen::Index k) {
       return fmt::format("{:.4g} V at {:.6g} s", value, static_cast<double>(k) * tick_s());
     };
-    if (maximum > rig_.limits.command_max_V + room) fault("excitation", expected, at(maximum, highest));
-    if (minimum < rig_.limits.command_min_V - room) fault("excitation", expected, at(minimum, lowest));
+    if (maximum > rig_.limits.command_max_V + room) add("excitation", expected, at(maximum, highest));
+    if (minimum < rig_.limits.command_min_V - room) add("excitation", expected, at(minimum, lowest));
   }
 
-  [[nodiscard]] bool jumps() const {
-    return experiment_.excitation.kind == ExcitationKind::prms || experiment_.excitation.kind == ExcitationKind::step;
-  }
-
-  /// A jump is played as a ramp at the slew limit; it must get where it goes before the next one.
+  /// A jump is played as a ramp at the slew limit; the ramp must end before the next jump.
   void check_slew(const Eigen::VectorXd& table) {
     if (table.size() < 2) return;
     Eigen::Index k = 0;
     const double change_V = (table.tail(table.size() - 1) - table.head(table.size() - 1)).cwiseAbs().maxCoeff(&k);
-    const double time_s = jumps() ? shortest_level_s() : tick_s();
+    const double time_s = ident::shortest_level_s(experiment_.excitation, experiment_.duration_s).value_or(tick_s());
     const double limit = rig_.limits.slew_V_per_s;
     if (change_V <= limit * time_s * (1.0 + kRounding)) return;
-    fault("excitation", fmt::format("changes within the limit of {}, {} V/s", rig_.file_name, limit),
-          fmt::format("{:.4g} V within {:.6g} s at {:.6g} s", change_V, time_s, static_cast<double>(k + 1) * tick_s()));
-  }
-
-  [[nodiscard]] double shortest_level_s() const {
-    const double hold_s = experiment_.excitation.hold_s;
-    return experiment_.excitation.kind == ExcitationKind::prms ? hold_s : experiment_.duration_s - hold_s;
-  }
-
-  void check_hold() {
-    if (!jumps()) return;
-    const double hold_s = experiment_.excitation.hold_s;
-    if (hold_s < tick_s() || hold_s >= experiment_.duration_s) {
-      fault("excitation.hold_s",
-            fmt::format("a time from one tick, {} s, to less than duration_s = {}", tick_s(), experiment_.duration_s),
-            fmt::format("{}", hold_s));
-    }
+    add("excitation", fmt::format("changes within the limit of {}, {} V/s", rig_.file_name, limit),
+        fmt::format("{:.4g} V within {:.6g} s at {:.6g} s", change_V, time_s, static_cast<double>(k + 1) * tick_s()));
   }
 
   const ExperimentConfig& experiment_;
   const PositionMap& positions_;
   const RigConfig& rig_;
-  FaultList& faults_;
+  IssueList& issues_;
 };
 
 }  // namespace
 
-void add_conflicts(const ExperimentConfig& experiment, const PositionMap& positions, const RigConfig& rig,
-                   FaultList& faults) {
-  ConflictSearch(experiment, positions, rig, faults).run();
+Eigen::VectorXd check_table(const ExperimentConfig& experiment, const PositionMap& positions, const RigConfig& rig,
+                            IssueList& issues) {
+  return ConflictSearch(experiment, positions, rig, issues).run();
 }
 
-void check_against(const ExperimentConfig& experiment, const RigConfig& rig) {
-  FaultList faults(experiment.file_name);
-  add_conflicts(experiment, experiment.positions, rig, faults);
-  faults.throw_if_any();
+PreparedExperiment prepare(ExperimentConfig experiment, const RigConfig& rig) {
+  IssueList issues(experiment.file_name);
+  Eigen::VectorXd table_V = check_table(experiment, experiment.positions, rig, issues);
+  issues.throw_if_any();
+  return {std::move(experiment), std::move(table_V)};
 }
 
 std::size_t samples_per_repetition(const ExperimentConfig& experiment, const RigConfig& rig) {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
+
 #include "config/experiment_config.hpp"
-#include "config/fault_list.hpp"
+#include "config/issue_list.hpp"
 
 namespace eha::config {
 
-/// Adds every conflict of an experiment with a rig, as check_against() lists them, to the faults found so far. What
-/// depends on a key that already has a fault is left out.
-void add_conflicts(const ExperimentConfig& experiment, const PositionMap& positions, const RigConfig& rig,
-                   FaultList& faults);
+/// Builds the experiment's table of volts and adds every conflict with the rig, as prepare() lists them, to the issues
+/// found so far. What depends on a key that already has an issue is left out.
+/// @returns one repetition [V]; empty where it could not be built
+[[nodiscard]] Eigen::VectorXd check_table(const ExperimentConfig& experiment, const PositionMap& positions,
+                                          const RigConfig& rig, IssueList& issues);
 
 }  // namespace eha::config

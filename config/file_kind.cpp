@@ -17,7 +17,7 @@
 namespace eha::config {
 namespace {
 
-/// The shipped files have a few kilobytes; what is far larger is something else.
+/// The shipped files have a few kilobytes; a far larger file is no configuration file.
 constexpr std::size_t kLargestFile = std::size_t{1} << 20U;
 
 constexpr std::array<std::string_view, 3> kRigKeys = {"backend", "limits", "realtime"};

@@ -6,7 +6,7 @@
 
 namespace eha::config {
 
-/// What a TOML file describes.
+/// Kind of a configuration file.
 enum class FileKind { rig, experiment };
 
 /// Tells a rig file from an experiment file by the keys at its top.

@@ -22,7 +22,7 @@ constexpr auto kInitialStates = std::to_array<std::pair<std::string_view, Initia
 constexpr auto kDelays = std::to_array<std::pair<std::string_view, Freedom>>({{"free", Freedom::free}});
 
 void add_fault(Document& document, const std::string& path, std::string_view expected, std::string_view got) {
-  document.faults.add(position_of(document.positions, path), path, expected, got);
+  document.issues.add(position_of(document.positions, path), path, expected, got);
 }
 
 /// A key of the model whose path is `path`.
@@ -83,7 +83,7 @@ void read_term_lists(Section& model, ident::StructureOptions& asked, Document& d
   ident::TermLists lists;
   lists.denominator = read_terms(model, "denominator", Need::required);
   if (model.has("numerator")) lists.numerator = read_terms(model, "numerator", Need::required);
-  if (!document.faults.clean(model.path("denominator")) || !document.faults.clean(model.path("numerator"))) return;
+  if (!document.issues.clean(model.path("denominator")) || !document.issues.clean(model.path("numerator"))) return;
   const std::vector<ident::TermFault> faults = faults_in_terms(lists);
   for (const ident::TermFault& fault : faults) {
     add_fault(document, model.path(fault.place), fault.expected, fault.got);
@@ -117,7 +117,7 @@ void read_structure(Section& model, Need need, ident::StructureOptions& asked, D
   StructureChoice chosen{ident::kTermsFamily, nullptr};
   const std::vector<StructureChoice> choices = structure_choices();
   model.choice("structure", chosen.second, choices, need);
-  if (!document.faults.clean(model.path("structure"))) {
+  if (!document.issues.clean(model.path("structure"))) {
     for (const char* key : {"poles", "zeros", "numerator", "denominator"}) model.ignore(key);
     return;
   }
@@ -165,7 +165,7 @@ void check_requests(const ident::StructureOptions& model, const std::string& pat
       (void)ident::Parametrisation::search(alone, {.duration_s = 1.0, .step_s = 0.001});
     } catch (const ConfigError& error) {
       const std::string parameter = key_of(path, fmt::format("parameter[{}]", i));
-      document.faults.add_text(position_of(document.positions, parameter + ".name"), parameter, error.what());
+      document.issues.add_text(position_of(document.positions, parameter + ".name"), parameter, error.what());
     }
   }
 }
@@ -224,7 +224,7 @@ void check_model(const ident::StructureOptions& model, const std::string& path, 
 void check_models(const std::vector<ident::StructureOptions>& models, ident::Procedure procedure, Document& document) {
   for (std::size_t i = 0; i < models.size(); ++i) {
     const std::string path = fmt::format("model[{}]", i);
-    if (!document.faults.clean(path)) continue;
+    if (!document.issues.clean(path)) continue;
     check_model(models[i], path, document);
     if (procedure == ident::Procedure::paper) check_paper(models[i], path, document);
   }

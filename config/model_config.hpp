@@ -9,10 +9,10 @@
 
 namespace eha::config {
 
-/// A day; what is longer is a slip of the unit.
+/// One day; a longer time has a wrong unit.
 inline constexpr double kLongestRun_s = 86400.0;
 
-/// Reads the array of tables `[[model]]`; what is wrong goes to the document's faults.
+/// Reads the array of tables `[[model]]`; adds an issue for each error.
 [[nodiscard]] std::vector<ident::StructureOptions> read_models(Section& root, Document& document);
 
 /// Reads one model that stands in a file of its own: the keys of `[[model]]` at the top level, of which `name` and

@@ -42,7 +42,7 @@ void read_realtime(Section& root, RealtimeOptions& realtime) {
   section->finish();
 }
 
-/// What single keys cannot show. Pairs with a fault of their own are left alone.
+/// Checks limits against each other and against the converters. Skips keys that already have an issue.
 class LimitChecks {
  public:
   LimitChecks(const RigConfig& rig, Document& document) : rig_(rig), document_(document) {}
@@ -52,18 +52,20 @@ class LimitChecks {
     const bool command_is_read = read("command_min_V") && read("command_max_V");
     const bool travel_is_read = read("travel_min_in") && read("travel_max_in");
     if (command_is_read && !(limits.command_min_V < limits.command_max_V)) {
-      fault("command_max_V", fmt::format("more than command_min_V = {}", limits.command_min_V), limits.command_max_V);
+      add_issue("command_max_V", fmt::format("more than command_min_V = {}", limits.command_min_V),
+                limits.command_max_V);
     } else if (command_is_read && read("safe_V") &&
                !Range::between(limits.command_min_V, limits.command_max_V).contains(limits.safe_V)) {
-      fault("safe_V",
-            fmt::format("a voltage within command_min_V..command_max_V, {}..{}", limits.command_min_V,
-                        limits.command_max_V),
-            limits.safe_V);
+      add_issue("safe_V",
+                fmt::format("a voltage within command_min_V..command_max_V, {}..{}", limits.command_min_V,
+                            limits.command_max_V),
+                limits.safe_V);
     }
     if (travel_is_read && !(limits.travel_min_in < limits.travel_max_in)) {
-      fault("travel_max_in", fmt::format("more than travel_min_in = {}", limits.travel_min_in), limits.travel_max_in);
+      add_issue("travel_max_in", fmt::format("more than travel_min_in = {}", limits.travel_min_in),
+                limits.travel_max_in);
     }
-    if (!document_.faults.clean(hal::name_of(rig_.backend))) return;
+    if (!document_.issues.clean(hal::name_of(rig_.backend))) return;
     if (command_is_read) check_command_range();
     if (travel_is_read) check_travel_range();
   }
@@ -71,19 +73,19 @@ class LimitChecks {
  private:
   [[nodiscard]] bool read(std::string_view key) const {
     const std::string path = fmt::format("limits.{}", key);
-    return document_.positions.contains(path) && document_.faults.clean(path);
+    return document_.positions.contains(path) && document_.issues.clean(path);
   }
-  void fault(std::string_view key, const std::string& expected, double got) {
+  void add_issue(std::string_view key, const std::string& expected, double got) {
     const std::string path = fmt::format("limits.{}", key);
-    document_.faults.add(position_of(document_.positions, path), path, expected, fmt::format("{}", got));
+    document_.issues.add(position_of(document_.positions, path), path, expected, fmt::format("{}", got));
   }
 
   void check_command_range() {
     const hal::Conversion ranges = hal::conversion_of(rig_.backend);
     const Range range = Range::between(ranges.command_min_V, ranges.command_max_V);
     const std::string expected = fmt::format("a voltage within the output converter's {}..{}", range.low, range.high);
-    if (!range.contains(rig_.limits.command_min_V)) fault("command_min_V", expected, rig_.limits.command_min_V);
-    if (!range.contains(rig_.limits.command_max_V)) fault("command_max_V", expected, rig_.limits.command_max_V);
+    if (!range.contains(rig_.limits.command_min_V)) add_issue("command_min_V", expected, rig_.limits.command_min_V);
+    if (!range.contains(rig_.limits.command_max_V)) add_issue("command_max_V", expected, rig_.limits.command_max_V);
   }
 
   void check_travel_range() {
@@ -93,8 +95,8 @@ class LimitChecks {
     const Range range = Range::between(std::min(at_min, at_max), std::max(at_min, at_max));
     const std::string expected =
         fmt::format("a displacement that the sensor can show, {:.6g}..{:.6g}", range.low, range.high);
-    if (!range.contains(rig_.limits.travel_min_in)) fault("travel_min_in", expected, rig_.limits.travel_min_in);
-    if (!range.contains(rig_.limits.travel_max_in)) fault("travel_max_in", expected, rig_.limits.travel_max_in);
+    if (!range.contains(rig_.limits.travel_min_in)) add_issue("travel_min_in", expected, rig_.limits.travel_min_in);
+    if (!range.contains(rig_.limits.travel_max_in)) add_issue("travel_max_in", expected, rig_.limits.travel_max_in);
     check_initial_displacement();
   }
 
@@ -103,7 +105,7 @@ class LimitChecks {
     const Range travel = Range::between(rig_.limits.travel_min_in, rig_.limits.travel_max_in);
     if (!initial_in || !(travel.low < travel.high) || travel.contains(*initial_in)) return;
     const std::string key = fmt::format("{}.initial_displacement_in", hal::name_of(rig_.backend));
-    document_.faults.add(position_of(document_.positions, key), key,
+    document_.issues.add(position_of(document_.positions, key), key,
                          fmt::format("a displacement within the limits' travel, {}..{}", travel.low, travel.high),
                          fmt::format("{}", *initial_in));
   }
@@ -117,7 +119,7 @@ bool read_backend(Section& root, RigConfig& rig, Document& document) {
   std::vector<std::pair<std::string_view, hal::Backend>> choices;
   for (const hal::Backend& backend : hal::all_backends()) choices.emplace_back(hal::name_of(backend), backend);
   root.choice("backend", rig.backend, choices);
-  const bool is_known = root.has("backend") && document.faults.clean("backend");
+  const bool is_known = root.has("backend") && document.issues.clean("backend");
   const std::string_view name = hal::name_of(rig.backend);
   for (const auto& [other, backend] : choices) {
     if (!is_known) {
@@ -129,12 +131,9 @@ bool read_backend(Section& root, RigConfig& rig, Document& document) {
   if (!is_known) return false;
   std::visit([&](auto& options) { root.table(name, options); }, rig.backend);
   if (!root.has(name)) return true;
-  // Only for values that could be read at all.
-  for (const OptionIssue& issue : hal::issues_of(rig.backend)) {
-    const std::string path = fmt::format("{}.{}", name, issue.key);
-    if (!document.faults.clean(path)) continue;
-    document.faults.add_text(position_of(document.positions, path), path, issue.message);
-  }
+  std::vector<OptionIssue> issues = hal::issues_of(rig.backend);
+  for (OptionIssue& issue : issues) issue.key = fmt::format("{}.{}", name, issue.key);
+  root.add_issues(issues);
   return true;
 }
 
@@ -154,7 +153,7 @@ RigConfig parse_rig(std::string_view text, const std::string& file_name) {
   const bool backend_is_known = read_backend(root, rig, document);
   root.finish();
   if (backend_is_known) LimitChecks(rig, document).run();
-  document.faults.throw_if_any();
+  document.issues.throw_if_any();
   rig.positions = std::move(document.positions);
   return rig;
 }

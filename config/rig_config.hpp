@@ -45,7 +45,7 @@ struct RigConfig {
 };
 
 /// Reads a rig file.
-/// @throws ConfigError      missing, unreadable, not TOML, or wrong: every fault at once, in file order
+/// @throws ConfigError      missing, unreadable, not TOML, or wrong: every error at once, in file order
 /// @throws PermissionError  the caller may not read it
 [[nodiscard]] RigConfig load_rig(const std::string& path);
 

@@ -33,7 +33,7 @@ ServiceConfig parse_service_config(std::string_view text, const std::string& fil
     worker->finish();
   }
   root.finish();
-  document.faults.throw_if_any();
+  document.issues.throw_if_any();
   return config;
 }
 

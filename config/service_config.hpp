@@ -15,7 +15,7 @@ struct ServiceConfig {
 };
 
 /// Reads ehad's own configuration; the defaults when there is no such file.
-/// @throws ConfigError      unreadable, not TOML, or wrong: every fault at once, in file order
+/// @throws ConfigError      unreadable, not TOML, or wrong: every error at once, in file order
 /// @throws PermissionError  the caller may not read it
 [[nodiscard]] ServiceConfig load_service_config(const std::string& path);
 

@@ -10,9 +10,9 @@ ident::StructureOptions parse_structure(std::string_view text, const std::string
   Document document = parse_document(text, file_name);
   Section root = Section::root(document);
   ident::StructureOptions asked = read_single_model(root, document);
-  document.faults.throw_if_any();
+  document.issues.throw_if_any();
   check_model(asked, "", document);
-  document.faults.throw_if_any();
+  document.issues.throw_if_any();
   return asked;
 }
 

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
+#include "config/volts_csv.hpp"
 #include "core/error.hpp"
 #include "core/range_text.hpp"
 #include "core/text.hpp"
@@ -81,7 +83,7 @@ std::string quoted_list(const std::vector<std::string_view>& names) {
 
 }  // namespace
 
-Document parse_document(std::string_view text, const std::string& file_name) {
+Document parse_document(std::string_view text, const std::string& file_name, NamedFiles named_files) {
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
     throw ConfigError(file_name +
                       ": expected a configuration file, got an empty one; start from one of the shipped ones");
@@ -91,7 +93,7 @@ Document parse_document(std::string_view text, const std::string& file_name) {
   }
   refuse_many_dots(text, file_name);
   try {
-    return {toml::parse(text, file_name), FaultList(file_name), {}};
+    return {toml::parse(text, file_name), IssueList(file_name), {}, file_name, named_files};
   } catch (const toml::parse_error& error) {
     const Position position = place(error.source());
     throw ConfigError(fmt::format("{}:{}:{}: expected TOML, got a syntax error: {}", file_name, position.line,
@@ -109,7 +111,7 @@ std::string Section::path(std::string_view key) const {
 }
 
 void Section::wrong(std::string_view key, const toml::node& node, std::string_view expected) {
-  document_->faults.add(place(node.source()), path(key), expected, shown(node));
+  document_->issues.add(place(node.source()), path(key), expected, shown(node));
 }
 
 const toml::node* Section::find(std::string_view key, std::string_view expected, Need need) {
@@ -119,7 +121,7 @@ const toml::node* Section::find(std::string_view key, std::string_view expected,
     document_->positions[path(key)] = place(node->source());
   } else if (need == Need::required) {
     const Position position = path_.empty() ? Position{} : place(table_->source());
-    document_->faults.add(position, path(key), expected, "no such key");
+    document_->issues.add(position, path(key), expected, "no such key");
   }
   return node;
 }
@@ -241,16 +243,44 @@ std::vector<Section> Section::sections(std::string_view key, Need need) {
     if (const toml::table* table = element.as_table()) {
       result.emplace_back(*table, element_path, *document_);
     } else {
-      document_->faults.add(place(element.source()), element_path, "a table", shown(element));
+      document_->issues.add(place(element.source()), element_path, "a table", shown(element));
     }
   }
   return result;
 }
 
+void Section::volts_file(std::string_view key, VoltsFile& target) {
+  text(key, target.name);
+  const std::string key_path = path(key);
+  if (!has(key) || !document_->issues.clean(key_path) || document_->named_files == NamedFiles::leave) return;
+  const Position position = document_->positions.at(key_path);
+  if (document_->named_files == NamedFiles::refuse) {
+    document_->issues.add_text(position, key_path,
+                               fmt::format("\"{}\" was not sent with the experiment: the service receives the "
+                                           "experiment's text only; play it with eha run --local",
+                                           shortened(target.name, 60)));
+    return;
+  }
+  try {
+    const auto folder = std::filesystem::path(document_->file_name).parent_path();
+    target = read_volts_csv(folder / target.name, target.name);
+  } catch (const Error& error) {
+    document_->issues.add_text(position, key_path, error.what());
+  }
+}
+
+void Section::add_issues(const std::vector<OptionIssue>& issues) {
+  for (const OptionIssue& issue : issues) {
+    const std::string key_path = path(issue.key);
+    if (!document_->issues.clean(key_path)) continue;
+    document_->issues.add_text(position_of(document_->positions, key_path), key_path, issue.message);
+  }
+}
+
 void Section::forbid(std::string_view key, std::string_view why) {
   known_.push_back(key);
   if (const toml::node* node = table_->get(key)) {
-    document_->faults.add(place(node->source()), path(key), fmt::format("no such key ({})", why), shown(*node));
+    document_->issues.add(place(node->source()), path(key), fmt::format("no such key ({})", why), shown(*node));
   }
 }
 
@@ -258,7 +288,7 @@ void Section::finish() {
   for (const auto& [key, node] : *table_) {
     const std::string_view name = key.str();
     if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
-    document_->faults.add(place(key.source()), path(shortened(name, 60)), "a known key" + suggestion(name, known_),
+    document_->issues.add(place(key.source()), path(shortened(name, 60)), "a known key" + suggestion(name, known_),
                           "an unknown one");
   }
 }

@@ -12,24 +12,30 @@
 #include <utility>
 #include <vector>
 
-#include "config/fault_list.hpp"
+#include "config/issue_list.hpp"
+#include "config/named_files.hpp"
 #include "config/position.hpp"
 #include "core/keys.hpp"
+#include "core/option_issue.hpp"
+#include "core/volts_file.hpp"
 
 namespace eha::config {
 
 /// A parsed file while it is read.
 struct Document {
   toml::table root;
-  FaultList faults;
+  IssueList issues;
   PositionMap positions;
+  std::string file_name;
+  NamedFiles named_files = NamedFiles::refuse;
 };
 
 /// @throws ConfigError  not TOML, with the place of the syntax error, or binary, or empty
-[[nodiscard]] Document parse_document(std::string_view text, const std::string& file_name);
+[[nodiscard]] Document parse_document(std::string_view text, const std::string& file_name,
+                                      NamedFiles named_files = NamedFiles::refuse);
 
-/// One table of a file, read key by key: what is missing, of the wrong type or out of range goes to the document's
-/// faults and leaves the target as it was. finish() then reports every key that was never asked for.
+/// One table of a file, read key by key. A key that is missing, of the wrong type or out of range adds an issue to the
+/// document and leaves its target unchanged. finish() then reports every key that was never asked for.
 class Section {
  public:
   Section(const toml::table& table, std::string path, Document& document);
@@ -72,7 +78,7 @@ class Section {
   [[nodiscard]] std::optional<Section> section(std::string_view key, Need need = Need::required);
   /// A table beneath this one, or the word "none".
   [[nodiscard]] std::optional<Section> section_or_none(std::string_view key);
-  /// An array of tables; a fault when it has none and is required.
+  /// An array of tables; an issue if it has none and is required.
   [[nodiscard]] std::vector<Section> sections(std::string_view key, Need need = Need::required);
 
   /// A table that lists its own keys, see core/keys.hpp.
@@ -88,6 +94,12 @@ class Section {
   void tables(std::string_view key, std::vector<Table>& target) {
     for (Section& inner : sections(key)) inner.keys_of(target.emplace_back());
   }
+
+  /// The name of a CSV file of volts, relative to the folder of the configuration file, and its content.
+  void volts_file(std::string_view key, VoltsFile& target);
+
+  /// Reports issues of this table's values, except of values that could not be read.
+  void add_issues(const std::vector<OptionIssue>& issues);
 
   /// Reports a key that makes no sense here, and why.
   void forbid(std::string_view key, std::string_view why);

@@ -7,6 +7,7 @@
 
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
+#include "config/prepared_experiment.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "hal/backend.hpp"
@@ -55,8 +56,10 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     if (const auto found = default_rig_file()) rig_file = found->string();
   }
   report_experiment(command,
-                    rig_file ? config::parse_experiment(text, command.file, config::load_rig(*rig_file))
-                             : config::parse_experiment(text, command.file),
+                    rig_file ? config::parse_prepared_experiment(text, command.file, config::load_rig(*rig_file),
+                                                                 config::NamedFiles::read)
+                                   .config
+                             : config::parse_experiment(text, command.file, config::NamedFiles::read),
                     rig_file, console);
   return ExitCode::ok;
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "config/experiment_config.hpp"
+#include "config/prepared_experiment.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
@@ -35,10 +35,11 @@ std::string table_csv(const Eigen::VectorXd& table_V, double step_s) {
 
 ExitCode execute(const DesignCommand& command, Console& console) {
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
-  const config::ExperimentConfig experiment = config::load_experiment(command.experiment_file, rig);
+  const config::PreparedExperiment prepared = config::load_prepared_experiment(command.experiment_file, rig);
+  const config::ExperimentConfig& experiment = prepared.config;
   const double step_s = rig.realtime.sample_period_s;
-  const std::size_t samples = config::samples_per_repetition(experiment, rig);
-  const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, step_s, samples);
+  const Eigen::VectorXd& table_V = prepared.table_V;
+  const auto samples = static_cast<std::size_t>(table_V.size());
   const std::vector<double> lines_Hz = ident::excited_lines(experiment.excitation, step_s, samples);
   const double peak_V = table_V.cwiseAbs().maxCoeff();
   const double rms_V = std::sqrt(table_V.squaredNorm() / static_cast<double>(samples));

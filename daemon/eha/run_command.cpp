@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/experiment_config.hpp"
+#include "config/prepared_experiment.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/identification.hpp"
@@ -21,7 +21,6 @@
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backend.hpp"
-#include "ident/excitation/excitation.hpp"
 
 namespace eha::cli {
 namespace {
@@ -35,9 +34,7 @@ struct Acquired {
 
 /// Plays and records; the rig is idle or safe again on return, and on every exception.
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
-                 const config::ExperimentConfig& experiment, Console& console) {
-  const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, rig_config.realtime.sample_period_s,
-                                                    config::samples_per_repetition(experiment, rig_config));
+                 const config::PreparedExperiment& experiment, Console& console) {
   // Before the rig is opened: from then on a signal must not end the process.
   StopOnSignals stop;
   OwnedRig local(rig_config);
@@ -46,9 +43,9 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   machine.arm();
   const play::PlayRequest request{
       .rig = rig_config,
-      .experiment = experiment,
-      .table_V = {table_V.data(), static_cast<std::size_t>(table_V.size())},
-      .folder = record::create_run_folder(command.output, experiment.name),
+      .experiment = experiment.config,
+      .table_V = {experiment.table_V.data(), static_cast<std::size_t>(experiment.table_V.size())},
+      .folder = record::create_run_folder(command.output, experiment.config.name),
       .time_base = command.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse};
   const double step_s = rig_config.realtime.sample_period_s;
@@ -136,7 +133,8 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
 ExitCode execute(const RunCommand& command, Console& console) {
   if (!command.local) return run_through_service(command, console);
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
-  const config::ExperimentConfig experiment = config::load_experiment(command.experiment_file, rig);
+  const config::PreparedExperiment prepared = config::load_prepared_experiment(command.experiment_file, rig);
+  const config::ExperimentConfig& experiment = prepared.config;
   if (command.fast && !hal::has_virtual_clock(rig.backend)) {
     throw UsageError(fmt::format("--fast: {} drives a real machine, which keeps its own time", rig.file_name));
   }
@@ -150,7 +148,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
                            experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
   // What an earlier process left half written here; a run that is on in another one is left alone.
   recover_torn_runs(command.output, console);
-  const Acquired acquired = acquire(command, rig, experiment, console);
+  const Acquired acquired = acquire(command, rig, prepared, console);
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {

@@ -39,7 +39,8 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   source.interpolated_rows = run.interpolated_rows;
   source.repetition_samples = run.samples_per_repetition;
   if (!source.experiment) {
-    source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name));
+    source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name),
+                                                 config::NamedFiles::leave);
   }
   return source;
 }

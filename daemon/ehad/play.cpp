@@ -3,14 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Core>
 #include <optional>
 
-#include "config/experiment_config.hpp"
+#include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "hal/backend.hpp"
-#include "ident/excitation/excitation.hpp"
 
 namespace eha::service {
 
@@ -20,22 +18,20 @@ CheckedExperiment check_experiment(const std::string& text, const std::string& f
     throw UsageError(fmt::format(
         "{}: virtual time is for simulated rigs; {} drives a real machine, which keeps its own", file, rig.file_name));
   }
-  const config::ExperimentConfig experiment = config::parse_experiment(text, file, rig);
+  const config::ExperimentConfig experiment = config::parse_prepared_experiment(text, file, rig).config;
   return {experiment.name, experiment.duration_s * experiment.repetitions};
 }
 
 play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
                        hal::Rig* rig, acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
                        acquisition::StopRequest& stop, play::RunWatch& watch) {
-  const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file, config);
-  const Eigen::VectorXd table_V = ident::excitation(experiment.excitation, config.realtime.sample_period_s,
-                                                    config::samples_per_repetition(experiment, config));
+  const config::PreparedExperiment prepared = config::parse_prepared_experiment(entry.experiment, entry.file, config);
   std::optional<OwnedRig> simulated;
   if (rig == nullptr) simulated.emplace(config);
   const play::PlayRequest request{
       .rig = config,
-      .experiment = experiment,
-      .table_V = {table_V.data(), static_cast<std::size_t>(table_V.size())},
+      .experiment = prepared.config,
+      .table_V = {prepared.table_V.data(), static_cast<std::size_t>(prepared.table_V.size())},
       .folder = folder,
       .time_base = entry.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = non_realtime,

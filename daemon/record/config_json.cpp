@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/config_json.hpp"
 
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -8,9 +13,13 @@
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
+#include "core/error.hpp"
 #include "core/keys.hpp"
+#include "core/volts_file.hpp"
 #include "hal/backend.hpp"
+#include "ident/excitation/excitation.hpp"
 
 namespace eha::config {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RigLimits, command_min_V, command_max_V, slew_V_per_s, safe_V, travel_min_in,
@@ -22,6 +31,18 @@ namespace eha::record {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// Of the voltages as 64-bit floating-point numbers, lowest byte first.
+std::string sha256_of(const std::vector<double>& volts_V) {
+  static_assert(std::endian::native == std::endian::little);
+  std::array<unsigned char, 32> digest{};
+  if (EVP_Digest(volts_V.data(), volts_V.size() * sizeof(double), digest.data(), nullptr, EVP_sha256(), nullptr) != 1) {
+    throw IoError("cannot compute a SHA-256");
+  }
+  std::string text;
+  for (const unsigned char byte : digest) text += fmt::format("{:02x}", byte);
+  return text;
+}
 
 /// Writes the keys of a kind, see core/keys.hpp.
 class JsonKeys {
@@ -50,6 +71,16 @@ class JsonKeys {
   }
 
   template <class Table>
+  void tables(std::string_view key, const std::vector<Table>& tables) {
+    Json list = Json::array();
+    for (const Table& table : tables) list.push_back(keys_of(table));
+    set(key, std::move(list));
+  }
+  void volts_file(std::string_view key, const VoltsFile& file) {
+    set(key, {{"name", file.name}, {"rows", file.volts_V.size()}, {"sha256", sha256_of(file.volts_V)}});
+  }
+
+  template <class Table>
   static Json keys_of(const Table& table) {
     Json json = Json::object();
     JsonKeys keys(json);
@@ -66,41 +97,10 @@ class JsonKeys {
 /// JSON has no infinity: an absent limit is null.
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-std::string_view name_of(ident::ExcitationKind kind) {
-  switch (kind) {
-    case ident::ExcitationKind::multisine:
-      return "multisine";
-    case ident::ExcitationKind::odd_random_multisine:
-      return "odd_random_multisine";
-    case ident::ExcitationKind::prms:
-      return "prms";
-    case ident::ExcitationKind::chirp:
-      return "chirp";
-    case ident::ExcitationKind::gaussian:
-      return "gaussian";
-    case ident::ExcitationKind::step:
-      return "step";
-    case ident::ExcitationKind::sine:
-      return "sine";
-  }
-  return "unknown";
-}
-
-Json to_json(const ident::ExcitationOptions& excitation) {
-  Json tones = Json::array();
-  for (const ident::Tone& tone : excitation.tones) {
-    tones.push_back(
-        {{"frequency_Hz", tone.frequency_Hz}, {"amplitude_V", tone.amplitude_V}, {"phase_rad", tone.phase_rad}});
-  }
-  return {{"kind", name_of(excitation.kind)},
-          {"tones", std::move(tones)},
-          {"offset_V", excitation.offset_V},
-          {"amplitude_V", excitation.amplitude_V},
-          {"frequency_min_Hz", excitation.frequency_min_Hz},
-          {"frequency_max_Hz", excitation.frequency_max_Hz},
-          {"levels", excitation.levels},
-          {"hold_s", excitation.hold_s},
-          {"seed", excitation.seed}};
+Json to_json(const ident::Excitation& excitation) {
+  Json json{{"kind", ident::name_of(excitation.kind)}, {"offset_V", excitation.offset_V}};
+  json.update(std::visit([](const auto& options) { return JsonKeys::keys_of(options); }, excitation.kind));
+  return json;
 }
 
 }  // namespace

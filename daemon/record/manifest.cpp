@@ -94,6 +94,7 @@ const Json* find_raw_entry(const Json& manifest, const std::string& path) {
 Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
   const config::ExperimentConfig& experiment = run.experiment;
   const bool is_virtual = run.time_base == acquisition::TimeBase::virtual_time;
+  const std::optional<std::uint64_t> excitation_seed = ident::seed_of(experiment.excitation);
   const std::optional<std::uint64_t> noise_seed = hal::seed_of(run.rig.backend);
   Json header{{"schema", "eha-journal/1"},
               {"name", experiment.name},
@@ -102,7 +103,7 @@ Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
               {"samples_per_repetition", run.samples_per_repetition},
               {"repetitions", experiment.repetitions},
               {"seed",
-               {{"excitation", experiment.excitation.seed},
+               {{"excitation", excitation_seed ? Json(*excitation_seed) : Json(nullptr)},
                 {"identification", experiment.fit.seed},
                 {"sensor_noise", noise_seed ? Json(*noise_seed) : Json(nullptr)}}},
               {"device",
@@ -222,11 +223,7 @@ std::string utc_now() {
 }
 
 acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source) {
-  using acquisition::Outcome;
-  for (const Outcome outcome : {Outcome::completed, Outcome::interrupted, Outcome::faulted, Outcome::deadline,
-                                Outcome::write_failed, Outcome::recovered}) {
-    if (acquisition::to_text(outcome) == name) return outcome;
-  }
+  if (const auto outcome = value_in(acquisition::kOutcomes, name)) return *outcome;
   throw DataError(source + ": \"" + std::string(name) + "\" is no outcome of a run");
 }
 

@@ -3,125 +3,134 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <limits>
+#include <string>
 
 #include "core/error.hpp"
-#include "ident/excitation/harmonics.hpp"
-#include "ident/excitation/portable_draw.hpp"
+#include "core/range_text.hpp"
 
 namespace eha::ident {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr int kFewestLevels = 3;
+/// Holds the values of a kind's keys against their ranges.
+class RangeCheck {
+ public:
+  std::vector<OptionIssue> issues;
 
-void expect(bool holds, const char* key, const char* expected) {
-  if (!holds) throw ConfigError(fmt::format("excitation.{}: expected {}", key, expected));
-}
+  void number(std::string_view key, double value, const Range& range, Need = Need::required) {
+    if (!range.contains(value)) add(key, eha::describe(range), fmt::format("{}", value));
+  }
+  template <class Integer>
+  void integer(std::string_view key, Integer value, std::int64_t low, std::int64_t high, Need = Need::required) {
+    if (std::in_range<std::int64_t>(value) && std::cmp_greater_equal(value, low) && std::cmp_less_equal(value, high)) {
+      return;
+    }
+    add(key, eha::describe_integers(low, high), fmt::format("{}", value));
+  }
+  void table(std::string_view key, const auto& table) { check_beneath(key, table); }
+  template <class Table>
+  void tables(std::string_view key, const std::vector<Table>& tables) {
+    if (tables.empty()) add(key, "an array of at least one table", "none");
+    for (std::size_t i = 0; i < tables.size(); ++i) check_beneath(fmt::format("{}[{}]", key, i), tables[i]);
+  }
+  // Nothing to check in these: the reader of the file accepts no other values.
+  void text(std::string_view, const std::string&, Need = Need::required) {}
+  void choice(std::string_view, const auto&, const auto&, Need = Need::required) {}
+  void volts_file(std::string_view, const VoltsFile&) {}
 
-bool has_amplitude(ExcitationKind kind) { return kind != ExcitationKind::multisine && kind != ExcitationKind::sine; }
+ private:
+  void check_beneath(std::string_view key, const auto& table) {
+    const std::string outer = prefix_;
+    prefix_ = fmt::format("{}{}.", outer, key);
+    table.visit_keys(table, *this);
+    prefix_ = outer;
+  }
+  void add(std::string_view key, const std::string& expected, const std::string& got) {
+    issues.push_back({fmt::format("{}{}", prefix_, key), fmt::format("expected {}, got {}", expected, got)});
+  }
 
-bool has_band(ExcitationKind kind) {
-  return kind == ExcitationKind::odd_random_multisine || kind == ExcitationKind::gaussian ||
-         kind == ExcitationKind::chirp;
-}
+  std::string prefix_;
+};
 
-void check_options(const ExcitationOptions& options, double step_s, std::size_t samples) {
+void check(const Excitation& excitation, double step_s, std::size_t samples) {
   if (!(step_s > 0.0) || !std::isfinite(step_s)) throw ConfigError("excitation: expected a tick above 0 s");
   if (samples == 0) throw ConfigError("excitation: expected at least one sample");
-  expect(std::isfinite(options.offset_V), "offset_V", "a finite voltage");
-  if (has_amplitude(options.kind)) {
-    expect(std::isfinite(options.amplitude_V), "amplitude_V", "a finite voltage");
-  } else {
-    expect(!options.tones.empty(), "tones", "at least one tone");
-    expect(options.kind == ExcitationKind::multisine || options.tones.size() == 1, "tones", "one tone for a sine");
-    for (const Tone& tone : options.tones) {
-      expect(std::isfinite(tone.frequency_Hz) && tone.frequency_Hz > 0.0, "tones", "finite frequencies above 0 Hz");
-      expect(std::isfinite(tone.amplitude_V) && std::isfinite(tone.phase_rad), "tones", "finite amplitudes and phases");
-    }
-  }
-  if (has_band(options.kind)) {
-    const bool rises = options.frequency_min_Hz >= 0.0 && options.frequency_min_Hz < options.frequency_max_Hz;
-    expect(rises && std::isfinite(options.frequency_max_Hz), "frequency_max_Hz",
-           "a band from 0 Hz or above to a higher frequency");
-  }
-  if (options.kind == ExcitationKind::prms || options.kind == ExcitationKind::step) {
-    expect(std::isfinite(options.hold_s) && options.hold_s > 0.0, "hold_s", "a time above 0 s");
-  }
-  if (options.kind == ExcitationKind::prms) expect(options.levels >= kFewestLevels, "levels", "at least 3");
-}
-
-Eigen::VectorXd tones(const std::vector<Tone>& list, const Eigen::VectorXd& time_s) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(time_s.size());
-  for (const Tone& tone : list) {
-    for (Eigen::Index k = 0; k < sum.size(); ++k) {
-      sum(k) += tone.amplitude_V * std::cos(kTwoPi * tone.frequency_Hz * time_s(k) + tone.phase_rad);
-    }
-  }
-  return sum;
-}
-
-Eigen::VectorXd chirp(const ExcitationOptions& options, const Eigen::VectorXd& time_s, double length_s) {
-  const double rate = (options.frequency_max_Hz - options.frequency_min_Hz) / (2.0 * length_s);
-  return time_s.unaryExpr(
-      [&](double t) { return options.amplitude_V * std::sin(kTwoPi * (options.frequency_min_Hz + rate * t) * t); });
-}
-
-Eigen::VectorXd multilevel(const ExcitationOptions& options, const Eigen::VectorXd& time_s, double step_s) {
-  PortableDraw draw(options.seed);
-  const auto hold = std::max<Eigen::Index>(1, std::llround(options.hold_s / step_s));
-  const double spacing = 2.0 * options.amplitude_V / (options.levels - 1);
-  Eigen::VectorXd table(time_s.size());
-  double level = 0.0;
-  for (Eigen::Index k = 0; k < table.size(); ++k) {
-    if (k % hold == 0) {
-      level =
-          -options.amplitude_V + spacing * static_cast<double>(draw.below(static_cast<std::uint64_t>(options.levels)));
-    }
-    table(k) = level;
-  }
-  return table;
-}
-
-Eigen::VectorXd step(const ExcitationOptions& options, const Eigen::VectorXd& time_s, double step_s) {
-  // The tick nearest to hold_s steps, whatever the rounding of k step_s.
-  return time_s.unaryExpr([&](double t) { return t < options.hold_s - 0.5 * step_s ? 0.0 : options.amplitude_V; });
-}
-
-Eigen::VectorXd scaled_to(double peak, Eigen::VectorXd table) {
-  const double present = table.cwiseAbs().maxCoeff();
-  if (present > 0.0) table *= peak / present;
-  return table;
-}
-
-Eigen::VectorXd table_without_offset(const ExcitationOptions& options, double step_s, std::size_t samples) {
-  const auto count = static_cast<Eigen::Index>(samples);
-  const Eigen::VectorXd time_s =
-      Eigen::VectorXd::NullaryExpr(count, [&](Eigen::Index k) { return static_cast<double>(k) * step_s; });
-  switch (options.kind) {
-    case ExcitationKind::multisine:
-    case ExcitationKind::sine:
-      return tones(options.tones, time_s);
-    case ExcitationKind::odd_random_multisine:
-    case ExcitationKind::gaussian:
-      return scaled_to(options.amplitude_V, sum_of(draw_harmonics(options, step_s, samples), samples));
-    case ExcitationKind::prms:
-      return multilevel(options, time_s, step_s);
-    case ExcitationKind::chirp:
-      return chirp(options, time_s, static_cast<double>(count) * step_s);
-    case ExcitationKind::step:
-      return step(options, time_s, step_s);
-  }
-  throw ConfigError("excitation.kind: expected one of the known kinds");
+  const std::vector<OptionIssue> issues = issues_of(excitation);
+  if (!issues.empty()) throw ConfigError(to_lines(issues, "excitation"));
 }
 
 }  // namespace
 
-Eigen::VectorXd excitation(const ExcitationOptions& options, double step_s, std::size_t samples) {
-  check_options(options, step_s, samples);
-  return table_without_offset(options, step_s, samples).array() + options.offset_V;
+Eigen::VectorXd excitation(const Excitation& excitation, double step_s, std::size_t samples) {
+  check(excitation, step_s, samples);
+  return std::visit([&](const auto& kind) { return kind.volts(step_s, samples); }, excitation.kind).array() +
+         excitation.offset_V;
+}
+
+std::vector<double> excited_lines(const Excitation& excitation, double step_s, std::size_t samples) {
+  check(excitation, step_s, samples);
+  return std::visit(
+      [&](const auto& kind) -> std::vector<double> {
+        if constexpr (requires { kind.lines_Hz(step_s, samples); }) return kind.lines_Hz(step_s, samples);
+        return {};
+      },
+      excitation.kind);
+}
+
+std::string_view name_of(const ExcitationKind& kind) {
+  return std::visit([](const auto& options) { return std::string_view(options.kName); }, kind);
+}
+
+std::vector<OptionIssue> issues_of(const Excitation& excitation) {
+  RangeCheck ranges;
+  ranges.number("offset_V", excitation.offset_V, Range::any());
+  std::visit(
+      [&](const auto& kind) {
+        kind.visit_keys(kind, ranges);
+        if constexpr (requires { kind.check(); }) {
+          const std::vector<OptionIssue> more = kind.check();
+          ranges.issues.insert(ranges.issues.end(), more.begin(), more.end());
+        }
+      },
+      excitation.kind);
+  return ranges.issues;
+}
+
+std::vector<OptionIssue> timing_issues_of(const Excitation& excitation, double step_s, double duration_s) {
+  return std::visit(
+      [&](const auto& kind) -> std::vector<OptionIssue> {
+        if constexpr (requires { kind.check_timing(step_s, duration_s); }) return kind.check_timing(step_s, duration_s);
+        return {};
+      },
+      excitation.kind);
+}
+
+std::vector<KeyFrequency> key_frequencies_of(const Excitation& excitation) {
+  return std::visit(
+      [](const auto& kind) -> std::vector<KeyFrequency> {
+        if constexpr (requires { kind.key_frequencies(); }) return kind.key_frequencies();
+        return {};
+      },
+      excitation.kind);
+}
+
+std::optional<double> shortest_level_s(const Excitation& excitation, double duration_s) {
+  return std::visit(
+      [&](const auto& kind) -> std::optional<double> {
+        if constexpr (requires { kind.shortest_level_s(duration_s); }) return kind.shortest_level_s(duration_s);
+        return std::nullopt;
+      },
+      excitation.kind);
+}
+
+std::optional<std::uint64_t> seed_of(const Excitation& excitation) {
+  return std::visit(
+      [](const auto& kind) -> std::optional<std::uint64_t> {
+        if constexpr (requires { kind.seed; }) return kind.seed;
+        return std::nullopt;
+      },
+      excitation.kind);
 }
 
 double crest_factor(const Eigen::Ref<const Eigen::VectorXd>& signal) {
@@ -130,21 +139,6 @@ double crest_factor(const Eigen::Ref<const Eigen::VectorXd>& signal) {
   const double peak = centred.abs().maxCoeff();
   if (!(peak > 1e-14 * signal.cwiseAbs().maxCoeff())) throw DataError("crest_factor: the signal is constant");
   return peak / std::sqrt(centred.square().mean());
-}
-
-std::vector<double> excited_lines(const ExcitationOptions& options, double step_s, std::size_t samples) {
-  check_options(options, step_s, samples);
-  std::vector<double> lines_Hz;
-  if (options.kind == ExcitationKind::odd_random_multisine || options.kind == ExcitationKind::gaussian) {
-    const double period_s = static_cast<double>(samples) * step_s;
-    for (const Harmonic& line : draw_harmonics(options, step_s, samples)) {
-      lines_Hz.push_back(static_cast<double>(line.harmonic) / period_s);
-    }
-  } else if (!has_amplitude(options.kind)) {
-    for (const Tone& tone : options.tones) lines_Hz.push_back(tone.frequency_Hz);
-    std::sort(lines_Hz.begin(), lines_Hz.end());
-  }
-  return lines_Hz;
 }
 
 }  // namespace eha::ident

@@ -8,12 +8,11 @@
 #include <string>
 #include <string_view>
 
-#include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
+#include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
 #include "core/error.hpp"
 #include "daemon/record/config_json.hpp"
-#include "ident/excitation/excitation.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace {
@@ -78,14 +77,14 @@ void check_experiment(const ExperimentConfig& experiment, const RigConfig& rig) 
           "the record is divided sanely");
   require(!experiment.models.empty() && experiment.repetitions >= 1, "an experiment has models and repetitions");
   if (experiment.duration_s / rig.realtime.sample_period_s > kMostTicks) return;
+  Eigen::VectorXd table_V;
   try {
-    eha::config::check_against(experiment, rig);
+    table_V = eha::config::prepare(experiment, rig).table_V;
   } catch (const ConfigError& error) {
     require_good_refusal(error);
     return;
   }
   const std::size_t samples = eha::config::samples_per_repetition(experiment, rig);
-  const Eigen::VectorXd table_V = eha::ident::excitation(experiment.excitation, rig.realtime.sample_period_s, samples);
   require(samples >= 1 && static_cast<std::size_t>(table_V.size()) == samples, "each tick has its voltage");
   require(table_V.allFinite(), "every voltage is finite");
   require(

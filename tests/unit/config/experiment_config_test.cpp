@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "config/experiment_config.hpp"
-
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
+#include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
 #include "edited.hpp"
+#include "tests/unit/temporary_folder.hpp"
 
 namespace eha::config {
 namespace {
@@ -65,7 +65,7 @@ RigConfig rig() {
 
 std::vector<std::string> faults_of(const std::string& text) {
   try {
-    (void)parse_experiment(text, "e.toml", rig());
+    (void)parse_prepared_experiment(text, "e.toml", rig());
   } catch (const ConfigError& error) {
     return error.lines();
   }
@@ -73,16 +73,17 @@ std::vector<std::string> faults_of(const std::string& text) {
 }
 
 TEST(ExperimentConfig, TakesEveryKeyToItsPlace) {
-  const ExperimentConfig experiment = parse_experiment(kExperiment, "e.toml", rig());
+  const ExperimentConfig experiment = parse_prepared_experiment(kExperiment, "e.toml", rig()).config;
   EXPECT_EQ(experiment.name, "bench-3");
   EXPECT_EQ(experiment.duration_s, 20.0);
   EXPECT_EQ(experiment.repetitions, 3);
   EXPECT_EQ(experiment.excitation.offset_V, 0.25);
-  ASSERT_EQ(experiment.excitation.tones.size(), 2U);
-  EXPECT_EQ(experiment.excitation.tones[0].phase_rad, 0.5);
-  EXPECT_EQ(experiment.excitation.tones[1].frequency_Hz, 0.4);
-  EXPECT_EQ(experiment.excitation.tones[1].amplitude_V, 2.0);
-  EXPECT_EQ(experiment.excitation.tones[1].phase_rad, 0.0);
+  const std::vector<ident::Tone>& tones = std::get<ident::Multisine>(experiment.excitation.kind).tones;
+  ASSERT_EQ(tones.size(), 2U);
+  EXPECT_EQ(tones[0].phase_rad, 0.5);
+  EXPECT_EQ(tones[1].frequency_Hz, 0.4);
+  EXPECT_EQ(tones[1].amplitude_V, 2.0);
+  EXPECT_EQ(tones[1].phase_rad, 0.0);
   EXPECT_EQ(experiment.fit.discard_s, 5.0);
   EXPECT_EQ(experiment.fit.decimation, 40);
   EXPECT_EQ(experiment.fit.split, 0.75);
@@ -113,7 +114,7 @@ TEST(ExperimentConfig, TakesEveryKeyToItsPlace) {
 }
 
 TEST(ExperimentConfig, HasTheOptionsDefaultsForWhatIsLeftOut) {
-  const ExperimentConfig experiment = parse_experiment(R"(schema = 1
+  const ExperimentConfig experiment = parse_prepared_experiment(R"(schema = 1
 name = "short"
 duration_s = 1
 [excitation]
@@ -123,7 +124,8 @@ tones = [{ frequency_Hz = 1, amplitude_V = 1 }]
 name = "io"
 structure = "io"
 )",
-                                                       "e.toml", rig());
+                                                                "e.toml", rig())
+                                          .config;
   EXPECT_EQ(experiment.repetitions, 1);
   EXPECT_EQ(experiment.fit.decimation, 1);
   EXPECT_EQ(experiment.fit.procedure, ident::Procedure::standard);
@@ -332,14 +334,14 @@ TEST(ExperimentConfig, LeavesThePapersProcedureItsTwoStructuresAndNothingToAskFo
                                       "\"paper\", got some"}));
   const std::string plain =
       second.substr(0, second.find("delay_s")) + second.substr(second.find("[[model]]\nname = \"fo\""));
-  EXPECT_EQ(parse_experiment(plain, "e.toml", rig()).fit.procedure, ident::Procedure::paper);
+  EXPECT_EQ(parse_prepared_experiment(plain, "e.toml", rig()).config.fit.procedure, ident::Procedure::paper);
 }
 
 TEST(ExperimentConfig, ReportsAConflictWithTheRigOnItsOwnToo) {
   const ExperimentConfig experiment =
       parse_experiment(edited(kExperiment, "decimation = 40", "decimation = 33"), "e.toml");
   try {
-    check_against(experiment, rig());
+    (void)prepare(experiment, rig());
     FAIL() << "accepted";
   } catch (const ConfigError& error) {
     EXPECT_STREQ(error.what(), "e.toml:14:14: record.decimation: expected a divisor of the 20000 samples, got 33");
@@ -371,16 +373,104 @@ std::string with_excitation(const std::string& keys) {
 }
 
 TEST(ExcitationKeys, AreReadForEveryKind) {
+  using namespace ident;
   const auto excitation = [](const std::string& keys) {
-    return parse_experiment(with_excitation(keys), "e.toml", rig()).excitation;
+    return parse_prepared_experiment(with_excitation(keys), "e.toml", rig()).config.excitation.kind;
   };
   const std::string band = "amplitude_V = 2\nfrequency_min_Hz = 0.1\nfrequency_max_Hz = 0.9\n";
-  EXPECT_EQ(excitation("kind = \"chirp\"\n" + band).frequency_max_Hz, 0.9);
-  EXPECT_EQ(excitation("kind = \"gaussian\"\nseed = 9\n" + band).seed, 9U);
-  EXPECT_EQ(excitation("kind = \"odd_random_multisine\"\n" + band).amplitude_V, 2.0);
-  EXPECT_EQ(excitation("kind = \"prms\"\namplitude_V = 2\nlevels = 5\nhold_s = 0.5\n").levels, 5);
-  EXPECT_EQ(excitation("kind = \"step\"\namplitude_V = 2\nhold_s = 0.5\n").hold_s, 0.5);
-  EXPECT_EQ(excitation("kind = \"sine\"\ntones = [{frequency_Hz = 1, amplitude_V = 1}]\n").tones.size(), 1U);
+  EXPECT_EQ(std::get<Chirp>(excitation("kind = \"chirp\"\n" + band)).band.max_Hz, 0.9);
+  EXPECT_EQ(std::get<Gaussian>(excitation("kind = \"gaussian\"\nseed = 9\n" + band)).seed, 9U);
+  EXPECT_EQ(std::get<OddRandomMultisine>(excitation("kind = \"odd_random_multisine\"\n" + band)).amplitude_V, 2.0);
+  EXPECT_EQ(std::get<Prms>(excitation("kind = \"prms\"\namplitude_V = 2\nlevels = 5\nhold_s = 0.5\n")).levels, 5);
+  EXPECT_EQ(std::get<Step>(excitation("kind = \"step\"\namplitude_V = 2\nhold_s = 0.5\n")).hold_s, 0.5);
+  EXPECT_EQ(std::get<Sine>(excitation("kind = \"sine\"\ntones = [{frequency_Hz = 1, amplitude_V = 1}]\n")).tones.size(),
+            1U);
+}
+
+/// A folder with an experiment of 4 ticks that plays volts.csv.
+class TableFile : public ::testing::Test {
+ protected:
+  /// @returns what is wrong with the experiment when volts.csv holds this
+  std::vector<std::string> faults_with(std::string_view csv, const std::string& duration_s = "0.004") {
+    (void)folder_.write("volts.csv", csv);
+    const auto path =
+        folder_.write("e.toml", edited(with_excitation("kind = \"table\"\nfile = \"volts.csv\"\noffset_V = 1\n"),
+                                       "duration_s = 10", "duration_s = " + duration_s));
+    try {
+      prepared_ = load_prepared_experiment(path, rig());
+    } catch (const ConfigError& error) {
+      std::vector<std::string> lines = error.lines();
+      for (std::string& line : lines) {
+        const std::string folder = folder_.path().string() + "/";
+        for (std::size_t at = line.find(folder); at != std::string::npos; at = line.find(folder)) {
+          line.erase(at, folder.size());
+        }
+      }
+      return lines;
+    }
+    return {};
+  }
+
+  test::TemporaryFolder folder_;
+  PreparedExperiment prepared_;
+};
+
+TEST_F(TableFile, IsPlayedTickByTickWithTheOffset) {
+  const Eigen::Vector4d expected(1.0, 1.01, 1.02, 1.01);
+  EXPECT_EQ(faults_with("voltage_V\n0\n0.01\n0.02\n0.01\n"), std::vector<std::string>());
+  EXPECT_EQ(prepared_.table_V, expected);
+  EXPECT_EQ(faults_with("# measured\r\ntime_s, \"voltage_V\",displacement_in\r\n0.5,0,3\r\n0.501,0.01,3\r\n"
+                        "0.502,0.02,\r\n0.503,0.01,3\r\n"),
+            std::vector<std::string>());
+  EXPECT_EQ(prepared_.table_V, expected);
+}
+
+TEST_F(TableFile, HasOneRowForEachTick) {
+  EXPECT_EQ(faults_with("voltage_V\n0\n0\n0\n"),
+            (std::vector<std::string>{"e.toml:6:8: excitation.file: expected 4 rows, one for each tick of 0.001 s in "
+                                      "duration_s = 0.004, got 3 in volts.csv"}));
+  EXPECT_EQ(faults_with("time_s,voltage_V\n0,0\n0.04,0\n0.08,0\n0.12,0\n"),
+            (std::vector<std::string>{"e.toml:6:8: excitation.file: expected rows spaced by the rig's tick of 0.001 s, "
+                                      "got 0.04 s in volts.csv"}));
+}
+
+TEST_F(TableFile, StaysWithinTheRigsLimits) {
+  EXPECT_EQ(faults_with("voltage_V\n0\n1\n0\n0\n"),
+            (std::vector<std::string>{"e.toml:4:1: excitation: expected changes within the limit of rig.toml, 20 V/s, "
+                                      "got 1 V within 0.001 s at 0.001 s"}));
+  EXPECT_EQ(faults_with("voltage_V\n9\n9\n9\n9\n").size(), 1U);
+}
+
+TEST_F(TableFile, ThatCannotBeReadIsRefusedWithTheLine) {
+  const auto refused = [&](std::string_view csv) { return faults_with(csv).at(0); };
+  EXPECT_EQ(refused("voltage_V\n0\nabc\n"),
+            "e.toml:6:8: excitation.file: volts.csv:3: voltage_V: expected a finite number, got \"abc\"");
+  EXPECT_EQ(refused("voltage_V\ninf\n"),
+            "e.toml:6:8: excitation.file: volts.csv:2: voltage_V: expected a finite number, got \"inf\"");
+  EXPECT_EQ(refused("time_s,voltage_V\n0,0\n0.001\n"),
+            "e.toml:6:8: excitation.file: volts.csv:3: voltage_V: expected a finite number, got \"\"");
+  EXPECT_EQ(refused("volts\n0\n"),
+            "e.toml:6:8: excitation.file: volts.csv:1: expected a header row with a column voltage_V, got \"volts\"");
+  EXPECT_EQ(refused("voltage_V\n"), "e.toml:6:8: excitation.file: volts.csv: expected rows of voltages, got none");
+  EXPECT_EQ(refused("time_s,voltage_V\n0,0\n0.001,0\n0.003,0\n0.004,0\n"),
+            "e.toml:6:8: excitation.file: volts.csv:3: time_s: expected evenly spaced rows, 0.00133333333 s here, got "
+            "0.001");
+  std::filesystem::remove(folder_.path() / "volts.csv");
+  try {
+    (void)load_prepared_experiment(folder_.path() / "e.toml", rig());
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("volts.csv: cannot be read: No such file"), std::string::npos);
+  }
+}
+
+TEST_F(TableFile, IsNotLookedForWhereOnlyTheTextWasSent) {
+  const std::string text = with_excitation("kind = \"table\"\nfile = \"/etc/passwd\"\n");
+  EXPECT_EQ(faults_of(text), (std::vector<std::string>{
+                                 "e.toml:6:8: excitation.file: \"/etc/passwd\" was not sent with the experiment: the "
+                                 "service receives the experiment's text only; play it with eha run --local"}));
+  const ExperimentConfig over = parse_experiment(text, "run.json", NamedFiles::leave);
+  EXPECT_TRUE(std::get<ident::Table>(over.excitation.kind).file.volts_V.empty());
 }
 
 TEST(ExcitationKeys, OfAnotherKindAreRefused) {
@@ -408,7 +498,7 @@ TEST(ExcitationKeys, ThatTheKindNeedsAreMissed) {
                                 "e.toml:4:1: excitation.hold_s: expected a number above 0, got no such key"}));
   EXPECT_EQ(faults_of(with_excitation("")).at(0),
             "e.toml:4:1: excitation.kind: expected \"multisine\", \"odd_random_multisine\", \"prms\", \"chirp\", "
-            "\"gaussian\", \"step\" or \"sine\", got no such key");
+            "\"gaussian\", \"step\", \"sine\" or \"table\", got no such key");
   EXPECT_EQ(faults_of(with_excitation("kind = \"multisine\"\ntones = [1]\n")),
             (std::vector<std::string>{"e.toml:6:10: excitation.tones[0]: expected a table, got 1"}));
 }

@@ -6,8 +6,8 @@
 #include <limits>
 #include <string>
 
-#include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
+#include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
 #include "hal/backend.hpp"
 #include "ident/excitation/excitation.hpp"
@@ -55,7 +55,7 @@ TEST(ShippedFiles, TheSimulatedRigSaysWhatTheSimulatorHasByDefault) {
 }
 
 TEST(ShippedFiles, TheSimulatedRigIsNotTamed) {
-  const hal::SimOptions sim = simulated().sim;
+  const auto sim = std::get<hal::SimOptions>(simulated().backend);
   const double area_ratio = sim.bore_mm * sim.bore_mm / (sim.bore_mm * sim.bore_mm - sim.rod_mm * sim.rod_mm);
   EXPECT_GT(area_ratio, 1.25);
   EXPECT_GT(sim.valve_dead_band_V, 0.0);
@@ -85,14 +85,15 @@ TEST(ShippedFiles, TheCardIsWiredAsThePci1716Is) {
 TEST(ShippedFiles, ThePaperExperimentIsTheOneInThePaper) {
   const ExperimentConfig experiment = paper();
   EXPECT_EQ(experiment.duration_s, 50.0);
-  EXPECT_EQ(experiment.excitation.tones.size(), 3U);
+  const std::vector<ident::Tone>& tones = std::get<ident::Multisine>(experiment.excitation.kind).tones;
+  EXPECT_EQ(tones.size(), 3U);
   EXPECT_EQ(experiment.fit.discard_s, 10.0);
   EXPECT_EQ(experiment.fit.decimation, 40);
   EXPECT_EQ(experiment.fit.split, 0.5);
   ASSERT_EQ(experiment.models.size(), 2U);
   EXPECT_EQ(experiment.models[0].name, "io");
   EXPECT_EQ(experiment.models[1].structure.family, "fo");
-  for (const ident::Tone& tone : experiment.excitation.tones) {
+  for (const ident::Tone& tone : tones) {
     EXPECT_GE(tone.frequency_Hz, 0.01);
     EXPECT_LE(tone.frequency_Hz, 1.0);
     // Each 20 s half holds whole periods.
@@ -102,18 +103,16 @@ TEST(ShippedFiles, ThePaperExperimentIsTheOneInThePaper) {
 
 TEST(ShippedFiles, ThePaperExperimentFitsBothRigs) {
   for (const RigConfig& rig : {simulated(), card()}) {
-    EXPECT_NO_THROW(check_against(paper(), rig)) << rig.file_name;
-    EXPECT_EQ(samples_per_repetition(paper(), rig), 50000U);
-    const Eigen::VectorXd table = ident::excitation(paper().excitation, 0.001, 50000);
-    EXPECT_NEAR(table.cwiseAbs().maxCoeff(), 4.85, 0.005) << "as paper.toml says";
+    const PreparedExperiment prepared = prepare(paper(), rig);
+    EXPECT_EQ(prepared.table_V.size(), 50000) << rig.file_name;
+    EXPECT_NEAR(prepared.table_V.cwiseAbs().maxCoeff(), 4.85, 0.005) << "as paper.toml says";
   }
 }
 
 TEST(ShippedFiles, ThePaperExperimentKeepsTheSimulatedRodOffItsTravelLimits) {
   const RigConfig rig = simulated();
-  const ExperimentConfig experiment = paper();
-  const std::size_t samples = samples_per_repetition(experiment, rig);
-  const Eigen::VectorXd table = ident::excitation(experiment.excitation, rig.realtime.sample_period_s, samples);
+  const Eigen::VectorXd table = prepare(paper(), rig).table_V;
+  const auto samples = static_cast<std::size_t>(table.size());
   const auto plant = hal::open(rig.backend, rig.limits.safe_V);
   ASSERT_EQ(plant->set_enable(true), hal::RigStatus::ok);
   double lowest_in = std::numeric_limits<double>::infinity();

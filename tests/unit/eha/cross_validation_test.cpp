@@ -17,11 +17,7 @@ constexpr std::size_t kSamples = 500;
 
 /// Three repetitions of a lag's noisy answer, its gain changed in the last one.
 ident::Record record_whose_last_gain_is(double gain) {
-  ident::ExcitationOptions options;
-  options.kind = ident::ExcitationKind::odd_random_multisine;
-  options.amplitude_V = 2.0;
-  options.frequency_min_Hz = 0.1;
-  options.frequency_max_Hz = 3.0;
+  const ident::Excitation options{.kind = ident::OddRandomMultisine{.amplitude_V = 2.0, .band = {0.1, 3.0}}};
   ident::Record record;
   record.step_s = kStep_s;
   record.input = ident::excitation(options, kStep_s, kSamples).replicate(3, 1);

@@ -26,7 +26,7 @@ Source source_of(double duration_s, int repetitions, const std::vector<ident::To
   source.name = "test";
   source.record.step_s = kStep_s;
   source.experiment.emplace();
-  source.experiment->excitation.tones = tones;
+  source.experiment->excitation.kind = ident::Multisine{tones};
   source.experiment->duration_s = duration_s;
   source.repetition_samples = static_cast<std::size_t>(std::lround(duration_s / kStep_s));
   source.record.input =

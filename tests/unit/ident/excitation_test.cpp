@@ -9,7 +9,10 @@
 #include <complex>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "ident/excitation/portable_draw.hpp"
@@ -20,19 +23,23 @@ namespace {
 using Vector = Eigen::VectorXd;
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-ExcitationOptions paper() {
-  ExcitationOptions options;
-  options.tones = {{0.05, 1.9, 0.3}, {0.2, 1.6, 1.9}, {0.65, 1.5, 4.2}};
-  return options;
+Excitation tones(std::vector<Tone> list) { return {.kind = Multisine{std::move(list)}}; }
+Excitation paper() { return tones({{0.05, 1.9, 0.3}, {0.2, 1.6, 1.9}, {0.65, 1.5, 4.2}}); }
+Excitation sine(std::vector<Tone> list) { return {.kind = Sine{std::move(list)}}; }
+
+template <class Kind>
+Excitation band(double low_Hz, double high_Hz, std::uint64_t seed = 1, double amplitude_V = 3.0) {
+  Kind kind{.amplitude_V = amplitude_V, .band = {low_Hz, high_Hz}};
+  if constexpr (requires { kind.seed; }) kind.seed = seed;
+  return {.kind = kind};
 }
 
-ExcitationOptions band(ExcitationKind kind, double low_Hz, double high_Hz) {
-  ExcitationOptions options;
-  options.kind = kind;
-  options.amplitude_V = 3.0;
-  options.frequency_min_Hz = low_Hz;
-  options.frequency_max_Hz = high_Hz;
-  return options;
+Excitation prms(int levels, double hold_s, std::uint64_t seed = 1, double amplitude_V = 3.0) {
+  return {.kind = Prms{.amplitude_V = amplitude_V, .levels = levels, .hold_s = hold_s, .seed = seed}};
+}
+
+Excitation step(double hold_s, double amplitude_V = 3.0) {
+  return {.kind = Step{.amplitude_V = amplitude_V, .hold_s = hold_s}};
 }
 
 /// Amplitude of one harmonic of a table that is one period, by the sum that defines it.
@@ -71,7 +78,7 @@ TEST(PortableDraw, IsUniformAndNormalInItsFirstMoments) {
 }
 
 TEST(Multisine, IsTheSumOfItsTonesPlusTheOffset) {
-  ExcitationOptions options = paper();
+  Excitation options = paper();
   options.offset_V = 0.25;
   const Vector table = excitation(options, 0.001, 50000);
   ASSERT_EQ(table.size(), 50000);
@@ -85,23 +92,16 @@ TEST(Multisine, IsTheSumOfItsTonesPlusTheOffset) {
 }
 
 TEST(Multisine, SuperposesItsTones) {
-  const ExcitationOptions all = paper();
+  const Excitation all = paper();
   Vector sum = Vector::Zero(1000);
-  for (const Tone& tone : all.tones) {
-    ExcitationOptions one;
-    one.kind = ExcitationKind::sine;
-    one.tones = {tone};
-    sum += excitation(one, 0.01, 1000);
-  }
+  for (const Tone& tone : std::get<Multisine>(all.kind).tones) sum += excitation(sine({tone}), 0.01, 1000);
   EXPECT_LT((excitation(all, 0.01, 1000) - sum).cwiseAbs().maxCoeff(), 1e-14);
 }
 
 TEST(CrestFactor, IsTheSquareRootOfTwoForASineAndOneForASquareWave) {
-  ExcitationOptions sine;
-  sine.kind = ExcitationKind::sine;
-  sine.tones = {{1.0, 2.5, 0.0}};
-  sine.offset_V = 4.0;
-  EXPECT_NEAR(crest_factor(excitation(sine, 0.001, 1000)), std::numbers::sqrt2, 1e-12);
+  Excitation shifted = sine({{1.0, 2.5, 0.0}});
+  shifted.offset_V = 4.0;
+  EXPECT_NEAR(crest_factor(excitation(shifted, 0.001, 1000)), std::numbers::sqrt2, 1e-12);
   EXPECT_NEAR(crest_factor(Eigen::Vector4d(1, -1, -1, 1)), 1.0, 1e-15);
 }
 
@@ -111,7 +111,7 @@ TEST(CrestFactor, RefusesASignalWithoutVariation) {
 }
 
 TEST(OddRandomMultisine, ExcitesThreeOfEachFourOddHarmonicsOfTheBandAndNothingElse) {
-  const ExcitationOptions options = band(ExcitationKind::odd_random_multisine, 0.1, 3.2);
+  const Excitation options = band<OddRandomMultisine>(0.1, 3.2);
   const Vector table = excitation(options, 0.01, 1000);  // 10 s: harmonics of 0.1 Hz, odd ones 1, 3, .. 31
   std::set<Eigen::Index> excited;
   for (const double line_Hz : excited_lines(options, 0.01, 1000)) excited.insert(std::lround(line_Hz * 10.0));
@@ -137,16 +137,14 @@ TEST(OddRandomMultisine, ExcitesThreeOfEachFourOddHarmonicsOfTheBandAndNothingEl
 
 TEST(OddRandomMultisine, HasItsPeakAndALowCrestFactor) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    ExcitationOptions options = band(ExcitationKind::odd_random_multisine, 0.05, 5.0);
-    options.seed = seed;
-    const Vector table = excitation(options, 0.01, 2000);
+    const Vector table = excitation(band<OddRandomMultisine>(0.05, 5.0, seed), 0.01, 2000);
     EXPECT_NEAR(table.cwiseAbs().maxCoeff(), 3.0, 1e-12);
     EXPECT_LT(crest_factor(table), 2.6) << "seed " << seed;
   }
 }
 
 TEST(Gaussian, KeepsToItsBandAndItsPeak) {
-  const ExcitationOptions options = band(ExcitationKind::gaussian, 0.5, 2.0);
+  const Excitation options = band<Gaussian>(0.5, 2.0);
   const Vector table = excitation(options, 0.01, 1000);
   EXPECT_NEAR(table.cwiseAbs().maxCoeff(), 3.0, 1e-12);
   for (Eigen::Index k = 0; k <= 500; ++k) {
@@ -158,16 +156,13 @@ TEST(Gaussian, KeepsToItsBandAndItsPeak) {
 }
 
 TEST(Gaussian, HasTheKurtosisOfANormalDistribution) {
-  const Vector table = excitation(band(ExcitationKind::gaussian, 0.0, 20.0), 0.01, 20000);
+  const Vector table = excitation(band<Gaussian>(0.0, 20.0), 0.01, 20000);
   const Eigen::ArrayXd centred = table.array() - table.mean();
   EXPECT_NEAR(centred.pow(4).mean() / std::pow(centred.square().mean(), 2), 3.0, 0.4);
 }
 
 TEST(Prms, HoldsEquidistantLevelsForItsHoldTime) {
-  ExcitationOptions options = band(ExcitationKind::prms, 0.0, 0.0);
-  options.levels = 5;
-  options.hold_s = 0.05;
-  const Vector table = excitation(options, 0.001, 10000);
+  const Vector table = excitation(prms(5, 0.05), 0.001, 10000);
   std::set<double> levels;
   for (Eigen::Index k = 0; k < table.size(); ++k) {
     levels.insert(table(k));
@@ -179,7 +174,7 @@ TEST(Prms, HoldsEquidistantLevelsForItsHoldTime) {
 }
 
 TEST(Chirp, SweepsFromTheLowestToTheHighestFrequency) {
-  const Vector table = excitation(band(ExcitationKind::chirp, 1.0, 5.0), 0.001, 10000);
+  const Vector table = excitation(band<Chirp>(1.0, 5.0), 0.001, 10000);
   EXPECT_EQ(table(0), 0.0);
   EXPECT_LE(table.cwiseAbs().maxCoeff(), 3.0);
   // 5 s at 2 Hz on average are 10 periods, each with two sign changes; then 5 s at 4 Hz.
@@ -193,71 +188,126 @@ TEST(Chirp, SweepsFromTheLowestToTheHighestFrequency) {
 }
 
 TEST(Step, StepsAtTheTickOfItsHoldTime) {
-  ExcitationOptions options = band(ExcitationKind::step, 0.0, 0.0);
-  options.hold_s = 0.3;
+  Excitation options = step(0.3);
   options.offset_V = -1.0;
   const Vector table = excitation(options, 0.1, 6);
   EXPECT_EQ(table, (Vector(6) << -1, -1, -1, 2, 2, 2).finished());
 }
 
 TEST(Excitation, RepeatsItselfForOneSeedAndDiffersForAnother) {
-  for (const ExcitationKind kind :
-       {ExcitationKind::odd_random_multisine, ExcitationKind::gaussian, ExcitationKind::prms}) {
-    ExcitationOptions options = band(kind, 0.2, 5.0);
-    options.levels = 7;
-    options.hold_s = 0.1;
-    const Vector first = excitation(options, 0.01, 1000);
-    EXPECT_EQ(first, excitation(options, 0.01, 1000));
-    options.seed = 2;
-    EXPECT_NE(first, excitation(options, 0.01, 1000));
-  }
+  const auto repeats = [](const Excitation& first, const Excitation& second) {
+    const Vector table = excitation(first, 0.01, 1000);
+    EXPECT_EQ(table, excitation(first, 0.01, 1000)) << name_of(first.kind);
+    EXPECT_NE(table, excitation(second, 0.01, 1000)) << name_of(first.kind);
+    EXPECT_EQ(seed_of(first), 1U);
+  };
+  repeats(band<OddRandomMultisine>(0.2, 5.0, 1), band<OddRandomMultisine>(0.2, 5.0, 2));
+  repeats(band<Gaussian>(0.2, 5.0, 1), band<Gaussian>(0.2, 5.0, 2));
+  repeats(prms(7, 0.1, 1), prms(7, 0.1, 2));
+  EXPECT_EQ(seed_of(paper()), std::nullopt);
 }
 
 TEST(Excitation, ScalesWithItsAmplitude) {
-  for (const ExcitationKind kind : {ExcitationKind::odd_random_multisine, ExcitationKind::gaussian,
-                                    ExcitationKind::prms, ExcitationKind::chirp, ExcitationKind::step}) {
-    ExcitationOptions options = band(kind, 0.2, 5.0);
-    options.levels = 7;
-    options.hold_s = 0.1;
-    const Vector single = excitation(options, 0.01, 1000);
-    options.amplitude_V *= 2.0;
-    EXPECT_LT((excitation(options, 0.01, 1000) - 2.0 * single).cwiseAbs().maxCoeff(), 1e-12);
+  const auto scales = [](const Excitation& single, const Excitation& twice) {
+    const Vector difference = excitation(twice, 0.01, 1000) - 2.0 * excitation(single, 0.01, 1000);
+    EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-12) << name_of(single.kind);
+  };
+  scales(band<OddRandomMultisine>(0.2, 5.0, 1, 3.0), band<OddRandomMultisine>(0.2, 5.0, 1, 6.0));
+  scales(band<Gaussian>(0.2, 5.0, 1, 3.0), band<Gaussian>(0.2, 5.0, 1, 6.0));
+  scales(band<Chirp>(0.2, 5.0, 1, 3.0), band<Chirp>(0.2, 5.0, 1, 6.0));
+  scales(prms(7, 0.1, 1, 3.0), prms(7, 0.1, 1, 6.0));
+  scales(step(0.1, 3.0), step(0.1, 6.0));
+}
+
+/// The sum that defines a table of harmonics, each angle reduced to one turn before its cosine is taken.
+Vector direct_sum(const std::vector<Harmonic>& lines, std::size_t samples) {
+  Vector sum = Vector::Zero(static_cast<Eigen::Index>(samples));
+  for (const Harmonic& line : lines) {
+    for (std::size_t k = 0; k < samples; ++k) {
+      const double turns = static_cast<double>(line.harmonic * k % samples) / static_cast<double>(samples);
+      sum(static_cast<Eigen::Index>(k)) += line.amplitude * std::cos(kTwoPi * turns + line.phase_rad);
+    }
+  }
+  return sum;
+}
+
+TEST(Harmonics, AreSummedToTheSameVoltsAsCosineByCosine) {
+  for (const std::size_t samples : {1000UL, 1009UL, 4096UL}) {  // 1009 is prime
+    PortableDraw draw(samples);
+    std::vector<Harmonic> lines{{1, 2.0, 0.3}, {1, 0.5, 1.0}};  // one harmonic twice
+    for (std::size_t k = 3; k < samples / 2; k += 5) lines.push_back({k, draw.uniform(), kTwoPi * draw.uniform()});
+    const Vector expected = direct_sum(lines, samples);
+    EXPECT_LT((sum_of(lines, samples) - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff());
   }
 }
 
+TEST(Multisine, HasTheSameVoltsOnTheGridOfItsLengthAsBesideIt) {
+  // 0.1 Hz and its multiples have whole periods in 20 s; the others do not and are summed tick by tick.
+  std::vector<Tone> list;
+  for (int i = 1; i <= 40; ++i) list.push_back({0.1 * i, 1.0 + 0.01 * i, 0.7 * i});
+  for (const double frequency_Hz : {0.123, 1.07}) list.push_back({frequency_Hz, 0.5, 0.2});
+  Vector expected = Vector::Zero(20000);
+  for (const Tone& tone : list) add_tone(tone, 0.001, expected);
+  const Vector table = excitation(tones(list), 0.001, 20000);
+  EXPECT_LT((table - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff());
+  EXPECT_EQ(excited_lines(tones(list), 0.001, 20000).size(), 42U);
+}
+
+TEST(Multisine, OfAFewTonesIsTheSumOfTheirCosinesToTheLastBit) {
+  const Excitation few = paper();
+  Vector expected = Vector::Zero(50000);
+  for (const Tone& tone : std::get<Multisine>(few.kind).tones) add_tone(tone, 0.001, expected);
+  EXPECT_EQ(excitation(few, 0.001, 50000), expected);
+}
+
+Excitation table_of(std::vector<double> volts_V, std::optional<double> step_s) {
+  return {.kind = Table{.file = {.name = "volts.csv", .volts_V = std::move(volts_V), .step_s = step_s}},
+          .offset_V = 0.5};
+}
+
+TEST(Table, PlaysItsVoltsAndTheOffset) {
+  EXPECT_EQ(excitation(table_of({1.0, -2.0, 0.0}, std::nullopt), 0.1, 3), Eigen::Vector3d(1.5, -1.5, 0.5));
+  EXPECT_EQ(excitation(table_of({1.0, -2.0, 0.0}, 0.1), 0.1, 3), Eigen::Vector3d(1.5, -1.5, 0.5));
+  EXPECT_TRUE(excited_lines(table_of({1.0, -2.0, 0.0}, 0.1), 0.1, 3).empty());
+}
+
+TEST(Table, IsNeverResampled) {
+  EXPECT_THROW((void)excitation(table_of({1.0, -2.0, 0.0}, std::nullopt), 0.1, 4), ConfigError);
+  EXPECT_THROW((void)excitation(table_of({1.0, -2.0, 0.0}, 0.2), 0.1, 3), ConfigError);
+}
+
+TEST(Excitation, JumpsWhereItHoldsALevel) {
+  EXPECT_EQ(shortest_level_s(prms(5, 0.4), 10.0), 0.4);
+  EXPECT_EQ(shortest_level_s(step(0.4), 10.0), 9.6);
+  EXPECT_EQ(shortest_level_s(paper(), 10.0), std::nullopt);
+}
+
 TEST(Excitation, RefusesOptionsThatMakeNoSense) {
-  const auto refused = [](ExcitationOptions options, double step_s = 0.01, std::size_t samples = 1000) {
-    EXPECT_THROW((void)excitation(options, step_s, samples), ConfigError);
+  const auto refused = [](const Excitation& options, double step_s = 0.01, std::size_t samples = 1000) {
+    EXPECT_THROW((void)excitation(options, step_s, samples), ConfigError) << name_of(options.kind);
   };
   refused(paper(), 0.0);
   refused(paper(), -0.1);
   refused(paper(), 0.01, 0);
-  ExcitationOptions options;
-  refused(options);  // no tones
-  options = paper();
-  options.kind = ExcitationKind::sine;
-  refused(options);  // three tones
-  options = paper();
-  options.tones[1].frequency_Hz = 0.0;
-  refused(options);
-  options = paper();
-  options.tones[1].amplitude_V = std::numeric_limits<double>::quiet_NaN();
-  refused(options);
-  for (const ExcitationKind kind :
-       {ExcitationKind::odd_random_multisine, ExcitationKind::gaussian, ExcitationKind::chirp}) {
-    refused(band(kind, 5.0, 5.0));
-    refused(band(kind, -1.0, 5.0));
-  }
-  for (const ExcitationKind kind : {ExcitationKind::odd_random_multisine, ExcitationKind::gaussian}) {
-    refused(band(kind, 1.01, 1.09));  // between two multiples of 0.1 Hz
-    refused(band(kind, 1.0, 50.0));   // Nyquist
-  }
-  refused(band(ExcitationKind::odd_random_multisine, 0.15, 0.25));  // 0.2 Hz only, an even multiple
-  refused(band(ExcitationKind::step, 0.0, 0.0));                    // no hold time
-  options = band(ExcitationKind::prms, 0.0, 0.0);
-  options.hold_s = 0.1;
-  options.levels = 2;
-  refused(options);
+  refused(tones({}));
+  refused(sine({}));
+  refused(sine(std::get<Multisine>(paper().kind).tones));
+  refused(tones({{0.2, 1.0, 0.0}, {0.0, 1.0, 0.0}}));
+  refused(tones({{0.2, std::numeric_limits<double>::quiet_NaN(), 0.0}}));
+  refused(band<OddRandomMultisine>(5.0, 5.0));
+  refused(band<Gaussian>(5.0, 5.0));
+  refused(band<Chirp>(5.0, 5.0));
+  refused(band<OddRandomMultisine>(-1.0, 5.0));
+  refused(band<Gaussian>(-1.0, 5.0));
+  refused(band<Chirp>(-1.0, 5.0));
+  refused(band<OddRandomMultisine>(1.01, 1.09));  // between two multiples of 0.1 Hz
+  refused(band<Gaussian>(1.01, 1.09));
+  refused(band<OddRandomMultisine>(1.0, 50.0));  // Nyquist
+  refused(band<Gaussian>(1.0, 50.0));
+  refused(band<OddRandomMultisine>(0.15, 0.25));  // 0.2 Hz only, an even multiple
+  refused(step(0.0));
+  refused(prms(2, 0.1));
+  refused(prms(5, 0.1, 1, 0.0));
 }
 
 }  // namespace

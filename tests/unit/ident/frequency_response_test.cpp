@@ -24,14 +24,8 @@ using std::numbers::pi;
 constexpr double kStep_s = 0.01;
 constexpr std::size_t kLength = 2000;
 
-ExcitationOptions odd_random(double amplitude_V) {
-  ExcitationOptions options;
-  options.kind = ExcitationKind::odd_random_multisine;
-  options.amplitude_V = amplitude_V;
-  options.frequency_min_Hz = 0.05;
-  options.frequency_max_Hz = 2.0;
-  options.seed = 7;
-  return options;
+Excitation odd_random(double amplitude_V) {
+  return {.kind = OddRandomMultisine{.amplitude_V = amplitude_V, .band = {0.05, 2.0}, .seed = 7}};
 }
 
 TEST(RealFft, StaysRightForMoreLengthsThanItKeepsAndFromManyThreads) {
@@ -54,7 +48,7 @@ TEST(RealFft, StaysRightForMoreLengthsThanItKeepsAndFromManyThreads) {
 }
 
 Record record_of(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& plant, std::size_t periods,
-                 const ExcitationOptions& options) {
+                 const Excitation& options) {
   Record record;
   record.step_s = kStep_s;
   record.input = excitation(options, kStep_s, kLength).replicate(static_cast<Eigen::Index>(periods), 1);
@@ -62,7 +56,7 @@ Record record_of(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& p
   return record;
 }
 
-std::vector<double> lines_of(const ExcitationOptions& options) { return excited_lines(options, kStep_s, kLength); }
+std::vector<double> lines_of(const Excitation& options) { return excited_lines(options, kStep_s, kLength); }
 
 /// Greatest error over the lines, relative to the truth at each.
 double worst_error(const FrequencyResponse& measured, const TransferFunction& truth) {
@@ -79,7 +73,7 @@ const TransferFunction kFractional{{{1.0, 0.0}}, {{0.3, 1.6}, {0.5, 0.8}, {1.0, 
 const TransferFunction kNearIntegrating{{{0.5, 0.0}}, {{0.1, 2.0}, {1.0, 1.0}, {0.0025, 0.0}}, 0.0};
 
 TEST(FrequencyResponse, MeetsTheFormulaOfAFractionalModelAtEveryLine) {
-  const ExcitationOptions options = odd_random(2.0);
+  const Excitation options = odd_random(2.0);
   const Record record =
       record_of([](const Eigen::VectorXd& u) { return simulate(kFractional, u, kStep_s); }, 12, options);
   const FrequencyResponse measured =
@@ -90,7 +84,7 @@ TEST(FrequencyResponse, MeetsTheFormulaOfAFractionalModelAtEveryLine) {
 }
 
 TEST(FrequencyResponse, IsNotBentByTheDriftOfANearIntegratingPlant) {
-  ExcitationOptions options = odd_random(2.0);
+  Excitation options = odd_random(2.0);
   options.offset_V = 0.3;
   const Record record =
       record_of([](const Eigen::VectorXd& u) { return simulate(kNearIntegrating, u, kStep_s); }, 3, options);
@@ -117,7 +111,7 @@ TEST(FrequencyResponse, IsNotBentByTheDriftOfANearIntegratingPlant) {
 }
 
 TEST(FrequencyResponse, StatesStandardDeviationsThatItsErrorsHave) {
-  const ExcitationOptions options = odd_random(2.0);
+  const Excitation options = odd_random(2.0);
   const Record clean =
       record_of([](const Eigen::VectorXd& u) { return simulate(kFractional, u, kStep_s); }, 9, options);
   for (const std::size_t count : {2U, 6U}) {
@@ -151,7 +145,7 @@ struct Distorted {
 };
 
 Distorted distortion_of(const std::function<double(double)>& nonlinearity) {
-  const ExcitationOptions options = odd_random(1.0);
+  const Excitation options = odd_random(1.0);
   const Record record =
       record_of([&](const Eigen::VectorXd& u) -> Eigen::VectorXd { return u.unaryExpr(nonlinearity); }, 2, options);
   Distorted distorted;
@@ -183,8 +177,8 @@ TEST(Distortion, OfALinearPlantIsNone) {
 }
 
 TEST(Distortion, HasTheLevelOfTheHarmonicsThatASineMakes) {
-  ExcitationOptions options;
-  options.tones = {{0.5, 1.0, 0.0}, {2.5, 1.0, 0.0}};  // harmonics 1 and 5 of 0.5 Hz: 3 is silent between them
+  const Excitation options{
+      .kind = Multisine{{{0.5, 1.0, 0.0}, {2.5, 1.0, 0.0}}}};  // harmonics 1 and 5 of 0.5 Hz: 3 is silent between them
   const Record record = record_of(
       [](const Eigen::VectorXd& u) -> Eigen::VectorXd { return u.array() + 0.1 * u.array().square(); }, 2, options);
   const FrequencyResponse measured = measure_frequency_response(record, {0, 200, 20}, lines_of(options));
@@ -197,8 +191,7 @@ TEST(Distortion, HasTheLevelOfTheHarmonicsThatASineMakes) {
 }
 
 TEST(Distortion, IsNotStatedWhereEvenHarmonicsAreExcited) {
-  ExcitationOptions options;
-  options.tones = {{0.05, 1.0, 0.3}, {0.2, 1.0, 0.1}};  // harmonics 1 and 4
+  const Excitation options{.kind = Multisine{{{0.05, 1.0, 0.3}, {0.2, 1.0, 0.1}}}};  // harmonics 1 and 4
   const Record record = record_of([](const Eigen::VectorXd& u) { return u; }, 2, options);
   for (const LineResponse& line : measure_frequency_response(record, {0, kLength, 2}, {0.05, 0.2}).lines) {
     EXPECT_FALSE(line.even_distortion_dB.has_value());
@@ -207,8 +200,7 @@ TEST(Distortion, IsNotStatedWhereEvenHarmonicsAreExcited) {
 }
 
 TEST(FrequencyResponse, FindsTheLinesThatCarryTheInputWhereNoneAreNamed) {
-  ExcitationOptions options;
-  options.tones = {{0.05, 1.0, 0.3}, {0.2, 0.5, 0.1}, {0.65, 0.02, 0.0}};
+  const Excitation options{.kind = Multisine{{{0.05, 1.0, 0.3}, {0.2, 0.5, 0.1}, {0.65, 0.02, 0.0}}}};
   const Record record = record_of([](const Eigen::VectorXd& u) { return u; }, 2, options);
   const FrequencyResponse measured = measure_frequency_response(record, {0, kLength, 2}, {});
   ASSERT_EQ(measured.lines.size(), 2U);
@@ -217,8 +209,7 @@ TEST(FrequencyResponse, FindsTheLinesThatCarryTheInputWhereNoneAreNamed) {
 }
 
 TEST(FrequencyResponse, RefusesLinesThatThePeriodOrTheInputDoesNotHold) {
-  ExcitationOptions options;
-  options.tones = {{0.05, 1.0, 0.3}};
+  const Excitation options{.kind = Multisine{{{0.05, 1.0, 0.3}}}};
   Record record = record_of([](const Eigen::VectorXd& u) { return u; }, 2, options);
   const Periods periods{0, kLength, 2};
   EXPECT_THROW(static_cast<void>(measure_frequency_response(record, periods, {0.07})), DataError);

@@ -9,10 +9,10 @@
 
 namespace eha::config {
 
-/// Collects what is wrong with one file, so that it is all reported at once. Not thread-safe.
-class FaultList {
+/// Collects the errors of one configuration file, so that all are reported at once. Not thread-safe.
+class IssueList {
  public:
-  explicit FaultList(std::string file_name) : file_name_(std::move(file_name)) {}
+  explicit IssueList(std::string file_name) : file_name_(std::move(file_name)) {}
 
   /// "file:line:column: key: expected ..., got ..."
   void add(Position position, const std::string& key, std::string_view expected, std::string_view got);
@@ -20,24 +20,24 @@ class FaultList {
   /// "file:line:column: key: text"
   void add_text(Position position, const std::string& key, std::string_view text);
 
-  /// Whether neither the key nor anything beneath it has a fault.
+  /// Whether neither the key nor anything beneath it has a issue.
   [[nodiscard]] bool clean(std::string_view key) const;
 
-  /// Throws ConfigError with one line a fault, in the order of the file, when there is any.
+  /// Throws ConfigError with one line for each issue, in the order of the file, if there is any.
   void throw_if_any() const;
 
  private:
-  struct Fault {
+  struct Issue {
     Position position;
     std::string key;
     std::string text;
   };
 
   std::string file_name_;
-  std::vector<Fault> faults_;
+  std::vector<Issue> issues_;
 };
 
-/// Where a key stands: its own place, else that of the innermost table around it that the file has.
+/// Position of a key: its own, else that of the innermost table around it that the file has.
 [[nodiscard]] Position position_of(const PositionMap& positions, std::string_view key);
 
 }  // namespace eha::config

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "config/fault_list.hpp"
+#include "config/issue_list.hpp"
 
 #include <fmt/format.h>
 
@@ -19,28 +19,28 @@ bool is_within(std::string_view path, std::string_view key) {
 
 }  // namespace
 
-void FaultList::add(Position position, const std::string& key, std::string_view expected, std::string_view got) {
+void IssueList::add(Position position, const std::string& key, std::string_view expected, std::string_view got) {
   add_text(position, key, fmt::format("expected {}, got {}", expected, got));
 }
 
-void FaultList::add_text(Position position, const std::string& key, std::string_view text) {
-  faults_.push_back({position, key, std::string(text)});
+void IssueList::add_text(Position position, const std::string& key, std::string_view text) {
+  issues_.push_back({position, key, std::string(text)});
 }
 
-bool FaultList::clean(std::string_view key) const {
-  return std::none_of(faults_.begin(), faults_.end(), [&](const Fault& fault) { return is_within(fault.key, key); });
+bool IssueList::clean(std::string_view key) const {
+  return std::none_of(issues_.begin(), issues_.end(), [&](const Issue& issue) { return is_within(issue.key, key); });
 }
 
-void FaultList::throw_if_any() const {
-  if (faults_.empty()) return;
-  std::vector<Fault> sorted = faults_;
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Fault& a, const Fault& b) {
+void IssueList::throw_if_any() const {
+  if (issues_.empty()) return;
+  std::vector<Issue> sorted = issues_;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Issue& a, const Issue& b) {
     return std::tie(a.position.line, a.position.column) < std::tie(b.position.line, b.position.column);
   });
   std::vector<std::string> lines;
-  for (const Fault& fault : sorted) {
+  for (const Issue& issue : sorted) {
     lines.push_back(
-        fmt::format("{}:{}:{}: {}: {}", file_name_, fault.position.line, fault.position.column, fault.key, fault.text));
+        fmt::format("{}:{}:{}: {}: {}", file_name_, issue.position.line, issue.position.column, issue.key, issue.text));
   }
   throw ConfigError(std::move(lines));
 }

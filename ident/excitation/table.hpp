@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "core/keys.hpp"
+#include "core/option_issue.hpp"
+#include "core/volts_file.hpp"
+
+namespace eha::ident {
+
+/// Volts from a CSV file, one a tick. Nothing is resampled: as many values as the table has ticks, at the rig's tick
+/// where the file says its step.
+struct Table {
+  static constexpr std::string_view kName = "table";
+
+  VoltsFile file;
+
+  static void visit_keys(auto& self, auto& keys) { keys.volts_file("file", self.file); }
+
+  [[nodiscard]] Eigen::VectorXd volts(double step_s, std::size_t samples) const;
+  [[nodiscard]] std::vector<OptionIssue> check_timing(double step_s, double duration_s) const;
+};
+
+}  // namespace eha::ident
