@@ -20,20 +20,19 @@ std::vector<SweepPoint> sweep_commensurate_order(const Record& record, const Str
   if (options.procedure == Procedure::paper) {
     throw ConfigError("the paper's procedure has no commensurate order to sweep; use procedure default");
   }
+  const std::string& base_order = structure.structure.base_order->key.name;
   FitOptions each = options;
   each.intervals = IntervalMethod::straight;
   std::vector<SweepPoint> sweep(orders.size());
   executor(orders.size(), [&](std::size_t k) {
     StructureOptions held = structure;
-    std::erase_if(held.parameters, [](const ParameterRequest& request) {
-      return request.name == structure.structure.base_order->key.name;
-    });
-    held.parameters.push_back({structure.structure.base_order->key.name, true, orders[k], {}, {}});
+    std::erase_if(held.parameters, [&](const ParameterRequest& request) { return request.name == base_order; });
+    held.parameters.push_back({base_order, true, orders[k], {}, {}});
     sweep[k].commensurate_order = orders[k];
     try {
       sweep[k].model = fit(record, held, each).model;
     } catch (const NoStableModel&) {
-      // A value like any other: the row says that there is none.
+      // The point stays without a model.
     }
   });
   std::vector<Model*> models;

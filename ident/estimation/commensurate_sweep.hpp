@@ -14,7 +14,7 @@ struct SweepPoint {
   std::optional<Model> model;       ///< nothing when no stable model was found
 };
 
-/// Fits the structure, its base order q held at each value in turn, so that fit and stability can be seen against q.
+/// Fits the structure with its base order q held at each value in turn, to show fit and stability against q.
 /// @param structure  with a base order; a request for it is replaced
 /// @param orders     values of q, each above 0 and below 2
 /// @throws as fit()

@@ -26,10 +26,45 @@ namespace {
 
 // Optima of the coarse record are followed on the whole one while the evidence against them is not strong.
 constexpr std::size_t kMostFollowed = 4;
+constexpr std::size_t kMostEvaluations = 2000;  // of a search that goes on from the chosen optimum
+constexpr int kMostRounds = 10;
+constexpr double kExactShare = 1e-18;  // of the output's energy; the simulation is exact to about 1e-10
+constexpr double kHardlyDamped = 1e-14;
+constexpr double kWorthwhileFall = 1e-3;
 constexpr double kNowhereNear = 4.0;  // times the least cost of a start
 // What the search's simulations may be wrong by, relative to the response: far below what tells optima apart.
 constexpr double kSearchGuard = 1.6;
 constexpr double kSearchResolved = 1e-7;
+
+/// Searches on from an optimum, hardly damped, while the cost falls: the damped steps of a first search hardly move
+/// along a flat valley, and may end it before the lowest point.
+LeastSquaresResult followed_down(const OutputError& problem, LeastSquaresResult optimum, int rounds) {
+  for (int round = 0; round < rounds && optimum.termination != Termination::infeasible; ++round) {
+    LeastSquaresResult further =
+        minimise(problem, optimum.theta, {.max_evaluations = kMostEvaluations, .first_damping = kHardlyDamped});
+    const std::size_t evaluations = optimum.evaluations + further.evaluations;
+    const bool falls = further.point.cost < optimum.point.cost * (1.0 - kWorthwhileFall);
+    if (further.termination != Termination::infeasible && further.point.cost <= optimum.point.cost) {
+      optimum = std::move(further);
+    }
+    optimum.evaluations = evaluations;
+    if (!falls) break;
+  }
+  return optimum;
+}
+
+/// Follows every optimum down, the best first, until one leaves no error but that of the simulation.
+void follow_down_all(const OutputError& problem, std::vector<LeastSquaresResult>& optima) {
+  std::stable_sort(optima.begin(), optima.end(), [](const LeastSquaresResult& a, const LeastSquaresResult& b) {
+    const bool a_feasible = a.termination != Termination::infeasible;
+    const bool b_feasible = b.termination != Termination::infeasible;
+    return a_feasible && (!b_feasible || a.point.cost < b.point.cost);
+  });
+  for (LeastSquaresResult& optimum : optima) {
+    optimum = followed_down(problem, std::move(optimum), kMostRounds);
+    if (optimum.point.cost <= kExactShare * problem.output_energy()) break;
+  }
+}
 
 /// A record made ready for the search, and the poles guessed from it.
 struct SearchRecord {
@@ -99,7 +134,7 @@ class DefaultFit {
     if (chosen.variant.linear.first_state < 0 && looks_integrating(chosen, scale_.duration_s)) {
       chosen = with_bias_named(chosen);
     }
-    return report(chosen);
+    return report(followed_to_its_end(std::move(chosen)));
   }
 
  private:
@@ -171,7 +206,9 @@ class DefaultFit {
       const double effective = residual_model(best.residual).effective_samples;
       const double evidence = effective_bic(optimum.point.cost, best.residual.size(), free, effective) -
                               effective_bic(best.cost, best.residual.size(), free, effective);
-      if (followed++ < kMostFollowed && evidence < kStrongEvidence) starts.push_back(optimum.theta);
+      // A thinly covered search box gives every optimum a chance.
+      const bool good = followed++ < kMostFollowed && evidence < kStrongEvidence;
+      if (good || is_thinly_covered(parametrisation)) starts.push_back(optimum.theta);
     }
     return starts;
   }
@@ -203,9 +240,13 @@ class DefaultFit {
       for (Eigen::VectorXd& theta : coarse_optima(problem, record, known)) starts.push_back(std::move(theta));
     }
     const OutputError problem(compared_, parametrisation, variant.linear);
+    // So does the start that was asked for.
+    if (is_thinly_covered(parametrisation)) starts.push_back(parametrisation.start());
     if (coarse_.size() > 1) starts = near_on_the_whole(problem, starts);
     std::vector<LeastSquaresResult> refined(starts.size());
     executor_(starts.size(), [&](std::size_t k) { refined[k] = minimise(problem, starts[k]); });
+    // Valleys are flat where many coefficients are estimated.
+    if (is_thinly_covered(parametrisation)) follow_down_all(problem, refined);
     std::vector<LocalOptimum> optima;
     const std::size_t free = free_parameters(parametrisation, variant.linear);
     for (LeastSquaresResult& r : refined) {
@@ -235,6 +276,16 @@ class DefaultFit {
     named.best = minimise(OutputError(compared_, named.parametrisation, named.variant.linear), start);
     evaluations_ += named.best.evaluations;
     return named.best.termination == Termination::infeasible ? moving : named;
+  }
+
+  /// Goes on from the chosen optimum where its search used up its evaluations, as it does along a flat valley.
+  LocalOptimum followed_to_its_end(LocalOptimum chosen) {
+    if (chosen.best.termination != Termination::evaluation_limit) return chosen;
+    const OutputError problem(compared_, chosen.parametrisation, chosen.variant.linear);
+    const std::size_t before = chosen.best.evaluations;
+    chosen.best = followed_down(problem, std::move(chosen.best), 1);
+    evaluations_ += chosen.best.evaluations - before;
+    return chosen;
   }
 
   /// Writes the linear quantities into the model.

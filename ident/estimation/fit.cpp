@@ -44,8 +44,9 @@ void check_record(const Record& record, const FitOptions& options) {
 // Of max |u|. A record that starts at rest at its largest input has a bias of that size.
 constexpr double kGreatestBias = 3.0;
 
-/// Whether the compared samples say nothing about the input bias: not even that it is smaller than the input. So it is
-/// for a plant of finite DC gain whose start from rest is not compared; the offset then does the bias's work.
+/// Whether the compared samples do not determine the input bias, not even that it is smaller than the input. This
+/// happens with a plant of finite DC gain whose start from rest is not compared: the offset then has the effect of the
+/// bias.
 bool is_bias_lost(const Model& model, double largest_input) {
   const auto bias = std::find_if(model.parameters.begin(), model.parameters.end(),
                                  [](const ParameterEstimate& p) { return p.role == ParameterRole::input_bias; });

@@ -11,7 +11,7 @@ namespace {
 
 // A mode slower than this many records looks like an integrator.
 constexpr double kResolvedRecords = 10.0;
-// Where the residual leaves hardly any independent samples no evidence is strong; a fit this much worse still counts.
+// Few independent samples make all evidence weak; then the cost must not be larger than this factor.
 constexpr double kNearlyAsGood = 1.25;
 
 }  // namespace

@@ -28,9 +28,8 @@ struct LocalOptimum {
 /// the constant of the denominator crosses another term is far below one period a record.
 [[nodiscard]] bool looks_integrating(const LocalOptimum& optimum, double duration_s);
 
-/// The optimum to report. The best by BIC; but one that looks integrating gives way to one that does not while the
-/// evidence against that is weak and its cost nearly as small: a slow drift of the disturbance is easily mistaken for
-/// an integrator.
+/// The optimum to report: the best by BIC. If that one looks integrating, takes the best one that does not, provided
+/// that the evidence against it is weak and its cost nearly as small: a slow drift can look like an integrator.
 [[nodiscard]] const LocalOptimum& choose(const std::vector<LocalOptimum>& optima, double duration_s);
 
 }  // namespace eha::ident

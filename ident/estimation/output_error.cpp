@@ -259,7 +259,7 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
       top_order(g.denominator) - (parametrisation_.must_be_strictly_proper() ? kLeastExcess : 0.0))
     return {};
   if (grows(g)) return {};
-  // An oscillation beyond the Nyquist frequency looks like its alias below it, which is the one to report.
+  // Samples cannot tell an oscillation above the Nyquist frequency from its alias below; the alias is reported.
   if (parametrisation_.fastest_oscillation(theta) > kNyquist / record_.response().step_s()) return {};
   const double bias = bias_at(theta);
   const Basis b = basis(g, bias, linear_.solve_bias);

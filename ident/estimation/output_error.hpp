@@ -14,7 +14,7 @@
 
 namespace eha::ident {
 
-/// A record made ready for many simulations: everything that does not depend on the model. Immutable, thread-safe.
+/// The parts of a simulation that do not depend on the model, computed once for a record. Immutable, thread-safe.
 class ComparedRecord {
  public:
   struct Options {
@@ -29,7 +29,7 @@ class ComparedRecord {
   [[nodiscard]] const InputSpectrum& input() const noexcept { return input_; }
   [[nodiscard]] const InputSpectrum& step() const noexcept { return step_; }  ///< of a unit step at t = 0
   /// A unit pulse in each window of the past, the latest first. The windows double in length from a 128th of the
-  /// compared time on, and reach back as far as that time is long: what is older looks like a constant.
+  /// compared time on, and reach back as far as that time is long: an older input has the effect of a constant.
   [[nodiscard]] const std::vector<InputSpectrum>& past() const noexcept { return past_; }
   [[nodiscard]] const std::vector<PastInput>& past_windows() const noexcept { return past_windows_; }  ///< no values
   [[nodiscard]] const Eigen::VectorXd& measured() const noexcept { return measured_; }  ///< filtered and picked
@@ -107,7 +107,7 @@ class OutputError {
   /// Simulated output at a given solution.
   [[nodiscard]] Eigen::VectorXd simulated(const Eigen::VectorXd& theta, const LinearSolution& linear) const;
 
-  /// sum (y - mean y)^2 of the compared rows: what a cost is small beside.
+  /// sum (y - mean y)^2 of the compared rows, to measure costs by.
   [[nodiscard]] double output_energy() const;
 
   [[nodiscard]] const Parametrisation& parametrisation() const noexcept { return parametrisation_; }

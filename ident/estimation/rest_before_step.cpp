@@ -21,7 +21,7 @@ std::optional<double> rest_of_step_test(const Eigen::Ref<const Eigen::VectorXd>&
   while (settled > 0 && std::abs(input[settled] - input[last]) <= still) --settled;
   // A filtered record shows one row between the levels.
   if (moved == 0 || settled > moved) return std::nullopt;
-  // What takes effect at a row is not seen in that row.
+  // An input that takes effect at a row does not show in that row's output.
   const auto before = output.head(moved + 1);
   const bool level = before.maxCoeff() - before.minCoeff() <= kLevel * (output.maxCoeff() - output.minCoeff());
   return level ? std::optional(input.head(moved).mean()) : std::nullopt;

@@ -16,6 +16,7 @@ using Complex = std::complex<double>;
 constexpr double kWrapAround = 1e-10;
 // A filter's stopband is left out of the sum below this; the response has fallen by as much again there.
 constexpr double kStopband = 1e-6;
+constexpr double kNegligible = 1e-2;  // of what an alias may be wrong by: a coefficient of its series below is left out
 
 /// Real and imaginary part of S(theta) at x = theta/pi by Clenshaw's recurrence in T_2(x), over all bins.
 void add_series(const std::vector<double>& a, std::size_t length, double negligible, std::vector<double>& re,
@@ -66,6 +67,14 @@ void add_series(const std::vector<double>& a, std::size_t length, double negligi
 struct HeldResponse::Scratch {
   std::vector<double> re;  ///< columns by bins
   std::vector<double> im;
+};
+
+/// One column of F, and what its direct part does at a jump.
+struct HeldResponse::Column {
+  const double* re;
+  const double* im;
+  double direct;   ///< G(infinity)
+  double jump_at;  ///< sample at which a jump of the direct part shows
 };
 
 struct HeldResponse::Aliases {
@@ -186,17 +195,12 @@ void HeldResponse::add_near_aliases(const TransferColumns& columns, double x, in
   }
 }
 
-Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double delay_s,
-                                      std::span<const ResponseRequest> requests) const {
-  const double delay = delay_s / selection_.step_s;
-  const double whole = std::round(delay);
-  const double x = delay - whole;
-  const std::size_t columns_count = columns.columns();
-
-  // F(p) at every bin.
-  Scratch main{std::vector<double>(bins_ * columns_count), std::vector<double>(bins_ * columns_count)};
+/// F(p) = (G(p) - G(infinity))/p at every bin.
+HeldResponse::Scratch HeldResponse::main_columns(const TransferColumns& columns) const {
+  const std::size_t count = columns.columns();
+  Scratch main{std::vector<double>(bins_ * count), std::vector<double>(bins_ * count)};
   columns.evaluate(points_, 0, bins_, main.re.data(), main.im.data(), bins_);
-  for (std::size_t c = 0; c < columns_count; ++c) {
+  for (std::size_t c = 0; c < count; ++c) {
     double* re = main.re.data() + c * bins_;
     double* im = main.im.data() + c * bins_;
     const double direct = columns.direct(c);
@@ -207,10 +211,15 @@ Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double del
       im[j] = g_re * inverse_im_[j] + g_im * inverse_re_[j];
     }
   }
+  return main;
+}
 
-  // Aliases: smooth in theta unless a sharp resonance lies beyond Nyquist, which is then summed at every bin.
-  std::vector<double> scale(columns_count);
-  for (std::size_t c = 0; c < columns_count; ++c) {
+/// Adds the aliases. They are smooth in theta unless a sharp resonance lies beyond the Nyquist frequency; then the near
+/// ones are summed at every bin.
+void HeldResponse::add_aliases(const TransferColumns& columns, double x, Scratch& main) const {
+  const std::size_t count = columns.columns();
+  std::vector<double> scale(count);
+  for (std::size_t c = 0; c < count; ++c) {
     for (std::size_t j = 0; j < bins_; ++j) {
       scale[c] = std::max(scale[c], std::abs(main.re[c * bins_ + j]) + std::abs(main.im[c * bins_ + j]));
     }
@@ -218,7 +227,7 @@ Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double del
   }
   std::vector<AliasSum::Series> series = aliases_.evaluate(columns, x, 0);
   int near_aliases = 0;
-  for (std::size_t c = 0; c < columns_count; ++c) {
+  for (std::size_t c = 0; c < count; ++c) {
     for (const double a : series[c].a) scale[c] = std::max(scale[c], std::abs(a));
     if (series[c].unresolved_first > selection_.resolved * scale[c]) near_aliases = std::max(near_aliases, 1);
     if (series[c].unresolved_further > selection_.resolved * scale[c]) near_aliases = AliasSum::kExplicitAliases;
@@ -227,66 +236,83 @@ Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double del
     add_near_aliases(columns, x, near_aliases, main);
     series = aliases_.evaluate(columns, x, near_aliases);
   }
-  for (std::size_t c = 0; c < columns_count; ++c) {
+  for (std::size_t c = 0; c < count; ++c) {
     std::vector<double> re(bins_, 0.0);
     std::vector<double> im(bins_, 0.0);
-    add_series(series[c].a, length_, 1e-2 * selection_.resolved * scale[c], re, im);
+    add_series(series[c].a, length_, kNegligible * selection_.resolved * scale[c], re, im);
     for (std::size_t j = 0; j < bins_; ++j) {
       main.re[c * bins_ + j] += re[j];
       main.im[c * bins_ + j] += im[j];
     }
   }
+}
 
+/// exp(-p delay) at every bin; empty for no delay. The delay is `whole` + `x` samples.
+std::vector<std::complex<double>> HeldResponse::delay_factors(double delay, double whole, double x) const {
   std::vector<Complex> shift;
-  if (delay_s != 0.0) {
-    shift.resize(bins_);
-    const auto samples = static_cast<std::size_t>(whole);
-    const auto length = static_cast<double>(length_);
-    for (std::size_t j = 0; j < bins_; ++j) {
-      const double turn = (static_cast<double>((j * samples) % length_) + x * static_cast<double>(j)) / length;
-      shift[j] = std::polar(std::exp(-sigma_ * delay), -2.0 * pi * turn);
-    }
+  if (delay == 0.0) return shift;
+  shift.resize(bins_);
+  const auto samples = static_cast<std::size_t>(whole);
+  const auto length = static_cast<double>(length_);
+  for (std::size_t j = 0; j < bins_; ++j) {
+    const double turn = (static_cast<double>((j * samples) % length_) + x * static_cast<double>(j)) / length;
+    shift[j] = std::polar(std::exp(-sigma_ * delay), -2.0 * pi * turn);
   }
+  return shift;
+}
 
+/// The spectrum of one response, folded to the outputs that are wanted.
+void HeldResponse::fold(const Column& column, const InputSpectrum& input, const std::vector<Complex>& shift,
+                        std::vector<Complex>& folded) const {
   const std::size_t short_length = short_fft_.length();
+  std::fill(folded.begin(), folded.end(), 0.0);
+  std::size_t q = 0;
+  for (std::size_t j = 0; j < bins_; ++j) {
+    double f_re = column.re[j];
+    double f_im = column.im[j];
+    if (!shift.empty()) {
+      const double s_re = shift[j].real();
+      const double s_im = shift[j].imag();
+      const double product_re = f_re * s_re - f_im * s_im;
+      f_im = f_re * s_im + f_im * s_re;
+      f_re = product_re;
+    }
+    if (column.direct != 0.0) {
+      const Complex p(sigma_, 2.0 * pi * static_cast<double>(j) / static_cast<double>(length_));
+      const Complex step = column.direct * std::exp(-column.jump_at * p) / (1.0 - std::exp(-p));
+      f_re += step.real();
+      f_im += step.imag();
+    }
+    const double u_re = input[j].real();
+    const double u_im = input[j].imag();
+    const Complex y(f_re * u_re - f_im * u_im, f_re * u_im + f_im * u_re);
+    // Outputs `every` samples apart: bins that differ by the short length fall together, L - j by symmetry.
+    if (q <= short_length / 2) folded[q] += y;
+    const std::size_t mirror = q == 0 ? 0 : short_length - q;
+    if (j != 0 && 2 * j != length_ && mirror <= short_length / 2) folded[mirror] += std::conj(y);
+    if (++q == short_length) q = 0;
+  }
+}
+
+Eigen::MatrixXd HeldResponse::respond(const TransferColumns& columns, double delay_s,
+                                      std::span<const ResponseRequest> requests) const {
+  const double delay = delay_s / selection_.step_s;
+  const double whole = std::round(delay);
+  const double x = delay - whole;
+  Scratch main = main_columns(columns);
+  add_aliases(columns, x, main);
+  const std::vector<Complex> shift = delay_factors(delay, whole, x);
+
   std::vector<Complex> folded(short_fft_.bins());
-  std::vector<double> output(short_length);
+  std::vector<double> output(short_fft_.length());
   Eigen::MatrixXd responses(static_cast<Eigen::Index>(selection_.count), static_cast<Eigen::Index>(requests.size()));
   for (std::size_t r = 0; r < requests.size(); ++r) {
     const ResponseRequest& request = requests[r];
-    const double* re = main.re.data() + request.column * bins_;
-    const double* im = main.im.data() + request.column * bins_;
-    const InputSpectrum& input = *request.input;
-    const double direct = columns.direct(request.column);
     // A jump of the direct part reaches the sample at which it happens, or the next one.
     const double jump_at = request.at_jump == AtJump::after ? std::ceil(delay) : std::floor(delay) + 1.0;
-    std::fill(folded.begin(), folded.end(), 0.0);
-    std::size_t q = 0;
-    for (std::size_t j = 0; j < bins_; ++j) {
-      double f_re = re[j];
-      double f_im = im[j];
-      if (!shift.empty()) {
-        const double s_re = shift[j].real();
-        const double s_im = shift[j].imag();
-        const double product_re = f_re * s_re - f_im * s_im;
-        f_im = f_re * s_im + f_im * s_re;
-        f_re = product_re;
-      }
-      if (direct != 0.0) {
-        const Complex p(sigma_, 2.0 * pi * static_cast<double>(j) / static_cast<double>(length_));
-        const Complex step = direct * std::exp(-jump_at * p) / (1.0 - std::exp(-p));
-        f_re += step.real();
-        f_im += step.imag();
-      }
-      const double u_re = input[j].real();
-      const double u_im = input[j].imag();
-      const Complex y(f_re * u_re - f_im * u_im, f_re * u_im + f_im * u_re);
-      // Outputs `every` samples apart: bins that differ by the short length fall together, L - j by symmetry.
-      if (q <= short_length / 2) folded[q] += y;
-      const std::size_t mirror = q == 0 ? 0 : short_length - q;
-      if (j != 0 && 2 * j != length_ && mirror <= short_length / 2) folded[mirror] += std::conj(y);
-      if (++q == short_length) q = 0;
-    }
+    fold({main.re.data() + request.column * bins_, main.im.data() + request.column * bins_,
+          columns.direct(request.column), jump_at},
+         *request.input, shift, folded);
     short_fft_.inverse(folded, output);
     for (std::size_t m = 0; m < selection_.count; ++m) {
       responses(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(r)) =

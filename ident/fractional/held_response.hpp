@@ -67,8 +67,14 @@ class HeldResponse {
 
  private:
   struct Scratch;
+  struct Column;
   struct Aliases;
+  [[nodiscard]] Scratch main_columns(const TransferColumns& columns) const;
+  void add_aliases(const TransferColumns& columns, double x, Scratch& main) const;
   void add_near_aliases(const TransferColumns& columns, double x, int aliases, Scratch& scratch) const;
+  [[nodiscard]] std::vector<std::complex<double>> delay_factors(double delay, double whole, double x) const;
+  void fold(const Column& column, const InputSpectrum& input, const std::vector<std::complex<double>>& shift,
+            std::vector<std::complex<double>>& folded) const;
   void weigh(InputSpectrum& spectrum) const;
 
   OutputSelection selection_;

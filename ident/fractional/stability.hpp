@@ -12,7 +12,7 @@ namespace eha::ident {
 /// Cost: some hundred evaluations of the denominator.
 [[nodiscard]] int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad);
 
-/// Whether some mode of G grows: a pole with positive real part. An integrator (a pole at 0) does not grow. What has an
+/// Whether some mode of G grows: a pole with positive real part. An integrator (a pole at 0) does not grow. A G with an
 /// order above kOrderLimit counts as growing: the cost of the tests rises with the orders.
 [[nodiscard]] bool grows(const TransferFunction& g);
 

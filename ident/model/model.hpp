@@ -41,9 +41,9 @@ struct Correlation {
   double bound99 = 0.0;
 };
 
-/// What a structure costs for what it explains, to compare structures on one record: the lower the better. The number
-/// of samples in each is the residual's effective one, because neighbouring residuals repeat each other; with n the
-/// samples, p the parameters and V the mean square error:
+/// Criteria that weigh a structure's error against its number of parameters, to compare structures on one record: lower
+/// is better. n is the effective number of samples, which counts correlated residuals less; p is the number of
+/// parameters and V the mean square error:
 ///   aic = n ln V + 2 p, aicc = aic + 2 p (p + 1)/(n - p - 1), bic = n ln V + p ln n, fpe = V (n + p)/(n - p).
 /// Akaike, IEEE Trans. AC 19 (1974); Hurvich and Tsai, Biometrika 76 (1989); Schwarz, Ann. Stat. 6 (1978).
 struct InformationCriteria {
@@ -55,7 +55,7 @@ struct InformationCriteria {
   double fpe = 0.0;  ///< [output unit^2]
 };
 
-/// How the errors of the estimated parameters hang together.
+/// Correlation of the errors of the estimated parameters.
 struct ParameterCorrelation {
   std::vector<std::string> names;
   std::vector<std::vector<double>> matrix;     ///< one row a name
@@ -73,7 +73,7 @@ struct EstimationReport {
   bool converged = false;
 };
 
-/// What the part of the record that did not estimate says.
+/// The model held against the part of the record that did not estimate.
 struct ValidationReport {
   Score score;                              ///< bias and offset kept
   std::optional<Score> offset_reestimated;  ///< initial_output fitted anew on the scored part
@@ -99,10 +99,10 @@ struct StabilityReport {
 
 struct Verdict {
   bool accepted = false;
-  std::vector<std::string> reasons;  ///< why not, or what to know; one sentence each
+  std::vector<std::string> reasons;  ///< why it is rejected, then notes; one sentence each
 };
 
-/// What the input was taken to be before t = 0, beside its value at rest: constant over from_s <= t < to_s <= 0.
+/// One window of the estimated input before t = 0, added to its value at rest: constant over from_s <= t < to_s <= 0.
 struct PastInput {
   double from_s = 0.0;
   double to_s = 0.0;

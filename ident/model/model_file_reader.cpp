@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::string_view kSchema = "eha-model/1";
-/// A model file is seven levels deep; what goes far beyond is not one.
+/// A model file is seven levels deep; a far deeper one is refused.
 constexpr int kDeepest = 32;
 
 /// One JSON value and its path, for messages.
@@ -310,7 +310,7 @@ Model read_model(const Node& node, const std::string& file_name) {
   return model;
 }
 
-/// What the JSON library says, without the offending bytes themselves.
+/// The JSON library's message without the offending bytes.
 std::string syntax_detail(std::string_view what) {
   constexpr std::string_view kMarker = "syntax error ";
   if (const auto start = what.find(kMarker); start != std::string_view::npos)

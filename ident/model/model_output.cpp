@@ -126,7 +126,7 @@ Model with_offset_fitted(const Model& model, const ModelOutput& output, const Ei
   const auto states = std::min(output.free.cols(), static_cast<Eigen::Index>(model.initial_state.size()));
   Eigen::VectorXd rest = measured - output.forced;
   if (output.free.cols() > states) {
-    // Windows of the past, free to move, would explain any record's beginning.
+    // Past windows keep their values: free ones would fit the beginning of any record.
     const Eigen::Index windows = output.free.cols() - states;
     rest -= output.free.rightCols(windows) * free_values(model).tail(windows);
   }

@@ -16,17 +16,18 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kCoarseRows = 1000.0;      // enough to find a basin in
-constexpr double kMostCoarseRows = 4000.0;  // however fast the output is
+constexpr double kCoarseRows = 1000.0;      // enough to find the basin of an optimum
+constexpr double kMostCoarseRows = 4000.0;  // for a fast output
 // Share of the output's power above a fifth of the coarse Nyquist frequency that a coarse record may lose.
 constexpr double kLostPower = 1e-4;
 constexpr std::size_t kNoiseBands = 8;
-constexpr std::size_t kPopulations = 4;       // as many processors have work
+constexpr std::size_t kPopulations = 4;       // run in parallel
 constexpr int kEvaluationsPerDimension = 15;  // each
 constexpr unsigned kMembersPerDimension = 5;
 constexpr std::size_t kPolished = 8;
+constexpr std::ptrdiff_t kMostCoveredWeights = 2;
 constexpr std::size_t kGuessesPolished = 6;
-constexpr double kDistinctGuess = 0.01;  // a guess is a considered one: a lightly damped optimum is a needle
+constexpr double kDistinctGuess = 0.01;  // guesses may lie close: the basin of a lightly damped optimum is narrow
 constexpr double kDistinct = 0.12;       // of the search box, root mean square
 constexpr double kInfeasible = 1e3;      // logarithm of a cost no model reaches
 constexpr double kLeastCost = 1e-300;    // its logarithm is finite
@@ -36,7 +37,7 @@ constexpr double kAtItsEnd = 0.1;                                             //
 constexpr double kSameCost = 1e-4;  // relative; two optima closer than this are one
 
 /// Lowest frequency [cycles a sample] above which the output's increments hold less than kLostPower of their power.
-/// Increments, because a drifting output would hide its fast part behind the drift.
+/// Increments, because the drift of an output has more power than its fast part.
 double bandwidth(const Eigen::VectorXd& output) {
   const auto n = static_cast<std::size_t>(output.size()) - 1;
   const RealFft fft(fast_length(n));
@@ -48,8 +49,7 @@ double bandwidth(const Eigen::VectorXd& output) {
   }
   std::vector<std::complex<double>> spectrum(fft.bins());
   fft.forward(signal, spectrum);
-  // Integrated back, and the white part taken off, so that sensor noise does not pass for bandwidth: it is what the
-  // quietest band holds.
+  // The increments are integrated back. The power of the quietest band counts as white sensor noise and is removed.
   std::vector<double> differenced(fft.bins(), 1.0);
   for (std::size_t j = 1; j < fft.bins(); ++j) {
     const double half_turn = std::numbers::pi * static_cast<double>(j) / static_cast<double>(fft.length());
@@ -173,12 +173,12 @@ std::vector<Seen> look_around(const OutputError& problem, const Box& box, std::u
   try {
     crs.optimize(x, least);
   } catch (const nlopt::roundoff_limited&) {
-    // The population has collapsed onto one point; what it saw on the way counts.
+    // The population has collapsed onto one point; the points tried so far count.
   }
   return seen;
 }
 
-/// What several populations saw, one after the other.
+/// The stable points that all populations tried, population by population.
 std::vector<Seen> explore(const OutputError& problem, const Box& box, std::uint64_t seed, const Executor& executor) {
   std::vector<std::vector<Seen>> populations(kPopulations);
   // NLopt takes 32 bits of a seed.
@@ -262,6 +262,10 @@ std::vector<LeastSquaresResult> distinct_optima(std::vector<LeastSquaresResult> 
 }
 
 }  // namespace
+
+bool is_thinly_covered(const Parametrisation& parametrisation) {
+  return parametrisation.weight_count() > kMostCoveredWeights;
+}
 
 std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last) {
   const auto rows = static_cast<double>(last + 1);

@@ -20,21 +20,25 @@ struct CoarseRecord {
   std::size_t rows = 0;   ///< how many
 };
 
-/// One coarse record of about a thousand rows, more when the output's spectrum needs them. A long record whose output
-/// is fast, or noisy, gives two: one over the whole length, too coarse for the fast part, and one at the spacing the
-/// spectrum asks for, from where the input first moves until rows run out.
+/// One coarse record of about a thousand rows, more when the output's spectrum needs them. A long record with a fast or
+/// noisy output gives two: one over the whole length, too coarse for the fast part, and one at the spacing that the
+/// spectrum needs, from the first move of the input on, 4000 rows at most.
 /// @param first, last  rows of the record that are compared
 [[nodiscard]] std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last);
+
+/// Whether there are so many coefficients to weigh that the populations of a search cover its box thinly: then more of
+/// what it finds is worth following.
+[[nodiscard]] bool is_thinly_covered(const Parametrisation& parametrisation);
 
 struct SearchResult {
   std::vector<LeastSquaresResult> optima;  ///< distinct local optima, best first; empty when no trial was stable
   std::size_t evaluations = 0;
 };
 
-/// One local search from a start far from the optimum. Before it, the coefficient weights are scanned at the start's
-/// orders: coefficients depend on the orders so much that a start's are rarely of use with the orders it names. When an
-/// order ran to its end or the search got stuck, the orders are set back to the middle of the search box and the search
-/// is repeated once, for a term that has vanished says nothing about its order; the better result counts.
+/// One local search from a start far from the optimum. First scans the coefficient weights at the start's orders,
+/// because good coefficients depend strongly on the orders. When an order ends near a bound or the search reaches its
+/// evaluation limit, sets the orders to the middle of the search box and repeats the search once: a term that has
+/// vanished no longer determines its order. Keeps the better result.
 [[nodiscard]] LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start);
 
 /// Looks over the search box by controlled random searches (NLopt's CRS2 with local mutation, seeded) of four

@@ -12,7 +12,6 @@ namespace {
 
 // Levenberg-Marquardt after Madsen, Nielsen and Tingleff, Methods for Non-Linear Least Squares Problems (2004),
 // algorithm 3.16 and equation 2.21: the damping falls with the gain ratio, and grows faster with each failed step.
-constexpr double kFirstDamping = 1e-3;
 constexpr double kLeastDamping = 1e-16;
 constexpr double kLargestDamping = 1e12;
 constexpr double kFirstGrowth = 2.0;
@@ -108,7 +107,7 @@ Eigen::VectorXd bounded_step(const Linearised& problem, const Eigen::VectorXd& t
 
 /// The damping and how fast it grows.
 struct Damping {
-  double value = kFirstDamping;
+  double value;
   double growth = kFirstGrowth;
 
   void succeed(double gain_ratio) {
@@ -143,7 +142,7 @@ Termination iterate(const OutputError& problem, const Box& box, const LeastSquar
   const double total = problem.output_energy();
   Linearised linearised(result.point);
   Eigen::VectorXd scale = Eigen::VectorXd::Constant(result.theta.size(), kTiny);
-  Damping damping;
+  Damping damping{.value = options.first_damping};
   while (result.evaluations < options.max_evaluations) {
     scale = (kScaleMemory * scale)
                 .cwiseMax(result.point.jacobian.colwise().norm().transpose())

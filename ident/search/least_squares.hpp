@@ -14,7 +14,7 @@ enum class Termination {
   converged,         ///< neither the cost nor the coordinates change any more
   at_bound,          ///< converged with a coordinate on a bound
   no_progress,       ///< no smaller cost could be found along any damped step
-  evaluation_limit,  ///< gave up
+  evaluation_limit,  ///< the evaluations were used up
   infeasible,        ///< the start is not a stable, proper model
 };
 
@@ -24,6 +24,8 @@ struct LeastSquaresOptions {
   std::size_t max_evaluations = 200;
   double cost_tolerance = 1e-12;  ///< relative fall of the cost that ends the search
   double step_tolerance = 1e-10;  ///< relative change of the output that ends the search
+  /// Relative to Marquardt's scaling. A damped step hardly moves along a flat valley and may end the search there.
+  double first_damping = 1e-3;
 };
 
 struct LeastSquaresResult {

@@ -193,6 +193,11 @@ std::vector<Sensitivity> Parametrisation::sensitivities(const Eigen::VectorXd& t
   return all;
 }
 
+std::ptrdiff_t Parametrisation::weight_count() const {
+  return std::count_if(coordinates_.begin(), coordinates_.end(),
+                       [](const Coordinate& c) { return c.role == CoordinateRole::weighted_denominator; });
+}
+
 Eigen::VectorXd Parametrisation::with_lower_orders(const Eigen::VectorXd& theta) const {
   Eigen::VectorXd lowered = theta;
   for (std::size_t l = 0; l < coordinates_.size(); ++l) {

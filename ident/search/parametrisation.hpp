@@ -38,8 +38,8 @@ struct Coordinate {
 };
 
 /// Maps coordinates to a transfer function and its sensitivities. Numerator coefficients are not coordinates: they
-/// enter the output linearly and are solved for. Three uses: `search` coordinates converge well from afar (logarithms
-/// of coefficients weighed at a reference frequency; natural frequencies and damping ratios, which are stable by
+/// enter the output linearly and are solved for. Two uses: `search` coordinates converge well from afar (logarithms
+/// of coefficients weighted at a reference frequency; natural frequencies and damping ratios, which are stable by
 /// construction), `plain` ones are what a model file reports.
 class Parametrisation {
  public:
@@ -62,6 +62,8 @@ class Parametrisation {
   void add_input_bias(const StructureOptions& asked, double largest_input, double first_input);
 
   [[nodiscard]] const std::vector<Coordinate>& coordinates() const noexcept { return coordinates_; }
+  /// How many of them weigh coefficients.
+  [[nodiscard]] std::ptrdiff_t weight_count() const;
   [[nodiscard]] std::size_t numerator_terms() const noexcept { return base_.numerator.size(); }
 
   /// Numerator coefficients are taken from `numerator`; an empty one leaves them 1.

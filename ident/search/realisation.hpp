@@ -19,7 +19,7 @@ struct PoleGuess {
 /// poles. Done for several spacings of the samples, because one spacing does not resolve both fast and slow poles, and,
 /// when the delay is free, also with the impulse response's quiet beginning cut off.
 /// Ho and Kalman, Regelungstechnik 14 (1966); Kung, 12th Asilomar Conf. (1978); Zhu, Control Eng. Practice 6 (1998).
-/// @param rows  how many rows of the record are used, from the first on
+/// @param rows  rows of the record that are used, from the first on
 /// @param poles  1..10
 /// @returns  one guess a spacing and delay; none when the record is too short. Cost O(rows) a spacing, about 10 ms at
 ///           1000 rows. Thread-safe.

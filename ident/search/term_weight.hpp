@@ -8,7 +8,7 @@ namespace eha::ident {
 inline constexpr double kSlightWeight = 1e-2;  ///< of a term, against one: below this its coordinate is linear
 
 /// Weight of a denominator term at the reference frequency: proportional to the coordinate where the term hardly
-/// matters, so that it can go to nothing and come back, exponential above.
+/// matters, so that the term can vanish and reappear; exponential above.
 inline double weight(double x) { return x < 1.0 ? kSlightWeight * x : kSlightWeight * std::exp(x - 1.0); }
 /// Its derivative by the coordinate.
 inline double weight_slope(double x) { return x < 1.0 ? kSlightWeight : weight(x); }

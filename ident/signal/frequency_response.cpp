@@ -18,7 +18,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// A line this far from a harmonic, in cycles over one period, is none: far below what a repeated table can play.
+// A line farther than this from a harmonic, in cycles over one period, is refused; rounding stays far below it.
 constexpr double kOffHarmonic = 1e-3;
 constexpr double kCarriesInput = 0.1;
 // Below this share of the greatest line an input is rounding of the converter, not excitation.
@@ -110,7 +110,7 @@ double noise_power(const Spectra& output, const Spectra& input, Complex gain, st
   return sum / (static_cast<double>(to - from + 1) * count * (count - 1.0));
 }
 
-/// What the silent lines say.
+/// Distortion, from the lines that the input leaves silent.
 class Distortion {
  public:
   Distortion(const Spectra& output, const Spectra& input, const std::vector<std::size_t>& excited,

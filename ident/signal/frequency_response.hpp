@@ -11,7 +11,7 @@
 
 namespace eha::ident {
 
-/// What a record says about the plant at one excited frequency.
+/// Measured response at one excited frequency.
 struct LineResponse {
   double frequency_Hz = 0.0;
   std::size_t harmonic = 0;       ///< of the period

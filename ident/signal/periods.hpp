@@ -20,7 +20,7 @@ struct Periods {
 /// Cost O(lines longest lines_Hz[0] step_s).
 [[nodiscard]] std::size_t common_period(const std::vector<double>& lines_Hz, double step_s, std::size_t longest);
 
-/// The last whole periods of a record after its first `discard` rows: where a transient has died away the furthest.
+/// The last whole periods of a record after its first `discard` rows, where the transient is smallest.
 /// @throws DataError  fewer than two of them: neither noise nor drift could be told from the response
 [[nodiscard]] Periods last_periods(std::size_t samples, std::size_t length, std::size_t discard);
 
@@ -29,7 +29,7 @@ struct PeriodicSignal {
   Eigen::MatrixXd periods;  ///< length x count, drift removed
   Eigen::VectorXd mean;     ///< of the periods
   Eigen::VectorXd drift;    ///< length count samples, mean 0; zeros where it was kept
-  /// Greatest less least drift: what a rod that creeps, or a transient that lives on, moves over the periods.
+  /// Greatest less least drift over the periods, of a creeping rod or a remaining transient.
   double drift_range = 0.0;
   bool drift_detected = false;      ///< by an F test at 99.9 %, noise taken as white
   double noise_std = 0.0;           ///< of one sample, from the spread between periods

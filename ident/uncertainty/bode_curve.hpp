@@ -9,14 +9,14 @@
 
 namespace eha::ident {
 
-/// What a fit knows of its parameters: their covariance.
+/// Covariance of the estimated parameters.
 struct ParameterCovariance {
   std::vector<ParameterKey> parameters;
   Eigen::MatrixXd
-      matrix;  ///< one row and column a parameter; directions that the record says nothing of are left out of it
+      matrix;  ///< one row and column a parameter; directions that the record does not determine are left out
 };
 
-/// Logarithmic grid for a Bode plot of what a record can tell: from half a period of the record to the Nyquist
+/// Logarithmic grid over the frequencies that a record resolves: from half a period of the record to the Nyquist
 /// frequency of its compared samples, 40 points.
 [[nodiscard]] std::vector<double> bode_frequencies(double duration_s, double compared_step_s);
 

@@ -17,7 +17,7 @@ struct ResidualModel {
 /// Yule-Walker by Levinson's recursion, orders up to a tenth of the residual. Cost O(n order).
 [[nodiscard]] ResidualModel residual_model(const Eigen::VectorXd& residual);
 
-/// What a least-squares fit knows about its parameters.
+/// Covariance and correlation of least-squares estimates.
 struct Uncertainty {
   Eigen::MatrixXd covariance;                  ///< p by p; directions in which the output does not move are left out
   Eigen::MatrixXd correlation;                 ///< p by p

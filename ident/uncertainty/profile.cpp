@@ -12,7 +12,7 @@ namespace eha::ident {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Beyond this share the rise of the cost is no parabola's; it moves an interval's end by a tenth.
+// The cost counts as a parabola while its rise differs by less than this share, which moves an end by a tenth.
 constexpr double kStraight = 0.2;
 constexpr double kEndTolerance = 0.05;  // of the root of the rise
 // Of the output's energy: a smaller rise drowns in the rounding of the simulation.
@@ -100,10 +100,10 @@ class Profile {
     double inside = 0.0;
     double outside = kInfinity;
     Eigen::VectorXd others = reported_.values();
-    // Coordinates in which the optimum itself is not found again are no good for a profile.
+    // A search that does not find the optimum itself again cannot give a profile.
     if (!(least_cost(value_, others) - optimum_.cost < kStraight * kStraight * rise_)) return value_ + side * distance;
     for (int trial = 0; trial < kMostTrials; ++trial) {
-      // Each search starts from the last optimum inside the interval: what lies outside may be a poor local one.
+      // Each search starts from the last optimum inside the interval; one outside may be a poor local optimum.
       Eigen::VectorXd start = others;
       const double rise = least_cost(value_ + side * distance, start) - optimum_.cost;
       const double root = std::sqrt(std::max(0.0, rise) / rise_);
@@ -173,7 +173,7 @@ class Profile {
   const Reported& reported_;
   ParameterKey key_;
   double value_ = 0.0;
-  Eigen::VectorXd direction_;  ///< how the others move with this one, per unit of it
+  Eigen::VectorXd direction_;  ///< change of the others per unit of this one
   double half_width_ = 0.0;
   double rise_ = 0.0;
 };

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string_view>
 
 #include "ident/fractional/stability.hpp"
 
@@ -18,13 +19,13 @@ constexpr double kWhitenessLevel = 0.01;
 
 class Judgement {
  public:
-  void reject(std::string reason) {
+  void reject(std::string_view reason) {
     accepted_ = false;
-    rejections_.push_back(std::move(reason));
+    rejections_.emplace_back(reason);
   }
-  void note(std::string text) { notes_.push_back(std::move(text)); }
+  void note(std::string_view text) { notes_.emplace_back(text); }
 
-  /// Reasons against come first.
+  /// Reasons for a rejection first, then notes.
   Verdict verdict() {
     Verdict result{accepted_, std::move(rejections_)};
     result.reasons.insert(result.reasons.end(), notes_.begin(), notes_.end());
@@ -62,7 +63,7 @@ double lowest_order(const std::vector<Term>& terms) {
   return lowest;
 }
 
-/// Whether poles at 0 are all that the model's stability suffers from.
+/// Whether the model would be stable without its poles at 0.
 bool only_integrates(const TransferFunction& g) {
   const double poles = lowest_order(g.denominator);
   if (!(poles > lowest_order(g.numerator)) || std::isinf(poles)) return false;
@@ -119,7 +120,8 @@ void note_residual(const ValidationReport& validation, const AcceptanceLimits& l
   }
 }
 
-/// Parameters whose 95 % interval is wider than the value itself say little; the lost ones are named elsewhere.
+/// Notes parameters whose 95 % interval is wider than twice the value. Parameters of infinite error are named
+/// elsewhere.
 void note_undetermined(const Model& model, Judgement& judgement) {
   for (const ParameterEstimate& p : model.parameters) {
     if (p.fixed || is_offset(p.role) || !std::isfinite(p.std)) continue;
@@ -150,7 +152,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, double interpo
     judge_score(model.estimation->score, "estimation", model, limits, judgement);
     judgement.note("Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
   } else {
-    judgement.reject("The model was neither estimated nor validated here, so nothing speaks for it.");
+    judgement.reject("The model was neither estimated nor validated here.");
   }
   judge_stability(model, limits, judgement);
   note_undetermined(model, judgement);

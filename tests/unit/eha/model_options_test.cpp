@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <string>
 #include <vector>
 
 #include "core/error.hpp"
+#include "tests/unit/temporary_folder.hpp"
 
 namespace eha::cli {
 namespace {
@@ -62,6 +64,26 @@ TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
   options.families = {"io"};
   options.zeros = 4;
   EXPECT_EQ(fault_of(options), "--zeros: expected at most 3 as there are so many poles, got 4");
+}
+
+TEST(ModelOptions, AddTheStructureOfAFile) {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder.path() / "s.toml").string();
+  std::ofstream(file) << "name = \"two\"\ndenominator = [{ order = 1.2, free = true }, { order = 0 }]\n";
+  ModelOptions options;
+  options.structure_files = {file};
+  options.delay = "0.1";
+  ASSERT_EQ(structures_for(options, {}).size(), 1U);
+  EXPECT_EQ(structures_for(options, {})[0].name, "two");
+  EXPECT_EQ(structures_for(options, {})[0].structure.delay.value, 0.1);
+  options.families = {"io"};
+  EXPECT_EQ(structures_for(options, {}).size(), 2U);
+  options.structure_files = {file, file};
+  EXPECT_EQ(fault_of(options), "--structure " + file +
+                                   ": another model is named two, and each would be written to two.json; give it "
+                                   "another `name`");
+  options.structure_files = {(folder.path() / "none.toml").string()};
+  EXPECT_THROW(static_cast<void>(structures_for(options, {})), ConfigError);
 }
 
 TEST(ModelOptions, FreeOrHoldTheDelay) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/uncertainty/covariance.hpp"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -6,8 +8,6 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-
-#include "ident/uncertainty/covariance.hpp"
 
 namespace eha::ident {
 namespace {
