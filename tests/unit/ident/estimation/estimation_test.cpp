@@ -54,7 +54,17 @@ std::vector<DerivativeCase> derivative_cases() {
   DerivativeCase past{"fo with past input and delay", asked_for(structures::fo()), excited};
   past.structure.structure.delay.freedom = Freedom::free;
   past.structure.structure.delay.value = 0.0137;
-  return {fo, io, state, commensurate, lag, past};
+  LinearPart two = one;
+  two.numerator.resize(2);
+  two.solve_bias = false;
+  DerivativeCase terms{"terms with every kind of free order",
+                       asked_for(structure_of_terms({.numerator = {{.order = 0.4, .free = true}, {.order = 0.0}},
+                                                     .denominator = {{.order = 1.9, .free = true},
+                                                                     {.order = 1.0},
+                                                                     {.order = 0.5, .free = true},
+                                                                     {.order = 0.0}}})),
+                       two};
+  return {fo, io, state, commensurate, lag, past, terms};
 }
 
 TEST(Derivatives, EqualCentralDifferencesForEveryParameter) {
