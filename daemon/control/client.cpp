@@ -36,8 +36,8 @@ int connect_to(const std::filesystem::path& path) {
   close(descriptor);
   if (error_number == EACCES || error_number == EPERM) {
     throw PermissionError(
-        fmt::format("{}: {}; only members of the socket's group may use ehad: as root, adduser NAME ehad, then log in "
-                    "anew",
+        fmt::format("{}: {}; only members of the socket's group may use ehad; as root: adduser NAME ehad, then log in "
+                    "again",
                     path.string(), reason(error_number)));
   }
   throw DeviceError(
@@ -56,8 +56,8 @@ Client::Client(const std::filesystem::path& socket)
   if (!is_ours || !greeting->at("ehad").is_string() || greeting->at("protocol") != kProtocolVersion) {
     close(descriptor_);
     throw DeviceError(
-        fmt::format("{}: what answers there does not speak protocol {} of ehad; install eha and ehad of "
-                    "one version",
+        fmt::format("{}: the program there does not speak protocol {} of ehad; install the same version of eha "
+                    "and ehad",
                     path_.string(), kProtocolVersion));
   }
   version_ = greeting->at("ehad").get<std::string>();
@@ -92,21 +92,21 @@ Json Client::call(const std::string& method, const Json& params) {
   }
 }
 
-std::optional<Json> Client::next_event(milliseconds patience) {
-  std::optional<Json> line = next_line(patience);
+std::optional<Json> Client::next_event(milliseconds timeout) {
+  std::optional<Json> line = next_line(timeout);
   if (!line || !line->contains("snapshot")) return std::nullopt;
   return line->at("snapshot");
 }
 
-std::optional<Json> Client::next_line(milliseconds patience) {
-  const auto deadline = steady_clock::now() + patience;
+std::optional<Json> Client::next_line(milliseconds timeout) {
+  const auto deadline = steady_clock::now() + timeout;
   for (;;) {
     if (const std::optional<std::string> line = input_.next_line()) {
       Json parsed = Json::parse(*line, nullptr, false);
-      if (!parsed.is_object()) lost("it sent what is no JSON object");
+      if (!parsed.is_object()) lost("it sent something other than a JSON object");
       return parsed;
     }
-    if (input_.is_too_long()) lost("it sent an endless line");
+    if (input_.is_too_long()) lost("it sent a line without an end");
     const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
     pollfd waiting{.fd = descriptor_, .events = POLLIN, .revents = 0};
     const int ready = poll(&waiting, 1, static_cast<int>(std::max<milliseconds::rep>(0, left.count())));

@@ -17,7 +17,7 @@ inline constexpr const char* kDefaultSocket = "/run/ehad/ehad.sock";
 /// A connection to ehad. Blocking. Not thread-safe.
 class Client {
  public:
-  /// Connects and takes the greeting.
+  /// Connects and reads the greeting.
   /// @throws DeviceError      ehad is not running, does not answer, or speaks another protocol
   /// @throws PermissionError  the caller may not use the socket; the message says how to join its group
   explicit Client(const std::filesystem::path& socket);
@@ -25,18 +25,18 @@ class Client {
   Client& operator=(const Client&) = delete;
   ~Client();
 
-  /// Sends a request and waits for its answer; events of a watch that come before it are left out.
+  /// Sends a request and waits for its answer; events of a watch that arrive before it are dropped.
   /// @throws Error  ehad refused: its code and message   @throws DeviceError  the connection is lost
   Json call(const std::string& method, const Json& params = Json::object());
 
-  /// The next event of a watch; none when none came in time or a signal came.
+  /// The next event of a watch; none after `timeout` or when a signal interrupts.
   /// @throws DeviceError  the connection is lost
-  [[nodiscard]] std::optional<Json> next_event(std::chrono::milliseconds patience);
+  [[nodiscard]] std::optional<Json> next_event(std::chrono::milliseconds timeout);
 
   [[nodiscard]] const std::string& version() const noexcept { return version_; }
 
  private:
-  [[nodiscard]] std::optional<Json> next_line(std::chrono::milliseconds patience);
+  [[nodiscard]] std::optional<Json> next_line(std::chrono::milliseconds timeout);
   [[noreturn]] void lost(const std::string& reason) const;
 
   std::filesystem::path path_;

@@ -14,7 +14,7 @@ namespace eha::control {
 namespace {
 
 [[noreturn]] void fail(int error_number) {
-  throw IoError("cannot wait for the socket: " + std::generic_category().message(error_number));
+  throw IoError("cannot wait for events: " + std::generic_category().message(error_number));
 }
 
 }  // namespace
@@ -51,10 +51,10 @@ void EventLoop::remove(int descriptor) {
   entries_.erase(found);
 }
 
-void EventLoop::run_once(std::chrono::milliseconds patience) {
+void EventLoop::run_once(std::chrono::milliseconds timeout) {
   std::array<epoll_event, 64> events;
   const int count =
-      epoll_wait(epoll_, events.data(), static_cast<int>(events.size()), static_cast<int>(patience.count()));
+      epoll_wait(epoll_, events.data(), static_cast<int>(events.size()), static_cast<int>(timeout.count()));
   if (count < 0 && errno != EINTR) fail(errno);
   for (int i = 0; i < count; ++i) {
     const epoll_event& event = events[static_cast<std::size_t>(i)];

@@ -11,8 +11,8 @@
 
 namespace eha::control {
 
-/// Waits for file descriptors and calls what was registered for those that are ready (epoll, level-triggered). A
-/// handler may add, change and remove descriptors, its own too. Not thread-safe: belongs to one thread.
+/// Waits for file descriptors and calls the handlers of those that are ready (epoll, level-triggered). A handler may
+/// add, change and remove descriptors, its own included. Not thread-safe: belongs to one thread.
 class EventLoop {
  public:
   using Handler = std::function<void(std::uint32_t events)>;
@@ -26,15 +26,15 @@ class EventLoop {
   /// @param events  EPOLLIN, EPOLLOUT; @throws IoError
   void add(int descriptor, std::uint32_t events, Handler handler);
   void change(int descriptor, std::uint32_t events);
-  /// Before the descriptor is closed.
+  /// Call before the descriptor is closed.
   void remove(int descriptor);
 
-  /// Waits for at most `patience` and serves what is ready, each descriptor once.
-  void run_once(std::chrono::milliseconds patience);
+  /// Waits for at most `timeout`, then calls the handler of each ready descriptor once.
+  void run_once(std::chrono::milliseconds timeout);
 
  private:
   struct Entry {
-    std::uint64_t token = 0;  ///< of this registration: an event that was under way for an earlier one is not for it
+    std::uint64_t token = 0;  ///< of this registration, so that events of an earlier one are not delivered
     std::shared_ptr<Handler> handler;
   };
 

@@ -8,8 +8,8 @@
 
 namespace eha::control {
 
-/// Cuts a stream of bytes into lines of bounded length. Memory: one longest line and what one append() brings.
-/// Cost: each byte is looked at once. Not thread-safe.
+/// Splits a stream of bytes into lines of bounded length. Memory: one longest line plus the bytes of one append().
+/// Cost: each byte is scanned once. Not thread-safe.
 class LineBuffer {
  public:
   /// @param longest  of a line, its newline not counted [bytes]
@@ -17,13 +17,13 @@ class LineBuffer {
 
   void append(std::string_view bytes);
 
-  /// Takes the next whole line, its newline (and a carriage return before it) removed; none while it is incomplete.
+  /// Takes the next whole line without its newline (and a carriage return before it); none while it is incomplete.
   [[nodiscard]] std::optional<std::string> next_line();
 
-  /// Whether the line at the front is longer than allowed: nothing that follows can be trusted any more.
+  /// Whether the line at the front is longer than allowed; the rest of the stream cannot be used then.
   [[nodiscard]] bool is_too_long() const noexcept;
 
-  /// Bytes of a line that has begun and not ended, or of lines not taken.
+  /// Bytes of lines that are incomplete or not taken.
   [[nodiscard]] std::size_t size() const noexcept { return bytes_.size() - begin_; }
 
  private:

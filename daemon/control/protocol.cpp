@@ -12,14 +12,14 @@
 namespace eha::control {
 namespace {
 
-constexpr int kDeepestRequest = 4;  // a request is an object that holds an object
+constexpr int kDeepestRequest = 4;  // an object that holds an object, and some spare
 constexpr std::size_t kLongestName = 256;
 constexpr std::int64_t kGreatestId = (std::int64_t{1} << 53) - 1;  // what every JSON library keeps
 
-/// Not Json: that one keeps the order of an object's members and looks a key up one by one.
+/// Not ordered_json, which looks a key up by a linear search.
 using Input = nlohmann::json;
 
-/// What is wrong with a request; becomes a Refusal.
+/// Why a request is refused; becomes a Refusal.
 struct BadRequest {
   std::string message;
 };
@@ -28,7 +28,7 @@ std::string shown(const Input& value) {
   return shortened(value.dump(-1, ' ', true, Input::error_handler_t::replace), 40);
 }
 
-/// The members of `params`, each asked for once; what was never asked for is an error.
+/// The members of `params`; a member that no reader asked for is an error.
 class Params {
  public:
   explicit Params(const Input& values) : values_(values) {}
@@ -151,7 +151,7 @@ Input parse_shallow(std::string_view line) {
   const auto look = [&is_deep](int depth, Input::parse_event_t event, const Input&) {
     const bool opens = event == Input::parse_event_t::object_start || event == Input::parse_event_t::array_start;
     if (opens && depth >= kDeepestRequest) is_deep = true;
-    // What is not kept costs no memory.
+    // Values that are not kept use no memory.
     return !is_deep;
   };
   Input request = Input::parse(line, look, false);

@@ -11,7 +11,7 @@
 
 #include "core/error.hpp"
 
-// The protocol of ehad's socket, see ehad-protocol(7): one JSON object a line. These functions are pure.
+// The protocol of ehad's socket, ehad-protocol(7): one JSON object on each line. These functions are pure.
 
 namespace eha::control {
 
@@ -32,7 +32,7 @@ struct SubmitCall {
   bool fast = false;                     ///< virtual time
 };
 struct StopCall {
-  std::optional<EntryId> entry;  ///< only if this one is on
+  std::optional<EntryId> entry;  ///< stop only if this one is on
 };
 struct CancelCall {
   EntryId entry = 0;
@@ -55,16 +55,16 @@ struct Request {
   Call call;
 };
 
-/// A line that is no request, and what to answer.
+/// A line that is not a request, and the answer to it.
 struct Refusal {
-  Json id;              ///< the request's, null when it has none that can be read
+  Json id;              ///< the request's; null when it has none that is readable
   std::string message;  ///< printable, at most a few hundred bytes
 };
 
-/// Reads one line. Cost and memory: in proportion to its length, whatever it holds. Thread-safe.
+/// Reads one line. Cost and memory: proportional to its length, whatever it contains. Thread-safe.
 [[nodiscard]] std::variant<Request, Refusal> parse_request(std::string_view line);
 
-/// Lines to send, newline included; bytes that are no UTF-8 are replaced.
+/// Lines to send, with their newline; bytes that are not UTF-8 are replaced.
 [[nodiscard]] std::string greeting_line();
 [[nodiscard]] std::string result_line(std::int64_t id, const Json& result);
 [[nodiscard]] std::string error_line(const Json& id, ExitCode code, std::string_view message);

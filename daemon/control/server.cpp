@@ -33,7 +33,7 @@ constexpr int kBacklog = 256;
   throw IoError(message);
 }
 
-/// Whether somebody answers at a socket.
+/// Whether a process listens at a socket.
 bool is_listened_at(const sockaddr_un& address) {
   const int probe = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   const int connected = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address);
@@ -50,7 +50,7 @@ int listen_at(const std::filesystem::path& path) {
   if (std::filesystem::is_socket(path)) unlink(path.c_str());
   const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (listener < 0) fail(path, "create the socket", errno);
-  // Never for a moment open to more than the owner and the group.
+  // The socket must never be open to others, not even before a chmod.
   const mode_t before = umask(0117);
   const int bound = bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   const int reason = errno;
@@ -92,7 +92,7 @@ Server::~Server() {
   loop_.remove(listener_);
   close(listener_);
   for (const auto& [id, client] : clients_) {
-    // The last words of a service that stops, such as how a run ended.
+    // Sends what still waits, such as how a run ended.
     flush(*client);
     loop_.remove(client->descriptor);
     close(client->descriptor);
@@ -105,7 +105,7 @@ void Server::accept_clients() {
     const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (descriptor < 0 && (errno == EINTR || errno == ECONNABORTED)) continue;
     if (descriptor < 0) {
-      // Out of descriptors or memory: whoever waits in the backlog would wake us again and again.
+      // Out of descriptors or memory: connections in the backlog would wake the loop again and again.
       if (errno != EAGAIN) make_room();
       return;
     }
@@ -131,7 +131,7 @@ void Server::accept_clients() {
 }
 
 void Server::make_room() {
-  // Those who never asked for anything go first, then whoever asked least lately; never one who is being answered.
+  // Drops clients without a request first, then the one silent longest; busy clients last.
   const auto rank = [](const Client& client) {
     return std::make_tuple(client.busy, client.has_asked, client.last_heard);
   };
@@ -181,8 +181,8 @@ void Server::read_from(Client& client) {
 }
 
 void Server::handle_lines(ClientId id) {
-  // Looked up anew each time: a request may end in its client being dropped.
-  // While an answer waits to be read no other is made: who does not read costs one answer.
+  // Looked up in each pass, because a request may drop its own client.
+  // No request is handled while an answer waits to be read, which bounds the memory of a client that does not read.
   const auto may_ask = [](const Client& client) { return !client.busy && !client.closing && client.output.empty(); };
   for (Client* client = find(id); client != nullptr && may_ask(*client); client = find(id)) {
     const std::optional<std::string> line = client->input.next_line();
@@ -216,7 +216,7 @@ void Server::send(Client& client, std::string_view text) {
   client.output.append(text);
   flush(client);
   if (!all_was_read && client.output.size() > limits_.unread_bytes) {
-    // Who does not read does not get to keep memory of ours; what he missed cannot be left out either.
+    // Disconnects a client whose unread output exceeds the limit; skipping lines would corrupt the stream.
     client.output.clear();
     client.closing = true;
   }
@@ -244,7 +244,7 @@ void Server::flush(Client& client) {
 
 void Server::update_events(Client& client) {
   std::uint32_t events = 0;
-  // While a request is under way or its answer unread the next one stays in the socket: the sender waits, not we.
+  // Further requests stay in the socket until the answer to this one has been read.
   if (!client.at_end && !client.busy && client.output.empty()) events |= EPOLLIN;
   if (!client.output.empty() || client.closing) events |= EPOLLOUT;
   loop_.change(client.descriptor, events);
@@ -255,7 +255,7 @@ void Server::answer(ClientId id, const std::string& line) {
   if (client == nullptr) return;
   client->busy = false;
   send(*client, line);
-  // A request that came with this one waits in our buffer, where no event tells of it.
+  // A request that arrived together with this one is in our buffer, for which epoll reports nothing.
   if (client->input.size() > 0) loop_.change(client->descriptor, EPOLLIN | EPOLLOUT);
 }
 
@@ -265,10 +265,10 @@ void Server::refuse(ClientId client, const Json& id, ExitCode code, std::string_
   answer(client, error_line(id, code, message));
 }
 
-void Server::stream(ClientId id, const std::string& line, bool always) {
+void Server::stream(ClientId id, const std::string& line, Delivery delivery) {
   Client* client = find(id);
   if (client == nullptr || client->closing) return;
-  if (client->output.empty() || always) send(*client, line);
+  if (client->output.empty() || delivery == Delivery::always) send(*client, line);
 }
 
 void Server::sweep(TimePoint now) {
@@ -278,7 +278,7 @@ void Server::sweep(TimePoint now) {
     const bool has_half_a_line =
         !client->busy && client->input.size() > 0 && now - client->line_begun > limits_.silence;
     const bool does_not_read = !client->output.empty() && now - client->last_taken > limits_.silence;
-    // Its own buffer is full, so that no event will tell of it any more.
+    // Its socket is full, so epoll reports nothing for it.
     const bool is_done_with = client->closing && client->output.empty();
     if (has_not_asked || has_half_a_line || does_not_read || is_done_with) silent.push_back(id);
   }

@@ -21,7 +21,7 @@ namespace eha::control {
 
 using ClientId = std::uint64_t;
 
-/// Who is at the other end, by the kernel's word (SO_PEERCRED) at the time of connecting.
+/// The process at the other end when it connected, as the kernel reports it (SO_PEERCRED).
 struct Peer {
   ClientId client = 0;
   uid_t uid = 0;
@@ -29,41 +29,45 @@ struct Peer {
   std::string user;  ///< name of the uid, or its digits
 };
 
-/// What a client may cost.
+/// Limits on what clients may use.
 struct ServerLimits {
-  std::size_t clients = 256;  ///< at most; then the one that has been idle longest makes room
-  std::size_t unread_bytes =
-      1024 * 1024;  ///< lines waiting for a slow reader, who is dropped beyond; one answer may be longer
-  std::chrono::milliseconds silence{30'000};  ///< for the first request, to end a line begun, to read what waits
+  std::size_t clients = 256;                  ///< connections; beyond, the one idle longest is closed
+  std::size_t unread_bytes = 1024 * 1024;     ///< output waiting for a reader, beyond one answer [bytes]
+  std::chrono::milliseconds silence{30'000};  ///< before the first request, within a line, or without reading
+};
+
+/// Whether a line of a stream may be left out.
+enum class Delivery {
+  when_read,  ///< left out while earlier output waits to be read
+  always,
 };
 
 /// The listening side of the socket. Everything is non-blocking and bounded: a client that floods, stalls, sends
-/// garbage or reads nothing is answered or dropped, and delays nobody. A client's requests are answered one at a time,
-/// in order; its next one is not even read before the one before it is answered and the answer taken. Not thread-safe.
+/// garbage or reads nothing is answered or dropped, and delays nobody. Each client's requests are answered one at a
+/// time, in order; the next one is read after the answer to the last one was read. Not thread-safe.
 class Server {
  public:
   using OnRequest = std::function<void(const Peer&, const Request&)>;
   using OnGone = std::function<void(ClientId)>;
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  /// Listens at `socket`, mode 0660; takes the place of a socket that nobody listens at any more.
+  /// Listens at `socket`, mode 0660; replaces the socket of a dead process.
   /// @param on_request  must lead to exactly one respond() or refuse(), now or later
-  /// @param on_gone     a client that had sent a request is no longer there
+  /// @param on_gone     called when a client that had sent a request has disconnected
   /// @throws DeviceError  another process listens there   @throws IoError, PermissionError, ConfigError (path too long)
   Server(EventLoop& loop, std::filesystem::path socket, ServerLimits limits, OnRequest on_request, OnGone on_gone);
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
   ~Server();
 
-  /// Answers the request under way; nothing when the client has gone.
+  /// Answers the request under way; does nothing when the client has disconnected.
   void respond(ClientId client, std::int64_t id, const Json& result);
   void refuse(ClientId client, const Json& id, ExitCode code, std::string_view message);
 
-  /// Sends a line of a stream, or leaves it out while earlier ones wait to be read.
-  /// @param always  not left out
-  void stream(ClientId client, const std::string& line, bool always);
+  /// Sends a line of a stream.
+  void stream(ClientId client, const std::string& line, Delivery delivery);
 
-  /// Drops those who were silent for too long. To be called about every second.
+  /// Drops clients that were silent for too long. Call about every second.
   void sweep(TimePoint now);
 
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
@@ -75,7 +79,7 @@ class Server {
     LineBuffer input{kLongestRequest};
     std::string output;
     bool busy = false;       ///< a request is under way
-    bool closing = false;    ///< to be dropped once its output is read
+    bool closing = false;    ///< dropped once its output is read
     bool has_asked = false;  ///< sent at least one request
     bool at_end = false;     ///< sends nothing any more
     TimePoint last_heard;    ///< whole line

@@ -39,7 +39,7 @@ void Mailbox::post(std::function<void()> message) {
     const std::lock_guard lock(mutex_);
     messages_.push_back(std::move(message));
   }
-  // Fails only when the count is at its maximum: then the main thread is being woken anyhow.
+  // Fails only at the count's maximum; the main thread is awake then.
   static_cast<void>(eventfd_write(descriptor_, 1));
 }
 

@@ -17,7 +17,11 @@
 
 namespace eha::service {
 
-/// What other threads want done in the main one. post() is thread-safe; the rest belongs to the main thread.
+/// Carries calls from other threads to the main thread. post() is thread-safe; the rest belongs to the main thread.
+///
+/// Not sd-event: it would replace some 100 lines of EventLoop and Service, but its C callbacks cannot let an exception
+/// through, it is not thread-safe (this queue and its event descriptor would stay), and it dispatches one source per
+/// epoll_wait, which changes the fairness that the flood tests hold.
 class Mailbox {
  public:
   explicit Mailbox(control::EventLoop& loop);
@@ -36,19 +40,19 @@ class Mailbox {
   std::deque<std::function<void()>> messages_;
 };
 
-/// A thread that does one thing after another, so that the main thread never waits for a disk or a long computation.
-/// It takes no signals. The public members belong to the main thread, but for beats().
+/// A thread that runs one task after another, so that the main thread never waits for a disk, a device or a long
+/// computation. It handles no signals. The public members belong to the main thread, except beats().
 class Background {
  public:
   /// @param name  of the thread, at most 15 characters
   Background(const char* name, Mailbox& mailbox);
   Background(const Background&) = delete;
   Background& operator=(const Background&) = delete;
-  /// Returns when everything that was asked for is done; answers not yet delivered are dropped by the mailbox's end.
+  /// Returns when every task has run; results that are not delivered yet are dropped with the mailbox.
   ~Background();
 
-  /// Does `work` there, after what was asked before, then hands its outcome to `then` in the main thread.
-  /// @param then  called with a std::future that is ready: get() returns what `work` did, or throws what it threw
+  /// Runs `work` in the thread after the tasks asked for before, then passes its outcome to `then` in the main thread.
+  /// @param then  gets a std::future that is ready: get() returns what `work` returned, or throws what it threw
   template <typename Work, typename Then>
   void ask(Work work, Then then) {
     using Result = std::invoke_result_t<Work>;
@@ -60,7 +64,7 @@ class Background {
     });
   }
 
-  /// Moves on several times a second while the thread has nothing to do: a sign of life. Thread-safe.
+  /// Counts up at least five times a second while the thread has nothing to do. Thread-safe.
   [[nodiscard]] std::uint64_t beats() const noexcept { return beats_.load(std::memory_order_relaxed); }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What clients ask of the supervisor and what it says of itself.
+// What waits, and what clients are told.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -56,17 +56,18 @@ Json list_of_runs(const fs::path& folder) {
 
 }  // namespace
 
-acquisition::State Supervisor::state() const { return active_ ? active_->watch->board.read().state : machine_.state(); }
+acquisition::State Supervisor::state() const { return active_ ? active_->watch->board.read().state : rig_.state(); }
 
 Json Supervisor::status() const {
   Json status{{"ehad", EHA_VERSION}, {"state", acquisition::to_text(state())}};
   status["reason"] = state() == acquisition::State::faulted || state() == acquisition::State::idle
                          ? Json(disarmed_because_)
                          : Json(nullptr);
-  status["rig"] = {{"name", rig_config_->name},
+  const config::RigConfig& rig = *rig_.config();
+  status["rig"] = {{"name", rig.name},
                    {"file", options_.rig_file},
-                   {"backend", hal::name_of(rig_config_->backend)},
-                   {"moves", hal::moves_machine(rig_config_->backend)}};
+                   {"backend", hal::name_of(rig.backend)},
+                   {"moves", rig_.moves_machine()}};
   status["lease"] = nullptr;
   if (const Lease::Holder* holder = lease_.holder()) {
     status["lease"] = {{"uid", holder->uid},
@@ -76,10 +77,10 @@ Json Supervisor::status() const {
   status["run"] = nullptr;
   if (active_) {
     status["run"] = entry(active_->entry);
-    status["run"].update(describe(active_->watch->board.read(), rig_config_->realtime.sample_period_s));
+    status["run"].update(describe(active_->watch->board.read(), rig.realtime.sample_period_s));
   }
   status["waiting"] = queue_.count(EntryState::waiting);
-  status["worker"] = fitting_ ? entry(fitting_->entry) : Json(nullptr);
+  status["worker"] = fitter_.entry() ? entry(*fitter_.entry()) : Json(nullptr);
   return status;
 }
 
@@ -115,7 +116,7 @@ Json Supervisor::queue() const {
 void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answer) {
   if (shutting_down_) throw DeviceError("ehad is stopping; submit again once it has restarted");
   if (queue_.count(EntryState::waiting) + submissions_ >= Queue::kMostWaiting) {
-    throw IoError(fmt::format("{} experiments wait already; eha runs cancel takes one away", Queue::kMostWaiting));
+    throw IoError(fmt::format("{} experiments wait already; eha runs cancel NUMBER removes one", Queue::kMostWaiting));
   }
   ++submissions_;
   Entry entry;
@@ -126,8 +127,8 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
   entry.fast = call.fast;
   entry.submitted = record::utc_now();
   entry.experiment = std::move(call.experiment);
-  clerk_.ask(
-      [this, entry = std::move(entry), config = rig_config_]() mutable {
+  disk_thread_.ask(
+      [this, entry = std::move(entry), config = rig_.config()]() mutable {
         entry.name = check_experiment(entry.experiment, entry.file, entry.fast, *config).name;
         store_.save(entry);
         return entry;
@@ -149,7 +150,8 @@ void Supervisor::cancel(const Peer& peer, EntryId id, Answer answer) {
   Entry* entry = queue_.find(id);
   if (entry == nullptr) throw UsageError(fmt::format("experiment {}: not in the queue", id));
   if (entry->uid != peer.uid) {
-    throw PermissionError(fmt::format("experiment {}: submitted by {}, who alone may cancel it", id, entry->user));
+    throw PermissionError(
+        fmt::format("experiment {}: submitted by {}; only {} may cancel it", id, entry->user, entry->user));
   }
   if (entry->state != EntryState::waiting) {
     throw UsageError(fmt::format("experiment {}: {}, not waiting{}", id, to_text(entry->state),
@@ -161,20 +163,20 @@ void Supervisor::cancel(const Peer& peer, EntryId id, Answer answer) {
   entry->exit_code = static_cast<int>(ExitCode::interrupted);
   entry->experiment.clear();
   spdlog::info("experiment {}: cancelled by {}", id, peer.user);
-  clerk_.ask([this, copy = *entry] { store_.save(copy); },
-             [this, id, answer = std::move(answer)](std::future<void> saved) {
-               answer([&]() -> Json {
-                 saved.get();
-                 return this->entry(id);
-               });
-             });
+  disk_thread_.ask([this, copy = *entry] { store_.save(copy); },
+                   [this, id, answer = std::move(answer)](std::future<void> saved) {
+                     answer([&]() -> Json {
+                       saved.get();
+                       return this->entry(id);
+                     });
+                   });
 }
 
 void Supervisor::runs(Answer answer) {
-  clerk_.ask([folder = runs_folder()] { return list_of_runs(folder); },
-             [folder = runs_folder(), answer = std::move(answer)](std::future<Json> listed) {
-               answer([&]() -> Json { return {{"folder", folder.string()}, {"runs", listed.get()}}; });
-             });
+  disk_thread_.ask([folder = runs_folder()] { return list_of_runs(folder); },
+                   [folder = runs_folder(), answer = std::move(answer)](std::future<Json> listed) {
+                     answer([&]() -> Json { return {{"folder", folder.string()}, {"runs", listed.get()}}; });
+                   });
 }
 
 std::string Supervisor::metrics() const {
@@ -182,7 +184,7 @@ std::string Supervisor::metrics() const {
   facts.state = state();
   facts.waiting = queue_.count(EntryState::waiting);
   if (lease_.holder()) facts.lease_remaining_s = lease_.remaining(Clock::now()).count();
-  facts.worker_busy = fitting_.has_value();
+  facts.worker_busy = fitter_.entry().has_value();
   if (active_) facts.snapshot = active_->watch->board.read();
   return metrics_text(totals_, facts);
 }
@@ -190,15 +192,14 @@ std::string Supervisor::metrics() const {
 std::string Supervisor::status_text() const {
   const std::size_t waiting = queue_.count(EntryState::waiting);
   const std::string queue = waiting > 0 ? fmt::format(", {} waiting", waiting) : "";
-  const std::string fit = fitting_ ? fmt::format(", fitting {}", fitting_->entry) : "";
+  const std::string fit = fitter_.entry() ? fmt::format(", fitting {}", *fitter_.entry()) : "";
   if (active_) {
     const Entry& entry = queue_.entries().at(active_->entry);
     return fmt::format("{}: experiment {} \"{}\" of {}{}{}", acquisition::to_text(state()), entry.id, entry.name,
                        entry.user, queue, fit);
   }
   if (lease_.holder()) return fmt::format("armed by {}{}{}", lease_.holder()->user, queue, fit);
-  return fmt::format("{} ({}){}{}; eha arm goes on", acquisition::to_text(machine_.state()), disarmed_because_, queue,
-                     fit);
+  return fmt::format("{} ({}){}{}; next: eha arm", acquisition::to_text(rig_.state()), disarmed_because_, queue, fit);
 }
 
 }  // namespace eha::service

@@ -9,8 +9,8 @@
 
 namespace eha::service {
 
-/// Says whether the watchdog may be fed: while the loop (its ticks, between runs the idle beat of the thread that runs
-/// it) and the writer move on. That the main thread does it says is shown by its asking. Not thread-safe.
+/// Decides whether the watchdog may be fed: while the loop makes progress (its ticks; between runs the idle beats of
+/// the rig's thread) and the writer does. The main thread shows its own progress by asking. Not thread-safe.
 class Health {
  public:
   using Clock = std::chrono::steady_clock;
@@ -18,12 +18,12 @@ class Health {
   static constexpr std::chrono::seconds kWriterPatience{10};
 
   /// @param watch  of the run that is on; none between runs
-  /// @param idle_beats  of the thread that runs experiments
-  /// @returns nothing when all is well, otherwise what stands still
+  /// @param idle_beats  of the rig's thread
+  /// @returns empty when all is well, otherwise what makes no progress
   [[nodiscard]] std::string check(const play::RunWatch* watch, std::uint64_t idle_beats, Clock::time_point now) {
     using Phase = play::RunWatch::Phase;
     const Phase phase = watch != nullptr ? watch->phase.load() : Phase::preparing;
-    // Making files takes as long as the record is long; nothing is driven then.
+    // Writing the files takes time in proportion to the record; nothing is driven then.
     const bool loop_is_watched = watch == nullptr || phase == Phase::playing;
     const bool writer_is_watched = watch != nullptr && (phase == Phase::playing || phase == Phase::draining);
     const std::uint64_t loop_count = watch == nullptr ? idle_beats : watch->board.read().sequence;

@@ -9,7 +9,7 @@
 
 namespace eha::service {
 
-/// Who may run and disarm, and until when. Not thread-safe.
+/// The user who may run experiments and disarm, and until when. Not thread-safe.
 class Lease {
  public:
   using Clock = std::chrono::steady_clock;
@@ -27,10 +27,10 @@ class Lease {
   }
   void release() { is_held_ = false; }
 
-  /// The holder has acted, or his run is on or has just ended.
+  /// Call when the holder has acted, and while a run of the holder is on or has just ended.
   void renew(Clock::time_point now) { ends_ = now + kDuration; }
 
-  /// None: nullptr. Valid until the lease is granted anew.
+  /// nullptr when nobody holds it. Valid until the next grant.
   [[nodiscard]] const Holder* holder() const noexcept { return is_held_ ? &holder_ : nullptr; }
   [[nodiscard]] bool is_held_by(uid_t uid) const noexcept { return is_held_ && holder_.uid == uid; }
   [[nodiscard]] bool has_expired(Clock::time_point now) const noexcept { return is_held_ && now >= ends_; }

@@ -15,7 +15,7 @@
 namespace eha::service {
 namespace {
 
-/// syslog(3)'s number of a level.
+/// Writes a level as the number of syslog(3).
 class JournalLevel final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& text) override {

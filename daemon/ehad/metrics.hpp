@@ -12,7 +12,7 @@
 
 namespace eha::service {
 
-/// What the runs since the start of the service came to.
+/// Sums over the runs since the service started.
 struct Totals {
   static constexpr std::size_t kOutcomes = 6;  ///< of acquisition::Outcome
 
@@ -27,7 +27,7 @@ struct Totals {
   void add(const acquisition::RunReport& report);
 };
 
-/// What the service is just now.
+/// The service's present state.
 struct MetricsFacts {
   acquisition::State state = acquisition::State::faulted;
   std::size_t waiting = 0;

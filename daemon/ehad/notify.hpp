@@ -6,23 +6,23 @@
 
 namespace eha::service {
 
-/// What the service manager is told (sd_notify(3)); nothing where none started the program. Not thread-safe.
+/// Messages to the service manager (sd_notify(3)); does nothing where none started the program. Not thread-safe.
 class Notifier {
  public:
   Notifier();
 
   void ready();
-  /// systemd 252 knows no Type=notify-reload: the two halves are sent by hand.
+  /// systemd 252 lacks Type=notify-reload, so RELOADING=1 and READY=1 are sent here.
   void reloading();
   void stopping();
-  /// One line for `systemctl status`; the same twice is sent once.
+  /// One line for `systemctl status`; sent when it differs from the last one.
   void status(const std::string& text);
   /// Asks for more time to start or stop.
   void extend_timeout(std::chrono::seconds time);
-  /// To be called often; the watchdog is fed four times in its interval, so that the manager is not flooded.
+  /// Call often; feeds the watchdog at most four times in its interval.
   void feed_watchdog();
 
-  /// Whether a watchdog waits to be fed.
+  /// Whether the service manager expects watchdog messages.
   [[nodiscard]] bool has_watchdog() const noexcept { return has_watchdog_; }
 
  private:

@@ -10,8 +10,8 @@ namespace eha::service {
 namespace {
 
 constexpr const char* kFooter = R"(
-Owns the rig from its start to its end, runs the experiments that eha sends it, one at a time, and has each completed
-run fitted. Starts with the rig faulted: nothing moves before somebody says `eha arm`.
+Keeps the rig open, runs the experiments that eha submits, one at a time, and fits each completed run. The rig is faulted
+at the start: nothing moves before `eha arm`.
 SIGTERM and SIGINT ramp the command [V] to the rig's safe voltage and end the service; a second one makes the rig safe at
 once. SIGHUP reads the configuration again, unless the rig is armed.
 
@@ -37,10 +37,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv, std::str
   app.add_option("--config", options.config_file,
                  "The service's own settings (default /etc/ehad/ehad.toml, which may be absent)")
       ->type_name("FILE");
-  app.add_option("--state", options.state, "Where runs/ and queue/ are kept (default /var/lib/ehad)")->type_name("DIR");
-  app.add_option("--socket", options.socket, "Where eha finds the service (default /run/ehad/ehad.sock)")
-      ->type_name("PATH");
-  app.add_flag("--allow-non-realtime", allow_non_realtime, "Run without real-time privileges too, for test benches");
+  app.add_option("--state", options.state, "Folder of runs/ and queue/ (default /var/lib/ehad)")->type_name("DIR");
+  app.add_option("--socket", options.socket, "Socket of the service (default /run/ehad/ehad.sock)")->type_name("PATH");
+  app.add_flag("--allow-non-realtime", allow_non_realtime, "Run without real-time privileges; for test benches");
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

@@ -9,7 +9,7 @@
 
 namespace eha::service {
 
-/// What ehad's command line says.
+/// ehad's command line.
 struct Options {
   std::string rig_file = "/etc/ehad/rig.toml";
   std::string config_file = "/etc/ehad/ehad.toml";

@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -93,7 +92,7 @@ QueueStore::QueueStore(fs::path folder) : folder_(std::move(folder)) {
   os::create_folders(folder_);
   lock_ = os::open_file(folder_ / "lock", O_RDWR | O_CREAT, 0640);
   if (flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
-    throw DeviceError(fmt::format("{}: another ehad works there; stop it first", folder_.string()));
+    throw DeviceError(fmt::format("{}: another ehad uses this folder; stop it first", folder_.string()));
   }
 }
 

@@ -19,18 +19,16 @@ namespace eha::service {
 using control::EntryId;
 using control::Json;
 
-/// Where an experiment is on its way: waiting -> running -> fitting -> judging -> over, or waiting -> cancelled. One
-/// that did not complete goes from running to over. While judging, the worker has ended and what came out is being
-/// read.
+/// States of an experiment: waiting -> running -> fitting -> judging -> over, or waiting -> cancelled. One that did not
+/// complete goes from running to over. In `judging` the worker has ended and its result is being read.
 enum class EntryState { waiting, running, fitting, judging, over, cancelled };
 
-/// An experiment that was submitted. `running` stands on the disk before the rig is touched, so that one that was on
-/// when the program died is known for it and never played twice.
+/// A submitted experiment. State `running` is saved before the rig moves, so a crash never replays an experiment.
 struct Entry {
   EntryId id = 0;
   EntryState state = EntryState::waiting;
   std::string name;  ///< the experiment's
-  std::string file;  ///< as the client calls it, for messages
+  std::string file;  ///< the client's name for it, for messages
   uid_t uid = 0;     ///< who submitted it
   std::string user;
   bool fast = false;            ///< virtual time
@@ -38,7 +36,7 @@ struct Entry {
   std::string experiment;       ///< TOML; empty once it is over
   std::string run;              ///< name of the run folder; empty before
   std::string outcome;          ///< of the run: completed, faulted, ...; "lost" when nothing of it was recorded
-  std::string note;             ///< what there is to say, for people
+  std::string note;             ///< remarks for people
   Json models = Json::array();  ///< as in the run's manifest, once it is fitted
   int exit_code = 0;            ///< what `eha run` ends with, once it is over
 };
@@ -46,10 +44,10 @@ struct Entry {
 /// "waiting", ...
 [[nodiscard]] std::string_view to_text(EntryState state) noexcept;
 
-/// For clients: all but the experiment's text.
+/// The entry for clients: everything except the experiment's text.
 [[nodiscard]] Json describe(const Entry& entry);
 
-/// The queue's files, one an experiment, each replaced atomically. Blocks on the disk. Not thread-safe.
+/// The queue's files, one for each experiment, replaced atomically. Blocks on the disk. Not thread-safe.
 class QueueStore {
  public:
   /// Creates the folder and locks it. @throws DeviceError  another ehad holds it   @throws IoError, PermissionError
@@ -76,7 +74,7 @@ class QueueStore {
 class Queue {
  public:
   static constexpr std::size_t kMostWaiting = 100;
-  static constexpr std::size_t kMostOver = 500;  ///< of which an account is kept
+  static constexpr std::size_t kMostOver = 500;  ///< kept of those that are over
 
   explicit Queue(std::vector<Entry> entries = {});
 
@@ -86,12 +84,12 @@ class Queue {
   [[nodiscard]] const std::map<EntryId, Entry>& entries() const noexcept { return entries_; }
   [[nodiscard]] std::size_t count(EntryState state) const;
 
-  /// The oldest one that waits and was submitted by `uid`.
+  /// The oldest waiting entry of `uid`; nullptr when there is none.
   [[nodiscard]] Entry* next_of(uid_t uid);
-  /// The oldest one that waits to be fitted.
+  /// The oldest entry that is to be fitted; nullptr when there is none.
   [[nodiscard]] Entry* next_to_fit();
 
-  /// Takes those away that have been over longest, beyond what is kept. @returns which
+  /// Removes the oldest entries that are over, beyond kMostOver. @returns their numbers
   std::vector<EntryId> forget_old();
 
  private:

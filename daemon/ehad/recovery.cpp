@@ -28,7 +28,7 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
     }
   }
   if (entry.outcome == acquisition::to_text(acquisition::Outcome::completed)) {
-    // It ended by itself and only the account of it was not written any more.
+    // The run had ended by itself; only its queue entry was not saved.
     entry.state = EntryState::fitting;
     entry.exit_code = 0;
     entry.note.clear();

@@ -10,16 +10,15 @@
 
 namespace eha::service {
 
-/// Completes the runs that were on when the program died, each for itself: one that cannot be recovered is reported and
-/// left, the others are not kept waiting by it. Blocks on the disk.
-/// @param before_each  called before each run that is recovered, which may take its time
+/// Completes the runs that were on when the program died. A run that cannot be recovered is logged and left; the others
+/// are recovered all the same. Blocks on the disk.
+/// @param before_each  called before each recovery, which may take minutes
 void recover_runs(const std::filesystem::path& runs_folder, const std::function<void()>& before_each);
 
-/// Gives account of the experiments that were on when the program died: none is played again, none is forgotten. After
-/// recover_runs.
+/// Closes the entries of experiments that were on when the program died; none is played again. Call after recover_runs.
 void settle(std::vector<Entry>& entries, const std::filesystem::path& runs_folder);
 
-/// What the manifest says of the models: [{"name", "accepted", ...}]; empty when there is nothing to read.
+/// The models in a run's manifest: [{"name", "accepted", ...}]; empty when there are none or it cannot be read.
 [[nodiscard]] Json models_of(const std::filesystem::path& run_folder) noexcept;
 
 }  // namespace eha::service

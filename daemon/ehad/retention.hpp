@@ -15,7 +15,7 @@ struct RemovedRun {
   std::uint64_t bytes = 0;
 };
 
-/// What keeping within the budget came to.
+/// Result of keep_within_budget.
 struct Retention {
   std::vector<RemovedRun> removed;
   std::uint64_t bytes = 0;   ///< of the runs that are left

@@ -19,8 +19,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kTurn = 200ms;
-constexpr auto kSweep = 1000ms;
+constexpr auto kPollInterval = 200ms;
+constexpr auto kSweepInterval = 1000ms;
 
 int open_signals() {
   sigset_t signals;
@@ -32,8 +32,8 @@ int open_signals() {
   return descriptor;
 }
 
-/// Whether a method only looks: its log line is of no interest by default.
-bool only_looks(const control::Call& call) {
+/// Whether a method changes nothing; such requests are logged at level debug.
+bool is_read_only(const control::Call& call) {
   return std::holds_alternative<control::StatusCall>(call) || std::holds_alternative<control::WatchCall>(call) ||
          std::holds_alternative<control::QueueCall>(call) || std::holds_alternative<control::RunsCall>(call) ||
          std::holds_alternative<control::MetricsCall>(call);
@@ -60,25 +60,25 @@ Service::~Service() {
 void Service::run() {
   notifier_.ready();
   while (!supervisor_.is_over()) {
-    loop_.run_once(patience(Clock::now()));
+    loop_.run_once(time_to_next(Clock::now()));
     const Clock::time_point now = Clock::now();
-    if (now >= next_turn_) {
-      supervisor_.turn(now);
-      next_turn_ = now + kTurn;
+    if (now >= next_poll_) {
+      supervisor_.poll(now);
+      next_poll_ = now + kPollInterval;
     }
     if (now >= next_sweep_) {
       server_.sweep(now);
-      next_sweep_ = now + kSweep;
+      next_sweep_ = now + kSweepInterval;
     }
     feed_watchers(now);
   }
-  // Those who wait for their run hear how it ended.
+  // Clients that wait for their run get its end.
   feed_watchers(Clock::time_point::max());
   spdlog::info("stopped");
 }
 
-std::chrono::milliseconds Service::patience(Clock::time_point now) const {
-  Clock::time_point next = std::min(next_turn_, next_sweep_);
+std::chrono::milliseconds Service::time_to_next(Clock::time_point now) const {
+  Clock::time_point next = std::min(next_poll_, next_sweep_);
   for (const auto& [client, watcher] : watchers_) next = std::min(next, watcher.due);
   return std::clamp(std::chrono::ceil<std::chrono::milliseconds>(next - now), 0ms, 1000ms);
 }
@@ -88,14 +88,10 @@ void Service::on_signal() {
   while (read(signals_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
     switch (info.ssi_signo) {
       case SIGCHLD:
-        supervisor_.look_after_worker();
+        supervisor_.poll_worker();
         break;
       case SIGHUP:
-        try {
-          supervisor_.reload();
-        } catch (const std::exception& error) {
-          spdlog::warn("SIGHUP: {}", error.what());
-        }
+        reload_on_signal();
         break;
       default:
         supervisor_.shut_down();
@@ -103,8 +99,23 @@ void Service::on_signal() {
   }
 }
 
+void Service::reload_on_signal() {
+  const auto report = [](const std::exception& error) { spdlog::warn("SIGHUP: {}", error.what()); };
+  try {
+    supervisor_.reload([report](const std::function<Json()>& result) {
+      try {
+        static_cast<void>(result());
+      } catch (const std::exception& error) {
+        report(error);
+      }
+    });
+  } catch (const std::exception& error) {
+    report(error);
+  }
+}
+
 void Service::on_request(const control::Peer& peer, const control::Request& request) {
-  spdlog::log(only_looks(request.call) ? spdlog::level::debug : spdlog::level::info, "{} by {} (uid {}, pid {})",
+  spdlog::log(is_read_only(request.call) ? spdlog::level::debug : spdlog::level::info, "{} by {} (uid {}, pid {})",
               request.method, peer.user, peer.uid, peer.pid);
   try {
     dispatch(peer, request);
@@ -123,7 +134,7 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
       [&](const auto& call) {
         using T = std::decay_t<decltype(call)>;
         if constexpr (std::is_same_v<T, control::StatusCall>) now(supervisor_.status());
-        if constexpr (std::is_same_v<T, control::ArmCall>) now(supervisor_.arm(peer));
+        if constexpr (std::is_same_v<T, control::ArmCall>) supervisor_.arm(peer, later);
         if constexpr (std::is_same_v<T, control::DisarmCall>) now(supervisor_.disarm(peer));
         if constexpr (std::is_same_v<T, control::SubmitCall>) supervisor_.submit(peer, call, later);
         if constexpr (std::is_same_v<T, control::StopCall>) now(supervisor_.stop(peer, call.entry));
@@ -132,7 +143,7 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
         if constexpr (std::is_same_v<T, control::QueueCall>) now(supervisor_.queue());
         if constexpr (std::is_same_v<T, control::RunsCall>) supervisor_.runs(later);
         if constexpr (std::is_same_v<T, control::MetricsCall>) now({{"text", supervisor_.metrics()}});
-        if constexpr (std::is_same_v<T, control::ReloadCall>) now(supervisor_.reload());
+        if constexpr (std::is_same_v<T, control::ReloadCall>) supervisor_.reload(later);
       },
       request.call);
 }
@@ -174,9 +185,10 @@ void Service::feed_watchers(Clock::time_point now) {
       snapshot["entry"] = supervisor_.entry(*watcher.entry);
       snapshot["last"] = is_last;
     }
-    // Streams are fed as far as they are read; how a run ended is for everyone who asked.
-    server_.stream(client, control::event_line(watcher.id, snapshot), is_last);
-    // On a grid of its own, unless it fell behind.
+    // A slow reader misses snapshots, but never the last one.
+    server_.stream(client, control::event_line(watcher.id, snapshot),
+                   is_last ? control::Delivery::always : control::Delivery::when_read);
+    // Keeps its own grid unless it fell behind.
     watcher.due = std::max(watcher.due + watcher.interval, Clock::now());
     item = is_last ? watchers_.erase(item) : std::next(item);
   }

@@ -15,24 +15,23 @@
 
 namespace eha::service {
 
-/// The whole program: signals, socket, service manager, and the supervisor that they all speak to. Belongs to the main
-/// thread.
+/// The whole program: passes signals, requests and time to the Supervisor. Belongs to the main thread.
 class Service {
  public:
-  /// Takes the rig and opens the socket; the signals that ehad knows are blocked in this thread and those it starts.
+  /// Opens the rig and the socket; blocks the signals that ehad handles in this thread and in those it starts.
   /// @throws ConfigError, DeviceError, PermissionError, IoError
   explicit Service(const Options& options);
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
   ~Service();
 
-  /// Serves until SIGTERM or SIGINT, and until what they stopped is over.
+  /// Serves until SIGTERM or SIGINT, then until the run they stopped is over.
   void run();
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// A client that wants to be told again and again.
+  /// A client that gets the status repeatedly.
   struct Watcher {
     std::int64_t id = 0;  ///< of the request
     std::chrono::nanoseconds interval{};
@@ -41,19 +40,20 @@ class Service {
   };
 
   void on_signal();
+  void reload_on_signal();
   void on_request(const control::Peer& peer, const control::Request& request);
   void dispatch(const control::Peer& peer, const control::Request& request);
   void watch(const control::Peer& peer, std::int64_t id, const control::WatchCall& call);
   void answer(control::ClientId client, std::int64_t id, const std::function<Json()>& result);
   void feed_watchers(Clock::time_point now);
-  [[nodiscard]] std::chrono::milliseconds patience(Clock::time_point now) const;
+  [[nodiscard]] std::chrono::milliseconds time_to_next(Clock::time_point now) const;
 
   control::EventLoop loop_;
   Notifier notifier_;
   int signals_;
   Supervisor supervisor_;
   std::map<control::ClientId, Watcher> watchers_;
-  Clock::time_point next_turn_ = Clock::now();
+  Clock::time_point next_poll_ = Clock::now();
   Clock::time_point next_sweep_ = Clock::now();
   control::Server server_;
 };

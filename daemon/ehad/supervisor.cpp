@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Who may move the rig: arming, the lease, stops, the ends of things.
 #include "daemon/ehad/supervisor.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <utility>
 #include <vector>
@@ -13,8 +13,6 @@
 #include "core/os/files.hpp"
 #include "core/program_path.hpp"
 #include "daemon/ehad/recovery.hpp"
-#include "daemon/rig/trusted_file.hpp"
-#include "hal/backend.hpp"
 
 namespace eha::service {
 namespace {
@@ -36,58 +34,25 @@ fs::path require_program(const char* name) {
 Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifier& notifier)
     : options_(options),
       notifier_(notifier),
-      programs_{require_program("eha-worker"), require_program("eha")},
+      config_(config::load_service_config(options.config_file)),
       store_(options.state / "queue"),
+      fitter_({require_program("eha-worker"), require_program("eha")}),
       mailbox_(loop),
-      clerk_("eha-clerk", mailbox_),
-      player_(std::make_unique<Background>("eha-player", mailbox_)) {
-  load_configuration();
+      disk_thread_("eha-disk", mailbox_),
+      // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it however this process ends.
+      rig_(RigKeeper::load(options.rig_file), options.socket.parent_path() / "safe.json", mailbox_) {
   os::create_folders(runs_folder());
-  open_rig();
   recover_runs(runs_folder(), [this] { notifier_.extend_timeout(kTimeToRecover); });
   load_queue();
 }
 
 Supervisor::~Supervisor() {
-  fitting_.reset();
-  // Only when the program ends by an error there is still a run; the rig stays open until it is safe.
+  fitter_.end();
+  // A run is on only when the program ends by an error; the rig stays open until it is safe.
   if (active_) {
     active_->stop->request();
     active_->stop->request();
   }
-  player_.reset();
-  close_rig();
-}
-
-void Supervisor::load_configuration() {
-  const config::ServiceConfig config = config::load_service_config(options_.config_file);
-  auto rig = std::make_shared<config::RigConfig>(config::load_rig(options_.rig_file));
-  require_trusted_rig_file(*rig);
-  config_ = config;
-  rig_config_ = std::move(rig);
-}
-
-void Supervisor::open_rig() {
-  if (hal::moves_machine(rig_config_->backend)) {
-    // Beside the socket, where ExecStopPost=eha-safe finds it after whatever end this process comes to.
-    card_ = std::make_unique<OwnedRig>(*rig_config_, options_.socket.parent_path() / "safe.json");
-    const hal::RigCapabilities& card = card_->rig().capabilities();
-    spdlog::info("{}: open ({}, {}), at {} V with the hydraulics off", card.device, card.board, card.driver,
-                 rig_config_->limits.safe_V);
-  }
-  card_is_suspect_ = false;
-}
-
-void Supervisor::close_rig() {
-  if (!card_) return;
-  const bool is_safe = card_->rig().make_safe() == hal::RigStatus::ok;
-  try {
-    if (is_safe) card_->made_safe();
-  } catch (const Error& error) {
-    spdlog::error("{}", error.what());
-  }
-  if (!is_safe) spdlog::critical("{}: THE OUTPUT IS NOT CONFIRMED SAFE; eha-safe tries again", rig_config_->name);
-  card_.reset();
 }
 
 void Supervisor::load_queue() {
@@ -105,38 +70,43 @@ void Supervisor::load_queue() {
   }
 }
 
-Json Supervisor::arm(const Peer& peer) {
+void Supervisor::arm(const Peer& peer, Answer answer) {
   if (shutting_down_) throw DeviceError("ehad is stopping; try again once it has restarted");
   const Lease::Holder* holder = lease_.holder();
   if (holder && holder->uid != peer.uid) {
     throw PermissionError(fmt::format("the rig is armed by {} for another {:.0f} s; wait, or ask for eha disarm",
                                       holder->user, lease_.remaining(Clock::now()).count()));
   }
+  if (rig_.is_arming()) throw DeviceError("the rig is being armed already; see eha status");
+  const auto armed = [this]() -> Json {
+    return {{"state", acquisition::to_text(state())}, {"lease_remaining_s", lease_.remaining(Clock::now()).count()}};
+  };
   lease_.grant({peer.uid, peer.user}, Clock::now());
-  if (!active_ && machine_.state() != acquisition::State::armed) {
-    try {
-      if (hal::moves_machine(rig_config_->backend) && (!card_ || card_is_suspect_)) {
-        close_rig();
-        open_rig();
-      }
-    } catch (...) {
-      lease_.release();
-      throw;
-    }
-    machine_.reset();
-    machine_.arm();
-    spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
-    disarmed_because_.clear();
-    start_next();
+  if (active_ || rig_.is_armed()) {
+    answer(armed);
+    return;
   }
-  return {{"state", acquisition::to_text(state())}, {"lease_remaining_s", lease_.remaining(Clock::now()).count()}};
+  rig_.arm([this, peer, armed, answer = std::move(answer)](std::future<void> done) {
+    answer([&]() -> Json {
+      try {
+        done.get();
+      } catch (...) {
+        lease_.release();
+        throw;
+      }
+      spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
+      disarmed_because_.clear();
+      start_next();
+      return armed();
+    });
+  });
 }
 
 Json Supervisor::disarm(const Peer& peer) {
   const Lease::Holder* holder = lease_.holder();
   if (holder && holder->uid != peer.uid) {
     throw PermissionError(
-        fmt::format("the rig is armed by {}, who alone may disarm it; eha stop is for everyone", holder->user));
+        fmt::format("the rig is armed by {}, who alone may disarm it; anyone may stop it (eha stop)", holder->user));
   }
   if (active_) throw UsageError("a run is on; eha stop ramps it out and disarms the rig");
   if (holder) require_arming(fmt::format("disarmed by {}", peer.user));
@@ -160,35 +130,41 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
 void Supervisor::require_arming(const std::string& why) {
   disarmed_because_ = why;
   lease_.release();
-  machine_.disarm();
+  rig_.cancel_arming();
+  rig_.disarm();
   const std::size_t waiting = queue_.count(EntryState::waiting);
   spdlog::info("disarmed: {}{}", why, waiting > 0 ? fmt::format("; {} experiments wait", waiting) : "");
 }
 
-Json Supervisor::reload() {
-  if (lease_.holder() || active_) {
-    throw PermissionError("not reloaded: the rig is armed; eha disarm first");
-  }
+void Supervisor::reload(Answer answer) {
+  if (lease_.holder() || active_) throw PermissionError("not reloaded: the rig is armed; eha disarm first");
   notifier_.reloading();
-  const auto old_rig = rig_config_;
-  const config::ServiceConfig old_config = config_;
-  try {
-    load_configuration();
-    if (rig_config_->text != old_rig->text) {
-      close_rig();
-      open_rig();
-    }
-  } catch (const std::exception& error) {
-    config_ = old_config;
-    rig_config_ = old_rig;
-    // The card may have been let go for nothing; arming opens it again.
+  const auto fail = [this](const std::exception& error) {
     notifier_.ready();
-    spdlog::error("not reloaded, what was read before stays: {}", error.what());
+    spdlog::error("not reloaded, the configuration read before stays: {}", error.what());
+  };
+  try {
+    const config::ServiceConfig config = config::load_service_config(options_.config_file);
+    rig_.reconfigure(RigKeeper::load(options_.rig_file),
+                     [this, config, fail, answer = std::move(answer)](std::future<void> done) {
+                       answer([&]() -> Json {
+                         try {
+                           done.get();
+                         } catch (const std::exception& error) {
+                           fail(error);
+                           throw;
+                         }
+                         config_ = config;
+                         notifier_.ready();
+                         spdlog::info("configuration reloaded: {} ({}), {}", rig_.config()->name, options_.rig_file,
+                                      options_.config_file);
+                         return {{"rig", rig_.config()->name}};
+                       });
+                     });
+  } catch (const std::exception& error) {
+    fail(error);
     throw;
   }
-  notifier_.ready();
-  spdlog::info("configuration reloaded: {} ({}), {}", rig_config_->name, options_.rig_file, options_.config_file);
-  return {{"rig", rig_config_->name}};
 }
 
 void Supervisor::shut_down() {
@@ -198,7 +174,7 @@ void Supervisor::shut_down() {
   notifier_.stopping();
 }
 
-void Supervisor::turn(Clock::time_point now) {
+void Supervisor::poll(Clock::time_point now) {
   if (lease_.has_expired(now)) {
     if (active_) {
       lease_.renew(now);
@@ -206,29 +182,31 @@ void Supervisor::turn(Clock::time_point now) {
       require_arming(fmt::format("the lease of {} has expired", lease_.holder()->user));
     }
   }
-  look_after_worker();
-  look_after_guard();
-  const play::RunWatch* watch = active_ && active_->playing ? active_->watch.get() : nullptr;
-  const std::string fault = health_.check(watch, player_->beats(), now);
-  if (fault.empty()) {
-    notifier_.feed_watchdog();
-  } else if (health_was_good_) {
-    spdlog::critical("{}{}", fault, notifier_.has_watchdog() ? "; the watchdog is not fed any more" : "");
-  }
-  health_was_good_ = fault.empty();
+  poll_worker();
+  poll_guard();
+  poll_health(now);
   notifier_.status(status_text());
 }
 
-void Supervisor::look_after_guard() {
-  // Suspect already: said once, and the card is opened anew, with a new guard, before it is armed again.
-  if (!card_ || card_is_suspect_ || !card_->is_unguarded()) return;
-  card_is_suspect_ = true;
+void Supervisor::poll_guard() {
+  if (!rig_.notices_dead_guard()) return;
   spdlog::error("the guard of the rig (eha-safe --guard) has died; nothing is driven without it");
   if (active_) {
     active_->stop->request_ramp_out();
   } else if (lease_.holder()) {
     require_arming("the guard of the rig has died");
   }
+}
+
+void Supervisor::poll_health(Clock::time_point now) {
+  const play::RunWatch* watch = active_ && active_->playing ? active_->watch.get() : nullptr;
+  const std::string fault = health_.check(watch, rig_.idle_beats(), now);
+  if (fault.empty()) {
+    notifier_.feed_watchdog();
+  } else if (health_was_good_) {
+    spdlog::critical("{}{}", fault, notifier_.has_watchdog() ? "; the watchdog is no longer fed" : "");
+  }
+  health_was_good_ = fault.empty();
 }
 
 }  // namespace eha::service

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The way of an experiment through the service: chosen, played, fitted, over.
+// What runs: an experiment is chosen, played, fitted, and then over.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -25,46 +25,38 @@ constexpr double kBytesPerMiB = 1024.0 * 1024.0;
 
 std::chrono::seconds whole_seconds(double seconds) { return std::chrono::seconds(static_cast<std::int64_t>(seconds)); }
 
-/// What `eha fit` ends with when it did its work, whatever came out.
-bool is_verdict(int exit_code) {
-  const auto code = static_cast<ExitCode>(exit_code);
-  return code == ExitCode::ok || code == ExitCode::model_rejected || code == ExitCode::not_converged;
-}
-
-/// A run that was played and recorded well, but not as wanted, or not at all.
-bool needs_the_card_anew(const acquisition::RunReport& report) {
+/// Whether the run left the card in doubt.
+bool makes_card_suspect(const acquisition::RunReport& report) {
   return !report.safe_confirmed || acquisition::exit_code(report) == ExitCode::device_unavailable;
 }
 
 }  // namespace
 
 void Supervisor::save(const Entry& entry) {
-  clerk_.ask([this, entry] { store_.save(entry); },
-             [id = entry.id](std::future<void> saved) {
-               try {
-                 saved.get();
-               } catch (const std::exception& error) {
-                 spdlog::error("experiment {}: the account of it cannot be written: {}", id, error.what());
-               }
-             });
+  disk_thread_.ask([this, entry] { store_.save(entry); },
+                   [id = entry.id](std::future<void> saved) {
+                     try {
+                       saved.get();
+                     } catch (const std::exception& error) {
+                       spdlog::error("experiment {}: cannot save its queue entry: {}", id, error.what());
+                     }
+                   });
 }
 
 void Supervisor::start_next() {
-  if (shutting_down_ || active_ || !lease_.holder() || machine_.state() != acquisition::State::armed) return;
+  if (shutting_down_ || active_ || !lease_.holder() || !rig_.is_armed()) return;
   Entry* entry = queue_.next_of(lease_.holder()->uid);
   if (entry == nullptr) return;
   entry->state = EntryState::running;
   active_.emplace(ActiveRun{.entry = entry->id,
                             .playing = false,
-                            .chosen = Clock::now(),
                             .watch = std::make_shared<play::RunWatch>(),
                             .stop = std::make_shared<acquisition::StopRequest>()});
   acquisition::Snapshot first;
   first.state = acquisition::State::armed;
   active_->watch->board.publish(first);
-  // `running` and the folder's name stand on the disk before the rig moves: whatever happens then, this experiment is
-  // known to have been on.
-  clerk_.ask(
+  // State `running` and the folder's name are saved before the rig moves, so a crash never replays an experiment.
+  disk_thread_.ask(
       [this, entry = *entry]() mutable {
         const fs::path folder = record::create_run_folder(runs_folder(), entry.name);
         entry.run = folder.filename().string();
@@ -86,10 +78,10 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
   entry.run = folder.filename().string();
   spdlog::info("experiment {} (\"{}\" of {}): runs in {}", id, entry.name, entry.user, folder.string());
   active_->playing = true;
-  player_->ask(
-      [this, entry, folder, config = rig_config_, watch = active_->watch, stop = active_->stop] {
-        return play(entry, folder, *config, card_ ? &card_->rig() : nullptr, options_.non_realtime, machine_, *stop,
-                    *watch);
+  rig_.play(
+      [this, entry, folder, config = rig_.config(), watch = active_->watch, stop = active_->stop](
+          hal::Rig* card, acquisition::StateMachine& machine) {
+        return play(entry, folder, *config, card, options_.non_realtime, machine, *stop, *watch);
       },
       [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
 }
@@ -100,7 +92,7 @@ void Supervisor::finish(EntryId id, std::future<play::FinishedRun> played) {
     const play::FinishedRun run = played.get();
     conclude(entry, run);
   } catch (const Error& error) {
-    // Refused before the first tick; the folder is gone again.
+    // Refused before the first tick; the folder has been removed.
     entry.run.clear();
     give_up(entry, error.exit_code(), error.what());
   } catch (const std::exception& error) {
@@ -123,11 +115,11 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   const bool was_stopped = active_->stop->count() > 0;
   active_.reset();
   totals_.add(run.report);
-  card_is_suspect_ = card_is_suspect_ || needs_the_card_anew(run.report);
+  if (makes_card_suspect(run.report)) rig_.mark_suspect();
   for (const std::string& sentence : run.report.realtime.refused) spdlog::warn("{}", sentence);
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report);
-  const bool is_unguarded = card_ && card_->is_unguarded();
+  const bool is_unguarded = rig_.guard() == GuardState::died;
   for (const std::string& sentence :
        {std::string(is_unguarded ? "the guard of the rig has died" : ""), run.write_error}) {
     if (!sentence.empty()) entry.note += (entry.note.empty() ? "" : "; ") + sentence;
@@ -145,10 +137,10 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     close_entry(entry, is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report));
   }
   lease_.renew(Clock::now());
-  if (outcome == Outcome::completed && !was_stopped && !is_unguarded && !shutting_down_ && machine_.arm()) {
+  if (outcome == Outcome::completed && !was_stopped && !is_unguarded && !shutting_down_ && rig_.rearm()) {
     start_next();
   } else {
-    // Whoever stopped the rig, or the rig itself, does not want the next experiment to move it.
+    // After a stop or a fault the next experiment must not move the rig by itself.
     require_arming(fmt::format("experiment {}: {}", entry.id,
                                outcome == Outcome::completed ? "stopped at its end" : entry.outcome));
   }
@@ -160,73 +152,56 @@ void Supervisor::close_entry(Entry& entry, ExitCode code) {
   entry.experiment.clear();
   save(entry);
   for (const EntryId old : queue_.forget_old()) {
-    clerk_.ask([this, old] { store_.remove(old); }, [](std::future<void>) {});
+    disk_thread_.ask([this, old] { store_.remove(old); }, [](std::future<void>) {});
   }
   keep_disk_budget();
 }
 
 void Supervisor::start_fit() {
-  if (fitting_ || shutting_down_) return;
+  if (fitter_.entry() || shutting_down_) return;
   Entry* entry = queue_.next_to_fit();
   if (entry == nullptr) return;
   worker::WorkerLimits limits;
   limits.cpu_time = whole_seconds(config_.worker_cpu_time_s);
   limits.wall_time = whole_seconds(config_.worker_wall_time_s);
   limits.memory_bytes = static_cast<std::uint64_t>(config_.worker_memory_MiB * kBytesPerMiB);
-  limits.avoided_cpu = rig_config_->realtime.cpu;
+  limits.avoided_cpu = rig_.config()->realtime.cpu;
   try {
-    fitting_.emplace(
-        Fitting{entry->id, std::make_unique<worker::WorkerProcess>(programs_, runs_folder() / entry->run, limits)});
-    spdlog::info("experiment {}: being fitted by process {}", entry->id, fitting_->process->pid());
+    spdlog::info("experiment {}: being fitted by process {}", entry->id,
+                 fitter_.start(entry->id, runs_folder() / entry->run, limits));
   } catch (const Error& error) {
-    conclude_fit(entry->id, {std::nullopt, error.what()});
+    finish_fit(entry->id, {std::nullopt, error.what()});
   }
 }
 
-void Supervisor::look_after_worker() {
-  if (!fitting_) {
-    start_fit();
-    return;
-  }
-  const std::optional<worker::WorkerEnd> end = fitting_->process->poll();
-  if (!end) return;
-  const EntryId id = fitting_->entry;
-  fitting_.reset();
-  conclude_fit(id, *end);
+void Supervisor::poll_worker() {
+  if (const std::optional<EndedFit> ended = fitter_.poll()) finish_fit(ended->entry, ended->end);
   start_fit();
 }
 
-void Supervisor::conclude_fit(EntryId id, const worker::WorkerEnd& end) {
-  const Entry& fitted = *queue_.find(id);
-  const fs::path folder = runs_folder() / fitted.run;
-  const bool did_its_work = end.exit_code && is_verdict(*end.exit_code);
-  if (!did_its_work) {
-    ++totals_.worker_failures;
-    spdlog::error("experiment {}: not fitted: {}; the record is kept, `eha fit {}` repeats it", id, end.text,
-                  folder.string());
-  }
-  queue_.find(id)->state = EntryState::judging;
-  clerk_.ask(
-      [folder, did_its_work, text = end.text]() -> Json {
-        if (!did_its_work) {
-          record::finish_manifest(folder, {{"accepted", false}, {"models", Json::array()}, {"error", text}});
-        }
-        return models_of(folder);
-      },
-      [this, id, end, did_its_work](std::future<Json> read) {
-        Entry& entry = *queue_.find(id);
-        try {
-          entry.models = read.get();
-        } catch (const std::exception& error) {
-          spdlog::error("experiment {}: the run cannot be marked: {}", id, error.what());
-        }
-        if (!did_its_work) entry.note = end.text;
-        if (did_its_work) {
-          spdlog::info("experiment {}: {}", id,
-                       *end.exit_code == 0 ? "fitted, a model is accepted" : "fitted, no model is accepted");
-        }
-        close_entry(entry, end.exit_code ? static_cast<ExitCode>(*end.exit_code) : ExitCode::not_converged);
-      });
+void Supervisor::finish_fit(EntryId id, const worker::WorkerEnd& end) {
+  Entry& fitted = *queue_.find(id);
+  fitted.state = EntryState::judging;
+  disk_thread_.ask([folder = runs_folder() / fitted.run, end] { return conclude_fit(folder, end); },
+                   [this, id](std::future<FitConclusion> concluded) {
+                     Entry& entry = *queue_.find(id);
+                     const FitConclusion fit = concluded.get();
+                     entry.models = fit.models;
+                     entry.note = fit.note;
+                     if (fit.fitted) {
+                       spdlog::info("experiment {}: fitted, {} model is accepted", id,
+                                    fit.code == ExitCode::ok ? "a" : "no");
+                     } else {
+                       ++totals_.worker_failures;
+                       spdlog::error("experiment {}: not fitted: {}; the record is kept, `eha fit {}` repeats it", id,
+                                     fit.note, (runs_folder() / entry.run).string());
+                     }
+                     if (!fit.manifest_error.empty()) {
+                       spdlog::error("experiment {}: cannot write into its manifest that it was not fitted: {}", id,
+                                     fit.manifest_error);
+                     }
+                     close_entry(entry, fit.code);
+                   });
 }
 
 void Supervisor::keep_disk_budget() {
@@ -235,7 +210,7 @@ void Supervisor::keep_disk_budget() {
     if (entry.state != EntryState::over && !entry.run.empty()) kept.insert(entry.run);
   }
   const double budget_GiB = config_.disk_budget_GiB;
-  clerk_.ask(
+  disk_thread_.ask(
       [this, kept, budget_GiB] {
         return keep_within_budget(runs_folder(), static_cast<std::uint64_t>(budget_GiB * kBytesPerGiB), kept);
       },

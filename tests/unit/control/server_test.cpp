@@ -170,7 +170,7 @@ TEST_F(ServerTest, LeavesOutWhatASlowReaderDoesNotTakeAndDropsHimInTheEnd) {
   turn();
   const std::string line(10'000, 'x');
   // The kernel's buffer fills; what does not fit any more is left out, not kept.
-  for (int i = 0; i < 1000; ++i) server_->stream(peer_.client, line + "\n", false);
+  for (int i = 0; i < 1000; ++i) server_->stream(peer_.client, line + "\n", Delivery::when_read);
   turn();
   EXPECT_EQ(server_->clients(), 1U);
   server_->sweep(steady_clock::now() + 31s);
@@ -184,7 +184,7 @@ TEST_F(ServerTest, DropsAReaderWhoLetsTooMuchPileUp) {
   say(client, "{\"id\":1,\"method\":\"status\"}\n");
   turn();
   const std::string line(10'000, 'x');
-  for (int i = 0; i < 1000; ++i) server_->stream(peer_.client, line + "\n", true);
+  for (int i = 0; i < 1000; ++i) server_->stream(peer_.client, line + "\n", Delivery::always);
   turn();
   server_->sweep(steady_clock::now());
   EXPECT_EQ(server_->clients(), 0U);

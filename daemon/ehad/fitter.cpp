@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/fitter.hpp"
+
+#include <exception>
+#include <utility>
+
+#include "daemon/ehad/recovery.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::service {
+namespace {
+
+/// Whether an exit code of `eha fit` means that it ran to its end.
+bool is_verdict(int exit_code) {
+  const auto code = static_cast<ExitCode>(exit_code);
+  return code == ExitCode::ok || code == ExitCode::model_rejected || code == ExitCode::not_converged;
+}
+
+}  // namespace
+
+std::optional<EntryId> Fitter::entry() const noexcept {
+  return process_ ? std::optional<EntryId>(entry_) : std::nullopt;
+}
+
+pid_t Fitter::start(EntryId entry, const std::filesystem::path& run, const worker::WorkerLimits& limits) {
+  process_ = std::make_unique<worker::WorkerProcess>(programs_, run, limits);
+  entry_ = entry;
+  return process_->pid();
+}
+
+std::optional<EndedFit> Fitter::poll() {
+  if (!process_) return std::nullopt;
+  std::optional<worker::WorkerEnd> end = process_->poll();
+  if (!end) return std::nullopt;
+  process_.reset();
+  return EndedFit{entry_, std::move(*end)};
+}
+
+FitConclusion conclude_fit(const std::filesystem::path& run, const worker::WorkerEnd& end) {
+  FitConclusion conclusion;
+  conclusion.fitted = end.exit_code && is_verdict(*end.exit_code);
+  conclusion.code = end.exit_code ? static_cast<ExitCode>(*end.exit_code) : ExitCode::not_converged;
+  if (!conclusion.fitted) {
+    conclusion.note = end.text;
+    try {
+      record::finish_manifest(run, {{"accepted", false}, {"models", Json::array()}, {"error", end.text}});
+    } catch (const std::exception& error) {
+      conclusion.manifest_error = error.what();
+    }
+  }
+  conclusion.models = models_of(run);
+  return conclusion;
+}
+
+}  // namespace eha::service

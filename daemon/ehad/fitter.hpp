@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/error.hpp"
+#include "daemon/ehad/queue.hpp"
+#include "daemon/worker/worker_process.hpp"
+
+namespace eha::service {
+
+/// A worker that has ended.
+struct EndedFit {
+  EntryId entry = 0;
+  worker::WorkerEnd end;
+};
+
+/// The one identification that may run at a time: its process and its time-outs. Not thread-safe: belongs to the main
+/// thread, with whose end the process dies.
+class Fitter {
+ public:
+  explicit Fitter(worker::WorkerPrograms programs) : programs_(std::move(programs)) {}
+
+  /// The experiment whose run is being fitted.
+  [[nodiscard]] std::optional<EntryId> entry() const noexcept;
+
+  /// Starts `eha fit RUN`. Only while none runs. @returns the process
+  /// @throws IoError  the process cannot be started
+  pid_t start(EntryId entry, const std::filesystem::path& run, const worker::WorkerLimits& limits);
+
+  /// The worker, once it has ended; kills it when it exceeds its time. Call on SIGCHLD and about every second.
+  [[nodiscard]] std::optional<EndedFit> poll();
+
+  /// Kills the worker, if there is one.
+  void end() noexcept { process_.reset(); }
+
+ private:
+  worker::WorkerPrograms programs_;
+  EntryId entry_ = 0;
+  std::unique_ptr<worker::WorkerProcess> process_;
+};
+
+/// What an ended worker means for its run and for the queue.
+struct FitConclusion {
+  bool fitted = false;           ///< `eha fit` ran to its end, whether or not it accepted a model
+  ExitCode code = ExitCode::ok;  ///< what `eha run` ends with
+  Json models = Json::array();   ///< as in the manifest
+  std::string note;              ///< why it was not fitted; empty otherwise
+  std::string manifest_error;    ///< why a run that was not fitted could not be marked; empty otherwise
+};
+
+/// Reads a fitted run's models from its manifest; writes the error into the manifest of one that was not fitted. Blocks
+/// on the disk.
+[[nodiscard]] FitConclusion conclude_fit(const std::filesystem::path& run, const worker::WorkerEnd& end);
+
+}  // namespace eha::service

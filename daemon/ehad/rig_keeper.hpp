@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/state_machine.hpp"
+#include "daemon/ehad/background.hpp"
+#include "daemon/rig/owned_rig.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::service {
+
+/// Whether the card still has its guard.
+enum class GuardState { watching, died };
+
+/// The rig: its configuration, the open card with its guard, and the latched state.
+///
+/// One thread, "eha-rig", touches the rig after construction: it opens and closes the card, reads it before arming, and
+/// plays runs (the loop's own thread makes the ticks while this one waits). Whatever else is to happen beside the loop
+/// belongs to this thread: reads of an idle rig are tasks between runs and publish on a StatusBoard, as the loop does;
+/// memory shared with the guard is created where the guard is started (OwnedRig) and lives as long as the card is open.
+/// The members belong to the main thread.
+class RigKeeper {
+ public:
+  using Config = std::shared_ptr<const config::RigConfig>;
+  /// Gets a future that is ready; get() throws what went wrong.
+  using Done = std::function<void(std::future<void>)>;
+
+  /// Reads a rig file that may drive a machine. @throws ConfigError, PermissionError, IoError
+  [[nodiscard]] static Config load(const std::filesystem::path& file);
+
+  /// Opens the rig; blocks.
+  /// @param snapshot  where eha-safe finds what makes the card safe
+  /// @throws DeviceError, PermissionError, ConfigError as OwnedRig
+  RigKeeper(Config config, std::filesystem::path snapshot, Mailbox& mailbox);
+  RigKeeper(const RigKeeper&) = delete;
+  RigKeeper& operator=(const RigKeeper&) = delete;
+  /// Waits for the run that is on, then leaves the rig safe and closes it.
+  ~RigKeeper();
+
+  [[nodiscard]] const Config& config() const noexcept { return config_; }
+  [[nodiscard]] bool moves_machine() const noexcept;
+
+  /// Between runs; during one the run's board has the state.
+  [[nodiscard]] acquisition::State state() const noexcept { return machine_.state(); }
+  [[nodiscard]] bool is_armed() const noexcept { return machine_.state() == acquisition::State::armed; }
+
+  /// Opens a suspect card anew, then arms, unless `cancel_arming` came first. Only while no run is on.
+  /// @param done  with DeviceError, PermissionError, ConfigError as OwnedRig; the rig is not armed then
+  void arm(Done done);
+  [[nodiscard]] bool is_arming() const noexcept { return arming_; }
+  void cancel_arming() noexcept { arming_ = false; }
+  /// After a run that left it idle. @returns whether it is armed
+  bool rearm() noexcept { return machine_.arm(); }
+  void disarm() noexcept { machine_.disarm(); }
+
+  /// Takes another configuration: closes and opens the rig where the file's text differs. The configuration stays as it
+  /// was when that fails; the rig is opened anew before it is armed.
+  void reconfigure(Config config, Done done);
+
+  /// Runs `play(card, machine)` in the rig's thread; the state belongs to it until `then` is called with its outcome.
+  /// @param play  gets the card, nullptr for a simulated rig, which is opened anew for each run
+  template <typename Play, typename Then>
+  void play(Play play, Then then) {
+    thread_->ask([this, play = std::move(play)]() mutable { return play(card_ ? &card_->rig() : nullptr, machine_); },
+                 std::move(then));
+  }
+
+  /// Has the card opened anew, with a new guard, before the rig is armed again.
+  void mark_suspect() noexcept { is_suspect_ = true; }
+
+  /// Whether the guard lives. Costs one waitid().
+  [[nodiscard]] GuardState guard() const noexcept;
+  /// Whether the guard has died since the card was opened; true once, and the card is suspect from then on.
+  [[nodiscard]] bool notices_dead_guard() noexcept;
+
+  /// Counts up while the rig's thread is idle. Thread-safe.
+  [[nodiscard]] std::uint64_t idle_beats() const noexcept { return thread_->beats(); }
+
+ private:
+  void open(const config::RigConfig& config);
+  void close() noexcept;
+
+  Config config_;
+  std::filesystem::path snapshot_;
+  std::unique_ptr<OwnedRig> card_;  ///< none for a simulated rig
+  bool is_suspect_ = false;
+  bool arming_ = false;
+  int reopening_ = 0;  ///< tasks that may replace card_: the main thread leaves it alone meanwhile
+  acquisition::StateMachine machine_;
+  std::unique_ptr<Background> thread_;
+};
+
+}  // namespace eha::service

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/rig_keeper.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "core/error.hpp"
+#include "hal/backend.hpp"
+
+namespace eha::service {
+namespace {
+
+using acquisition::State;
+using namespace std::chrono_literals;
+
+constexpr const char* kRigFile = EHA_SOURCE_DIR "/config/rigs/sim.toml";
+
+class RigKeeperTest : public ::testing::Test {
+ protected:
+  /// Serves the loop until `answer` has come.
+  template <typename T>
+  void await(const std::optional<T>& answer) {
+    for (int i = 0; i < 1000 && !answer; ++i) loop_.run_once(100ms);
+    ASSERT_TRUE(answer);
+  }
+
+  /// The message of a refusal, empty when the rig is armed.
+  std::string arm() {
+    std::optional<std::string> answer;
+    rig_.arm([&](std::future<void> done) { answer = message_of(std::move(done)); });
+    await(answer);
+    return answer.value_or("none");
+  }
+
+  static std::string message_of(std::future<void> done) {
+    try {
+      done.get();
+      return "";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  }
+
+  control::EventLoop loop_;
+  Mailbox mailbox_{loop_};
+  RigKeeper rig_{RigKeeper::load(kRigFile), "unused", mailbox_};
+};
+
+TEST_F(RigKeeperTest, IsFaultedUntilItIsArmed) {
+  EXPECT_EQ(rig_.state(), State::faulted);
+  EXPECT_EQ(arm(), "");
+  EXPECT_TRUE(rig_.is_armed());
+  rig_.disarm();
+  EXPECT_EQ(rig_.state(), State::idle);
+}
+
+TEST_F(RigKeeperTest, DoesNotArmWhenAStopComesFirst) {
+  std::optional<std::string> answer;
+  rig_.arm([&](std::future<void> done) { answer = message_of(std::move(done)); });
+  EXPECT_TRUE(rig_.is_arming());
+  rig_.cancel_arming();
+  await(answer);
+  EXPECT_NE(answer->find("not armed"), std::string::npos) << *answer;
+  EXPECT_EQ(rig_.state(), State::faulted);
+  EXPECT_FALSE(rig_.is_arming());
+}
+
+TEST_F(RigKeeperTest, LendsTheStateToTheRunAndTakesItBack) {
+  ASSERT_EQ(arm(), "");
+  std::optional<int> answer;
+  rig_.play(
+      [](hal::Rig* card, acquisition::StateMachine& machine) {
+        EXPECT_EQ(card, nullptr);
+        machine.move_to(State::ramp_in);
+        machine.move_to(State::safe_stop);
+        machine.move_to(State::faulted);
+        return 7;
+      },
+      [&](std::future<int> played) { answer = played.get(); });
+  await(answer);
+  EXPECT_EQ(*answer, 7);
+  EXPECT_EQ(rig_.state(), State::faulted);
+  EXPECT_FALSE(rig_.rearm()) << "a fault needs an operator";
+  EXPECT_EQ(arm(), "");
+}
+
+TEST_F(RigKeeperTest, TakesAnotherConfigurationOnceTheRigIsOpen) {
+  auto other = std::make_shared<config::RigConfig>(*rig_.config());
+  other->name = "other";
+  other->text += "\n";
+  std::optional<std::string> answer;
+  rig_.reconfigure(other, [&](std::future<void> done) { answer = message_of(std::move(done)); });
+  EXPECT_NE(rig_.config()->name, "other");
+  await(answer);
+  EXPECT_EQ(rig_.config()->name, "other");
+}
+
+TEST_F(RigKeeperTest, KeepsItsConfigurationWhenTheNewRigDoesNotOpen) {
+  auto other = std::make_shared<config::RigConfig>(*rig_.config());
+  other->text += "\n";
+  hal::ComediOptions card;
+  card.device = "/no/such/card";
+  other->backend = card;
+  std::optional<std::string> answer;
+  rig_.reconfigure(other, [&](std::future<void> done) { answer = message_of(std::move(done)); });
+  await(answer);
+  EXPECT_NE(*answer, "");
+  EXPECT_FALSE(hal::moves_machine(rig_.config()->backend));
+  EXPECT_EQ(arm(), "");
+}
+
+TEST_F(RigKeeperTest, HasNoGuardToLoseWithoutACard) {
+  EXPECT_EQ(rig_.guard(), GuardState::watching);
+  EXPECT_FALSE(rig_.notices_dead_guard());
+}
+
+}  // namespace
+}  // namespace eha::service
