@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The entries of a folder, as far as they may be seen.
+/// The readable entries of a folder.
 std::vector<fs::path> entries_of(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code error;
@@ -26,7 +26,7 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
   return found;
 }
 
-/// Whether the name is one that mkdtemp makes of ours: nothing that a terminal would not show as it is.
+/// Whether mkdtemp can have made the name from our prefix; such names are safe to print on a terminal.
 bool is_ours(const std::string& name) {
   const std::string beginning = kLocalSnapshotFolder;
   constexpr std::size_t kRandom = 6;
@@ -35,7 +35,7 @@ bool is_ours(const std::string& name) {
                      [](unsigned char c) { return std::isalnum(c) != 0; });
 }
 
-/// Whether the folder is this user's: another one's snapshot may hold anything.
+/// Whether the folder belongs to this user; other users' snapshots are not trusted.
 bool is_own(const fs::path& folder) {
   struct stat facts {};
   return lstat(folder.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode) && facts.st_uid == geteuid();

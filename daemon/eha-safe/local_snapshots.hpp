@@ -6,16 +6,15 @@
 
 namespace eha {
 
-/// Where a process that opens a card itself makes the folder of its snapshot: the user's runtime folder, else that of
-/// temporary files.
+/// Where `eha run --local` creates its snapshot's folder: the user's runtime folder, else the one for temporary files.
 [[nodiscard]] std::filesystem::path local_snapshot_base();
 
-/// The beginning of that folder's name, six characters of mkdtemp behind it; and the snapshot's name in it.
+/// Prefix of that folder's name, followed by six characters from mkdtemp; and the snapshot's name in it.
 inline constexpr const char* kLocalSnapshotFolder = "eha-";
 inline constexpr const char* kLocalSnapshot = "safe.json";
 
-/// Snapshots of such processes of this user that stand there now: each belongs to a run that is on, or to one that was
-/// killed together with its guard. Another user's are not named: they may hold anything.
+/// Snapshots that this user's local runs left there: each belongs to a run that is on, or to one that was killed
+/// together with its guard. Other users' snapshots are left out because they are not trusted.
 [[nodiscard]] std::vector<std::filesystem::path> find_local_snapshots();
 
 }  // namespace eha

@@ -16,17 +16,17 @@
 
 namespace {
 
-/// For as long as this a dying process may take to let go of the card: the kernel's own converter time-outs are 1 s a
-/// call.
-constexpr std::chrono::milliseconds kPatience{10'000};
+/// Longest wait for a dying process to release the card; each converter call may take the kernel's time-out of 1 s.
+constexpr std::chrono::milliseconds kReleaseLimit{10'000};
 
-/// What ends the process that is watched must not end its guard.
-void outlive_the_watched_process() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) signal(number, SIG_IGN);
+/// Signals that are sent to the watched process or its whole group must not end the guard. SIGABRT is what a service
+/// manager's watchdog sends.
+void ignore_group_signals() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGABRT}) signal(number, SIG_IGN);
 }
 
-/// The service writes its snapshot before it drives a card, and it goes with what it asks for done: without one no card
-/// was driven, as on a simulated rig, or it has been made safe since.
+/// Whether the service's snapshot is absent: then it drove no card, or the card has been made safe. The service writes
+/// it before it drives a card; eha-safe removes it afterwards.
 bool nothing_is_driven() {
   std::error_code error;
   return std::filesystem::status(eha::hal::kServiceSnapshot, error).type() == std::filesystem::file_type::not_found;
@@ -43,18 +43,18 @@ void tell_safe(const eha::hal::SafeAction& rig, const std::string& done) {
 /// Says why the guard acted; only afterwards, because a write to a stopped terminal may block.
 void tell_why(const eha::hal::SafeAction& rig, eha::WatchEnd end) {
   std::cerr << "eha-safe: the program that drove " << rig.device
-            << (end == eha::WatchEnd::kill ? " was stopped and has been killed\n" : " ended without a word\n");
+            << (end == eha::WatchEnd::kill ? " was stopped and has been killed\n" : " ended without making it safe\n");
 }
 
 int guard(const std::string& file) {
   const eha::hal::SafeAction rig = load_action(file);
-  outlive_the_watched_process();
+  ignore_group_signals();
   std::cout << "ready" << std::endl;
   const eha::WatchEnd end = eha::watch_parent();
   if (end == eha::WatchEnd::done) return 0;
   std::string done;
   try {
-    done = rig.make_safe(kPatience);
+    done = rig.make_safe(kReleaseLimit);
   } catch (const eha::Error&) {
     tell_why(rig, end);
     throw;
@@ -66,10 +66,10 @@ int guard(const std::string& file) {
 
 int make_safe(const std::string& file) {
   const eha::hal::SafeAction rig = load_action(file);
-  tell_safe(rig, rig.make_safe(kPatience));
-  // A guard acts on behalf of a program that others look after, too; the service's last word is this program's.
+  tell_safe(rig, rig.make_safe(kReleaseLimit));
+  // Only here, not in a guard: after the service's guard ExecStopPost=eha-safe still needs the file.
   if (file == eha::hal::kServiceSnapshot) {
-    std::error_code ignored;  // one that stays has the same done again, which does no harm
+    std::error_code ignored;  // making a safe rig safe again does no harm
     std::filesystem::remove(file, ignored);
   }
   return 0;
@@ -83,9 +83,9 @@ int main(int argc, char** argv) {
   std::string file = eha::hal::kServiceSnapshot;
   bool is_guard = false;
   const CLI::Option* named =
-      app.add_option("SNAPSHOT", file, "what the program that opened the rig left behind")->capture_default_str();
+      app.add_option("SNAPSHOT", file, "file that the program that opened the rig wrote")->capture_default_str();
   app.add_flag("--guard", is_guard,
-               "print `ready`, then act at the end of standard input, unless the line `done` came before");
+               "print `ready`, then act at the end of standard input unless the line `done` came first");
   app.set_version_flag("--version", EHA_VERSION);
   app.footer(
       "Exit status: 0 safe, or nothing to do; 2 usage; 69 NOT safe; 74, 78 the snapshot cannot be read; "

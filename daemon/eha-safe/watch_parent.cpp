@@ -13,10 +13,10 @@
 namespace eha {
 namespace {
 
-constexpr int kLookEvery_ms = 100;
-constexpr int kStoppedLooks = 3;  ///< so many in a row: some stops, as of a debugger that attaches, last milliseconds
+constexpr int kPollInterval_ms = 100;
+constexpr int kStoppedPolls = 3;  ///< in a row: a debugger that attaches stops a process for milliseconds
 
-/// The line `done`, byte by byte.
+/// Recognises the line `done`, byte by byte.
 class DoneLine {
  public:
   /// @returns whether the line is complete with this byte
@@ -38,14 +38,14 @@ bool is_stopped(pid_t process) {
   std::ifstream file("/proc/" + std::to_string(process) + "/stat");
   std::string stat;
   std::getline(file, stat);
-  // "pid (name) state ...", and the name may hold anything.
+  // "pid (name) state ..."; the name may contain any character.
   const std::size_t name_end = stat.rfind(") ");
   if (name_end == std::string::npos || name_end + 2 >= stat.size()) return false;
   const char state = stat[name_end + 2];
   return state == 'T' || state == 't';
 }
 
-/// @returns how the watch ended, if it did with this byte or the lack of one
+/// @returns how the watch ended, if this byte or the end of the stream ended it
 std::optional<WatchEnd> take_byte(DoneLine& line) {
   char byte = 0;
   const ssize_t count = read(STDIN_FILENO, &byte, 1);
@@ -54,10 +54,10 @@ std::optional<WatchEnd> take_byte(DoneLine& line) {
   return line.take(byte) ? std::optional(WatchEnd::done) : std::nullopt;
 }
 
-/// Reads the standard input until it is quiet for the time between two looks. @returns how the watch ended, if it did
+/// Reads standard input until nothing comes for one poll interval. @returns how the watch ended, if it did
 std::optional<WatchEnd> listen(DoneLine& line) {
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-  while (poll(&input, 1, kLookEvery_ms) > 0) {
+  while (poll(&input, 1, kPollInterval_ms) > 0) {
     if (const auto end = take_byte(line)) return end;
   }
   return std::nullopt;
@@ -68,16 +68,16 @@ std::optional<WatchEnd> listen(DoneLine& line) {
 WatchEnd watch_parent() {
   const pid_t parent = getppid();
   DoneLine line;
-  int looks = 0;
+  int polls_stopped = 0;
   bool was_killed = false;
   for (;;) {
     if (const auto end = listen(line)) return was_killed ? WatchEnd::kill : *end;
-    // Once the parent is dead another process is: the stream's end says the rest.
-    looks = getppid() == parent && is_stopped(parent) ? looks + 1 : 0;
-    if (looks < kStoppedLooks) continue;
+    // After the parent's death getppid() names another process; the end of the stream reports the death.
+    polls_stopped = getppid() == parent && is_stopped(parent) ? polls_stopped + 1 : 0;
+    if (polls_stopped < kStoppedPolls) continue;
     kill(parent, SIGKILL);
     was_killed = true;
-    looks = 0;
+    polls_stopped = 0;
   }
 }
 

@@ -10,9 +10,9 @@ enum class WatchEnd {
   kill,   ///< the same, the process having been stopped and killed here
 };
 
-/// Waits for the end of the process that started this one, whose end of the stream is this one's standard input. A
-/// process that is stopped (SIGSTOP, a debugger) leaves its last voltage on the output and the card locked: when it has
-/// been so for about 0.3 s it is killed. Says nothing: whoever reads the messages may be stopped, too.
+/// Waits until the parent process ends; standard input is the other end of its stream. A parent that stays stopped
+/// (SIGSTOP, a debugger) leaves its last voltage on the output and the card locked: after about 0.3 s it is killed.
+/// Prints nothing, because the reader of the messages may be stopped, too.
 [[nodiscard]] WatchEnd watch_parent();
 
 }  // namespace eha

@@ -73,7 +73,7 @@ TEST(EhaSafe, ActsAtTheEndOfItsInputUnlessItHeardDone) {
     result = run(std::string("printf '") + words + "' | " + guard);
     EXPECT_EQ(result.status, 69) << words;
     EXPECT_EQ(result.output.rfind("ready\n", 0), 0U) << result.output;
-    EXPECT_NE(result.output.find("ended without a word"), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("ended without making it safe"), std::string::npos) << result.output;
   }
 }
 

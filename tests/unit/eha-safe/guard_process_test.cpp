@@ -29,12 +29,13 @@ TEST(GuardProcess, GoesQuietlyWhenItIsTold) {
   EXPECT_NO_THROW(guard.done());
 }
 
-TEST(GuardProcess, IsOutOfReachOfTheTerminalAndOfSigterm) {
+TEST(GuardProcess, IgnoresTheTerminalAndSignalsToTheWholeGroup) {
   const testing::SnapshotFile snapshot;
   GuardProcess guard(EHA_SAFE, snapshot.path());
   EXPECT_EQ(getsid(guard.pid()), guard.pid());
   EXPECT_EQ(kill(guard.pid(), SIGTERM), 0);
   EXPECT_EQ(kill(guard.pid(), SIGINT), 0);
+  EXPECT_EQ(kill(guard.pid(), SIGABRT), 0);  // a service manager's watchdog
   EXPECT_NO_THROW(guard.done());
 }
 
@@ -75,7 +76,7 @@ TEST(GuardProcess, ActsWhenItIsDroppedWithoutAWord) {
     pid = guard.pid();
   }
   EXPECT_FALSE(exists(pid));
-  EXPECT_NE(::testing::internal::GetCapturedStderr().find("ended without a word"), std::string::npos);
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("ended without making it safe"), std::string::npos);
 }
 
 /// What the guard of a process says that sends itself a signal and never comes back from it.
@@ -101,7 +102,7 @@ TEST_P(GuardOfAProcess, ActsWhenThatIsKilledOrStopped) {
   int status = 0;
   ASSERT_EQ(waitpid(parent, &status, 0), parent);
   EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) << status;
-  const char* const why = GetParam() == SIGKILL ? "ended without a word" : "was stopped and has been killed";
+  const char* const why = GetParam() == SIGKILL ? "ended without making it safe" : "was stopped and has been killed";
   EXPECT_NE(heard.find(why), std::string::npos) << heard;
 }
 
