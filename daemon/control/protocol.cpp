@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -118,7 +119,7 @@ Call read_watch(Params& params) {
 }
 
 using Reader = Call (*)(Params&);
-constexpr std::array<std::pair<std::string_view, Reader>, 11> kMethods{{
+constexpr std::array<std::pair<std::string_view, Reader>, 12> kMethods{{
     {"status", [](Params&) -> Call { return StatusCall{}; }},
     {"arm", [](Params&) -> Call { return ArmCall{}; }},
     {"disarm", [](Params&) -> Call { return DisarmCall{}; }},
@@ -127,6 +128,7 @@ constexpr std::array<std::pair<std::string_view, Reader>, 11> kMethods{{
     {"cancel", read_cancel},
     {"watch", read_watch},
     {"queue", [](Params&) -> Call { return QueueCall{}; }},
+    {"release", [](Params& params) -> Call { return ReleaseCall{params.entry()}; }},
     {"runs", [](Params&) -> Call { return RunsCall{}; }},
     {"metrics", [](Params&) -> Call { return MetricsCall{}; }},
     {"reload", [](Params&) -> Call { return ReloadCall{}; }},
@@ -148,14 +150,22 @@ Call read_call(const std::string& method, const Input& values) {
 
 Input parse_shallow(std::string_view line) {
   bool is_deep = false;
-  const auto look = [&is_deep](int depth, Input::parse_event_t event, const Input&) {
+  std::optional<std::string> repeated;
+  std::array<std::set<std::string>, kDeepestRequest + 1> keys;  // of the object that is open at each depth
+  const auto look = [&](int depth, Input::parse_event_t event, const Input& value) {
     const bool opens = event == Input::parse_event_t::object_start || event == Input::parse_event_t::array_start;
     if (opens && depth >= kDeepestRequest) is_deep = true;
-    // Values that are not kept use no memory.
-    return !is_deep;
+    if (is_deep || repeated) return false;  // values that are not kept use no memory
+    const auto level = static_cast<std::size_t>(depth);
+    if (event == Input::parse_event_t::object_start) keys[level + 1].clear();
+    if (event == Input::parse_event_t::key && !keys[level].insert(value.get<std::string>()).second) {
+      repeated = value.get<std::string>();
+    }
+    return true;
   };
   Input request = Input::parse(line, look, false);
   if (is_deep) throw BadRequest{fmt::format("a request nests at most {} levels", kDeepestRequest)};
+  if (repeated) throw BadRequest{fmt::format("{}: the key is there twice", shortened(*repeated, 40))};
   if (request.is_discarded()) throw BadRequest{"not JSON; expected {\"id\":1,\"method\":\"status\"} on one line"};
   if (!request.is_object())
     throw BadRequest{"expected an object {\"id\":1,\"method\":\"status\"}, got " + shown(request)};

@@ -42,12 +42,15 @@ struct WatchCall {
   std::optional<EntryId> entry;  ///< until this one is over
 };
 struct QueueCall {};
+struct ReleaseCall {
+  std::optional<EntryId> entry;  ///< none: every held experiment of the caller
+};
 struct RunsCall {};
 struct MetricsCall {};
 struct ReloadCall {};
 
 using Call = std::variant<StatusCall, ArmCall, DisarmCall, SubmitCall, StopCall, CancelCall, WatchCall, QueueCall,
-                          RunsCall, MetricsCall, ReloadCall>;
+                          ReleaseCall, RunsCall, MetricsCall, ReloadCall>;
 
 struct Request {
   std::int64_t id = 0;

@@ -115,11 +115,11 @@ struct LatencyCommand {
       {};  ///< whose period, priority and CPU the loop takes; none: default_rig_file()
 };
 
-/// A method of ehad-protocol(7), asked for as it is: status, arm, disarm, stop, metrics, reload, cancel.
+/// A method of ehad-protocol(7): status, arm, disarm, stop, metrics, reload, queue, release, cancel.
 struct ServiceCommand {
   std::string method;
   std::filesystem::path socket = control::kDefaultSocket;
-  std::int64_t entry = 0;  ///< of cancel
+  std::int64_t entry = 0;  ///< of cancel and release; 0: every held one
   bool watch = false;      ///< of status: again and again
 };
 

@@ -48,9 +48,11 @@ class Follower {
  private:
   void show(const Json& status) {
     const std::string state = last_.at("state");
-    if (state == "waiting") {
+    if (state == "waiting" || state == "held") {
       const std::string reason = last_.value("waits_for", "");
-      if (reason != reason_) console_.info(fmt::format("experiment {} waits for {}", entry_, reason));
+      if (reason != reason_)
+        console_.info(
+            fmt::format("experiment {} {} for {}", entry_, state == "held" ? "is held and waits" : "waits", reason));
       reason_ = reason;
     } else if (state == "running" && !status.at("run").is_null()) {
       console_.progress(share_played(status.at("run")), progress_text(status.at("run")));
@@ -65,7 +67,7 @@ class Follower {
     const std::string state = last_.value("state", "waiting");
     // A connection of its own: an answer awaited on ours would swallow the last event.
     Client other(socket_);
-    if (state == "waiting") {
+    if (state == "waiting" || state == "held") {
       try {
         other.call("cancel", {{"entry", entry_}});
         return true;

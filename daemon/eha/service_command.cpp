@@ -26,7 +26,8 @@ std::string queue_table(const Json& entries) {
     const std::string state = entry->at("state");
     const bool is_over = state == "over" || state == "cancelled";
     if (is_over && ++over > kMostOver) continue;
-    const std::string said = state == "waiting"   ? "waits for " + entry->value("waits_for", "")
+    const bool waits = state == "waiting" || state == "held";
+    const std::string said = waits                ? "waits for " + entry->value("waits_for", "")
                              : state == "running" ? std::string()
                                                   : verdict_text(*entry);
     rows.insert(rows.begin(), {fmt::format("{}", entry->at("entry").get<std::int64_t>()), entry->value("name", ""),
@@ -89,7 +90,18 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
   if (command.method == "arm") {
     console.print(fmt::format("{}; the lease is yours for {:.0f} s", answer.at("state").get<std::string>(),
                               answer.at("lease_remaining_s").get<double>()));
-    console.next_step("eha run EXPERIMENT.toml");
+    for (const Json& entry : answer.value("held", Json::array())) {
+      console.print(fmt::format("held: {} \"{}\", submitted {}", entry.at("entry").get<std::int64_t>(),
+                                entry.value("name", ""), entry.value("submitted", "")));
+    }
+    console.next_step(answer.value("held", Json::array()).empty() ? "eha run EXPERIMENT.toml" : "eha queue release");
+  } else if (command.method == "release") {
+    const Json& released = answer.at("released");
+    if (released.empty()) console.print("no experiment of yours is held");
+    for (const Json& entry : released) console.print(fmt::format("experiment {} released", entry.get<std::int64_t>()));
+    console.next_step("eha status");
+  } else if (command.method == "queue") {
+    console.print(queue_table(answer.at("entries")));
   } else if (command.method == "disarm") {
     console.print("disarmed");
   } else if (command.method == "stop") {
@@ -111,7 +123,7 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
 ExitCode execute(const ServiceCommand& command, Console& console) {
   Client client(command.socket);
   if (command.watch) return watch_status(client, console);
-  const Json params = command.method == "cancel" ? Json{{"entry", command.entry}} : Json::object();
+  const Json params = command.entry > 0 ? Json{{"entry", command.entry}} : Json::object();
   Json answer = client.call(command.method, params);
   if (command.method == "metrics") {
     console.print_content(answer.at("text").get<std::string>());

@@ -2,6 +2,7 @@
 #include "daemon/eha/service_options.hpp"
 
 #include <array>
+#include <cstdint>
 
 namespace eha::cli {
 namespace {
@@ -18,21 +19,21 @@ Examples:
 
 constexpr const char* kArmFooter = R"(
 Acknowledges whatever happened before and arms the rig. You alone may then run experiments and disarm, for 10 minutes
-after your last command or run. Nothing moves until an experiment of yours is the next.
+after your last command or run. Arming starts nothing: it lists what is held in the queue, see eha queue release.
 
 Examples:
   eha arm
   eha arm && eha run config/experiments/paper.toml)";
 
 constexpr const char* kDisarmFooter = R"(
-Gives the lease back; what waits in the queue goes on waiting. During a run: eha stop.
+Gives the lease back; what waits in the queue is held. During a run: eha stop.
 
 Example:
   eha disarm)";
 
 constexpr const char* kStopFooter = R"(
 Anyone may. Ramps the run that is on down to the safe voltage [V]; a second time it makes the rig safe at once. What was
-recorded is kept. The rig is disarmed afterwards.
+recorded is kept. The rig is disarmed afterwards, what waits is held, and the lease stays with its holder.
 
 Example:
   eha stop)";
@@ -48,6 +49,14 @@ Reads rig.toml and ehad.toml again. Refused while the rig is armed; a file with 
 
 Example:
   eha reload)";
+
+constexpr const char* kQueueFooter = R"(
+Experiments that were submitted. A held one starts only after its release: those submitted while you did not have the
+armed rig, and all that waited at a fault, a stop, a disarming or a restart.
+
+Examples:
+  eha queue
+  eha arm && eha queue release 7)";
 
 struct Verb {
   const char* name;
@@ -82,6 +91,18 @@ void add_service_commands(CLI::App& app, ServiceCommand& service) {
     if (std::string(verb.name) == "status") sub->add_flag("--watch", service.watch, "Again and again, until Ctrl-C");
     sub->callback([&service, name = verb.name] { service.method = name; });
   }
+  CLI::App* queue = app.add_subcommand("queue", "List the queue, or release held experiments");
+  queue->footer(kQueueFooter);
+  queue->require_subcommand(0, 1);
+  add_socket_option(*queue, service.socket);
+  queue->callback([&service, queue] { service.method = queue->got_subcommand("release") ? "release" : "queue"; });
+  CLI::App* list = queue->add_subcommand("list", "What waits, is held, is on, and the last that are over");
+  add_socket_option(*list, service.socket);
+  CLI::App* release = queue->add_subcommand("release", "Let held experiments of yours start; the rig must be armed");
+  release->add_option("number", service.entry, "Number in the queue (default: all of yours)")
+      ->type_name("NUMBER")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""));
+  add_socket_option(*release, service.socket);
 }
 
 }  // namespace eha::cli

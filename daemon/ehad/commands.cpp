@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "daemon/ehad/play.hpp"
@@ -80,6 +81,7 @@ Json Supervisor::status() const {
     status["run"].update(describe(active_->watch->board.read(), rig.realtime.sample_period_s));
   }
   status["waiting"] = queue_.count(EntryState::waiting);
+  status["held"] = queue_.count(EntryState::held);
   status["worker"] = fitter_.entry() ? entry(*fitter_.entry()) : Json(nullptr);
   return status;
 }
@@ -89,7 +91,9 @@ Json Supervisor::entry(EntryId id) const {
   if (found == queue_.entries().end()) return nullptr;
   Json described = service::describe(found->second);
   if (!found->second.run.empty()) described["folder"] = (runs_folder() / found->second.run).string();
-  if (found->second.state == EntryState::waiting) described["waits_for"] = waiting_reason(found->second);
+  if (found->second.state == EntryState::waiting || found->second.state == EntryState::held) {
+    described["waits_for"] = waiting_reason(found->second);
+  }
   return described;
 }
 
@@ -100,11 +104,14 @@ bool Supervisor::entry_is_over(EntryId id) const {
 }
 
 std::string Supervisor::waiting_reason(const Entry& entry) const {
-  if (!lease_.holder()) return fmt::format("the rig to be armed by {} (eha arm)", entry.user);
-  if (!lease_.is_held_by(entry.uid)) {
-    return fmt::format("the lease, which {} holds; then {} must arm", lease_.holder()->user, entry.user);
+  if (entry.state == EntryState::waiting) return "the experiments before it";
+  const std::string release = fmt::format("eha queue release {}", entry.id);
+  if (may_start(entry.uid)) return fmt::format("its release by {} ({})", entry.user, release);
+  if (lease_.holder() && !lease_.is_held_by(entry.uid)) {
+    return fmt::format("the lease, which {} holds; then {} must arm (eha arm) and release it ({})",
+                       lease_.holder()->user, entry.user, release);
   }
-  return "the experiments before it";
+  return fmt::format("the rig to be armed by {} (eha arm), then its release ({})", entry.user, release);
 }
 
 Json Supervisor::queue() const {
@@ -115,10 +122,8 @@ Json Supervisor::queue() const {
 
 void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answer) {
   if (shutting_down_) throw DeviceError("ehad is stopping; submit again once it has restarted");
-  if (queue_.count(EntryState::waiting) + submissions_ >= Queue::kMostWaiting) {
-    throw IoError(fmt::format("{} experiments wait already; eha runs cancel NUMBER removes one", Queue::kMostWaiting));
-  }
-  ++submissions_;
+  require_room_in_queue(peer);
+  ++submissions_[peer.uid];
   Entry entry;
   entry.id = queue_.take_id();
   entry.file = std::move(call.name);
@@ -133,11 +138,13 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
         store_.save(entry);
         return entry;
       },
-      [this, answer = std::move(answer)](std::future<Entry> checked) {
-        --submissions_;
+      [this, uid = peer.uid, answer = std::move(answer)](std::future<Entry> checked) {
+        if (--submissions_[uid] == 0) submissions_.erase(uid);
         answer([&]() -> Json {
-          const Entry& added = queue_.add(checked.get());
-          spdlog::info("experiment {} (\"{}\" of {}): queued", added.id, added.name, added.user);
+          Entry& added = queue_.add(checked.get());
+          // Only an experiment whose owner has the armed rig may start by itself.
+          added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
+          spdlog::info("experiment {} (\"{}\" of {}): {}", added.id, added.name, added.user, to_text(added.state));
           if (lease_.is_held_by(added.uid)) lease_.renew(Clock::now());
           const EntryId id = added.id;
           start_next();
@@ -146,14 +153,59 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
       });
 }
 
+void Supervisor::require_room_in_queue(const Peer& peer) const {
+  const auto checking = submissions_.find(peer.uid);
+  const std::size_t of_user = queue_.count_queued(peer.uid) + (checking == submissions_.end() ? 0 : checking->second);
+  if (of_user >= Queue::kMostQueuedOfUser) {
+    throw IoError(
+        fmt::format("{} experiments of {} are in the queue, the most that one user may have; eha runs cancel "
+                    "NUMBER removes one",
+                    of_user, peer.user));
+  }
+  std::size_t all = queue_.count_queued();
+  for (const auto& [uid, count] : submissions_) all += count;
+  if (all >= Queue::kMostQueued) {
+    throw IoError(fmt::format(
+        "{} experiments are in the queue, the most that it holds; eha runs cancel NUMBER removes one", all));
+  }
+}
+
+Json Supervisor::release(const Peer& peer, std::optional<EntryId> only) {
+  if (!lease_.is_held_by(peer.uid)) {
+    require_lease(peer, "not released");
+    throw PermissionError("not released: you do not hold the lease; eha arm first");
+  }
+  if (!may_start(peer.uid)) throw UsageError("not released: the rig is not armed; eha arm first");
+  std::vector<EntryId> ids = queue_.held_of(peer.uid);
+  if (only) {
+    const Entry* entry = queue_.find(*only);
+    if (entry == nullptr) throw UsageError(fmt::format("experiment {}: not in the queue", *only));
+    if (entry->uid != peer.uid) {
+      throw PermissionError(
+          fmt::format("experiment {}: submitted by {}; only {} may release it", *only, entry->user, entry->user));
+    }
+    if (entry->state != EntryState::held) {
+      throw UsageError(fmt::format("experiment {}: {}, not held", *only, to_text(entry->state)));
+    }
+    ids = {*only};
+  }
+  for (const EntryId id : ids) {
+    queue_.find(id)->state = EntryState::waiting;
+    spdlog::info("experiment {}: released by {} (uid {}, pid {})", id, peer.user, peer.uid, peer.pid);
+  }
+  lease_.renew(Clock::now());
+  start_next();
+  return {{"released", ids}};
+}
+
 void Supervisor::cancel(const Peer& peer, EntryId id, Answer answer) {
   Entry* entry = queue_.find(id);
   if (entry == nullptr) throw UsageError(fmt::format("experiment {}: not in the queue", id));
-  if (entry->uid != peer.uid) {
+  if (entry->uid != peer.uid && peer.uid != kRoot) {
     throw PermissionError(
-        fmt::format("experiment {}: submitted by {}; only {} may cancel it", id, entry->user, entry->user));
+        fmt::format("experiment {}: submitted by {}; only {} and root may cancel it", id, entry->user, entry->user));
   }
-  if (entry->state != EntryState::waiting) {
+  if (entry->state != EntryState::waiting && entry->state != EntryState::held) {
     throw UsageError(fmt::format("experiment {}: {}, not waiting{}", id, to_text(entry->state),
                                  entry->state == EntryState::running ? "; eha stop ends it" : ""));
   }
@@ -182,7 +234,8 @@ void Supervisor::runs(Answer answer) {
 std::string Supervisor::metrics() const {
   MetricsFacts facts;
   facts.state = state();
-  facts.waiting = queue_.count(EntryState::waiting);
+  facts.waiting = queue_.count_queued();
+  facts.held = queue_.count(EntryState::held);
   if (lease_.holder()) facts.lease_remaining_s = lease_.remaining(Clock::now()).count();
   facts.worker_busy = fitter_.entry().has_value();
   if (active_) facts.snapshot = active_->watch->board.read();
@@ -190,15 +243,15 @@ std::string Supervisor::metrics() const {
 }
 
 std::string Supervisor::status_text() const {
-  const std::size_t waiting = queue_.count(EntryState::waiting);
-  const std::string queue = waiting > 0 ? fmt::format(", {} waiting", waiting) : "";
+  const std::size_t queued = queue_.count_queued();
+  const std::string queue = queued > 0 ? fmt::format(", {} in the queue", queued) : "";
   const std::string fit = fitter_.entry() ? fmt::format(", fitting {}", *fitter_.entry()) : "";
   if (active_) {
     const Entry& entry = queue_.entries().at(active_->entry);
     return fmt::format("{}: experiment {} \"{}\" of {}{}{}", acquisition::to_text(state()), entry.id, entry.name,
                        entry.user, queue, fit);
   }
-  if (lease_.holder()) return fmt::format("armed by {}{}{}", lease_.holder()->user, queue, fit);
+  if (lease_.holder() && rig_.is_armed()) return fmt::format("armed by {}{}{}", lease_.holder()->user, queue, fit);
   return fmt::format("{} ({}){}{}; next: eha arm", acquisition::to_text(rig_.state()), disarmed_because_, queue, fit);
 }
 

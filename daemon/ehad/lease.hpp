@@ -9,7 +9,10 @@
 
 namespace eha::service {
 
-/// The user who may run experiments and disarm, and until when. Not thread-safe.
+inline constexpr uid_t kRoot = 0;
+
+/// The user who may arm, run experiments and disarm, and until when. A fault or a stop does not end it, because the
+/// holder may be at the rod; only the holder's release, its end, or root does. Not thread-safe.
 class Lease {
  public:
   using Clock = std::chrono::steady_clock;

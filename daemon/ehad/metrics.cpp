@@ -71,7 +71,8 @@ std::string metrics_text(const Totals& totals, const MetricsFacts& facts) {
     text.line(fmt::format("ehad_runs_total{{outcome=\"{}\"}}", acquisition::to_text(outcome)),
               now.runs[static_cast<std::size_t>(outcome)]);
   }
-  text.one("ehad_queue_length", "gauge", "Experiments that wait.", facts.waiting);
+  text.one("ehad_queue_length", "gauge", "Experiments that wait, held ones included.", facts.waiting);
+  text.one("ehad_queue_held", "gauge", "Experiments that wait for their release.", facts.held);
   text.begin("ehad_state", "gauge", "1 for the state that the rig is in.");
   for (const State state : kStates) {
     text.line(fmt::format("ehad_state{{state=\"{}\"}}", acquisition::to_text(state)), state == facts.state ? 1 : 0);

@@ -30,7 +30,8 @@ struct Totals {
 /// The service's present state.
 struct MetricsFacts {
   acquisition::State state = acquisition::State::faulted;
-  std::size_t waiting = 0;
+  std::size_t waiting = 0;  ///< held ones included
+  std::size_t held = 0;
   std::optional<double> lease_remaining_s;
   bool worker_busy = false;
   std::optional<acquisition::Snapshot> snapshot;  ///< of the run that is on

@@ -20,8 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kSchema = "eha-queue/1";
-constexpr std::array kStates{EntryState::waiting, EntryState::running, EntryState::fitting, EntryState::over,
-                             EntryState::cancelled};
+constexpr std::array kStates{EntryState::held,    EntryState::waiting, EntryState::running,
+                             EntryState::fitting, EntryState::over,    EntryState::cancelled};
 
 EntryState state_from_text(const std::string& text) {
   for (const EntryState state : kStates) {
@@ -56,6 +56,8 @@ Entry entry_from_text(const std::string& text) {
 
 std::string_view to_text(EntryState state) noexcept {
   switch (state) {
+    case EntryState::held:
+      return "held";
     case EntryState::waiting:
       return "waiting";
     case EntryState::running:
@@ -152,6 +154,33 @@ Entry* Queue::find(EntryId id) {
 std::size_t Queue::count(EntryState state) const {
   return static_cast<std::size_t>(
       std::count_if(entries_.begin(), entries_.end(), [&](const auto& item) { return item.second.state == state; }));
+}
+
+std::size_t Queue::count_queued() const { return count(EntryState::held) + count(EntryState::waiting); }
+
+std::size_t Queue::count_queued(uid_t uid) const {
+  return static_cast<std::size_t>(std::count_if(entries_.begin(), entries_.end(), [&](const auto& item) {
+    const Entry& entry = item.second;
+    return entry.uid == uid && (entry.state == EntryState::held || entry.state == EntryState::waiting);
+  }));
+}
+
+std::vector<EntryId> Queue::held_of(uid_t uid) const {
+  std::vector<EntryId> held;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.uid == uid && entry.state == EntryState::held) held.push_back(id);
+  }
+  return held;
+}
+
+std::size_t Queue::hold_waiting() {
+  std::size_t count = 0;
+  for (auto& [id, entry] : entries_) {
+    if (entry.state != EntryState::waiting) continue;
+    entry.state = EntryState::held;
+    ++count;
+  }
+  return count;
 }
 
 Entry* Queue::next_of(uid_t uid) {

@@ -19,14 +19,16 @@ namespace eha::service {
 using control::EntryId;
 using control::Json;
 
-/// States of an experiment: waiting -> running -> fitting -> judging -> over, or waiting -> cancelled. One that did not
-/// complete goes from running to over. In `judging` the worker has ended and its result is being read.
-enum class EntryState { waiting, running, fitting, judging, over, cancelled };
+/// States of an experiment: held -> waiting -> running -> fitting -> judging -> over. `waiting` starts by itself when
+/// it is the next; `held` only after its owner released it. Both may be cancelled, and waiting becomes held when the
+/// rig is disarmed. One that did not complete goes from running to over. In `judging` the worker has ended and its
+/// result is being read.
+enum class EntryState { held, waiting, running, fitting, judging, over, cancelled };
 
 /// A submitted experiment. State `running` is saved before the rig moves, so a crash never replays an experiment.
 struct Entry {
   EntryId id = 0;
-  EntryState state = EntryState::waiting;
+  EntryState state = EntryState::held;
   std::string name;  ///< the experiment's
   std::string file;  ///< the client's name for it, for messages
   uid_t uid = 0;     ///< who submitted it
@@ -73,8 +75,9 @@ class QueueStore {
 /// The queue in memory. Not thread-safe.
 class Queue {
  public:
-  static constexpr std::size_t kMostWaiting = 100;
-  static constexpr std::size_t kMostOver = 500;  ///< kept of those that are over
+  static constexpr std::size_t kMostQueued = 100;       ///< held and waiting, of all users
+  static constexpr std::size_t kMostQueuedOfUser = 20;  ///< held and waiting, of one user
+  static constexpr std::size_t kMostOver = 500;         ///< kept of those that are over
 
   explicit Queue(std::vector<Entry> entries = {});
 
@@ -83,6 +86,14 @@ class Queue {
   [[nodiscard]] Entry* find(EntryId id);
   [[nodiscard]] const std::map<EntryId, Entry>& entries() const noexcept { return entries_; }
   [[nodiscard]] std::size_t count(EntryState state) const;
+
+  /// Entries that are held or waiting.
+  [[nodiscard]] std::size_t count_queued() const;
+  [[nodiscard]] std::size_t count_queued(uid_t uid) const;
+  /// The held entries of `uid`, oldest first.
+  [[nodiscard]] std::vector<EntryId> held_of(uid_t uid) const;
+  /// Holds every waiting entry. @returns how many
+  std::size_t hold_waiting();
 
   /// The oldest waiting entry of `uid`; nullptr when there is none.
   [[nodiscard]] Entry* next_of(uid_t uid);

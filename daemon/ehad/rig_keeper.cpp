@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/rig_keeper.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <utility>
@@ -10,6 +11,18 @@
 #include "hal/backend.hpp"
 
 namespace eha::service {
+
+void require_closed_emergency_stop(hal::Rig& rig) {
+  hal::RigReading reading;
+  const hal::RigStatus status = rig.read(0, reading);
+  if (status != hal::RigStatus::ok) {
+    throw DeviceError(fmt::format("not armed: {} cannot be read ({}); eha doctor says more", rig.capabilities().device,
+                                  acquisition::to_text(status)));
+  }
+  if (reading.emergency_stop) {
+    throw SafetyTrip("not armed: the emergency-stop circuit is open; close it, then eha arm");
+  }
+}
 
 RigKeeper::Config RigKeeper::load(const std::filesystem::path& file) {
   auto config = std::make_shared<config::RigConfig>(config::load_rig(file.string()));
@@ -61,6 +74,7 @@ void RigKeeper::arm(Done done) {
           close();
           open(*config);
         }
+        if (card_) require_closed_emergency_stop(card_->rig());
       },
       [this, done = std::move(done)](std::future<void> opened) {
         --reopening_;

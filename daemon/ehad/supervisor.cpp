@@ -65,51 +65,66 @@ void Supervisor::load_queue() {
     if (entries[i].state != before[i].state) store_.save(entries[i]);
   }
   queue_ = Queue(std::move(entries));
-  if (const std::size_t waiting = queue_.count(EntryState::waiting); waiting > 0) {
-    spdlog::info("{} experiments wait until their owners arm the rig", waiting);
+  queue_.hold_waiting();
+  if (const std::size_t held = queue_.count(EntryState::held); held > 0) {
+    spdlog::info("{} experiments are held until their owners arm the rig and release them (eha queue release)", held);
   }
+}
+
+void Supervisor::require_lease(const Peer& peer, std::string_view what) const {
+  const Lease::Holder* holder = lease_.holder();
+  if (!holder || holder->uid == peer.uid || peer.uid == kRoot) return;
+  throw PermissionError(
+      fmt::format("{}: the lease is {}'s for another {:.0f} s; wait, ask {} for eha disarm, or ask root", what,
+                  holder->user, lease_.remaining(Clock::now()).count(), holder->user));
+}
+
+bool Supervisor::may_start(uid_t uid) const {
+  return lease_.is_held_by(uid) && !shutting_down_ && (active_ || rig_.is_armed());
+}
+
+Json Supervisor::armed_answer(uid_t uid) const {
+  Json held = Json::array();
+  for (const EntryId id : queue_.held_of(uid)) held.push_back(entry(id));
+  return {{"state", acquisition::to_text(state())},
+          {"lease_remaining_s", lease_.remaining(Clock::now()).count()},
+          {"held", std::move(held)}};
 }
 
 void Supervisor::arm(const Peer& peer, Answer answer) {
   if (shutting_down_) throw DeviceError("ehad is stopping; try again once it has restarted");
-  const Lease::Holder* holder = lease_.holder();
-  if (holder && holder->uid != peer.uid) {
-    throw PermissionError(fmt::format("the rig is armed by {} for another {:.0f} s; wait, or ask for eha disarm",
-                                      holder->user, lease_.remaining(Clock::now()).count()));
-  }
+  require_lease(peer, "not armed");
   if (rig_.is_arming()) throw DeviceError("the rig is being armed already; see eha status");
-  const auto armed = [this]() -> Json {
-    return {{"state", acquisition::to_text(state())}, {"lease_remaining_s", lease_.remaining(Clock::now()).count()}};
-  };
+  const bool was_held = lease_.is_held_by(peer.uid);
+  if (lease_.holder() && !was_held) {
+    spdlog::warn("the lease of {} is taken over by {} (uid {}, pid {})", lease_.holder()->user, peer.user, peer.uid,
+                 peer.pid);
+    queue_.hold_waiting();
+  }
   lease_.grant({peer.uid, peer.user}, Clock::now());
   if (active_ || rig_.is_armed()) {
-    answer(armed);
+    answer([&] { return armed_answer(peer.uid); });
     return;
   }
-  rig_.arm([this, peer, armed, answer = std::move(answer)](std::future<void> done) {
+  rig_.arm([this, peer, was_held, answer = std::move(answer)](std::future<void> done) {
     answer([&]() -> Json {
       try {
         done.get();
       } catch (...) {
-        lease_.release();
+        if (!was_held) lease_.release();
         throw;
       }
       spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
       disarmed_because_.clear();
-      start_next();
-      return armed();
+      return armed_answer(peer.uid);
     });
   });
 }
 
 Json Supervisor::disarm(const Peer& peer) {
-  const Lease::Holder* holder = lease_.holder();
-  if (holder && holder->uid != peer.uid) {
-    throw PermissionError(
-        fmt::format("the rig is armed by {}, who alone may disarm it; anyone may stop it (eha stop)", holder->user));
-  }
+  require_lease(peer, "not disarmed");
   if (active_) throw UsageError("a run is on; eha stop ramps it out and disarms the rig");
-  if (holder) require_arming(fmt::format("disarmed by {}", peer.user));
+  if (lease_.holder()) disarm_rig(fmt::format("disarmed by {}", peer.user), LeaseFate::released);
   return {{"state", acquisition::to_text(state())}};
 }
 
@@ -117,27 +132,36 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
   if (only && (!active_ || active_->entry != *only)) return {{"stopped", "nothing"}};
   if (active_) {
     active_->stop->request();
-    const bool is_first = active_->stop->count() == 1;
-    spdlog::warn("experiment {}: stop by {} (uid {}, pid {}): {}", active_->entry, peer.user, peer.uid, peer.pid,
-                 is_first ? "ramping out" : "safe at once");
-    return {{"stopped", is_first ? "ramping_out" : "safe_at_once"}, {"entry", active_->entry}};
+    const int count = active_->stop->count();
+    // Further stops change nothing, and a flood of them must not fill the log.
+    if (count <= 2) {
+      spdlog::warn("experiment {}: stop by {} (uid {}, pid {}): {}", active_->entry, peer.user, peer.uid, peer.pid,
+                   count == 1 ? "ramping out" : "safe at once");
+    }
+    return {{"stopped", count == 1 ? "ramping_out" : "safe_at_once"}, {"entry", active_->entry}};
   }
-  if (!lease_.holder()) return {{"stopped", "nothing"}};
-  require_arming(fmt::format("stopped by {}", peer.user));
+  if (!rig_.is_armed() && !rig_.is_arming()) return {{"stopped", "nothing"}};
+  disarm_rig(fmt::format("stopped by {}", peer.user), LeaseFate::kept);
   return {{"stopped", "disarmed"}};
 }
 
-void Supervisor::require_arming(const std::string& why) {
+void Supervisor::disarm_rig(const std::string& why, LeaseFate lease) {
   disarmed_because_ = why;
-  lease_.release();
+  const Lease::Holder* holder = lease_.holder();
+  const std::string kept =
+      lease == LeaseFate::kept && holder ? fmt::format("; the lease stays with {}", holder->user) : "";
+  if (lease == LeaseFate::released) lease_.release();
   rig_.cancel_arming();
   rig_.disarm();
-  const std::size_t waiting = queue_.count(EntryState::waiting);
-  spdlog::info("disarmed: {}{}", why, waiting > 0 ? fmt::format("; {} experiments wait", waiting) : "");
+  queue_.hold_waiting();
+  const std::size_t held = queue_.count(EntryState::held);
+  spdlog::info("disarmed: {}{}{}", why, kept, held > 0 ? fmt::format("; {} experiments are held", held) : "");
 }
 
 void Supervisor::reload(Answer answer) {
-  if (lease_.holder() || active_) throw PermissionError("not reloaded: the rig is armed; eha disarm first");
+  if (rig_.is_armed() || rig_.is_arming() || active_) {
+    throw PermissionError("not reloaded: the rig is armed; eha disarm first");
+  }
   notifier_.reloading();
   const auto fail = [this](const std::exception& error) {
     notifier_.ready();
@@ -179,7 +203,7 @@ void Supervisor::poll(Clock::time_point now) {
     if (active_) {
       lease_.renew(now);
     } else {
-      require_arming(fmt::format("the lease of {} has expired", lease_.holder()->user));
+      disarm_rig(fmt::format("the lease of {} has expired", lease_.holder()->user), LeaseFate::released);
     }
   }
   poll_worker();
@@ -193,8 +217,8 @@ void Supervisor::poll_guard() {
   spdlog::error("the guard of the rig (eha-safe --guard) has died; nothing is driven without it");
   if (active_) {
     active_->stop->request_ramp_out();
-  } else if (lease_.holder()) {
-    require_arming("the guard of the rig has died");
+  } else if (rig_.is_armed()) {
+    disarm_rig("the guard of the rig has died", LeaseFate::kept);
   }
 }
 

@@ -4,9 +4,11 @@
 #include <chrono>
 #include <functional>
 #include <future>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "config/service_config.hpp"
 #include "daemon/acquisition/stop_request.hpp"
@@ -49,6 +51,7 @@ class Supervisor {
   void submit(const Peer& peer, control::SubmitCall call, Answer answer);
   void cancel(const Peer& peer, EntryId id, Answer answer);
   [[nodiscard]] Json queue() const;
+  Json release(const Peer& peer, std::optional<EntryId> only);
   void runs(Answer answer);
   [[nodiscard]] std::string metrics() const;
   void reload(Answer answer);
@@ -82,7 +85,12 @@ class Supervisor {
   void finish(EntryId id, std::future<play::FinishedRun> played);
   void give_up(Entry& entry, ExitCode code, const std::string& why);
   void conclude(Entry& entry, const play::FinishedRun& run);
-  void require_arming(const std::string& why);
+  /// Whether a disarmed rig stays leased.
+  enum class LeaseFate { kept, released };
+  void disarm_rig(const std::string& why, LeaseFate lease);
+  void require_lease(const Peer& peer, std::string_view what) const;
+  [[nodiscard]] bool may_start(uid_t uid) const;
+  [[nodiscard]] Json armed_answer(uid_t uid) const;
   void poll_guard();
   void poll_health(Clock::time_point now);
 
@@ -91,6 +99,7 @@ class Supervisor {
   void close_entry(Entry& entry, ExitCode code);
   void keep_disk_budget();
 
+  void require_room_in_queue(const Peer& peer) const;
   void save(const Entry& entry);
   [[nodiscard]] acquisition::State state() const;
   [[nodiscard]] std::string waiting_reason(const Entry& entry) const;
@@ -102,7 +111,7 @@ class Supervisor {
   config::ServiceConfig config_;
   QueueStore store_;
   Queue queue_;
-  std::size_t submissions_ = 0;  ///< being checked, not in the queue yet
+  std::map<uid_t, std::size_t> submissions_;  ///< of each user: being checked, not in the queue yet
   Lease lease_;
   std::optional<ActiveRun> active_;
   std::string disarmed_because_ = "ehad has started";

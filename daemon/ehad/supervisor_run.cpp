@@ -107,7 +107,7 @@ void Supervisor::give_up(Entry& entry, ExitCode code, const std::string& why) {
   entry.outcome = "refused";
   entry.note = why;
   close_entry(entry, code);
-  require_arming(fmt::format("experiment {} could not be run", entry.id));
+  disarm_rig(fmt::format("experiment {} could not be run", entry.id), LeaseFate::kept);
 }
 
 void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
@@ -141,8 +141,9 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     start_next();
   } else {
     // After a stop or a fault the next experiment must not move the rig by itself.
-    require_arming(fmt::format("experiment {}: {}", entry.id,
-                               outcome == Outcome::completed ? "stopped at its end" : entry.outcome));
+    disarm_rig(fmt::format("experiment {}: {}", entry.id,
+                           outcome == Outcome::completed ? "stopped at its end" : entry.outcome),
+               LeaseFate::kept);
   }
 }
 

@@ -52,10 +52,14 @@ TEST_F(ServiceLease, LetsOnlyItsHoldersExperimentsStart) {
   const std::int64_t bobs = submit(*bob, experiment_text("bobs"));
   const std::int64_t alices = submit(*alice, experiment_text("alices"));
   alice->call("arm");
+  EXPECT_EQ(alice->call("release").at("released"), Json::array({alices}));
+  EXPECT_EQ(refused(*bob, "release").code, kRefused);
+  EXPECT_EQ(refused(*alice, "release", {{"entry", bobs}}).code, kRefused);
   EXPECT_EQ(follow(daemon_, alices).at("outcome"), "completed");
-  EXPECT_EQ(entry_of(daemon_, bobs).at("state"), "waiting");
+  EXPECT_EQ(entry_of(daemon_, bobs).at("state"), "held");
   alice->call("disarm");
   bob->call("arm");
+  bob->call("release", {{"entry", bobs}});
   EXPECT_EQ(follow(daemon_, bobs).at("outcome"), "completed");
 }
 
@@ -78,12 +82,53 @@ TEST_F(ServiceLease, DoesNotKeepAnotherUserFromStoppingBetweenRuns) {
   EXPECT_EQ(alice->call("status").at("state"), "idle");
 }
 
-TEST_F(ServiceLease, LeavesCancellingToWhoSubmitted) {
+TEST_F(ServiceLease, StaysWithItsHolderThroughAFaultUntilItsReleaseOrRoot) {
+  const auto alice = connect_as(kAlice, daemon_);
+  const auto bob = connect_as(kBob, daemon_);
+  const auto root = connect_as(0, daemon_);
+  alice->call("arm");
+  EXPECT_EQ(follow(daemon_, submit(*alice, faulting_experiment_text("faults"))).at("outcome"), "faulted");
+  const Refused answer = refused(*bob, "arm");
+  EXPECT_EQ(answer.code, kRefused);
+  EXPECT_NE(answer.message.find("nobody"), std::string::npos) << answer.message;
+  EXPECT_EQ(refused(*bob, "disarm").code, kRefused);
+  alice->call("disarm");
+  EXPECT_EQ(bob->call("arm").at("state"), "armed");
+  EXPECT_EQ(root->call("arm").at("state"), "armed");
+  EXPECT_TRUE(daemon_.logs("the lease of daemon is taken over by root")) << daemon_.log();
+}
+
+TEST_F(ServiceLease, StaysWithItsHolderThroughAStop) {
+  const auto alice = connect_as(kAlice, daemon_);
+  const auto bob = connect_as(kBob, daemon_);
+  alice->call("arm");
+  const std::int64_t entry = submit(*alice, quiet_experiment_text("long", 600.0), false);
+  follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  bob->call("stop");
+  follow(daemon_, entry);
+  EXPECT_EQ(refused(*bob, "arm").code, kRefused);
+  EXPECT_EQ(alice->call("arm").at("state"), "armed");
+}
+
+TEST_F(ServiceLease, LeavesCancellingToTheOwnerAndRoot) {
   const auto alice = connect_as(kAlice, daemon_);
   const auto bob = connect_as(kBob, daemon_);
   const std::int64_t entry = submit(*alice, experiment_text("alices"));
   EXPECT_EQ(refused(*bob, "cancel", {{"entry", entry}}).code, kRefused);
   EXPECT_EQ(alice->call("cancel", {{"entry", entry}}).at("state"), "cancelled");
+  const std::int64_t other = submit(*alice, experiment_text("alices"));
+  EXPECT_EQ(connect_as(0, daemon_)->call("cancel", {{"entry", other}}).at("state"), "cancelled");
+}
+
+TEST_F(ServiceLease, GivesEachUserAPartOfTheQueueOnly) {
+  const auto alice = connect_as(kAlice, daemon_);
+  const auto bob = connect_as(kBob, daemon_);
+  for (int i = 0; i < 20; ++i) submit(*alice, experiment_text("alices"));
+  const Refused answer =
+      refused(*alice, "submit", {{"experiment", experiment_text("one more")}, {"name", "e.toml"}, {"fast", true}});
+  EXPECT_EQ(answer.code, static_cast<int>(ExitCode::io));
+  EXPECT_NE(answer.message.find("20 experiments of nobody"), std::string::npos) << answer.message;
+  submit(*bob, experiment_text("bobs"));
 }
 
 /// Five experiments of two users: one is cancelled, one trips a limit, the service is restarted in between, once in an
@@ -100,6 +145,7 @@ TEST_F(ServiceLease, AccountsForEveryExperimentOfTwoUsersAcrossRestarts) {
     entries["alice-killed"] = submit(*alice, quiet_experiment_text("alice-killed", 600.0), false);
     alice->call("cancel", {{"entry", entries["alice-cancelled"]}});
     bob->call("arm");
+    bob->call("release", {{"entry", entries["bob-faults"]}});
     EXPECT_EQ(follow(daemon_, entries["bob-faults"]).at("outcome"), "faulted");
   }
   EXPECT_EQ(daemon_.stop(SIGTERM), 0);
@@ -107,8 +153,9 @@ TEST_F(ServiceLease, AccountsForEveryExperimentOfTwoUsersAcrossRestarts) {
   daemon_.open_to_all();
   {
     const auto alice = connect_as(kAlice, daemon_);
-    EXPECT_EQ(alice->call("status").at("waiting"), 3);
+    EXPECT_EQ(alice->call("status").at("held"), 3);
     alice->call("arm");
+    alice->call("release");
     EXPECT_EQ(follow(daemon_, entries["alice-good"]).at("outcome"), "completed");
     follow(daemon_, entries["alice-killed"], [](const Json& snapshot) { return snapshot.at("state") == "running"; });
   }
@@ -117,6 +164,7 @@ TEST_F(ServiceLease, AccountsForEveryExperimentOfTwoUsersAcrossRestarts) {
   daemon_.open_to_all();
   const auto bob = connect_as(kBob, daemon_);
   bob->call("arm");
+  bob->call("release");
   EXPECT_EQ(follow(daemon_, entries["bob-good"]).at("outcome"), "completed");
 
   std::map<std::string, std::string> account;

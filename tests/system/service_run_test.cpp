@@ -2,6 +2,7 @@
 // An experiment's way through the whole service, over its socket, on the simulated rig.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -28,15 +29,21 @@ std::int64_t start_long_run(const Daemon& daemon, Client& client) {
   return entry;
 }
 
-TEST(Service, StartsFaultedAndKeepsTheQueueWaitingUntilItIsArmed) {
+TEST(Service, StartsFaultedAndStartsWhatIsHeldOnlyOnItsRelease) {
   Daemon daemon;
   daemon.start();
   Client client(daemon.socket());
   EXPECT_EQ(client.call("status").at("state"), "faulted");
   const std::int64_t entry = submit(client, experiment_text("one"));
-  EXPECT_EQ(client.call("status").at("waiting"), 1);
-  EXPECT_EQ(entry_of(daemon, entry).at("state"), "waiting");
-  EXPECT_EQ(client.call("arm").at("state"), "armed");
+  EXPECT_EQ(client.call("status").at("held"), 1);
+  EXPECT_EQ(entry_of(daemon, entry).at("state"), "held");
+  EXPECT_EQ(refused(client, "release").code, static_cast<int>(ExitCode::permission)) << "nobody has armed";
+  const Json armed = client.call("arm");
+  EXPECT_EQ(armed.at("state"), "armed");
+  ASSERT_EQ(armed.at("held").size(), 1U);
+  EXPECT_EQ(armed.at("held").at(0).at("entry"), entry);
+  EXPECT_EQ(entry_of(daemon, entry).at("state"), "held");
+  EXPECT_EQ(client.call("release").at("released"), Json::array({entry}));
   const Json over = follow(daemon, entry);
   EXPECT_EQ(over.at("state"), "over");
   EXPECT_EQ(over.at("outcome"), "completed") << over;
@@ -87,7 +94,7 @@ TEST(Service, RampsOutOnTheFirstStopAndDisarms) {
   EXPECT_EQ(manifest.at("report").at("safe_confirmed"), true);
   // Whoever stopped the rig does not want the next experiment to move it.
   EXPECT_EQ(client.call("status").at("state"), "idle");
-  EXPECT_EQ(entry_of(daemon, next).at("state"), "waiting");
+  EXPECT_EQ(entry_of(daemon, next).at("state"), "held");
 }
 
 TEST(Service, MakesTheRigSafeAtOnceOnTheSecondStop) {
@@ -188,33 +195,38 @@ TEST(Service, GoesOnWhenTheClientIsKilledAndStopsOnItsCtrlC) {
   EXPECT_EQ(entry_of(daemon, 2).at("outcome"), "interrupted");
 }
 
-TEST(Service, CancelsWhatWaitsOnTheClientsCtrlC) {
+TEST(Service, CancelsWhatIsHeldOnTheClientsCtrlC) {
   Daemon daemon;
   daemon.start();
   Client client(daemon.socket());
   const TemporaryFolder folder;
   folder.write("e.toml", experiment_text("waits"));
-  const auto waits = [&] { return client.call("status").at("waiting") == 1; };
+  const auto waits = [&] { return client.call("status").at("held") == 1; };
   const Ended ended = interrupt_eha({"run", "e.toml", "--socket", daemon.socket()}, folder.path(), waits, SIGINT);
   EXPECT_EQ(ended.code, 130) << ended.err;
   EXPECT_EQ(entry_of(daemon, 1).at("state"), "cancelled");
 }
 
-TEST(Service, DisarmsOnAFaultAndKeepsTheQueueWaiting) {
+TEST(Service, DisarmsOnAFaultAndHoldsTheQueue) {
   Daemon daemon;
   daemon.start();
   Client client(daemon.socket());
-  const std::int64_t bad = submit(client, faulting_experiment_text("bad"));
-  const std::int64_t good = submit(client, experiment_text("good"));
   client.call("arm");
+  const std::int64_t bad = submit(client, faulting_experiment_text("bad"), false);
+  const std::int64_t good = submit(client, experiment_text("good"));
+  EXPECT_EQ(entry_of(daemon, good).at("state"), "waiting");
   const Json over = follow(daemon, bad);
   EXPECT_EQ(over.at("outcome"), "faulted");
   EXPECT_EQ(over.at("exit_code"), static_cast<int>(ExitCode::safety_trip)) << over;
   EXPECT_NE(over.at("note").get<std::string>().find("travel_limit"), std::string::npos) << over;
   EXPECT_EQ(client.call("status").at("state"), "faulted");
-  EXPECT_EQ(client.call("status").at("lease"), nullptr);
-  EXPECT_EQ(entry_of(daemon, good).at("state"), "waiting");
+  EXPECT_EQ(client.call("status").at("lease").at("uid"), geteuid()) << "the holder may be at the rod";
+  EXPECT_EQ(entry_of(daemon, good).at("state"), "held");
   client.call("arm");
+  const std::int64_t other = submit(client, experiment_text("other"));
+  EXPECT_EQ(follow(daemon, other).at("outcome"), "completed");
+  EXPECT_EQ(entry_of(daemon, good).at("state"), "held") << "the run of another one does not release it";
+  client.call("release", {{"entry", good}});
   EXPECT_EQ(follow(daemon, good).at("outcome"), "completed");
 }
 

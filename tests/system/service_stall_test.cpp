@@ -92,7 +92,7 @@ TEST_F(ServiceStall, OfTheWriterFailsTheRunAfterSixSecondsAndTheWatchdogAfterTen
   }
   const Json over = follow(daemon_, entry_);
   EXPECT_EQ(over.at("outcome"), "write_failed") << over;
-  EXPECT_EQ(client_->call("status").at("lease"), nullptr);
+  EXPECT_EQ(client_->call("status").at("state"), "idle");
 }
 
 TEST_F(ServiceStall, OfTheWriterForFiveSecondsCostsNoTickAndIsInTheRecord) {

@@ -31,6 +31,8 @@ TEST(Protocol, ReadsEachMethodWithItsParameters) {
   call_of<ArmCall>(R"({"id":1,"method":"arm","params":{}})");
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop"})").entry, std::nullopt);
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop","params":{"entry":3}})").entry, 3);
+  EXPECT_EQ(call_of<ReleaseCall>(R"({"id":1,"method":"release"})").entry, std::nullopt);
+  EXPECT_EQ(call_of<ReleaseCall>(R"({"id":1,"method":"release","params":{"entry":3}})").entry, 3);
   EXPECT_EQ(call_of<CancelCall>(R"({"id":1,"method":"cancel","params":{"entry":9}})").entry, 9);
   EXPECT_EQ(call_of<WatchCall>(R"({"id":1,"method":"watch","params":{"rate_Hz":25}})").rate_Hz, 25.0);
   const auto submit =
@@ -49,6 +51,15 @@ TEST(Protocol, RefusesWhatItDoesNotKnowAndNamesTheNearest) {
   EXPECT_NE(refusal_of(R"({"id":1,"method":"arm","params":{"uid":0}})").message.find("takes no parameters"),
             std::string::npos);
   EXPECT_NE(refusal_of(R"({"id":1,"method":"arm","uid":0})").message.find("uid"), std::string::npos);
+}
+
+TEST(Protocol, RefusesAKeyThatIsThereTwice) {
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"status","method":"stop"})").message.find("method: the key is there twice"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"cancel","params":{"entry":1,"entry":2}})").message.find("entry"),
+            std::string::npos);
+  // Equal keys of different objects are not the same key.
+  EXPECT_EQ(call_of<CancelCall>(R"({"id":1,"params":{"entry":9},"method":"cancel"})").entry, 9);
 }
 
 TEST(Protocol, KeepsTheIdOfARequestThatItRefuses) {

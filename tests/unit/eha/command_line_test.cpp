@@ -69,6 +69,16 @@ TEST(CommandLine, ReadsTheCommandsOfTheService) {
   EXPECT_NE(fault_of({"runs", "cancel", "0"}).find("number"), std::string::npos);
 }
 
+TEST(CommandLine, ReadsQueue) {
+  EXPECT_EQ(command_of<ServiceCommand>({"queue"}).method, "queue");
+  EXPECT_EQ(command_of<ServiceCommand>({"queue", "list", "--socket", "s"}).method, "queue");
+  EXPECT_EQ(command_of<ServiceCommand>({"queue", "release"}).entry, 0);
+  const auto release = command_of<ServiceCommand>({"queue", "release", "7", "--socket", "s"});
+  EXPECT_EQ(release.method, "release");
+  EXPECT_EQ(release.entry, 7);
+  EXPECT_EQ(release.socket, "s");
+}
+
 TEST(CommandLine, ReadsFit) {
   const auto fit = command_of<FitCommand>(
       {"fit",        "--model", "io",        "--model",     "fo",      "r.csv", "--poles", "3",     "--zeros",

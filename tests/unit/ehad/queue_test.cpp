@@ -32,6 +32,18 @@ TEST(Queue, GivesEachUserItsOldestWaitingExperiment) {
   EXPECT_EQ(queue.count(EntryState::waiting), 2U);
 }
 
+TEST(Queue, HoldsWhatWaitsAndStartsNothingThatIsHeld) {
+  Queue queue({entry_of(1, 10, EntryState::running), entry_of(2, 10), entry_of(3, 20), entry_of(4, 10)});
+  EXPECT_EQ(queue.hold_waiting(), 3U);
+  EXPECT_EQ(queue.next_of(10), nullptr);
+  EXPECT_EQ(queue.held_of(10), (std::vector<EntryId>{2, 4}));
+  EXPECT_EQ(queue.find(1)->state, EntryState::running);
+  queue.find(4)->state = EntryState::waiting;
+  EXPECT_EQ(queue.next_of(10)->id, 4);
+  EXPECT_EQ(queue.count_queued(), 3U);
+  EXPECT_EQ(queue.count_queued(10), 2U);
+}
+
 TEST(Queue, NeverGivesANumberTwice) {
   Queue queue({entry_of(7, 1)});
   EXPECT_EQ(queue.take_id(), 8);

@@ -8,7 +8,8 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "hal/backend.hpp"
+#include "hal/faults/fault_rig.hpp"
+#include "tests/unit/acquisition/fake_rig.hpp"
 
 namespace eha::service {
 namespace {
@@ -101,15 +102,24 @@ TEST_F(RigKeeperTest, TakesAnotherConfigurationOnceTheRigIsOpen) {
 TEST_F(RigKeeperTest, KeepsItsConfigurationWhenTheNewRigDoesNotOpen) {
   auto other = std::make_shared<config::RigConfig>(*rig_.config());
   other->text += "\n";
-  hal::ComediOptions card;
-  card.device = "/no/such/card";
-  other->backend = card;
+  other->backend = config::Backend::comedi;
+  other->comedi.device = "/no/such/card";
   std::optional<std::string> answer;
   rig_.reconfigure(other, [&](std::future<void> done) { answer = message_of(std::move(done)); });
   await(answer);
   EXPECT_NE(*answer, "");
-  EXPECT_FALSE(hal::moves_machine(rig_.config()->backend));
+  EXPECT_EQ(rig_.config()->backend, config::Backend::sim);
   EXPECT_EQ(arm(), "");
+}
+
+TEST(Arming, IsRefusedWhileTheEmergencyStopCircuitIsOpenOrTheRigCannotBeRead) {
+  acquisition::FakeRig rig;
+  EXPECT_NO_THROW(require_closed_emergency_stop(rig));
+  hal::FaultRig open(rig, {{.kind = hal::FaultKind::emergency_stop}});
+  EXPECT_THROW(require_closed_emergency_stop(open), SafetyTrip);
+  EXPECT_NO_THROW(require_closed_emergency_stop(open)) << "the circuit is closed again";
+  hal::FaultRig unreadable(rig, {{.kind = hal::FaultKind::read_io_error}});
+  EXPECT_THROW(require_closed_emergency_stop(unreadable), DeviceError);
 }
 
 TEST_F(RigKeeperTest, HasNoGuardToLoseWithoutACard) {
