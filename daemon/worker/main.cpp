@@ -24,6 +24,14 @@ constexpr int kLowestPriority = 19;
   std::_Exit(static_cast<int>(eha::ExitCode::io));
 }
 
+/// The service's score spares it from the OOM killer; an identification is the process to end instead.
+void raise_oom_score() {
+  std::FILE* const file = std::fopen("/proc/self/oom_score_adj", "we");
+  if (file == nullptr) return;
+  std::fputs("500", file);
+  std::fclose(file);
+}
+
 /// All CPUs but one. Where that one is the only one the scheduling policy alone keeps the worker out of the way.
 void stay_off(long cpu) {
   cpu_set_t cpus;
@@ -47,6 +55,7 @@ int main(int argc, char** argv) {
   if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) fail("prctl");
   // The parent may have died before it was asked for.
   if (getppid() != static_cast<pid_t>(std::atol(argv[1]))) return static_cast<int>(eha::ExitCode::interrupted);
+  raise_oom_score();
   stay_off(std::atol(argv[2]));
   if (setpriority(PRIO_PROCESS, 0, kLowestPriority) != 0) fail("setpriority");
   const sched_param none{};
