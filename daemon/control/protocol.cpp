@@ -69,6 +69,12 @@ class Params {
     return value->get<EntryId>();
   }
 
+  [[nodiscard]] std::string run() {
+    const auto name = text("run", kLongestName);
+    if (!name) throw BadRequest{"params.run: expected the name of a run's folder, got nothing"};
+    return *name;
+  }
+
   [[nodiscard]] double rate_Hz(double otherwise) {
     const Input* value = find("rate_Hz");
     if (value == nullptr) return otherwise;
@@ -119,7 +125,7 @@ Call read_watch(Params& params) {
 }
 
 using Reader = Call (*)(Params&);
-constexpr std::array<std::pair<std::string_view, Reader>, 12> kMethods{{
+constexpr std::array<std::pair<std::string_view, Reader>, 14> kMethods{{
     {"status", [](Params&) -> Call { return StatusCall{}; }},
     {"arm", [](Params&) -> Call { return ArmCall{}; }},
     {"disarm", [](Params&) -> Call { return DisarmCall{}; }},
@@ -130,6 +136,8 @@ constexpr std::array<std::pair<std::string_view, Reader>, 12> kMethods{{
     {"queue", [](Params&) -> Call { return QueueCall{}; }},
     {"release", [](Params& params) -> Call { return ReleaseCall{params.entry()}; }},
     {"runs", [](Params&) -> Call { return RunsCall{}; }},
+    {"ack", [](Params& params) -> Call { return AckCall{params.run()}; }},
+    {"remove", [](Params& params) -> Call { return RemoveCall{params.run()}; }},
     {"metrics", [](Params&) -> Call { return MetricsCall{}; }},
     {"reload", [](Params&) -> Call { return ReloadCall{}; }},
 }};

@@ -46,11 +46,17 @@ struct ReleaseCall {
   std::optional<EntryId> entry;  ///< none: every held experiment of the caller
 };
 struct RunsCall {};
+struct AckCall {
+  std::string run;  ///< name of its folder
+};
+struct RemoveCall {
+  std::string run;  ///< name of its folder
+};
 struct MetricsCall {};
 struct ReloadCall {};
 
 using Call = std::variant<StatusCall, ArmCall, DisarmCall, SubmitCall, StopCall, CancelCall, WatchCall, QueueCall,
-                          ReleaseCall, RunsCall, MetricsCall, ReloadCall>;
+                          ReleaseCall, RunsCall, AckCall, RemoveCall, MetricsCall, ReloadCall>;
 
 struct Request {
   std::int64_t id = 0;

@@ -2,7 +2,6 @@
 #include "daemon/control/server.hpp"
 
 #include <fmt/format.h>
-#include <pwd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -23,7 +22,6 @@ namespace eha::control {
 namespace {
 
 constexpr std::size_t kReadAtOnce = 64 * 1024;
-constexpr std::size_t kMostUsersKept = 1024;
 constexpr int kBacklog = 256;
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* doing, int error_number) {
@@ -66,24 +64,16 @@ int listen_at(const std::filesystem::path& path) {
   return listener;
 }
 
-std::string user_name(uid_t uid) {
-  std::vector<char> buffer(16 * 1024);
-  passwd entry{};
-  passwd* found = nullptr;
-  if (getpwuid_r(uid, &entry, buffer.data(), buffer.size(), &found) == 0 && found != nullptr) {
-    return shortened(found->pw_name, 64);
-  }
-  return fmt::format("{}", uid);
-}
-
 }  // namespace
 
-Server::Server(EventLoop& loop, std::filesystem::path socket, ServerLimits limits, OnRequest on_request, OnGone on_gone)
+Server::Server(EventLoop& loop, std::filesystem::path socket, ServerLimits limits, OnRequest on_request, OnGone on_gone,
+               NameOf name_of)
     : loop_(loop),
       path_(std::move(socket)),
       limits_(limits),
       on_request_(std::move(on_request)),
       on_gone_(std::move(on_gone)),
+      name_of_(std::move(name_of)),
       listener_(listen_at(path_)) {
   loop_.add(listener_, EPOLLIN, [this](std::uint32_t) { accept_clients(); });
 }
@@ -115,13 +105,10 @@ void Server::accept_clients() {
       close(descriptor);
       continue;
     }
-    if (users_.size() >= kMostUsersKept) users_.clear();
-    auto [user, is_new] = users_.try_emplace(credentials.uid);
-    if (is_new) user->second = user_name(credentials.uid);
     if (clients_.size() >= limits_.clients) make_room();
     const ClientId id = next_client_++;
     auto client = std::make_unique<Client>();
-    client->peer = {id, credentials.uid, credentials.pid, user->second};
+    client->peer = {id, credentials.uid, credentials.pid, name_of_(credentials.uid)};
     client->descriptor = descriptor;
     client->last_heard = client->last_taken = std::chrono::steady_clock::now();
     loop_.add(descriptor, EPOLLIN, [this, id](std::uint32_t events) { serve(id, events); });

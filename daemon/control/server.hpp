@@ -49,13 +49,16 @@ class Server {
  public:
   using OnRequest = std::function<void(const Peer&, const Request&)>;
   using OnGone = std::function<void(ClientId)>;
+  using NameOf = std::function<std::string(uid_t)>;
   using TimePoint = std::chrono::steady_clock::time_point;
 
   /// Listens at `socket`, mode 0660; replaces the socket of a dead process.
   /// @param on_request  must lead to exactly one respond() or refuse(), now or later
   /// @param on_gone     called when a client that had sent a request has disconnected
+  /// @param name_of     name of a user for messages; must not block
   /// @throws DeviceError  another process listens there   @throws IoError, PermissionError, ConfigError (path too long)
-  Server(EventLoop& loop, std::filesystem::path socket, ServerLimits limits, OnRequest on_request, OnGone on_gone);
+  Server(EventLoop& loop, std::filesystem::path socket, ServerLimits limits, OnRequest on_request, OnGone on_gone,
+         NameOf name_of);
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
   ~Server();
@@ -104,10 +107,10 @@ class Server {
   ServerLimits limits_;
   OnRequest on_request_;
   OnGone on_gone_;
+  NameOf name_of_;
   int listener_ = -1;
   ClientId next_client_ = 1;
   std::map<ClientId, std::unique_ptr<Client>> clients_;
-  std::map<uid_t, std::string> users_;
 };
 
 }  // namespace eha::control

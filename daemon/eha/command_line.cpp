@@ -399,6 +399,8 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
     if (sub->got_subcommand("show")) parsed.command = runs.show;
     if (sub->got_subcommand("recover")) parsed.command = runs.recover;
     if (sub->got_subcommand("cancel")) parsed.command = runs.cancel;
+    if (sub->got_subcommand("ack")) parsed.command = runs.ack;
+    if (sub->got_subcommand("remove")) parsed.command = runs.remove;
   }
   return parsed;
 }

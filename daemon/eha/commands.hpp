@@ -115,12 +115,14 @@ struct LatencyCommand {
       {};  ///< whose period, priority and CPU the loop takes; none: default_rig_file()
 };
 
-/// A method of ehad-protocol(7): status, arm, disarm, stop, metrics, reload, queue, release, cancel.
+/// A method of ehad-protocol(7): status, arm, disarm, stop, metrics, reload, queue, release, cancel, ack, remove.
 struct ServiceCommand {
   std::string method;
   std::filesystem::path socket = control::kDefaultSocket;
   std::int64_t entry = 0;  ///< of cancel and release; 0: every held one
-  bool watch = false;      ///< of status: again and again
+  std::string run = {};    ///< of ack and remove: its folder or the name of that
+  bool yes = false;        ///< of remove: without asking
+  bool watch = false;      ///< of status: repeatedly
 };
 
 using Command =

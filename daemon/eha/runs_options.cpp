@@ -8,7 +8,7 @@
 namespace eha::cli {
 
 void add_runs(CLI::App& app, RunsCommands& runs) {
-  CLI::App* sub = app.add_subcommand("runs", "List, show, recover or cancel runs");
+  CLI::App* sub = app.add_subcommand("runs", "List, show, recover, cancel, acknowledge or remove runs");
   sub->fallthrough();
   sub->require_subcommand(1);
   sub->footer("\nExamples:\n  eha runs list\n  eha runs show runs/latest\n  eha runs recover runs");
@@ -22,12 +22,19 @@ void add_runs(CLI::App& app, RunsCommands& runs) {
   recover->add_option("target", runs.recover.target, "Run folder, or folder of run folders")
       ->required()
       ->type_name("RUN|DIR");
-  CLI::App* cancel = sub->add_subcommand("cancel", "Take an experiment that waits out of the service's queue");
+  CLI::App* cancel = sub->add_subcommand("cancel", "Remove an experiment that waits from the service's queue");
   cancel->add_option("number", runs.cancel.entry, "Number in the queue, see eha status")
       ->required()
       ->type_name("NUMBER")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""));
   add_socket_option(*cancel, runs.cancel.socket);
+  CLI::App* ack = sub->add_subcommand("ack", "Acknowledge the incident of a run of the service, which may then go");
+  ack->add_option("run", runs.ack.run, "Run folder, or its name")->required()->type_name("RUN");
+  add_socket_option(*ack, runs.ack.socket);
+  CLI::App* remove = sub->add_subcommand("remove", "Delete a run of the service, its record and models");
+  remove->add_option("run", runs.remove.run, "Run folder, or its name")->required()->type_name("RUN");
+  remove->add_flag("--yes", runs.remove.yes, "Without asking");
+  add_socket_option(*remove, runs.remove.socket);
 }
 
 }  // namespace eha::cli

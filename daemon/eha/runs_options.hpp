@@ -13,9 +13,11 @@ struct RunsCommands {
   RunsShowCommand show;
   RunsRecoverCommand recover;
   ServiceCommand cancel{.method = "cancel"};
+  ServiceCommand ack{.method = "ack"};
+  ServiceCommand remove{.method = "remove"};
 };
 
-/// `eha runs list|show|recover|cancel`.
+/// `eha runs list|show|recover|cancel|ack|remove`.
 void add_runs(CLI::App& app, RunsCommands& runs);
 
 }  // namespace eha::cli

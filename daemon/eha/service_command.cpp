@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -85,11 +86,18 @@ ExitCode watch_status(Client& client, Console& console) {
   return ExitCode::ok;
 }
 
+/// The name of a run's folder, however it was given.
+std::string name_of(const std::string& run) {
+  const std::filesystem::path path = std::filesystem::path(run).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 /// What an answer comes to in words, and what to do next.
 void print_answer(const ServiceCommand& command, const Json& answer, const Console& console) {
   if (command.method == "arm") {
     console.print(fmt::format("{}; the lease is yours for {:.0f} s", answer.at("state").get<std::string>(),
                               answer.at("lease_remaining_s").get<double>()));
+    for (const Json& remark : answer.value("remarks", Json::array())) console.info(remark.get<std::string>());
     for (const Json& entry : answer.value("held", Json::array())) {
       console.print(fmt::format("held: {} \"{}\", submitted {}", entry.at("entry").get<std::int64_t>(),
                                 entry.value("name", ""), entry.value("submitted", "")));
@@ -113,6 +121,12 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
     if (what != "nothing") console.next_step("eha status");
   } else if (command.method == "reload") {
     console.print(fmt::format("configuration read again: {}", answer.at("rig").get<std::string>()));
+  } else if (command.method == "ack") {
+    console.print(fmt::format("{}: acknowledged; it may be removed when the disk budget is exceeded",
+                              answer.at("run").get<std::string>()));
+  } else if (command.method == "remove") {
+    console.print(fmt::format("{}: removed, {:.1f} MB freed", answer.at("run").get<std::string>(),
+                              answer.at("bytes").get<double>() * 1e-6));
   } else if (command.method == "cancel") {
     console.print(fmt::format("experiment {} cancelled", command.entry));
   }
@@ -123,7 +137,14 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
 ExitCode execute(const ServiceCommand& command, Console& console) {
   Client client(command.socket);
   if (command.watch) return watch_status(client, console);
-  const Json params = command.entry > 0 ? Json{{"entry", command.entry}} : Json::object();
+  Json params = Json::object();
+  if (command.entry > 0) params["entry"] = command.entry;
+  if (!command.run.empty()) params["run"] = name_of(command.run);
+  if (command.method == "remove" && !command.yes &&
+      !console.confirm(fmt::format("This deletes {} with its record and models.", params["run"].get<std::string>()))) {
+    console.info("not confirmed; nothing was deleted");
+    return ExitCode::interrupted;
+  }
   Json answer = client.call(command.method, params);
   if (command.method == "metrics") {
     console.print_content(answer.at("text").get<std::string>());

@@ -4,12 +4,16 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <exception>
 #include <filesystem>
+#include <memory>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "config/experiment_config.hpp"
 #include "core/error.hpp"
-#include "daemon/ehad/play.hpp"
+#include "core/os/files.hpp"
 #include "daemon/ehad/recovery.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/manifest.hpp"
@@ -21,6 +25,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using acquisition::Snapshot;
+
+constexpr const char* kCheckedExperiment = "experiment.toml";
+constexpr const char* kCheckedRig = "rig.toml";
 
 Json describe(const Snapshot& now, double step_s) {
   return {{"elapsed_s", static_cast<double>(now.elapsed_ns) * 1e-9},
@@ -40,7 +47,7 @@ Json describe(const Snapshot& now, double step_s) {
 }
 
 /// One line for each run, oldest first.
-Json list_of_runs(const fs::path& folder) {
+Json list_of_runs(const fs::path& folder, const RunIndex& index) {
   Json list = Json::array();
   for (const fs::path& run : record::list_runs(folder)) {
     Json line{{"run", run.filename().string()}, {"folder", run.string()}, {"outcome", "unreadable"}};
@@ -50,6 +57,11 @@ Json list_of_runs(const fs::path& folder) {
       line["error"] = error.what();
     }
     line["models"] = models_of(run);
+    const auto known = index.runs().find(run.filename().string());
+    if (known != index.runs().end()) {
+      line["sequence"] = known->second.sequence;
+      line["acknowledged"] = known->second.acknowledged;
+    }
     list.push_back(std::move(line));
   }
   return list;
@@ -122,35 +134,85 @@ Json Supervisor::queue() const {
 
 void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answer) {
   if (shutting_down_) throw DeviceError("ehad is stopping; submit again once it has restarted");
+  if (call.fast && !hal::has_virtual_clock(rig_.config()->backend)) {
+    throw UsageError(
+        fmt::format("{}: virtual time is for simulated rigs; {} drives a real machine, which keeps its own", call.name,
+                    options_.rig_file));
+  }
   require_room_in_queue(peer);
   ++submissions_[peer.uid];
-  Entry entry;
-  entry.id = queue_.take_id();
-  entry.file = std::move(call.name);
-  entry.uid = peer.uid;
-  entry.user = peer.user;
-  entry.fast = call.fast;
-  entry.submitted = record::utc_now();
-  entry.experiment = std::move(call.experiment);
+  auto entry = std::make_shared<Entry>();
+  entry->id = queue_.take_id();
+  entry->file = std::move(call.name);
+  entry->uid = peer.uid;
+  entry->user = peer.user;
+  entry->fast = call.fast;
+  entry->submitted = record::utc_now();
+  entry->experiment = std::move(call.experiment);
+  const fs::path folder = check_folder(entry->id);
   disk_thread_.ask(
-      [this, entry = std::move(entry), config = rig_.config()]() mutable {
-        entry.name = check_experiment(entry.experiment, entry.file, entry.fast, *config).name;
-        store_.save(entry);
-        return entry;
+      [entry, folder, rig = rig_.config()] {
+        // Faults of the text itself are found here, at once, and no file that it names is read.
+        entry->name = config::parse_experiment(entry->experiment, entry->file).name;
+        os::create_folders(folder);
+        os::write_file_atomically(folder / kCheckedExperiment, entry->experiment);
+        os::write_file_atomically(folder / kCheckedRig, rig->text);
       },
-      [this, uid = peer.uid, answer = std::move(answer)](std::future<Entry> checked) {
-        if (--submissions_[uid] == 0) submissions_.erase(uid);
-        answer([&]() -> Json {
-          Entry& added = queue_.add(checked.get());
-          // Only an experiment whose owner has the armed rig may start by itself.
-          added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
-          spdlog::info("experiment {} (\"{}\" of {}): {}", added.id, added.name, added.user, to_text(added.state));
-          if (lease_.is_held_by(added.uid)) lease_.renew(Clock::now());
-          const EntryId id = added.id;
-          start_next();
-          return this->entry(id);
-        });
+      [this, entry, answer = std::move(answer)](std::future<void> written) {
+        try {
+          written.get();
+        } catch (const Error&) {
+          end_submission(*entry);
+          answer([failure = std::current_exception()]() -> Json { std::rethrow_exception(failure); });
+          return;
+        }
+        check(entry, answer);
       });
+}
+
+void Supervisor::check(std::shared_ptr<Entry> entry, Answer answer) {
+  const fs::path folder = check_folder(entry->id);
+  checker_.add(
+      folder / kCheckedExperiment, folder / kCheckedRig, rig_.config()->realtime.cpu,
+      [this, entry, file = folder / kCheckedExperiment, answer = std::move(answer)](const worker::WorkerEnd& end) {
+        try {
+          throw_if_failed(end, file, entry->file);
+        } catch (const Error&) {
+          end_submission(*entry);
+          answer([failure = std::current_exception()]() -> Json { std::rethrow_exception(failure); });
+          return;
+        }
+        enqueue(entry, answer);
+      });
+}
+
+void Supervisor::end_submission(const Entry& entry) {
+  if (--submissions_[entry.uid] == 0) submissions_.erase(entry.uid);
+  disk_thread_.ask(
+      [folder = check_folder(entry.id)] {
+        std::error_code ignored;
+        fs::remove_all(folder, ignored);
+      },
+      [](std::future<void>) {});
+}
+
+void Supervisor::enqueue(std::shared_ptr<Entry> entry, const Answer& answer) {
+  disk_thread_.ask([this, entry] { store_.save(*entry); },
+                   [this, entry, answer](std::future<void> saved) {
+                     end_submission(*entry);
+                     answer([&]() -> Json {
+                       saved.get();
+                       Entry& added = queue_.add(std::move(*entry));
+                       // Only an experiment whose owner has the armed rig may start by itself.
+                       added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
+                       spdlog::info("experiment {} (\"{}\" of {}): {}", added.id, added.name, added.user,
+                                    to_text(added.state));
+                       if (lease_.is_held_by(added.uid)) lease_.renew(Clock::now());
+                       const EntryId id = added.id;
+                       start_next();
+                       return this->entry(id);
+                     });
+                   });
 }
 
 void Supervisor::require_room_in_queue(const Peer& peer) const {
@@ -225,9 +287,32 @@ void Supervisor::cancel(const Peer& peer, EntryId id, Answer answer) {
 }
 
 void Supervisor::runs(Answer answer) {
-  disk_thread_.ask([folder = runs_folder()] { return list_of_runs(folder); },
+  disk_thread_.ask([this, folder = runs_folder()] { return list_of_runs(folder, *index_); },
                    [folder = runs_folder(), answer = std::move(answer)](std::future<Json> listed) {
                      answer([&]() -> Json { return {{"folder", folder.string()}, {"runs", listed.get()}}; });
+                   });
+}
+
+void Supervisor::acknowledge(const Peer& peer, const std::string& run, Answer answer) {
+  disk_thread_.ask([this, run] { index_->acknowledge(run); },
+                   [peer, run, answer = std::move(answer)](std::future<void> done) {
+                     answer([&]() -> Json {
+                       done.get();
+                       spdlog::info("run {}: acknowledged by {} (uid {}, pid {})", run, peer.user, peer.uid, peer.pid);
+                       return {{"run", run}, {"acknowledged", true}};
+                     });
+                   });
+}
+
+void Supervisor::remove(const Peer& peer, const std::string& run, Answer answer) {
+  if (runs_in_use().contains(run)) throw UsageError(fmt::format("{}: the run is on, or being fitted", run));
+  disk_thread_.ask([this, run, uid = peer.uid] { return index_->remove(run, uid); },
+                   [peer, run, answer = std::move(answer)](std::future<std::uint64_t> done) {
+                     answer([&]() -> Json {
+                       const std::uint64_t bytes = done.get();
+                       spdlog::warn("run {}: removed by {} (uid {}, pid {})", run, peer.user, peer.uid, peer.pid);
+                       return {{"run", run}, {"bytes", bytes}};
+                     });
                    });
 }
 

@@ -3,6 +3,7 @@
 
 #include <exception>
 #include <utility>
+#include <vector>
 
 #include "daemon/ehad/recovery.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -23,7 +24,8 @@ std::optional<EntryId> Fitter::entry() const noexcept {
 }
 
 pid_t Fitter::start(EntryId entry, const std::filesystem::path& run, const worker::WorkerLimits& limits) {
-  process_ = std::make_unique<worker::WorkerProcess>(programs_, run, limits);
+  process_ = std::make_unique<worker::WorkerProcess>(
+      programs_, std::vector<std::string>{"fit", run.string(), "--quiet", "--no-progress"}, limits);
   entry_ = entry;
   return process_->pid();
 }

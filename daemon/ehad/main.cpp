@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <exception>
 #include <iostream>
@@ -42,7 +44,10 @@ ExitCode run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A reader that has gone is an error of write(), not a reason to die.
+  // Writing to a closed pipe must be an error of write(), not the end of the process.
   std::signal(SIGPIPE, SIG_IGN);
-  return static_cast<int>(run_program(argc, argv));
+  const int code = static_cast<int>(run_program(argc, argv));
+  // The rig is safe and closed; a reader of the log that stands still must not keep the process.
+  if (!eha::service::flush_log(std::chrono::seconds(1))) _exit(code);
+  return code;
 }

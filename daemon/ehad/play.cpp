@@ -1,26 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/play.hpp"
 
-#include <fmt/format.h>
-
 #include <optional>
 
 #include "config/prepared_experiment.hpp"
-#include "core/error.hpp"
 #include "daemon/rig/owned_rig.hpp"
-#include "hal/backend.hpp"
 
 namespace eha::service {
-
-CheckedExperiment check_experiment(const std::string& text, const std::string& file, bool fast,
-                                   const config::RigConfig& rig) {
-  if (fast && !hal::has_virtual_clock(rig.backend)) {
-    throw UsageError(fmt::format(
-        "{}: virtual time is for simulated rigs; {} drives a real machine, which keeps its own", file, rig.file_name));
-  }
-  const config::ExperimentConfig experiment = config::parse_prepared_experiment(text, file, rig).config;
-  return {experiment.name, experiment.duration_s * experiment.repetitions};
-}
 
 play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
                        hal::Rig* rig, acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/run.hpp"
@@ -13,17 +12,6 @@
 #include "hal/rig.hpp"
 
 namespace eha::service {
-
-/// What is known of an experiment that may be queued.
-struct CheckedExperiment {
-  std::string name;
-  double duration_s = 0.0;  ///< all repetitions together
-};
-
-/// Holds a submitted experiment against the rig. Cost: one excitation table. Thread-safe.
-/// @throws ConfigError  every fault, as parse_experiment; UsageError  virtual time on a rig that moves
-[[nodiscard]] CheckedExperiment check_experiment(const std::string& text, const std::string& file, bool fast,
-                                                 const config::RigConfig& rig);
 
 /// Plays a queued experiment into its run folder; blocks. The rig is idle or faulted afterwards.
 /// @param rig    the card that is open; none: a simulated one is opened, so that equal experiments give equal records

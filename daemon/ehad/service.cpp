@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/service.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include <variant>
 
 #include "core/error.hpp"
+#include "daemon/ehad/log.hpp"
 
 namespace eha::service {
 namespace {
@@ -44,10 +46,13 @@ bool is_read_only(const control::Call& call) {
 Service::Service(const Options& options)
     : signals_(open_signals()),
       supervisor_(options, loop_, notifier_),
+      mailbox_(loop_),
+      names_(mailbox_),
       server_(
           loop_, options.socket, control::ServerLimits{},
           [this](const control::Peer& peer, const control::Request& request) { on_request(peer, request); },
-          [this](control::ClientId client) { watchers_.erase(client); }) {
+          [this](control::ClientId client) { watchers_.erase(client); },
+          [this](uid_t uid) { return names_.name(uid); }) {
   loop_.add(signals_, EPOLLIN, [this](std::uint32_t) { on_signal(); });
   spdlog::info("listening at {}; the rig is faulted until somebody arms it", options.socket.string());
 }
@@ -68,6 +73,7 @@ void Service::run() {
     }
     if (now >= next_sweep_) {
       server_.sweep(now);
+      report_dropped_messages();
       next_sweep_ = now + kSweepInterval;
     }
     feed_watchers(now);
@@ -115,20 +121,31 @@ void Service::reload_on_signal() {
 }
 
 void Service::on_request(const control::Peer& peer, const control::Request& request) {
-  spdlog::log(is_read_only(request.call) ? spdlog::level::debug : spdlog::level::info, "{} by {} (uid {}, pid {})",
-              request.method, peer.user, peer.uid, peer.pid);
+  if (!is_read_only(request.call)) {
+    audit(peer, fmt::format("{} by {} (uid {}, pid {})", request.method, peer.user, peer.uid, peer.pid));
+  }
   try {
     dispatch(peer, request);
   } catch (const Error& error) {
-    spdlog::info("{} by {} (uid {}, pid {}) refused: {}", request.method, peer.user, peer.uid, peer.pid, error.what());
+    audit(peer, fmt::format("{} by {} (uid {}, pid {}) refused: {}", request.method, peer.user, peer.uid, peer.pid,
+                            error.what()));
     server_.refuse(peer.client, request.id, error.exit_code(), error.what());
   }
 }
 
+void Service::audit(const control::Peer& peer, const std::string& text) {
+  const std::optional<std::size_t> left_out = audit_.take(peer.uid, Clock::now());
+  if (!left_out) return;
+  if (*left_out > 0) {
+    spdlog::warn("{} log lines on requests of {} (uid {}) were left out: too many", *left_out, peer.user, peer.uid);
+  }
+  spdlog::info("{}", text);
+}
+
 void Service::dispatch(const control::Peer& peer, const control::Request& request) {
   const auto now = [&](const Json& result) { server_.respond(peer.client, request.id, result); };
-  const Supervisor::Answer later = [this, client = peer.client, id = request.id](const std::function<Json()>& result) {
-    answer(client, id, result);
+  const Supervisor::Answer later = [this, peer, id = request.id](const std::function<Json()>& result) {
+    answer(peer, id, result);
   };
   std::visit(
       [&](const auto& call) {
@@ -143,21 +160,23 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
         if constexpr (std::is_same_v<T, control::QueueCall>) now(supervisor_.queue());
         if constexpr (std::is_same_v<T, control::ReleaseCall>) now(supervisor_.release(peer, call.entry));
         if constexpr (std::is_same_v<T, control::RunsCall>) supervisor_.runs(later);
+        if constexpr (std::is_same_v<T, control::AckCall>) supervisor_.acknowledge(peer, call.run, later);
+        if constexpr (std::is_same_v<T, control::RemoveCall>) supervisor_.remove(peer, call.run, later);
         if constexpr (std::is_same_v<T, control::MetricsCall>) now({{"text", supervisor_.metrics()}});
         if constexpr (std::is_same_v<T, control::ReloadCall>) supervisor_.reload(later);
       },
       request.call);
 }
 
-void Service::answer(control::ClientId client, std::int64_t id, const std::function<Json()>& result) {
+void Service::answer(const control::Peer& peer, std::int64_t id, const std::function<Json()>& result) {
   try {
-    server_.respond(client, id, result());
+    server_.respond(peer.client, id, result());
   } catch (const Error& error) {
-    spdlog::info("refused: {}", error.what());
-    server_.refuse(client, id, error.exit_code(), error.what());
+    audit(peer, fmt::format("request of {} (uid {}, pid {}) refused: {}", peer.user, peer.uid, peer.pid, error.what()));
+    server_.refuse(peer.client, id, error.exit_code(), error.what());
   } catch (const std::exception& error) {
     spdlog::critical("internal error: {}", error.what());
-    server_.refuse(client, id, ExitCode::bug, error.what());
+    server_.refuse(peer.client, id, ExitCode::bug, error.what());
   }
 }
 

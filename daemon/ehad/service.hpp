@@ -6,12 +6,16 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "daemon/control/event_loop.hpp"
 #include "daemon/control/server.hpp"
+#include "daemon/ehad/audit_limiter.hpp"
+#include "daemon/ehad/background.hpp"
 #include "daemon/ehad/notify.hpp"
 #include "daemon/ehad/options.hpp"
 #include "daemon/ehad/supervisor.hpp"
+#include "daemon/ehad/user_names.hpp"
 
 namespace eha::service {
 
@@ -44,7 +48,8 @@ class Service {
   void on_request(const control::Peer& peer, const control::Request& request);
   void dispatch(const control::Peer& peer, const control::Request& request);
   void watch(const control::Peer& peer, std::int64_t id, const control::WatchCall& call);
-  void answer(control::ClientId client, std::int64_t id, const std::function<Json()>& result);
+  void audit(const control::Peer& peer, const std::string& text);
+  void answer(const control::Peer& peer, std::int64_t id, const std::function<Json()>& result);
   void feed_watchers(Clock::time_point now);
   [[nodiscard]] std::chrono::milliseconds time_to_next(Clock::time_point now) const;
 
@@ -52,6 +57,9 @@ class Service {
   Notifier notifier_;
   int signals_;
   Supervisor supervisor_;
+  Mailbox mailbox_;
+  UserNames names_;
+  AuditLimiter audit_;
   std::map<control::ClientId, Watcher> watchers_;
   Clock::time_point next_poll_ = Clock::now();
   Clock::time_point next_sweep_ = Clock::now();

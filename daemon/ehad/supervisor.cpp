@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -37,17 +38,30 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       config_(config::load_service_config(options.config_file)),
       store_(options.state / "queue"),
       fitter_({require_program("eha-worker"), require_program("eha")}),
+      checker_({require_program("eha-worker"), require_program("eha")}),
       mailbox_(loop),
       disk_thread_("eha-disk", mailbox_),
+      inhibitor_(mailbox_, {[this] { prepare_for_sleep(); },
+                            [](const std::string& why) {
+                              spdlog::warn(
+                                  "a suspend of the machine cannot be delayed while the rig is driven: {}; "
+                                  "to forbid it: systemctl mask sleep.target",
+                                  why);
+                            }}),
       // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it however this process ends.
       rig_(RigKeeper::load(options.rig_file), options.socket.parent_path() / "safe.json", mailbox_) {
   os::create_folders(runs_folder());
+  // What a check left when the program died.
+  std::error_code ignored;
+  fs::remove_all(options_.state / "check", ignored);
   recover_runs(runs_folder(), [this] { notifier_.extend_timeout(kTimeToRecover); });
+  index_ = std::make_unique<RunIndex>(options_.state / "runs.index", runs_folder());
   load_queue();
 }
 
 Supervisor::~Supervisor() {
   fitter_.end();
+  checker_.end();
   // A run is on only when the program ends by an error; the rig stays open until it is safe.
   if (active_) {
     active_->stop->request();
@@ -86,9 +100,15 @@ bool Supervisor::may_start(uid_t uid) const {
 Json Supervisor::armed_answer(uid_t uid) const {
   Json held = Json::array();
   for (const EntryId id : queue_.held_of(uid)) held.push_back(entry(id));
+  Json remarks = Json::array();
+  if (!rig_.moves_machine()) {
+    remarks.push_back(
+        "the rig is simulated: late ticks are counted, but the limits on them (realtime.abort_*) end no run");
+  }
   return {{"state", acquisition::to_text(state())},
           {"lease_remaining_s", lease_.remaining(Clock::now()).count()},
-          {"held", std::move(held)}};
+          {"held", std::move(held)},
+          {"remarks", std::move(remarks)}};
 }
 
 void Supervisor::arm(const Peer& peer, Answer answer) {
@@ -208,6 +228,8 @@ void Supervisor::poll(Clock::time_point now) {
   }
   poll_worker();
   poll_guard();
+  poll_suspend();
+  update_inhibitor();
   poll_health(now);
   notifier_.status(status_text());
 }
@@ -219,6 +241,39 @@ void Supervisor::poll_guard() {
     active_->stop->request_ramp_out();
   } else if (rig_.is_armed()) {
     disarm_rig("the guard of the rig has died", LeaseFate::kept);
+  }
+}
+
+void Supervisor::prepare_for_sleep() {
+  if (active_) {
+    spdlog::warn("experiment {}: the machine is about to be suspended: ramping out", active_->entry);
+    active_->stop->request_ramp_out();
+  } else if (rig_.is_armed() || rig_.is_arming()) {
+    disarm_rig("the machine is about to be suspended", LeaseFate::kept);
+  }
+}
+
+void Supervisor::update_inhibitor() noexcept {
+  if (active_) {
+    inhibitor_.hold();
+  } else {
+    inhibitor_.release();
+  }
+}
+
+void Supervisor::poll_suspend() {
+  const auto suspended = suspend_.check();
+  if (!suspended) return;
+  const std::string why = fmt::format("the machine was suspended for {:.1f} s", suspended->count());
+  if (active_) {
+    // The output held its voltage meanwhile; nothing is known of where the rod is.
+    spdlog::error("experiment {}: {}; the rig is made safe at once", active_->entry, why);
+    active_->stop->request();
+    active_->stop->request();
+  } else if (rig_.is_armed() || rig_.is_arming()) {
+    disarm_rig(why, LeaseFate::kept);
+  } else {
+    spdlog::warn("{}", why);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -14,6 +15,7 @@
 #include "daemon/acquisition/stop_request.hpp"
 #include "daemon/control/server.hpp"
 #include "daemon/ehad/background.hpp"
+#include "daemon/ehad/checker.hpp"
 #include "daemon/ehad/fitter.hpp"
 #include "daemon/ehad/health.hpp"
 #include "daemon/ehad/lease.hpp"
@@ -22,6 +24,9 @@
 #include "daemon/ehad/options.hpp"
 #include "daemon/ehad/queue.hpp"
 #include "daemon/ehad/rig_keeper.hpp"
+#include "daemon/ehad/run_index.hpp"
+#include "daemon/ehad/sleep_inhibitor.hpp"
+#include "daemon/ehad/suspend_watch.hpp"
 #include "daemon/play/play.hpp"
 
 namespace eha::service {
@@ -53,6 +58,8 @@ class Supervisor {
   [[nodiscard]] Json queue() const;
   Json release(const Peer& peer, std::optional<EntryId> only);
   void runs(Answer answer);
+  void acknowledge(const Peer& peer, const std::string& run, Answer answer);
+  void remove(const Peer& peer, const std::string& run, Answer answer);
   [[nodiscard]] std::string metrics() const;
   void reload(Answer answer);
 
@@ -60,7 +67,7 @@ class Supervisor {
   [[nodiscard]] Json entry(EntryId id) const;
   [[nodiscard]] bool entry_is_over(EntryId id) const;
 
-  /// Checks lease, worker, guard and watchdog. Call several times a second.
+  /// Checks lease, worker, guard, suspend and watchdog. Call several times a second.
   void poll(Clock::time_point now);
   /// Call when a child process has ended.
   void poll_worker();
@@ -92,18 +99,29 @@ class Supervisor {
   [[nodiscard]] bool may_start(uid_t uid) const;
   [[nodiscard]] Json armed_answer(uid_t uid) const;
   void poll_guard();
+  void poll_suspend();
+  void prepare_for_sleep();
+  void update_inhibitor() noexcept;
   void poll_health(Clock::time_point now);
 
   void start_fit();
   void finish_fit(EntryId id, const worker::WorkerEnd& end);
   void close_entry(Entry& entry, ExitCode code);
-  void keep_disk_budget();
+  [[nodiscard]] std::set<std::string> runs_in_use() const;
+  void make_room(const std::set<std::string>& in_use, double budget_GiB);
+  void account_for(const std::string& run);
 
+  void check(std::shared_ptr<Entry> entry, Answer answer);
+  void enqueue(std::shared_ptr<Entry> entry, const Answer& answer);
+  void end_submission(const Entry& entry);
   void require_room_in_queue(const Peer& peer) const;
   void save(const Entry& entry);
   [[nodiscard]] acquisition::State state() const;
   [[nodiscard]] std::string waiting_reason(const Entry& entry) const;
   [[nodiscard]] std::string status_text() const;
+  [[nodiscard]] std::filesystem::path check_folder(EntryId id) const {
+    return options_.state / "check" / std::to_string(id);
+  }
   [[nodiscard]] std::filesystem::path runs_folder() const { return options_.state / "runs"; }
 
   Options options_;
@@ -118,10 +136,14 @@ class Supervisor {
   bool shutting_down_ = false;
   Health health_;
   bool health_was_good_ = true;
+  SuspendWatch suspend_;
   Totals totals_;
   Fitter fitter_;
+  Checker checker_;
+  std::unique_ptr<RunIndex> index_;  ///< belongs to the disk thread once that exists
   Mailbox mailbox_;
-  Background disk_thread_;  ///< files, and the checks of submitted experiments
+  Background disk_thread_;  ///< files
+  SleepInhibitor inhibitor_;
   RigKeeper rig_;
 };
 

@@ -10,7 +10,6 @@
 #include "core/error.hpp"
 #include "daemon/ehad/play.hpp"
 #include "daemon/ehad/recovery.hpp"
-#include "daemon/ehad/retention.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/run_folder.hpp"
 
@@ -52,14 +51,17 @@ void Supervisor::start_next() {
                             .playing = false,
                             .watch = std::make_shared<play::RunWatch>(),
                             .stop = std::make_shared<acquisition::StopRequest>()});
+  update_inhibitor();
   acquisition::Snapshot first;
   first.state = acquisition::State::armed;
   active_->watch->board.publish(first);
   // State `running` and the folder's name are saved before the rig moves, so a crash never replays an experiment.
   disk_thread_.ask(
-      [this, entry = *entry]() mutable {
+      [this, entry = *entry, in_use = runs_in_use(), budget_GiB = config_.disk_budget_GiB]() mutable {
+        make_room(in_use, budget_GiB);
         const fs::path folder = record::create_run_folder(runs_folder(), entry.name);
         entry.run = folder.filename().string();
+        index_->begin(entry.run, entry.uid);
         store_.save(entry);
         return folder;
       },
@@ -93,10 +95,10 @@ void Supervisor::finish(EntryId id, std::future<play::FinishedRun> played) {
     conclude(entry, run);
   } catch (const Error& error) {
     // Refused before the first tick; the folder has been removed.
-    entry.run.clear();
+    account_for(std::exchange(entry.run, {}));
     give_up(entry, error.exit_code(), error.what());
   } catch (const std::exception& error) {
-    entry.run.clear();
+    account_for(std::exchange(entry.run, {}));
     give_up(entry, ExitCode::bug, error.what());
   }
 }
@@ -155,7 +157,7 @@ void Supervisor::close_entry(Entry& entry, ExitCode code) {
   for (const EntryId old : queue_.forget_old()) {
     disk_thread_.ask([this, old] { store_.remove(old); }, [](std::future<void>) {});
   }
-  keep_disk_budget();
+  account_for(entry.run);
 }
 
 void Supervisor::start_fit() {
@@ -176,6 +178,7 @@ void Supervisor::start_fit() {
 }
 
 void Supervisor::poll_worker() {
+  checker_.poll();
   if (const std::optional<EndedFit> ended = fitter_.poll()) finish_fit(ended->entry, ended->end);
   start_fit();
 }
@@ -205,31 +208,35 @@ void Supervisor::finish_fit(EntryId id, const worker::WorkerEnd& end) {
                    });
 }
 
-void Supervisor::keep_disk_budget() {
-  std::set<std::string> kept;
+std::set<std::string> Supervisor::runs_in_use() const {
+  std::set<std::string> runs;
   for (const auto& [id, entry] : queue_.entries()) {
-    if (entry.state != EntryState::over && !entry.run.empty()) kept.insert(entry.run);
+    if (entry.state != EntryState::over && !entry.run.empty()) runs.insert(entry.run);
   }
-  const double budget_GiB = config_.disk_budget_GiB;
+  return runs;
+}
+
+void Supervisor::make_room(const std::set<std::string>& in_use, double budget_GiB) {
+  const Retention retention = index_->keep_within(static_cast<std::uint64_t>(budget_GiB * kBytesPerGiB), in_use);
+  for (const RemovedRun& run : retention.removed) {
+    spdlog::warn("run {}: removed ({:.1f} MB, no accepted model): the runs exceed the budget of {} GiB", run.name,
+                 static_cast<double>(run.bytes) * 1e-6, budget_GiB);
+  }
+  if (!retention.refusal.empty()) throw IoError(retention.refusal);
+}
+
+void Supervisor::account_for(const std::string& run) {
+  if (run.empty()) return;
   disk_thread_.ask(
-      [this, kept, budget_GiB] {
-        return keep_within_budget(runs_folder(), static_cast<std::uint64_t>(budget_GiB * kBytesPerGiB), kept);
+      [this, run, in_use = runs_in_use(), budget_GiB = config_.disk_budget_GiB] {
+        index_->update(run);
+        make_room(in_use, budget_GiB);
       },
-      [budget_GiB](std::future<Retention> done) {
+      [](std::future<void> done) {
         try {
-          const Retention retention = done.get();
-          for (const RemovedRun& run : retention.removed) {
-            spdlog::warn("{}: removed ({:.1f} MB, no accepted model): the runs exceed the budget of {} GiB", run.name,
-                         static_cast<double>(run.bytes) * 1e-6, budget_GiB);
-          }
-          if (retention.over_budget) {
-            spdlog::warn(
-                "the runs take {:.2f} GiB of {} GiB, and what is left is not removed by itself; make room, or "
-                "raise retention.disk_budget_GiB",
-                static_cast<double>(retention.bytes) / kBytesPerGiB, budget_GiB);
-          }
+          done.get();
         } catch (const std::exception& error) {
-          spdlog::error("the runs cannot be counted: {}", error.what());
+          spdlog::warn("the next run will be refused: {}", error.what());
         }
       });
 }

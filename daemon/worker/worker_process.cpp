@@ -11,39 +11,43 @@
 #include <cerrno>
 #include <cstring>
 #include <system_error>
+#include <utility>
 
 #include "core/error.hpp"
 
 namespace eha::worker {
 namespace {
 
-constexpr std::size_t kMostKept = 2000;  // bytes of the worker's messages
+constexpr std::size_t kMostKept = 8000;  // bytes of the worker's messages
 
 os::FileDescriptor create_message_file() {
-  os::FileDescriptor file(memfd_create("eha-fit", MFD_CLOEXEC));
+  os::FileDescriptor file(memfd_create("eha-worker", MFD_CLOEXEC));
   if (!file) {
     throw IoError("cannot create a file for the worker's messages: " + std::generic_category().message(errno));
   }
   return file;
 }
 
-os::SpawnRequest request_for(const WorkerPrograms& programs, const std::filesystem::path& run,
+os::SpawnRequest request_for(const WorkerPrograms& programs, const std::vector<std::string>& arguments,
                              const WorkerLimits& limits, const os::FileDescriptor& messages) {
-  return {.words = {programs.helper.string(), fmt::format("{}", getpid()),
-                    fmt::format("{}", limits.avoided_cpu.value_or(-1)), fmt::format("{}", limits.cpu_time.count()),
-                    fmt::format("{}", limits.memory_bytes), programs.eha.string(), "fit", run.string(), "--quiet",
-                    "--no-progress"},
-          .standard_error = &messages};
+  std::vector<std::string> words{programs.helper.string(),
+                                 fmt::format("{}", getpid()),
+                                 fmt::format("{}", limits.avoided_cpu.value_or(-1)),
+                                 fmt::format("{}", limits.cpu_time.count()),
+                                 fmt::format("{}", limits.memory_bytes),
+                                 programs.eha.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return {.words = std::move(words), .standard_error = &messages};
 }
 
 }  // namespace
 
-WorkerProcess::WorkerProcess(const WorkerPrograms& programs, const std::filesystem::path& run,
+WorkerProcess::WorkerProcess(const WorkerPrograms& programs, const std::vector<std::string>& arguments,
                              const WorkerLimits& limits)
     : limits_(limits),
       begun_(std::chrono::steady_clock::now()),
       messages_(create_message_file()),
-      process_(request_for(programs, run, limits, messages_)) {}
+      process_(request_for(programs, arguments, limits, messages_)) {}
 
 WorkerProcess::~WorkerProcess() { process_.signal(SIGKILL); }
 

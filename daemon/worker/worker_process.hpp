@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/os/child_process.hpp"
 #include "core/os/file_descriptor.hpp"
@@ -30,16 +31,18 @@ struct WorkerPrograms {
 
 /// How a worker ended.
 struct WorkerEnd {
-  std::optional<int> exit_code;  ///< of eha fit; none: killed, or ended by a limit
+  std::optional<int> exit_code;  ///< of eha; none: killed, or ended by a limit
   std::string text;              ///< its last messages, or what ended it
 };
 
-/// `eha fit RUN` as a child process with limits on time and memory. It runs at the lowest priority, not on the tick
-/// loop's CPU, and is killed when the thread that started it ends (PR_SET_PDEATHSIG). Not thread-safe.
+/// A command of `eha` (fit RUN, check FILE) as a child process with limits on time and memory. It runs at the lowest
+/// priority, not on the tick loop's CPU, and is killed when the thread that started it ends (PR_SET_PDEATHSIG). Not
+/// thread-safe.
 class WorkerProcess {
  public:
+  /// @param arguments  of eha
   /// @throws IoError  it cannot be started
-  WorkerProcess(const WorkerPrograms& programs, const std::filesystem::path& run, const WorkerLimits& limits);
+  WorkerProcess(const WorkerPrograms& programs, const std::vector<std::string>& arguments, const WorkerLimits& limits);
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
   /// Kills it and waits for its end.

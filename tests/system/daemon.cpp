@@ -37,7 +37,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 
 }  // namespace
 
-Daemon::Daemon(const std::string& settings) {
+Daemon::Daemon(const std::string& settings) : log_file_(folder_.path() / "log") {
   folder_.write("ehad.toml", settings);
   fs::copy_file(source_file("config/rigs/sim.toml"), rig_file());
   const sockaddr_un address = control::socket_address(folder_.path() / "notify");
@@ -73,8 +73,7 @@ void Daemon::start() {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, (folder_.path() / "log").c_str(),
-                                   O_WRONLY | O_CREAT | O_APPEND, 0600);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log_file_.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
   // Open across exec, as libcomedi's device is.
   posix_spawn_file_actions_addopen(&actions, kDeviceDescriptor, kDevice, O_RDONLY, 0);
   std::vector<std::string> words{EHAD_PROGRAM,

@@ -43,6 +43,9 @@ class Daemon {
   /// Gives the ones that are started from here on NAME=VALUE.
   void set_environment(std::string variable) { environment_.push_back(std::move(variable)); }
 
+  /// Sends the messages of the ones that are started from here on to another file; log() does not know it.
+  void set_log(std::filesystem::path file) { log_file_ = std::move(file); }
+
   /// Starts it and returns once it has told its service manager READY=1.
   /// @throws std::runtime_error  it ended instead; with what it said
   void start();
@@ -80,6 +83,7 @@ class Daemon {
   std::deque<std::string> messages_;
   std::thread manager_thread_;
   std::vector<std::string> environment_;
+  std::filesystem::path log_file_;
   pid_t pid_ = -1;
 };
 

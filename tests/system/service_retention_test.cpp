@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What is kept when the disk budget is passed.
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
+#include <array>
+#include <csignal>
 #include <filesystem>
+#include <memory>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "core/error.hpp"
 #include "tests/system/daemon.hpp"
 #include "tests/system/program.hpp"
 
@@ -14,40 +22,107 @@ namespace {
 namespace fs = std::filesystem;
 using control::Client;
 
-/// A run that was played, its models rejected: no model of this plant reaches that.
-std::string rejected_experiment(const std::string& name) {
-  std::string text = experiment_text(name);
-  const std::string key = "min_validation_r2_percent = 90.0";
-  return text.replace(text.find(key), key.size(), "min_validation_r2_percent = 99.999999");
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  return text.replace(text.find(what), what.size(), by);
 }
 
-TEST(ServiceRetention, RemovesTheOldestRejectedRunsAndNeverAnAcceptedOne) {
-  // A run of 4 s takes some 0.7 MB: there is room for three.
-  Daemon daemon("schema = 1\n[retention]\ndisk_budget_GiB = 0.0022\n");
-  daemon.start();
-  Client client(daemon.socket());
-  client.call("arm");
-  const auto play = [&](const std::string& text) {
-    const Json over = follow(daemon, submit(client, text));
-    EXPECT_EQ(over.at("outcome"), "completed") << over;
-    return over;
-  };
-  // Accepted whatever comes out of such a short record.
-  std::string easy = experiment_text("accepted");
-  const std::string key = "min_validation_r2_percent = 90.0";
-  easy.replace(easy.find(key), key.size(), "min_validation_r2_percent = 0.0");
-  const std::string stable = "require_stable = true";
-  easy.replace(easy.find(stable), stable.size(), "require_stable = false");
-  const Json accepted = play(easy);
+/// A run that was played, its models rejected: no model of this plant reaches that.
+std::string rejected_experiment(const std::string& name) {
+  return replaced(experiment_text(name), "min_validation_r2_percent = 90.0", "min_validation_r2_percent = 99.999999");
+}
+
+/// Accepted whatever comes out of such a short record.
+std::string accepted_experiment(const std::string& name) {
+  return replaced(
+      replaced(experiment_text(name), "min_validation_r2_percent = 90.0", "min_validation_r2_percent = 0.0"),
+      "require_stable = true", "require_stable = false");
+}
+
+class ServiceRetention : public ::testing::Test {
+ protected:
+  /// A run of 4 s takes some 0.7 MB.
+  void start(const std::string& budget_GiB) {
+    daemon_ = std::make_unique<Daemon>("schema = 1\n[retention]\ndisk_budget_GiB = " + budget_GiB + "\n");
+    daemon_->start();
+    client_ = std::make_unique<Client>(daemon_->socket());
+    client_->call("arm");
+  }
+  Json play(const std::string& text) { return follow(*daemon_, submit(*client_, text)); }
+  fs::path play_rejected(const std::string& name) {
+    return play(rejected_experiment(name)).at("folder").get<std::string>();
+  }
+
+  std::unique_ptr<Daemon> daemon_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ServiceRetention, RemovesTheOldestRejectedRunsBeyondTheNewestTwentyAndNoAcceptedOneOrIncident) {
+  start("0.0145");
+  const Json accepted = play(accepted_experiment("accepted"));
   ASSERT_EQ(accepted.at("exit_code"), 0) << accepted;
-  const fs::path first = play(rejected_experiment("first")).at("folder").get<std::string>();
-  const fs::path second = play(rejected_experiment("second")).at("folder").get<std::string>();
-  const fs::path third = play(rejected_experiment("third")).at("folder").get<std::string>();
-  EXPECT_TRUE(daemon.logs("removed (")) << daemon.log();
-  EXPECT_FALSE(fs::exists(first)) << daemon.log();
-  EXPECT_TRUE(fs::exists(third));
+  const Json incident = play(faulting_experiment_text("incident"));
+  ASSERT_EQ(incident.at("outcome"), "faulted");
+  client_->call("arm");
+  std::vector<fs::path> rejected;
+  // Their names, which begin with the clock's time, say nothing of their order to retention.
+  for (int i = 0; i < 24; ++i) rejected.push_back(play_rejected("rejected-" + std::to_string(i)));
+  EXPECT_TRUE(daemon_->logs("removed (")) << daemon_->log();
+  EXPECT_FALSE(fs::exists(rejected.front())) << daemon_->log();
+  EXPECT_TRUE(fs::exists(rejected[rejected.size() - 20]));
   EXPECT_TRUE(fs::exists(accepted.at("folder").get<std::string>()));
-  EXPECT_NE(daemon.log().find(first.filename().string() + ": removed ("), std::string::npos) << daemon.log();
+  EXPECT_TRUE(fs::exists(incident.at("folder").get<std::string>()));
+}
+
+TEST_F(ServiceRetention, RefusesTheNextRunWhenNoneMayGoAndSaysWhatWouldMakeRoom) {
+  start("0.0018");
+  const Json accepted = play(accepted_experiment("accepted"));
+  ASSERT_EQ(accepted.at("exit_code"), 0) << accepted;
+  play_rejected("first");
+  play_rejected("second");
+  const Json refused_run = play(rejected_experiment("third"));
+  EXPECT_EQ(refused_run.at("outcome"), "refused") << refused_run;
+  EXPECT_EQ(refused_run.at("exit_code"), static_cast<int>(ExitCode::io));
+  const std::string note = refused_run.at("note");
+  EXPECT_NE(note.find("1 accepted runs"), std::string::npos) << note;
+  EXPECT_NE(note.find("eha runs ack"), std::string::npos) << note;
+  // Every run that was measured is still there.
+  EXPECT_EQ(client_->call("runs").at("runs").size(), 3U);
+  const fs::path folder = accepted.at("folder").get<std::string>();
+  const Ended removed = run_eha({"runs", "remove", folder.string(), "--yes", "--socket", daemon_->socket()}, "/");
+  EXPECT_EQ(removed.code, 0) << removed.err;
+  EXPECT_FALSE(fs::exists(folder));
+  client_->call("arm");
+  EXPECT_EQ(play(rejected_experiment("fourth")).at("outcome"), "completed");
+}
+
+TEST_F(ServiceRetention, KeepsAnAcknowledgementAcrossARestart) {
+  start("20");
+  const Json incident = play(faulting_experiment_text("incident"));
+  const std::string run = fs::path(incident.at("folder").get<std::string>()).filename();
+  const Ended acknowledged = run_eha({"runs", "ack", run, "--socket", daemon_->socket()}, "/");
+  EXPECT_EQ(acknowledged.code, 0) << acknowledged.err;
+  EXPECT_EQ(refused(*client_, "ack", {{"run", "../queue"}}).code, static_cast<int>(ExitCode::usage));
+  EXPECT_EQ(refused(*client_, "remove", {{"run", ".."}}).code, static_cast<int>(ExitCode::usage));
+  client_ = nullptr;
+  EXPECT_EQ(daemon_->stop(SIGTERM), 0);
+  daemon_->start();
+  const Json runs = Client(daemon_->socket()).call("runs").at("runs");
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_EQ(runs.at(0).at("acknowledged"), true);
+}
+
+TEST_F(ServiceRetention, LooksIntoNoOtherRunWhileOneIsPlayedAndFitted) {
+  start("20");
+  const fs::path first = play_rejected("first");
+  // Answered by the thread that keeps account of the runs, after it has done so.
+  client_->call("runs");
+  const int watch = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  ASSERT_GE(inotify_add_watch(watch, first.c_str(), IN_OPEN | IN_ACCESS), 0);
+  play_rejected("second");
+  play_rejected("third");
+  std::array<char, 4096> events{};
+  EXPECT_EQ(read(watch, events.data(), events.size()), -1) << "a run's cost grows with the number of kept runs";
+  close(watch);
 }
 
 }  // namespace

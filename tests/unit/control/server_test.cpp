@@ -38,7 +38,7 @@ class ServerTest : public ::testing::Test {
           peer_ = peer;
           if (request.method == "status") server_->respond(peer.client, request.id, {{"state", "idle"}});
         },
-        [this](ClientId) { ++gone_; });
+        [this](ClientId) { ++gone_; }, [](uid_t uid) { return std::to_string(uid); });
   }
 
   int connect_raw() {
@@ -207,7 +207,7 @@ TEST_F(ServerTest, MakesRoomForANewClientByDroppingTheIdlest) {
 
 TEST_F(ServerTest, TakesThePlaceOfADeadOneAndOfNoLiveOne) {
   EXPECT_THROW(Server(
-                   loop_, path_, {}, [](const Peer&, const Request&) {}, [](ClientId) {}),
+                   loop_, path_, {}, [](const Peer&, const Request&) {}, [](ClientId) {}, [](uid_t) { return ""; }),
                DeviceError);
   server_ = nullptr;
   // As SIGKILL leaves it.

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/checker.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <sstream>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace eha::service {
+namespace {
+
+constexpr std::uint64_t kMostMemory = std::uint64_t{4} << 30U;  // bytes; the table of a day at 1 kHz takes 0.7 GB
+constexpr std::string_view kPrefix = "eha: error: ";
+
+std::string replace_all(std::string text, const std::string& what, const std::string& by) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size())) {
+    text.replace(at, what.size(), by);
+  }
+  return text;
+}
+
+}  // namespace
+
+void Checker::add(std::filesystem::path experiment, std::filesystem::path rig, std::optional<int> avoided_cpu,
+                  Done done) {
+  checks_.push_back({std::move(experiment), std::move(rig), avoided_cpu, std::move(done)});
+  poll();
+}
+
+void Checker::poll() {
+  if (process_) {
+    const std::optional<worker::WorkerEnd> end = process_->poll();
+    if (!end) return;
+    process_.reset();
+    const Check check = std::move(checks_.front());
+    checks_.pop_front();
+    check.done(*end);
+  }
+  if (process_ || checks_.empty()) return;
+  const Check& next = checks_.front();
+  worker::WorkerLimits limits;
+  limits.cpu_time = kLongestWork;
+  limits.wall_time = kLongestTime;
+  limits.memory_bytes = kMostMemory;
+  limits.avoided_cpu = next.avoided_cpu;
+  try {
+    process_ = std::make_unique<worker::WorkerProcess>(
+        programs_, std::vector<std::string>{"check", next.experiment.string(), "--rig", next.rig.string(), "--quiet"},
+        limits);
+  } catch (const Error& error) {
+    const Check check = std::move(checks_.front());
+    checks_.pop_front();
+    check.done({static_cast<int>(error.exit_code()), error.what()});
+  }
+}
+
+void Checker::end() noexcept {
+  process_.reset();
+  checks_.clear();
+}
+
+void throw_if_failed(const worker::WorkerEnd& end, const std::filesystem::path& path, const std::string& name) {
+  if (end.exit_code == static_cast<int>(ExitCode::ok)) return;
+  if (!end.exit_code) {
+    throw IoError(
+        fmt::format("{}: checking the experiment took more than {} s of processor time or {} s, or its process "
+                    "was killed; make it shorter, or give it fewer tones",
+                    name, Checker::kLongestWork.count(), Checker::kLongestTime.count()));
+  }
+  std::vector<std::string> lines;
+  std::istringstream text(replace_all(end.text, path.string(), name));
+  for (std::string line; std::getline(text, line);) {
+    lines.push_back(line.starts_with(kPrefix) ? line.substr(kPrefix.size()) : line);
+  }
+  if (lines.empty()) lines.push_back(fmt::format("{}: eha check ended with code {}", name, *end.exit_code));
+  const auto code = static_cast<ExitCode>(*end.exit_code);
+  if (code == ExitCode::configuration) throw ConfigError(lines);
+  throw Error(code, fmt::format("{}", fmt::join(lines, "\n")));
+}
+
+}  // namespace eha::service

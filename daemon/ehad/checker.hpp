@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/worker/worker_process.hpp"
+
+namespace eha::service {
+
+/// Checks submitted experiments, one after the other, each by `eha check` in a process of its own: computing a table of
+/// volts may take minutes, and a process can be limited and killed. Not thread-safe: belongs to the main thread.
+class Checker {
+ public:
+  /// Gets how the check ended; called by poll().
+  using Done = std::function<void(const worker::WorkerEnd&)>;
+  static constexpr std::chrono::seconds kLongestWork{30};  ///< processor time of one check
+  static constexpr std::chrono::seconds kLongestTime{50};  ///< less than the minute that eha waits for an answer
+
+  explicit Checker(worker::WorkerPrograms programs) : programs_(std::move(programs)) {}
+
+  /// @param experiment, rig  files; they must stay until `done` is called
+  /// @param avoided_cpu  the loop's
+  void add(std::filesystem::path experiment, std::filesystem::path rig, std::optional<int> avoided_cpu, Done done);
+
+  /// Starts the next check and reports the one that has ended. Call on SIGCHLD and about every second.
+  void poll();
+
+  /// Kills the check that is on and forgets the others; their `done` is not called.
+  void end() noexcept;
+
+ private:
+  struct Check {
+    std::filesystem::path experiment;
+    std::filesystem::path rig;
+    std::optional<int> avoided_cpu;
+    Done done;
+  };
+
+  worker::WorkerPrograms programs_;
+  std::deque<Check> checks_;  ///< the first is on while process_ is there
+  std::unique_ptr<worker::WorkerProcess> process_;
+};
+
+/// Throws what a check that did not succeed says about the experiment.
+/// @param path, name  the checked file, and what the client calls it
+/// @throws ConfigError  every fault, one a line   @throws Error  with the check's exit code otherwise
+void throw_if_failed(const worker::WorkerEnd& end, const std::filesystem::path& path, const std::string& name);
+
+}  // namespace eha::service

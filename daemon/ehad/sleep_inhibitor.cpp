@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/sleep_inhibitor.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <systemd/sd-bus.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <system_error>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/acquisition/fatal_signals.hpp"
+
+namespace eha::service {
+namespace {
+
+constexpr std::uint64_t kCallLimit_us = 1'000'000;
+constexpr int kLongestPoll_ms = 1000;
+constexpr const char* kService = "org.freedesktop.login1";
+constexpr const char* kPath = "/org/freedesktop/login1";
+constexpr const char* kInterface = "org.freedesktop.login1.Manager";
+
+std::string reason(int negative_errno) { return std::generic_category().message(-negative_errno); }
+
+/// A connection to logind and the inhibitor, both of one thread.
+class Logind {
+ public:
+  explicit Logind(std::function<void()> about_to_sleep) : about_to_sleep_(std::move(about_to_sleep)) {}
+  Logind(const Logind&) = delete;
+  Logind& operator=(const Logind&) = delete;
+  ~Logind() {
+    release();
+    sd_bus_flush_close_unref(bus_);
+  }
+
+  /// @returns empty when a suspend will be announced, otherwise why not
+  std::string connect() {
+    int result = sd_bus_open_system(&bus_);
+    if (result < 0) return reason(result);
+    sd_bus_set_method_call_timeout(bus_, kCallLimit_us);
+    result =
+        sd_bus_match_signal(bus_, nullptr, kService, kPath, kInterface, "PrepareForSleep", &Logind::on_sleep, this);
+    return result < 0 ? reason(result) : "";
+  }
+
+  /// @returns empty when the inhibitor is held, otherwise why not
+  std::string inhibit() {
+    sd_bus_message* reply = nullptr;
+    sd_bus_error error = SD_BUS_ERROR_NULL;
+    int result = sd_bus_call_method(bus_, kService, kPath, kInterface, "Inhibit", &error, &reply, "ssss", "sleep",
+                                    "ehad", "a rig is driven", "delay");
+    std::string message = result < 0 && error.message != nullptr ? error.message : "";
+    int descriptor = -1;
+    if (result >= 0) result = sd_bus_message_read(reply, "h", &descriptor);
+    if (result >= 0) inhibitor_ = fcntl(descriptor, F_DUPFD_CLOEXEC, 0);
+    sd_bus_error_free(&error);
+    sd_bus_message_unref(reply);
+    if (result < 0 && message.empty()) message = reason(result);
+    return message;
+  }
+
+  void release() {
+    if (inhibitor_ >= 0) close(inhibitor_);
+    inhibitor_ = -1;
+  }
+  [[nodiscard]] bool is_held() const { return inhibitor_ >= 0; }
+
+  /// Handles what has come. @returns a negative errno when the connection is lost
+  int process() {
+    int result = 1;
+    while (result > 0) result = sd_bus_process(bus_, nullptr);
+    return result;
+  }
+  [[nodiscard]] pollfd events() const { return {sd_bus_get_fd(bus_), static_cast<short>(sd_bus_get_events(bus_)), 0}; }
+
+ private:
+  static int on_sleep(sd_bus_message* message, void* self, sd_bus_error*) {
+    int begins = 0;
+    if (sd_bus_message_read(message, "b", &begins) >= 0 && begins != 0) static_cast<Logind*>(self)->about_to_sleep_();
+    return 0;
+  }
+
+  std::function<void()> about_to_sleep_;
+  sd_bus* bus_ = nullptr;
+  int inhibitor_ = -1;
+};
+
+}  // namespace
+
+SleepInhibitor::SleepInhibitor(Mailbox& mailbox, Events events)
+    : mailbox_(mailbox), events_(std::move(events)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  if (wake_ < 0) throw IoError("cannot create an event descriptor: " + std::generic_category().message(errno));
+  thread_ = std::thread([this] { run(); });
+  pthread_setname_np(thread_.native_handle(), "eha-sleep");
+}
+
+SleepInhibitor::~SleepInhibitor() {
+  ending_ = true;
+  static_cast<void>(eventfd_write(wake_, 1));
+  thread_.join();
+  close(wake_);
+}
+
+void SleepInhibitor::want(bool held) noexcept {
+  if (wanted_.exchange(held) != held) static_cast<void>(eventfd_write(wake_, 1));
+}
+
+void SleepInhibitor::run() {
+  acquisition::block_all_but_fatal_signals();
+  const auto give_up = [this](const std::string& why) { mailbox_.post([this, why] { events_.unavailable(why); }); };
+  Logind logind([this] { mailbox_.post([this] { events_.about_to_sleep(); }); });
+  const auto wait = [this](pollfd bus) {
+    std::array<pollfd, 2> waiting{bus, pollfd{wake_, POLLIN, 0}};
+    poll(waiting.data(), waiting.size(), kLongestPoll_ms);
+    eventfd_t count = 0;
+    static_cast<void>(eventfd_read(wake_, &count));
+  };
+  // The bus is of no use before the first run.
+  while (!ending_ && !wanted_) wait({-1, 0, 0});
+  std::string fault = ending_ ? "" : logind.connect();
+  while (!ending_ && fault.empty()) {
+    if (wanted_ && !logind.is_held()) fault = logind.inhibit();
+    if (!wanted_) logind.release();
+    if (fault.empty() && logind.process() < 0) fault = "the connection to the system bus is lost";
+    if (fault.empty()) wait(logind.events());
+  }
+  if (!fault.empty()) give_up(fault);
+}
+
+}  // namespace eha::service

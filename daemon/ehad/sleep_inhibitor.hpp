@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "daemon/ehad/background.hpp"
+
+namespace eha::service {
+
+/// Delays a suspend of the machine while the rig is driven, so that the run can be ramped out before: takes logind's
+/// delay inhibitor (org.freedesktop.login1, Inhibit "sleep" "delay"), and calls back when a suspend is announced. A
+/// thread of its own speaks to the bus, so that a slow or missing logind delays nothing. Belongs to the main thread.
+class SleepInhibitor {
+ public:
+  /// What the service is told, in the main thread.
+  struct Events {
+    std::function<void()> about_to_sleep;                 ///< a suspend waits for the release
+    std::function<void(const std::string&)> unavailable;  ///< once: a suspend cannot be delayed, and why
+  };
+
+  SleepInhibitor(Mailbox& mailbox, Events events);
+  SleepInhibitor(const SleepInhibitor&) = delete;
+  SleepInhibitor& operator=(const SleepInhibitor&) = delete;
+  /// Releases the inhibitor; returns within a second.
+  ~SleepInhibitor();
+
+  /// Takes the inhibitor, or gives it back, soon. Return at once; harmless when that is so already.
+  void hold() noexcept { want(true); }
+  void release() noexcept { want(false); }
+
+ private:
+  void want(bool held) noexcept;
+  void run();
+
+  Mailbox& mailbox_;
+  Events events_;
+  std::atomic<bool> wanted_{false};
+  std::atomic<bool> ending_{false};
+  int wake_ = -1;  ///< eventfd: wanted_ or ending_ has changed
+  std::thread thread_;
+};
+
+}  // namespace eha::service

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Loaded before the C library: a host whose user look-ups hang (EHA_TRAP_LOOKUP_S), and one that was suspended for 100
+// s once a file is there (EHA_TRAP_SUSPENDED).
+#include <dlfcn.h>
+#include <pwd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+namespace {
+
+constexpr long kSuspended_s = 100;
+
+template <typename F>
+F next(const char* name) {
+  return reinterpret_cast<F>(dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+extern "C" {
+
+int getpwuid_r(uid_t uid, passwd* entry, char* buffer, size_t size, passwd** found) {
+  if (const char* seconds = std::getenv("EHA_TRAP_LOOKUP_S")) sleep(static_cast<unsigned>(std::atoi(seconds)));
+  return next<decltype(&getpwuid_r)>("getpwuid_r")(uid, entry, buffer, size, found);
+}
+
+int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  static const auto real = next<decltype(&clock_gettime)>("clock_gettime");
+  const int result = real(clock, time);
+  if (clock != CLOCK_BOOTTIME) return result;
+  const char* file = std::getenv("EHA_TRAP_SUSPENDED");
+  if (file != nullptr && access(file, F_OK) == 0) time->tv_sec += kSuspended_s;
+  return result;
+}
+}

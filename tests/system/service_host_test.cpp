@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the host does to the service: a log that nobody reads, user look-ups that hang, experiments that take minutes to
+// check, a suspend.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <systemd/sd-bus.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/error.hpp"
+#include "tests/system/daemon.hpp"
+#include "tests/system/program.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using control::Client;
+using std::chrono::steady_clock;
+
+/// How long a stop may wait for an answer while the machine is loaded.
+constexpr std::chrono::seconds kPrompt(5);
+
+std::int64_t start_long_run(const Daemon& daemon, Client& client) {
+  client.call("arm");
+  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
+  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  return entry;
+}
+
+/// A pipe with a name whose reader has stopped reading.
+class StalledReader {
+ public:
+  explicit StalledReader(const fs::path& path) : path_(path) {
+    if (mkfifo(path.c_str(), 0600) != 0) throw std::runtime_error("cannot make a pipe");
+    descriptor_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  }
+  StalledReader(const StalledReader&) = delete;
+  StalledReader& operator=(const StalledReader&) = delete;
+  ~StalledReader() { close(descriptor_); }
+
+  void fill() const {
+    const std::array<char, 1024> bytes{};
+    while (write(descriptor_, bytes.data(), bytes.size()) > 0) {
+    }
+    while (write(descriptor_, bytes.data(), 1) > 0) {
+    }
+  }
+  [[nodiscard]] std::string drain() const {
+    std::string text;
+    std::array<char, 4096> bytes{};
+    for (ssize_t count = 0; (count = read(descriptor_, bytes.data(), bytes.size())) > 0;) {
+      text.append(bytes.data(), static_cast<std::size_t>(count));
+    }
+    return text;
+  }
+
+ private:
+  fs::path path_;
+  int descriptor_ = -1;
+};
+
+TEST(ServiceHost, AStalledReaderOfTheLogDelaysNeitherAStopNorTheEnd) {
+  Daemon daemon;
+  const StalledReader reader(daemon.folder() / "pipe");
+  daemon.set_log(daemon.folder() / "pipe");
+  daemon.start();
+  Client client(daemon.socket());
+  const std::int64_t entry = start_long_run(daemon, client);
+  reader.fill();
+  const auto begun = steady_clock::now();
+  EXPECT_EQ(client.call("stop").at("stopped"), "ramping_out");
+  EXPECT_LT(steady_clock::now() - begun, kPrompt);
+  EXPECT_EQ(follow(daemon, entry).at("outcome"), "interrupted");
+  EXPECT_EQ(daemon.stop(SIGTERM), 0);
+}
+
+TEST(ServiceHost, ALogThatIsReadAgainSaysHowManyMessagesWereDropped) {
+  Daemon daemon;
+  const StalledReader reader(daemon.folder() / "pipe");
+  daemon.set_log(daemon.folder() / "pipe");
+  daemon.start();
+  reader.fill();
+  Client client(daemon.socket());
+  // Each pair makes two messages of the state, whatever the limit on those of requests.
+  for (int i = 0; i < 1000; ++i) {
+    client.call("arm");
+    client.call("disarm");
+  }
+  std::string log;
+  const auto deadline = steady_clock::now() + kGenerous;
+  while (log.find("log messages were dropped") == std::string::npos && steady_clock::now() < deadline) {
+    log += reader.drain();
+    client.call("status");
+  }
+  EXPECT_NE(log.find("log messages were dropped"), std::string::npos);
+}
+
+TEST(ServiceHost, AUserLookUpThatHangsDelaysNobody) {
+  if (!can_change_user()) GTEST_SKIP() << "needs root, to connect as a user who is in no file";
+  Daemon daemon;
+  daemon.set_environment(std::string("LD_PRELOAD=") + EHA_HOST_TRAP_LIBRARY);
+  daemon.set_environment("EHA_TRAP_LOOKUP_S=20");
+  daemon.start();
+  daemon.open_to_all();
+  const auto begun = steady_clock::now();
+  constexpr uid_t kStranger = 54321;
+  const auto stranger = connect_as(kStranger, daemon);
+  EXPECT_EQ(stranger->call("arm").at("state"), "armed");
+  EXPECT_EQ(Client(daemon.socket()).call("stop").at("stopped"), "disarmed");
+  EXPECT_LT(steady_clock::now() - begun, kPrompt);
+  EXPECT_TRUE(daemon.logs("armed by 54321 (uid 54321")) << daemon.log();
+}
+
+/// Tones off every grid, so many and so long that the table takes minutes.
+std::string endless_experiment_text() {
+  std::string text = experiment_text("endless", 9000.0);
+  const std::string key = "tones = [\n";
+  const std::size_t begin = text.find(key);
+  if (begin == std::string::npos) throw std::runtime_error("the experiment has no tones");
+  std::string tones;
+  for (int i = 0; i < 2000; ++i) {
+    tones += "{frequency_Hz=" + std::to_string(0.1 + 0.00137 * i) + ",amplitude_V=0.0001,phase_rad=0},\n";
+  }
+  return text.insert(begin + key.size(), tones);
+}
+
+TEST(ServiceHost, AnExperimentThatTakesMinutesToCheckDelaysNeitherOthersNorTheEnd) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const std::jthread submitter([&daemon] {
+    try {
+      Client other(daemon.socket());
+      other.call("submit", {{"experiment", endless_experiment_text()}, {"name", "e.toml"}, {"fast", true}});
+    } catch (const Error&) {
+      // The service ends before it has an answer.
+    }
+  });
+  EXPECT_TRUE(daemon.logs("submit by")) << daemon.log();
+  const auto begun = steady_clock::now();
+  EXPECT_EQ(client.call("runs").at("runs").size(), 0U);
+  EXPECT_EQ(daemon.stop(SIGTERM), 0);
+  EXPECT_LT(steady_clock::now() - begun, kPrompt);
+}
+
+class ServiceSuspend : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    daemon_.set_environment(std::string("LD_PRELOAD=") + EHA_HOST_TRAP_LIBRARY);
+    daemon_.set_environment("EHA_TRAP_SUSPENDED=" + mark().string());
+    daemon_.start();
+    client_ = std::make_unique<Client>(daemon_.socket());
+  }
+  [[nodiscard]] fs::path mark() const { return daemon_.folder() / "suspended"; }
+  void suspend() const { std::ofstream(mark()) << "100 s"; }
+
+  Daemon daemon_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ServiceSuspend, DisarmsARigThatNothingDrives) {
+  client_->call("arm");
+  suspend();
+  EXPECT_TRUE(daemon_.logs("disarmed: the machine was suspended for 100.0 s", kPrompt)) << daemon_.log();
+  EXPECT_EQ(client_->call("status").at("state"), "idle");
+}
+
+TEST_F(ServiceSuspend, MakesARunSafeAtOnce) {
+  const std::int64_t entry = start_long_run(daemon_, *client_);
+  suspend();
+  ASSERT_TRUE(daemon_.logs("the machine was suspended", kPrompt)) << daemon_.log();
+  EXPECT_EQ(follow(daemon_, entry).at("outcome"), "interrupted");
+  EXPECT_EQ(client_->call("status").at("state"), "faulted");
+}
+
+/// A message bus of its own with a stand-in for logind, which hands out inhibitors and announces a suspend.
+class FakeLogind {
+ public:
+  explicit FakeLogind(const fs::path& folder) : address_("unix:path=" + (folder / "bus").string()) {
+    std::ofstream(folder / "bus.conf")
+        << "<busconfig><listen>" << address_
+        << "</listen><policy context=\"default\"><allow user=\"*\"/><allow own=\"*\"/>"
+           "<allow send_destination=\"*\" eavesdrop=\"true\"/><allow eavesdrop=\"true\"/></policy></busconfig>";
+    std::string program = "dbus-daemon";
+    std::string nofork = "--nofork";
+    std::string config = "--config-file=" + (folder / "bus.conf").string();
+    std::array<char*, 4> arguments{program.data(), nofork.data(), config.data(), nullptr};
+    if (posix_spawnp(&daemon_, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0) return;
+    const auto deadline = steady_clock::now() + kGenerous;
+    while (!connect() && steady_clock::now() < deadline) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  FakeLogind(const FakeLogind&) = delete;
+  FakeLogind& operator=(const FakeLogind&) = delete;
+  ~FakeLogind() {
+    sd_bus_flush_close_unref(bus_);
+    if (inhibitor_ >= 0) close(inhibitor_);
+    if (daemon_ <= 0) return;
+    kill(daemon_, SIGKILL);
+    waitpid(daemon_, nullptr, 0);
+  }
+
+  [[nodiscard]] bool works() const { return bus_ != nullptr; }
+  [[nodiscard]] std::string address() const { return address_; }
+  [[nodiscard]] std::string asked() const { return asked_; }
+
+  /// Serves until the inhibitor is held, or is not. @returns whether that came in time
+  bool await_held(bool wanted) {
+    const auto deadline = steady_clock::now() + kGenerous;
+    while (is_held() != wanted && steady_clock::now() < deadline) {
+      while (sd_bus_process(bus_, nullptr) > 0) {
+      }
+      sd_bus_wait(bus_, 50'000);
+    }
+    return is_held() == wanted;
+  }
+  void announce_sleep() {
+    sd_bus_emit_signal(bus_, "/org/freedesktop/login1", kInterface, "PrepareForSleep", "b", 1);
+    sd_bus_flush(bus_);
+  }
+
+ private:
+  static constexpr const char* kInterface = "org.freedesktop.login1.Manager";
+
+  bool connect() {
+    sd_bus* bus = nullptr;
+    sd_bus_new(&bus);
+    sd_bus_set_address(bus, address_.c_str());
+    sd_bus_set_bus_client(bus, 1);
+    if (sd_bus_start(bus) < 0 || sd_bus_request_name(bus, "org.freedesktop.login1", 0) < 0) {
+      sd_bus_close_unref(bus);
+      return false;
+    }
+    static const sd_bus_vtable table[] = {SD_BUS_VTABLE_START(0),
+                                          SD_BUS_METHOD("Inhibit", "ssss", "h", &FakeLogind::on_inhibit, 0),
+                                          SD_BUS_SIGNAL("PrepareForSleep", "b", 0), SD_BUS_VTABLE_END};
+    sd_bus_add_object_vtable(bus, nullptr, "/org/freedesktop/login1", kInterface, table, this);
+    bus_ = bus;
+    return true;
+  }
+  static int on_inhibit(sd_bus_message* message, void* object, sd_bus_error*) {
+    auto* self = static_cast<FakeLogind*>(object);
+    std::array<const char*, 4> words{};
+    sd_bus_message_read(message, "ssss", &words[0], &words[1], &words[2], &words[3]);
+    self->asked_ = std::string(words[0]) + " " + words[3];
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) return -errno;
+    self->inhibitor_ = ends[0];
+    const int result = sd_bus_reply_method_return(message, "h", ends[1]);
+    close(ends[1]);
+    return result;
+  }
+  /// Whether anybody has the other end open.
+  [[nodiscard]] bool is_held() const {
+    pollfd end{inhibitor_, 0, 0};
+    return inhibitor_ >= 0 && poll(&end, 1, 0) == 0;
+  }
+
+  std::string address_;
+  std::string asked_;
+  pid_t daemon_ = -1;
+  sd_bus* bus_ = nullptr;
+  int inhibitor_ = -1;
+};
+
+TEST(ServiceSleep, IsDelayedWhileARunIsOnAndRampsItOut) {
+  if (output_of_shell("command -v dbus-daemon").empty()) GTEST_SKIP() << "dbus-daemon is not installed";
+  const TemporaryFolder folder;
+  FakeLogind logind(folder.path());
+  ASSERT_TRUE(logind.works());
+  Daemon daemon;
+  daemon.set_environment("DBUS_SYSTEM_BUS_ADDRESS=" + logind.address());
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
+  ASSERT_TRUE(logind.await_held(true)) << daemon.log();
+  EXPECT_EQ(logind.asked(), "sleep delay");
+  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  logind.announce_sleep();
+  EXPECT_TRUE(logind.await_held(false)) << daemon.log();
+  const Json over = follow(daemon, entry);
+  EXPECT_EQ(over.at("outcome"), "interrupted");
+  EXPECT_EQ(client.call("status").at("state"), "idle");
+}
+
+TEST(ServiceSleep, ThatCannotBeDelayedIsWarnedOf) {
+  Daemon daemon;
+  daemon.set_environment("DBUS_SYSTEM_BUS_ADDRESS=unix:path=/no/such/bus");
+  daemon.start();
+  Client client(daemon.socket());
+  start_long_run(daemon, client);
+  EXPECT_TRUE(daemon.logs("a suspend of the machine cannot be delayed", kPrompt)) << daemon.log();
+  EXPECT_EQ(client.call("status").at("state"), "running");
+}
+
+TEST(ServiceLog, HasNoLineThatBeginsWithTheTextOfAClient) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  std::string text = experiment_text("bad");
+  text.replace(text.find("duration_s"), 10, "duration_x");
+  text.replace(text.find("repetitions"), 11, "repetitionz");
+  EXPECT_EQ(refused(client, "submit", {{"experiment", text}, {"name", "<0>forged"}}).code,
+            static_cast<int>(ExitCode::configuration));
+  ASSERT_TRUE(daemon.logs("duration_x")) << daemon.log();
+  EXPECT_EQ(daemon.log().find("\n<0>forged"), std::string::npos) << daemon.log();
+}
+
+TEST(ServiceLog, IsNotFilledByTheRequestsOfOneUser) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_EQ(refused(client, "cancel", {{"entry", 1}}).code, static_cast<int>(ExitCode::usage));
+  }
+  client.call("arm");
+  ASSERT_TRUE(daemon.logs("armed by")) << daemon.log();
+  std::size_t lines = 0;
+  const std::string log = daemon.log();
+  for (std::size_t at = log.find("cancel by"); at != std::string::npos; at = log.find("cancel by", at + 1)) ++lines;
+  EXPECT_LT(lines, 200U);
+}
+
+}  // namespace
+}  // namespace eha::test

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/ehad/checker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/error.hpp"
+
+namespace eha::service {
+namespace {
+
+const std::string kPath = "/state/check/7/experiment.toml";
+
+TEST(Checker, PassesASoundExperiment) { EXPECT_NO_THROW(throw_if_failed({0, ""}, kPath, "mine.toml")); }
+
+TEST(Checker, NamesEveryFaultUnderTheClientsNameOfTheFile) {
+  const worker::WorkerEnd end{static_cast<int>(ExitCode::configuration),
+                              "eha: error: " + kPath + ":1:2: a\neha: error: " + kPath + ":3:4: b"};
+  try {
+    throw_if_failed(end, kPath, "mine.toml");
+    ADD_FAILURE();
+  } catch (const ConfigError& error) {
+    EXPECT_EQ(error.lines(), (std::vector<std::string>{"mine.toml:1:2: a", "mine.toml:3:4: b"}));
+  }
+}
+
+TEST(Checker, SaysThatACheckWasTooLong) {
+  try {
+    throw_if_failed({std::nullopt, "killed"}, kPath, "mine.toml");
+    ADD_FAILURE();
+  } catch (const IoError& error) {
+    EXPECT_NE(std::string(error.what()).find("fewer tones"), std::string::npos);
+  }
+}
+
+TEST(Checker, ReportsACheckThatCannotBeStarted) {
+  Checker checker({"/no/such/helper", "/no/such/eha"});
+  int code = -1;
+  checker.add("e.toml", "r.toml", std::nullopt,
+              [&](const worker::WorkerEnd& end) { code = end.exit_code.value_or(-2); });
+  EXPECT_EQ(code, static_cast<int>(ExitCode::io));
+}
+
+}  // namespace
+}  // namespace eha::service
