@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/config_json.hpp"
 
-#include <fmt/format.h>
-#include <openssl/evp.h>
-
-#include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
 
-#include "core/error.hpp"
 #include "core/keys.hpp"
 #include "core/volts_file.hpp"
+#include "daemon/record/sha256.hpp"
 #include "hal/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
@@ -31,18 +27,6 @@ namespace eha::record {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Of the voltages as 64-bit floating-point numbers, lowest byte first.
-std::string sha256_of(const std::vector<double>& volts_V) {
-  static_assert(std::endian::native == std::endian::little);
-  std::array<unsigned char, 32> digest{};
-  if (EVP_Digest(volts_V.data(), volts_V.size() * sizeof(double), digest.data(), nullptr, EVP_sha256(), nullptr) != 1) {
-    throw IoError("cannot compute a SHA-256");
-  }
-  std::string text;
-  for (const unsigned char byte : digest) text += fmt::format("{:02x}", byte);
-  return text;
-}
 
 /// Writes the keys of a kind, see core/keys.hpp.
 class JsonKeys {
@@ -77,7 +61,9 @@ class JsonKeys {
     set(key, std::move(list));
   }
   void volts_file(std::string_view key, const VoltsFile& file) {
-    set(key, {{"name", file.name}, {"rows", file.volts_V.size()}, {"sha256", sha256_of(file.volts_V)}});
+    set(key, {{"name", file.name},
+              {"rows", file.volts_V.size()},
+              {"sha256", sha256_of(std::as_bytes(std::span(file.volts_V)))}});
   }
 
   template <class Table>

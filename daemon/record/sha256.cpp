@@ -14,17 +14,39 @@
 
 namespace eha::record {
 
-std::string sha256_of_file(const std::filesystem::path& path) {
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
-  if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1) {
-    throw IoError("cannot hash " + path.string() + ": libcrypto offers no SHA-256");
+namespace {
+
+class Sha256 {
+ public:
+  Sha256() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
+    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1) {
+      throw IoError("libcrypto offers no SHA-256");
+    }
   }
-  os::read_in_pieces(path,
-                     [&](std::string_view piece) { EVP_DigestUpdate(context.get(), piece.data(), piece.size()); });
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned length = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &length);
-  return fmt::format("{:02x}", fmt::join(digest.begin(), digest.begin() + length, ""));
+  void add(const void* bytes, std::size_t count) { EVP_DigestUpdate(context_.get(), bytes, count); }
+  [[nodiscard]] std::string finish() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned length = 0;
+    EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
+    return fmt::format("{:02x}", fmt::join(digest.begin(), digest.begin() + length, ""));
+  }
+
+ private:
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
+};
+
+}  // namespace
+
+std::string sha256_of_file(const std::filesystem::path& path) {
+  Sha256 sum;
+  os::read_in_pieces(path, [&](std::string_view piece) { sum.add(piece.data(), piece.size()); });
+  return sum.finish();
+}
+
+std::string sha256_of(std::span<const std::byte> bytes) {
+  Sha256 sum;
+  sum.add(bytes.data(), bytes.size());
+  return sum.finish();
 }
 
 }  // namespace eha::record

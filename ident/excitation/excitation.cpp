@@ -78,10 +78,6 @@ std::vector<double> excited_lines(const Excitation& excitation, double step_s, s
       excitation.kind);
 }
 
-std::string_view name_of(const ExcitationKind& kind) {
-  return std::visit([](const auto& options) { return std::string_view(options.kName); }, kind);
-}
-
 std::vector<OptionIssue> issues_of(const Excitation& excitation) {
   RangeCheck ranges;
   ranges.number("offset_V", excitation.offset_V, Range::any());
@@ -119,15 +115,6 @@ std::optional<double> shortest_level_s(const Excitation& excitation, double dura
   return std::visit(
       [&](const auto& kind) -> std::optional<double> {
         if constexpr (requires { kind.shortest_level_s(duration_s); }) return kind.shortest_level_s(duration_s);
-        return std::nullopt;
-      },
-      excitation.kind);
-}
-
-std::optional<std::uint64_t> seed_of(const Excitation& excitation) {
-  return std::visit(
-      [](const auto& kind) -> std::optional<std::uint64_t> {
-        if constexpr (requires { kind.seed; }) return kind.seed;
         return std::nullopt;
       },
       excitation.kind);

@@ -52,7 +52,9 @@ struct Excitation {
 [[nodiscard]] std::vector<double> excited_lines(const Excitation& excitation, double step_s, std::size_t samples);
 
 /// Value of the key `kind`.
-[[nodiscard]] std::string_view name_of(const ExcitationKind& kind);
+[[nodiscard]] inline std::string_view name_of(const ExcitationKind& kind) {
+  return std::visit([](const auto& options) { return std::string_view(options.kName); }, kind);
+}
 
 /// Every key with a value that makes no sense; keys as beneath [excitation].
 [[nodiscard]] std::vector<OptionIssue> issues_of(const Excitation& excitation);
@@ -67,7 +69,14 @@ struct Excitation {
 [[nodiscard]] std::optional<double> shortest_level_s(const Excitation& excitation, double duration_s);
 
 /// Seed of a random excitation.
-[[nodiscard]] std::optional<std::uint64_t> seed_of(const Excitation& excitation);
+[[nodiscard]] inline std::optional<std::uint64_t> seed_of(const Excitation& excitation) {
+  return std::visit(
+      [](const auto& kind) -> std::optional<std::uint64_t> {
+        if constexpr (requires { kind.seed; }) return kind.seed;
+        return std::nullopt;
+      },
+      excitation.kind);
+}
 
 /// Each kind with its default options.
 [[nodiscard]] inline std::array<ExcitationKind, std::variant_size_v<ExcitationKind>> all_excitation_kinds() {
