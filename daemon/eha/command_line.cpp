@@ -54,8 +54,9 @@ constexpr const char* kFitFooter = R"(
 SOURCE is a run folder (its experiment says how, its models are published anew unless -o is given) or a CSV record
 with the columns time_s, input, output, units as suffixes (voltage_V,displacement_in); see eha-record(5).
 Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit],
-initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders). Each --model of a CSV record is written to DIR/<model>.json with -o DIR, whatever its
-verdict; without -o nothing is written.
+initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders).
+Each model of a CSV record is written to DIR/<model>.json with -o DIR, whatever its verdict; without -o nothing is
+written.
 Where the experiment names tones or has repetitions, the measured frequency response is printed beside the models' and
 written to frequency_response.csv; see eha(1).
 Exit code 0: a model accepted; 3: all rejected; 4: none converged.
