@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "hal/snapshot_file.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -11,6 +8,7 @@
 #include <iterator>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 
 namespace eha::hal {
 namespace {
@@ -18,49 +16,14 @@ namespace {
 /// A snapshot has a few hundred bytes; a file beyond this is something else.
 constexpr std::uintmax_t kLargestFile = 65536;
 
-/// A file descriptor that closes itself.
-class File {
- public:
-  explicit File(int descriptor) noexcept : descriptor_(descriptor) {}
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  ~File() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  [[nodiscard]] int get() const noexcept { return descriptor_; }
-
- private:
-  int descriptor_;
-};
-
 [[noreturn]] void fail(const std::filesystem::path& path, const char* doing) {
   throw IoError(path.string() + ": " + doing + ": " + std::strerror(errno));
-}
-
-void write_all(int descriptor, std::string_view text, const std::filesystem::path& path) {
-  while (!text.empty()) {
-    const ssize_t written = write(descriptor, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(path, "cannot write");
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
 }
 
 }  // namespace
 
 void write_safe_snapshot(std::string_view snapshot, const std::filesystem::path& path) {
-  std::filesystem::path temporary = path;
-  temporary += ".new";
-  {
-    const File file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-    if (file.get() < 0) fail(temporary, "cannot create");
-    write_all(file.get(), snapshot, temporary);
-    if (fsync(file.get()) != 0) fail(temporary, "cannot flush");
-  }
-  if (rename(temporary.c_str(), path.c_str()) != 0) fail(path, "cannot replace");
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  const File directory(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() < 0 || fsync(directory.get()) != 0) fail(folder, "cannot flush");
+  os::write_file_atomically(path, snapshot);
 }
 
 std::string read_safe_snapshot(const std::filesystem::path& path) {

@@ -11,7 +11,7 @@ namespace eha::hal {
 inline constexpr const char* kServiceSnapshot = "/run/ehad/safe.json";
 
 /// Replaces `path` by the text of Rig::safe_snapshot(), atomically and durably (temporary file, fsync, rename).
-/// @throws IoError
+/// @throws IoError, PermissionError
 void write_safe_snapshot(std::string_view snapshot, const std::filesystem::path& path);
 
 /// The file's text, for safe_action().

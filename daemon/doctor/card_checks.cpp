@@ -9,7 +9,7 @@
 namespace eha::doctor {
 namespace {
 
-// Advantech's PCI-1716, as the out-of-tree driver names it.
+// Advantech's PCI-1716, by the name of the out-of-tree driver.
 constexpr const char* kBoard = "pci1716";
 constexpr const char* kVendor = "13fe";
 constexpr const char* kDevice = "1716";
@@ -40,7 +40,7 @@ Check check_driver(const CardFinding& finding) {
       break;
   }
   return warn("driver",
-              "no modules.alias for this kernel, so whether its adv_pci1710 lists the PCI-1716 is not known; Debian's "
+              "no modules.alias for this kernel, so it is unknown whether its adv_pci1710 lists the PCI-1716; Debian's "
               "own does not",
               "sudo depmod; else " + std::string(kOutOfTree));
 }
@@ -51,7 +51,7 @@ Check check_board(const hal::ComediOptions& options, const hal::CardDescription&
   } catch (const DeviceError& error) {
     return fail(
         "board", fmt::format("{}\nthe card: {} by {}\n{}", error.what(), card.board, card.driver, to_lines(card)),
-        "describe this card in the rig file, or put in the one that it describes", ExitCode::device_unavailable);
+        "describe this card in the rig file, or insert the card that the file describes", ExitCode::device_unavailable);
   }
   return ok("board",
             fmt::format("{} by {}, channels, ranges and resolution as the rig file says", card.board, card.driver));

@@ -11,12 +11,12 @@ namespace eha::doctor {
 
 enum class Level { ok, warn, fail };
 
-/// One thing that was looked at.
+/// The result of one check.
 struct Check {
   std::string name;  ///< "scheduling"
   Level level = Level::ok;
-  std::string found;             ///< what there is; lines separated by newlines
-  std::string remedy;            ///< the command or change that mends it; empty when ok
+  std::string found;             ///< lines separated by newlines
+  std::string remedy;            ///< the command or change that corrects it; empty when ok
   ExitCode code = ExitCode::ok;  ///< of a failure; ok otherwise
 };
 
@@ -31,7 +31,7 @@ struct Check {
 /// "ok", "warn", "fail".
 [[nodiscard]] std::string_view to_text(Level level) noexcept;
 
-/// What is at risk: without a machine, what a real rig needs is only good to have.
+/// What the checks protect. On a simulated rig a missing requirement of a real one is only a warning.
 enum class Stakes { simulated, machine };
 
 }  // namespace eha::doctor

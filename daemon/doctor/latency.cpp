@@ -23,10 +23,10 @@ using acquisition::RecordQueue;
 
 constexpr double kRepetition_s = 1.0;
 constexpr double kAmplitude_V = 1.0;
-// Limits that nothing reaches: the simulated rod may rest on an end stop, the ticks cost the same.
+// Limits that nothing reaches. The simulated rod may rest on an end stop; a tick costs the same there.
 constexpr double kOutOfReach = 1e9;
 
-/// Takes records off the queue and drops them, as the writer of a run would take them.
+/// Drops the records of the queue in place of a run's writer.
 class Drain {
  public:
   explicit Drain(RecordQueue& queue) : thread_([this, &queue] { run(queue); }) {}

@@ -15,27 +15,27 @@ namespace eha::doctor {
 constexpr double kShortestMeasurement_s = 0.1;
 constexpr double kLongestMeasurement_s = 65535.0;
 
-/// Runs the tick loop on the simulated actuator, as shipped, in real time, so that what the loop takes on this machine
-/// is measured without a rig. Late and skipped ticks are counted and end nothing. Without real-time privileges it runs
-/// on ordinary scheduling: RunReport::realtime says so.
+/// Measures the tick loop on this machine without a rig: runs it in real time on the simulated actuator as shipped.
+/// Late and skipped ticks are counted and do not end it. Without real-time privileges it runs on ordinary scheduling,
+/// and RunReport::realtime says so.
 /// @param duration_s  kShortestMeasurement_s to kLongestMeasurement_s
-/// @param realtime    period, priority and CPU of the loop; its limits on late ticks do not count
-/// @param stop        ends it early: outcome `interrupted`, with what was measured by then
+/// @param realtime    period, priority and CPU of the loop; its limits on late ticks are ignored
+/// @param stop        ends it early: outcome `interrupted`, with the measurements so far
 /// @param progress    called some ten times a second in this thread
 /// @throws ConfigError  as acquisition::run. Blocks for the duration. Not thread-safe.
 [[nodiscard]] acquisition::RunReport measure_latency(double duration_s, config::RealtimeOptions realtime,
                                                      const acquisition::StopRequest& stop,
                                                      const std::function<void(const acquisition::Snapshot&)>& progress);
 
-/// One figure that the loop has to keep.
+/// One requirement on the loop.
 struct Gate {
   std::string name;  ///< with its unit: "latency_p99_9_us"
   double value = 0.0;
-  double limit = 0.0;  ///< the greatest that will do
+  double limit = 0.0;  ///< greatest value allowed
   [[nodiscard]] bool met() const noexcept { return value <= limit; }
 };
 
-/// What a rig on a PREEMPT_RT kernel must keep at 1 kHz: wake-up latency p99.9 of 50 us and maximum of 150 us (LinuxCNC
+/// The requirements at 1 kHz on a PREEMPT_RT kernel: wake-up latency p99.9 of 50 us and maximum of 150 us (LinuxCNC
 /// calls 20 to 50 us good), execution of 300 us, no skipped tick, no record lost.
 [[nodiscard]] std::vector<Gate> gates(const acquisition::RunReport& report);
 

@@ -9,7 +9,8 @@
 namespace eha::doctor {
 namespace {
 
-// No standard gives these: far outside what a cylinder of this kind does, so that a sound rig file never meets them.
+// No standard gives these. They are far outside what a cylinder of this kind does, so a good rig file never reaches
+// them.
 constexpr double kLongestFrozen_s = 2.0;
 constexpr double kShortestCrossing_s = 0.1;                     ///< of the whole travel, at the highest allowed speed
 constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
@@ -20,9 +21,9 @@ constexpr double kLongestLate_s = 0.1;
 Check check_limits(const config::RigLimits& limits, const config::RealtimeOptions& realtime) {
   std::vector<std::string> loose;
   if (limits.frozen_sensor_s <= 0.0) {
-    loose.emplace_back("limits.frozen_sensor_s is off: a sensor that is stuck goes unnoticed");
+    loose.emplace_back("limits.frozen_sensor_s is off: a stuck sensor is not detected");
   } else if (limits.frozen_sensor_s > kLongestFrozen_s) {
-    loose.push_back(fmt::format("limits.frozen_sensor_s = {:g} s: a sensor that is stuck goes unnoticed as long",
+    loose.push_back(fmt::format("limits.frozen_sensor_s = {:g} s: a stuck sensor is not detected for as long",
                                 limits.frozen_sensor_s));
   }
   const double crossing_s = (limits.travel_max_in - limits.travel_min_in) / limits.velocity_limit_in_per_s;
@@ -39,7 +40,7 @@ Check check_limits(const config::RigLimits& limits, const config::RealtimeOption
   }
   const double late_s = realtime.abort_consecutive_late * realtime.sample_period_s;
   if (late_s > kLongestLate_s) {
-    loose.push_back(fmt::format("realtime.abort_consecutive_late = {}: the loop may be late for {:.2g} s on end",
+    loose.push_back(fmt::format("realtime.abort_consecutive_late = {}: the loop may be late for {:.2g} s in a row",
                                 realtime.abort_consecutive_late, late_s));
   }
   if (loose.empty()) return ok("limits", "travel, speed, stuck sensor and late loop are watched");

@@ -7,8 +7,8 @@
 
 namespace eha::doctor {
 
-/// Keeps every CPU that this process may use busy while it lives, at ordinary priority: one thread each that computes
-/// and copies more memory than the caches hold. Not thread-safe.
+/// Keeps every CPU that this process may use busy at ordinary priority while it lives. Each thread computes and copies
+/// more memory than the caches hold. Not thread-safe.
 class LoadThreads {
  public:
   /// Returns once every thread has touched its memory.

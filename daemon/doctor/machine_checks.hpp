@@ -11,15 +11,15 @@
 
 namespace eha::doctor {
 
-/// What is known of the machine under the loop.
+/// The machine that the tick loop runs on.
 struct Machine {
   acquisition::KernelFacts kernel;
   SystemFiles files;
   Privileges privileges;
 };
 
-/// Judges whether the machine can keep the rig's ticks: kernel, scheduling, limits, CPUs, sleep, clock.
-/// What the loop refuses to run without fails where a machine moves, and warns on a simulated rig.
+/// Checks whether the machine can keep the rig's ticks: kernel, scheduling, limits, CPUs, sleep, clock. What the loop
+/// refuses to run without is a failure for a rig that moves a machine and a warning for a simulated one.
 [[nodiscard]] std::vector<Check> check_machine(const Machine& machine, const config::RealtimeOptions& realtime,
                                                Stakes stakes);
 

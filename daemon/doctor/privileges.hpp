@@ -6,7 +6,7 @@
 
 namespace eha::doctor {
 
-/// What the system grants this process.
+/// The privileges of this process.
 struct Privileges {
   static constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
@@ -17,7 +17,7 @@ struct Privileges {
   int dma_latency_error = 0;              ///< errno of opening /dev/cpu_dma_latency for writing; 0 when it opens
 };
 
-/// Asks the system. SCHED_FIFO is tried in a thread of its own, which ends at once; nothing stays changed.
+/// Tries SCHED_FIFO in a short-lived thread and reads the limits; nothing stays changed.
 /// @param priority  1..99
 [[nodiscard]] Privileges probe_privileges(int priority);
 

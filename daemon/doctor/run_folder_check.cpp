@@ -29,7 +29,7 @@ ExitCode code_of(int error_number) {
 Check check_writable(const RunsFolder& runs) {
   if (runs.write_error == 0) return ok("runs folder", fmt::format("{} can be written", runs.folder.string()));
   return fail("runs folder", fmt::format("cannot write in {}: {}", runs.existing.string(), reason(runs.write_error)),
-              "choose another with --output, or have its owner grant it to you", code_of(runs.write_error));
+              "choose another with --output, or ask its owner for permission to write", code_of(runs.write_error));
 }
 
 Check check_space(const RunsFolder& runs, double sample_period_s) {

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// First line of a file of the kernel's; empty when it cannot be read.
+/// First line of a kernel file; empty when it cannot be read.
 std::string first_line(const fs::path& file) {
   std::ifstream stream(file);
   std::string line;

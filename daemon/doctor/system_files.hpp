@@ -8,20 +8,20 @@
 
 namespace eha::doctor {
 
-/// What the kernel says of the machine under /sys; empty where it says nothing.
+/// Facts about the machine from /sys; a member is empty where the kernel gives none.
 struct SystemFiles {
   std::vector<std::string> governors;  ///< frequency governors in use, each once; empty without frequency scaling
   std::vector<int> online_cpus;
-  std::vector<int> isolated_cpus;          ///< kept from the scheduler (isolcpus)
+  std::vector<int> isolated_cpus;          ///< excluded from the scheduler (isolcpus)
   std::string idle_driver;                 ///< "intel_idle"; "none" or empty when CPUs do not sleep deeply
   std::string clock_source;                ///< "tsc"
-  std::vector<std::string> clock_sources;  ///< that could be chosen
+  std::vector<std::string> clock_sources;  ///< available
 };
 
 /// @param root  "/", or a folder laid out like it
 [[nodiscard]] SystemFiles read_system_files(const std::filesystem::path& root);
 
-/// The kernel's list of CPUs, "0-2,5": 0, 1, 2, 5. What is no number or range is left out.
+/// Reads the kernel's list of CPUs: "0-2,5" is 0, 1, 2, 5. Parts that are no number or range are skipped.
 [[nodiscard]] std::vector<int> cpu_list(std::string_view text);
 
 /// Whether the PCI bus holds a device. @param vendor, device  four lower-case hexadecimal digits each
@@ -30,7 +30,7 @@ struct SystemFiles {
 /// Whether a kernel module drives a PCI device.
 enum class ModuleSupport {
   listed,      ///< modules.alias names the module for the device
-  not_listed,  ///< it does not
+  not_listed,  ///< modules.alias does not name it
   unknown,     ///< there is no modules.alias for this kernel
 };
 

@@ -20,7 +20,7 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
   console.print_json(
       {{"schema", "eha-check/1"}, {"file", command.file}, {"kind", "rig"}, {"name", rig.name}, {"backend", backend}});
   console.print(fmt::format(
-      "{}: a sound rig file, \"{}\": backend {}, {:g}..{:g} V, {:g} V/s, {:g}..{:g} in, tick {:g} s", command.file,
+      "{}: a valid rig file, \"{}\": backend {}, {:g}..{:g} V, {:g} V/s, {:g}..{:g} in, tick {:g} s", command.file,
       rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V, rig.limits.slew_V_per_s,
       rig.limits.travel_min_in, rig.limits.travel_max_in, rig.realtime.sample_period_s));
   console.next_step(fmt::format("eha check EXPERIMENT.toml --rig {}", command.file));
@@ -33,10 +33,10 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   if (rig_file) document["rig"] = *rig_file;
   console.print_json(document);
   console.print(fmt::format(
-      "{}: a sound experiment, \"{}\": {:g} s, {} repetition{}, {} model{}{}", command.file, experiment.name,
+      "{}: a valid experiment, \"{}\": {:g} s, {} repetition{}, {} model{}{}", command.file, experiment.name,
       experiment.duration_s, experiment.repetitions, experiment.repetitions == 1 ? "" : "s", experiment.models.size(),
       experiment.models.size() == 1 ? "" : "s", rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
-  if (!rig_file) console.warning("no rig file to hold the experiment against; name one with --rig");
+  if (!rig_file) console.warning("no rig file to check the experiment against; name one with --rig");
   const std::string rig = command.rig_file ? fmt::format(" --rig {}", *command.rig_file) : "";
   console.next_step(fmt::format("eha run {} --local --fast{}", command.file, rig));
 }

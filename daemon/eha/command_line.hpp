@@ -9,7 +9,7 @@
 
 namespace eha::cli {
 
-/// What a command line came to.
+/// A parsed command line.
 struct ParsedLine {
   ConsoleOptions console;
   std::optional<Command> command;  ///< none when only a text was asked for
@@ -18,8 +18,5 @@ struct ParsedLine {
 
 /// Reads the command line. @throws UsageError  something in it is unknown, missing, malformed or out of range
 [[nodiscard]] ParsedLine parse_command_line(int argc, const char* const* argv);
-
-/// "eha 0.1.0", then a line for each library with its version, and whether the comedi backend is built in.
-[[nodiscard]] std::string version_text();
 
 }  // namespace eha::cli

@@ -14,7 +14,7 @@
 #include "ident/estimation/fit_options.hpp"
 #include "ident/fractional/simulate.hpp"
 
-// One struct for each command of eha(1), filled by command_line.cpp, and the function that carries it out. Each returns
+// One struct for each command of eha(1), filled by command_line.cpp, and the function that executes it. Each returns
 // the exit code of a legitimate outcome and throws eha::Error for broken input or environment.
 
 namespace eha::cli {
@@ -26,18 +26,18 @@ struct RunCommand {
   bool local = false;                     ///< in this process
   bool fast = false;                      ///< virtual time
   bool yes = false;                       ///< move a real actuator without asking
-  bool allow_non_realtime = false;        ///< ordinary scheduling will do
+  bool allow_non_realtime = false;        ///< run on ordinary scheduling too
   std::filesystem::path output = "runs";  ///< where the run folder goes
 };
 
-/// What a command line says about using a record; unset members leave the experiment's or the default's.
+/// Options on the use of a record; an unset member leaves the experiment's value or the default.
 struct RecordOptions {
   std::optional<int> decimation = {};
   std::optional<double> discard_s = {};
   std::optional<double> split = {};
 };
 
-/// What a command line says about the models to seek.
+/// Options on the models to fit.
 struct ModelOptions {
   std::vector<std::string> families = {};         ///< --model, in order; with no --structure either: the experiment's
   std::vector<std::string> structure_files = {};  ///< --structure, in order
@@ -53,7 +53,7 @@ struct ModelOptions {
 
 struct FitCommand {
   std::string source;    ///< run folder or CSV record
-  std::string as_given;  ///< the whole command, for a shell
+  std::string as_given;  ///< the whole command, quoted for a shell
   std::optional<std::string> experiment_file = {};
   std::optional<ident::Procedure> procedure = {};
   std::optional<std::uint64_t> seed = {};
@@ -120,7 +120,7 @@ struct ServiceCommand {
   std::string method;
   std::filesystem::path socket = control::kDefaultSocket;
   std::int64_t entry = 0;  ///< of cancel and release; 0: every held one
-  std::string run = {};    ///< of ack and remove: its folder or the name of that
+  std::string run = {};    ///< of ack and remove: its folder or the folder's name
   bool yes = false;        ///< of remove: without asking
   bool watch = false;      ///< of status: repeatedly
 };
@@ -138,14 +138,8 @@ using Command =
 [[nodiscard]] ExitCode execute(const RunsListCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsShowCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsRecoverCommand& command, Console& console);
-
-/// Finishes the runs under a folder whose process died; a warning for each says what was kept, or why nothing can be.
-void recover_torn_runs(const std::filesystem::path& folder, Console& console);
 [[nodiscard]] ExitCode execute(const DoctorCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);
-
-/// `eha run` without --local: hands the experiment to ehad, shows its progress and waits for its verdict.
-[[nodiscard]] ExitCode run_through_service(const RunCommand& command, Console& console);
 
 }  // namespace eha::cli

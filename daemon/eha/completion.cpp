@@ -13,7 +13,7 @@ namespace eha::cli {
 namespace {
 
 constexpr const char* kFooter = R"(
-Prints the completion script of a shell. The Debian package has both in place.
+Prints the completion script of a shell. The Debian package installs both.
 
 Examples:
   source <(eha completion bash)
@@ -21,7 +21,7 @@ Examples:
 
 using Words = std::vector<std::string>;
 
-/// What may stand where a value is expected.
+/// The values that an option takes.
 struct Value {
   Words choices;
   bool file = false;
@@ -54,7 +54,7 @@ Words names_of(const CLI::Option& option) {
   return names;
 }
 
-/// A command with all that may follow it; the program itself is the one without a name.
+/// A command and its CLI::App; the program itself has an empty path.
 struct Node {
   std::string path;    ///< "runs list"
   std::string parent;  ///< "runs"
@@ -149,7 +149,7 @@ complete -F _eha eha
                      steps, values, rest);
 }
 
-/// Text within single quotes of a specification of zsh's _arguments, where [ ] : and \ have a meaning.
+/// Escapes text for a single-quoted specification of zsh's _arguments, where [ ] : and \ have a meaning.
 std::string zsh_text(const std::string& text) {
   std::string result;
   for (const char c : text) {
@@ -183,7 +183,7 @@ Words zsh_options(const CLI::App& app) {
   return specifications;
 }
 
-/// The function for one command; it and those of its subcommands stand before it is called.
+/// The function for one command. It calls those of its subcommands, which the script defines too.
 std::string zsh_function(const Node& node, const Words& common) {
   std::string function = node.path.empty() ? "_eha" : "_eha_" + node.path;
   std::replace(function.begin(), function.end(), ' ', '_');
@@ -230,7 +230,7 @@ std::string zsh_script(const CLI::App& app) {
   const Words common = zsh_options(app);
   std::string script = "#compdef eha\n# zsh completion for eha, made by: eha completion zsh\n";
   for (const Node& node : nodes_of(app)) script += zsh_function(node, common);
-  // As a file on $fpath this is the body of the function that completes; sourced, it registers it.
+  // In a file on $fpath this completes at once; in a sourced script it registers the function.
   return script + "if [ \"$funcstack[1]\" = _eha ]; then _eha \"$@\"; else compdef _eha eha; fi\n";
 }
 

@@ -97,6 +97,10 @@ void Console::progress(double share, std::string_view text) {
   bar_drawn_ = true;
 }
 
+std::function<void(double, const std::string&)> Console::progress_callback() {
+  return [this](double share, const std::string& text) { progress(share, text); };
+}
+
 void Console::end_progress() {
   if (bar_drawn_) std::cerr << "\r\x1b[K" << std::flush;
   bar_drawn_ = false;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
 
 namespace eha::cli {
 
-/// What the options common to all commands ask for.
+/// The options common to all commands.
 struct ConsoleOptions {
   bool json = false;         ///< results as one JSON document
   bool quiet = false;        ///< errors only
@@ -14,9 +16,9 @@ struct ConsoleOptions {
   bool no_progress = false;  ///< no progress bar even on a terminal
 };
 
-/// The terminal: results to standard output, messages and the progress bar to standard error. Colours and the bar only
-/// where standard error is a terminal; NO_COLOR in the environment turns colours off (no-color.org).
-/// Thread-safe but for progress(), which belongs to one thread.
+/// Prints results to standard output, messages and the progress bar to standard error. Colours and the bar appear only
+/// on a terminal; NO_COLOR in the environment turns colours off (no-color.org). Thread-safe except progress(), which
+/// belongs to one thread.
 class Console {
  public:
   explicit Console(const ConsoleOptions& options);
@@ -32,25 +34,27 @@ class Console {
   /// Results as text for people; nothing with --json. Ends what it prints with a newline.
   void print(std::string_view text) const;
 
-  /// The one document of --json; nothing without.
+  /// The document of --json; prints nothing without that option.
   void print_json(const nlohmann::ordered_json& document) const;
 
-  /// Standard output whatever the options: for content, such as CSV.
+  /// Content such as CSV, to standard output whatever the options.
   void print_content(std::string_view text) const;
 
-  /// The command to go on with, the last line of a success; nothing with --json or --quiet.
+  /// The next useful command, as the last line of a success; prints nothing with --json or --quiet.
   void next_step(std::string_view command) const;
 
-  /// Draws the bar anew. @param share  0..1   @param text  what is going on
+  /// Redraws the bar. @param share  0..1   @param text  the current step
   void progress(double share, std::string_view text);
-  /// Takes the bar away; harmless without one.
+  /// progress() as a function, for long work elsewhere. The console must outlive it.
+  [[nodiscard]] std::function<void(double, const std::string&)> progress_callback();
+  /// Removes the bar; does nothing without one.
   void end_progress();
 
   /// Asks on the terminal and returns whether the answer is "yes".
   /// @throws UsageError  standard input is no terminal: names --yes
   [[nodiscard]] bool confirm(std::string_view question) const;
 
-  /// @throws IoError  something written to standard output did not get there (a full disk, a closed pipe)
+  /// @throws IoError  standard output could not be written (a full disk, a closed pipe)
   void flush() const;
 
  private:

@@ -12,7 +12,7 @@
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
-#include "daemon/record_csv/record_csv.hpp"
+#include "daemon/record/record_csv.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::cli {
@@ -28,7 +28,7 @@ std::string table_csv(const Eigen::VectorXd& table_V, double step_s) {
   for (std::size_t k = 0; k < time_s.size(); ++k) {
     time_s[k] = whole ? static_cast<double>(k) / rate_Hz : static_cast<double>(k) * step_s;
   }
-  return daemon::series_csv(time_s, {"voltage", "V"}, table_V);
+  return record::series_csv(time_s, {"voltage", "V"}, table_V);
 }
 
 }  // namespace

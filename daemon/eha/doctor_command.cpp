@@ -32,7 +32,7 @@ void append(std::vector<Check>& checks, std::vector<Check> more) {
   checks.insert(checks.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
-/// Reads the rig file; what is wrong with it becomes a failure.
+/// Reads the rig file; its faults become a failed check.
 std::optional<config::RigConfig> load_rig(const std::optional<std::string>& file, std::vector<Check>& checks) {
   try {
     config::RigConfig rig = load_rig_or_default(file);
@@ -43,11 +43,12 @@ std::optional<config::RigConfig> load_rig(const std::optional<std::string>& file
     checks.push_back(
         doctor::fail("rig file", error.what(), "write /etc/ehad/rig.toml, see eha-rig(5)", ExitCode::configuration));
   } catch (const PermissionError& error) {
-    checks.push_back(doctor::fail("rig file", error.what(), "ask its owner for leave to read it", error.exit_code()));
+    checks.push_back(
+        doctor::fail("rig file", error.what(), "ask its owner for permission to read it", error.exit_code()));
   } catch (const Error& error) {
     checks.push_back(doctor::fail(
         "rig file", error.what(),
-        fmt::format("mend what is named, see eha-rig(5), then: eha check {}", file ? *file : "/etc/ehad/rig.toml"),
+        fmt::format("correct the named lines, see eha-rig(5), then: eha check {}", file ? *file : "/etc/ehad/rig.toml"),
         error.exit_code()));
   }
   return std::nullopt;

@@ -8,26 +8,27 @@
 #include <vector>
 
 #include "daemon/eha/commands.hpp"
-#include "daemon/eha/cross_validation.hpp"
-#include "daemon/eha/frequency_table.hpp"
-#include "daemon/eha/identification.hpp"
+#include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/new_folders.hpp"
-#include "daemon/eha/source.hpp"
-#include "daemon/eha/sweep.hpp"
+#include "daemon/eha/sweep_command.hpp"
+#include "daemon/identify/identification.hpp"
+#include "daemon/identify/publish.hpp"
+#include "daemon/identify/source.hpp"
+#include "daemon/record/run_folder.hpp"
 
 namespace eha::cli {
 namespace {
 
+namespace fs = std::filesystem;
+using identify::Comparisons;
+using identify::Identification;
+using identify::IdentificationTask;
+using identify::Source;
+
 IdentificationTask task_for(const FitCommand& command, const Source& source) {
-  IdentificationTask task{
-      .record = source.record, .source_name = source.name, .interpolated_percent = interpolated_percent(source)};
-  if (source.experiment) {
-    task.options = source.experiment->fit;
-    task.acceptance = source.experiment->acceptance;
-  }
-  task.structures = structures_for(
-      command.models, source.experiment ? source.experiment->models : std::vector<ident::StructureOptions>{});
+  IdentificationTask task = identify::task_of(source);
+  task.structures = structures_for(command.models, task.structures);
   task.options = with(task.options, command.record);
   task.options.procedure = command.procedure.value_or(task.options.procedure);
   task.options.seed = command.seed.value_or(task.options.seed);
@@ -38,7 +39,13 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
   return task;
 }
 
-/// Does `work`, and says a structure's fault as what it is: the command line's, when that asked for it.
+Comparisons comparisons_for(const FitCommand& command, const Source& source) {
+  return {.paper = source.run_folder ? Comparisons::Paper::include : Comparisons::Paper::leave_out,
+          .cross_validation =
+              command.cross_validate ? Comparisons::CrossValidation::include : Comparisons::CrossValidation::leave_out};
+}
+
+/// Does `work`. A wrong structure is a fault of the command line, unless an experiment file was named.
 template <class Work>
 auto as_asked_for(const FitCommand& command, const Work& work) {
   try {
@@ -49,34 +56,22 @@ auto as_asked_for(const FitCommand& command, const Work& work) {
   }
 }
 
-/// The files of the models, then that of the frequency response.
-void write(Identification& identification, const FitCommand& command, const Source& source) {
-  std::optional<std::filesystem::path> response;
-  const auto write_response = [&](const std::filesystem::path& folder) {
-    if (!identification.frequency_response) return;
-    response = write_frequency_response(*identification.frequency_response, identification.models, folder);
-  };
-  if (command.output) {
-    identification.written = write_models(identification.models, *command.output);
-    write_response(*command.output);
-  } else if (source.run_folder) {
-    // First, as publishing the models lists every file of the folder in the manifest.
-    write_response(*source.run_folder);
-    identification.written = publish_models(*source.run_folder, identification.models, identification.paper);
-  }
-  if (response) identification.written.push_back(*response);
+std::vector<fs::path> write(const Identification& identification, const FitCommand& command, const Source& source) {
+  if (command.output) return identify::write_models(identification, *command.output);
+  if (source.run_folder) return identify::publish(identification, *source.run_folder);
+  return {};
 }
 
-std::string next_step(const FitCommand& command, const Identification& identification) {
+std::string next_step(const FitCommand& command, const Identification& identification,
+                      const std::vector<fs::path>& written) {
   // The models' files come first.
-  const std::size_t files = std::min(identification.models.size(), identification.written.size());
+  const std::size_t files = std::min(identification.models.size(), written.size());
   for (std::size_t i = 0; i < files; ++i) {
-    const auto& verdict = identification.models[i].result.model.verdict;
-    if (verdict && verdict->accepted) {
-      return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", identification.written[i].string());
+    if (is_accepted(identification.models[i])) {
+      return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[i].string());
     }
   }
-  // Before the words as given: behind a `--` it would be one of them.
+  // In front of the given words: after a `--` it would be an argument.
   std::string again = command.as_given;
   return again.insert(again.find("fit") + 3, " -o models");
 }
@@ -84,9 +79,9 @@ std::string next_step(const FitCommand& command, const Identification& identific
 }  // namespace
 
 ExitCode execute(const FitCommand& command, Console& console) {
-  const Source source = load_source(command.source, command.experiment_file);
-  for (const std::string& sentence : reservations(source)) console.warning(sentence);
+  const Source source = identify::load_source(command.source, command.experiment_file);
   const IdentificationTask task = task_for(command, source);
+  print_warnings(source, task.options.decimation, console);
   if (command.sweep) {
     const auto folder = command.output      ? command.output
                         : source.run_folder ? std::optional(*source.run_folder / record::kModelsFolder)
@@ -95,18 +90,15 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   std::optional<NewFolders> folder;
   if (command.output) folder.emplace(*command.output);
-  Identification identification;
-  identification.models = as_asked_for(command, [&] { return identify(task, console); });
-  if (source.run_folder) identification.paper = identify_as_in_the_paper(task, console);
-  if (command.cross_validate) {
-    identification.cross_validation = cross_validate(task, source.repetition_samples, console);
-  }
-  identification.frequency_response = frequency_response_of(source, task.options, console);
-  write(identification, command, source);
-  show(identification, {{"schema", "eha-fit/1"}, {"source", command.source}}, console);
-  if (identification.written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
-  const ExitCode code = exit_code(identification.models);
-  if (code == ExitCode::ok) console.next_step(next_step(command, identification));
+  const Identification identification = as_asked_for(command, [&] {
+    return identify::identify(source, task, comparisons_for(command, source), console.progress_callback());
+  });
+  console.end_progress();
+  const std::vector<fs::path> written = write(identification, command, source);
+  print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, console);
+  if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
+  const ExitCode code = identify::exit_code(identification.models);
+  if (code == ExitCode::ok) console.next_step(next_step(command, identification, written));
   return code;
 }
 

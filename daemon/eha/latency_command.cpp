@@ -12,7 +12,7 @@
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/text_table.hpp"
-#include "daemon/record/manifest.hpp"
+#include "daemon/record/report_json.hpp"
 
 namespace eha::cli {
 namespace {
@@ -34,7 +34,7 @@ std::vector<std::string> row(const char* name, const Histogram& histogram) {
           fmt::format("{:.3f}", static_cast<double>(histogram.maximum_at_ns()) * 1e-9)};
 }
 
-/// How many values fell between these edges [us], the last one open.
+/// The number of values between each two edges [us]; the last interval is open.
 std::string bars(const Histogram& histogram) {
   constexpr std::size_t kEdges[] = {0, 10, 20, 50, 100, 150, 300, 500, 1000};
   constexpr std::size_t kCount = std::size(kEdges);
@@ -88,7 +88,8 @@ ExitCode execute(const LatencyCommand& command, Console& console) {
   load.reset();
   console.end_progress();
   for (const std::string& sentence : report.realtime.refused) console.warning(sentence);
-  if (!report.realtime.fifo) console.warning("measured on ordinary scheduling; a rig that moves is not run like that");
+  if (!report.realtime.fifo)
+    console.warning("measured on ordinary scheduling; a rig that moves needs real-time scheduling");
 
   const std::vector<doctor::Gate> gates = doctor::gates(report);
   const bool passed = std::all_of(gates.begin(), gates.end(), [](const doctor::Gate& gate) { return gate.met(); });
@@ -110,7 +111,7 @@ ExitCode execute(const LatencyCommand& command, Console& console) {
   console.print_json(document);
   show(report, gates, console);
   if (report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(report));
-  console.print(passed ? "PASSED: fit for a rig" : "MISSED: see `eha doctor` for what would help");
+  console.print(passed ? "PASSED: fit for a rig" : "MISSED: `eha doctor` lists remedies");
   return code;
 }
 

@@ -3,25 +3,22 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "daemon/eha/text_table.hpp"
 
 namespace eha::cli {
 
-using Json = nlohmann::ordered_json;
-
-void print_model_list(const Json& models, const Console& console) {
+void print_model_list(const std::vector<record::ModelEntry>& models, const Console& console) {
   std::vector<std::vector<std::string>> rows;
-  const auto percent = [](const Json& model, const char* key) {
-    const auto found = model.find(key);
-    return found != model.end() && found->is_number() ? fmt::format("{:.2f}", found->get<double>()) : std::string("-");
+  const auto percent = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.2f}", *value) : std::string("-");
   };
-  for (const Json& model : models) {
-    rows.push_back({model.value("name", "?"), percent(model, "estimation_r2_percent"),
-                    percent(model, "validation_r2_percent"), percent(model, "validation_r2_percent_offset_reestimated"),
-                    model.value("accepted", false) ? "accepted" : "rejected", model.value("file", "-")});
+  for (const record::ModelEntry& model : models) {
+    rows.push_back({model.name, percent(model.estimation_r2_percent), percent(model.validation_r2_percent),
+                    percent(model.validation_r2_percent_offset_reestimated), model.accepted ? "accepted" : "rejected",
+                    model.file});
   }
   if (!rows.empty()) {
     console.print(text_table({{"model", Align::left},
@@ -32,11 +29,8 @@ void print_model_list(const Json& models, const Console& console) {
                               {"file", Align::left}},
                              rows));
   }
-  for (const Json& model : models) {
-    for (const Json& reason : model.value("reasons", Json::array())) {
-      console.print(
-          fmt::format("{}: {}", model.value("name", "?"), reason.is_string() ? reason.get<std::string>() : ""));
-    }
+  for (const record::ModelEntry& model : models) {
+    for (const std::string& reason : model.reasons) console.print(fmt::format("{}: {}", model.name, reason));
   }
 }
 

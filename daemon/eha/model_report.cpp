@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/model_report.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "daemon/eha/identification.hpp"
 #include "daemon/eha/text_table.hpp"
 
 namespace eha::cli {
@@ -16,6 +17,7 @@ namespace {
 using ident::Model;
 using ident::ParameterEstimate;
 using ident::Score;
+using identify::IdentifiedModel;
 
 /// A value with as many digits as its standard error gives meaning to.
 std::string with_error(const ParameterEstimate& parameter) {
@@ -108,7 +110,7 @@ std::string notes_on(const IdentifiedModel& identified, const char* mark) {
 
 }  // namespace
 
-std::string report(const std::vector<IdentifiedModel>& models, const std::vector<IdentifiedModel>& paper) {
+std::string model_report(const std::vector<IdentifiedModel>& models, const std::vector<IdentifiedModel>& paper) {
   const std::string unit = models.empty() || models.front().result.model.output_unit.empty()
                                ? "MSE"
                                : fmt::format("MSE {}^2", models.front().result.model.output_unit);

@@ -5,15 +5,15 @@
 
 namespace eha::cli {
 
-/// Folders made before long work, so that one that cannot be made is found out at once, and taken away again when the
-/// work leaves nothing in them. Not thread-safe.
+/// Creates folders before long work, so that a folder that cannot be created fails at once, and removes them again if
+/// the work leaves them empty. Not thread-safe.
 class NewFolders {
  public:
-  /// Makes `folder` and those above it where they are missing. @throws IoError, PermissionError
+  /// Creates `folder` and every missing one above it. @throws IoError, PermissionError
   explicit NewFolders(const std::filesystem::path& folder);
   NewFolders(const NewFolders&) = delete;
   NewFolders& operator=(const NewFolders&) = delete;
-  /// Removes those that were made, as far as they are empty.
+  /// Removes the folders it created that are empty.
   ~NewFolders();
 
  private:

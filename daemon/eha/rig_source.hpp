@@ -13,7 +13,7 @@ namespace eha::cli {
 /// the one of the source tree that the program was built in. None when there is none of these.
 [[nodiscard]] std::optional<std::filesystem::path> default_rig_file();
 
-/// The rig that a command works with: the named file or the default one.
+/// Reads the named rig file or the default one.
 /// @throws UsageError  neither is there; ConfigError, PermissionError as config::load_rig
 [[nodiscard]] config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file);
 

@@ -10,12 +10,15 @@
 
 #include "config/prepared_experiment.hpp"
 #include "daemon/eha/commands.hpp"
-#include "daemon/eha/frequency_table.hpp"
-#include "daemon/eha/identification.hpp"
+#include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/rig_source.hpp"
-#include "daemon/eha/source.hpp"
+#include "daemon/eha/run_service.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/identify/identification.hpp"
+#include "daemon/identify/publish.hpp"
+#include "daemon/identify/source.hpp"
 #include "daemon/play/play.hpp"
+#include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/rig/confirmation.hpp"
 #include "daemon/rig/owned_rig.hpp"
@@ -29,13 +32,13 @@ namespace fs = std::filesystem;
 
 struct Acquired {
   play::FinishedRun run;
-  bool was_guarded = true;  ///< to the end
+  bool was_guarded = true;  ///< the guard lived to the end
 };
 
-/// Plays and records; the rig is idle or safe again on return, and on every exception.
+/// Plays and records. The rig is idle or safe on return and after an exception.
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
                  const config::PreparedExperiment& experiment, Console& console) {
-  // Before the rig is opened: from then on a signal must not end the process.
+  // Before the rig is opened, because from then on a signal must not end the process.
   StopOnSignals stop;
   OwnedRig local(rig_config);
   acquisition::StateMachine machine;
@@ -77,7 +80,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   return {std::move(run), was_guarded};
 }
 
-/// A run that did not complete, or not under its guard: what happened, what was kept.
+/// Reports a run that did not complete or lost its guard: the cause, and what was kept.
 ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   const play::FinishedRun& run = acquired.run;
   if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report));
@@ -104,28 +107,22 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
 }
 
 ExitCode identify_run(const fs::path& folder, Console& console) {
-  const Source source = load_source(folder.string(), std::nullopt);
-  for (const std::string& sentence : reservations(source)) console.warning(sentence);
-  const IdentificationTask task{.record = source.record,
-                                .source_name = source.name,
-                                .structures = source.experiment->models,
-                                .options = source.experiment->fit,
-                                .acceptance = source.experiment->acceptance,
-                                .interpolated_percent = interpolated_percent(source)};
-  Identification identification;
-  identification.models = identify(task, console);
-  identification.paper = identify_as_in_the_paper(task, console);
-  identification.frequency_response = frequency_response_of(source, task.options, console);
-  // Before the models: publishing them lists every file of the folder in the manifest.
-  std::optional<fs::path> response;
-  if (identification.frequency_response) {
-    response = write_frequency_response(*identification.frequency_response, identification.models, folder);
-  }
-  identification.written = publish_models(folder, identification.models, identification.paper);
-  if (response) identification.written.push_back(*response);
-  show(identification, {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, console);
+  const identify::Source source = identify::load_source(folder.string(), std::nullopt);
+  const identify::IdentificationTask task = identify::task_of(source);
+  print_warnings(source, task.options.decimation, console);
+  const identify::Identification identification =
+      identify::identify(source, task, {.paper = identify::Comparisons::Paper::include}, console.progress_callback());
+  console.end_progress();
+  print_identification(identification, identify::publish(identification, folder),
+                       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, console);
   console.next_step(fmt::format("eha runs show {}", folder.string()));
-  return exit_code(identification.models);
+  return identify::exit_code(identification.models);
+}
+
+/// Completes runs whose process died. A run that another process is still writing is left alone.
+void recover_earlier_runs(const fs::path& folder, const Console& console) {
+  const auto warn = [&console](const std::string& message) { console.warning(message); };
+  record::recover_torn_runs(folder, {.recovered = warn, .failed = warn});
 }
 
 }  // namespace
@@ -146,8 +143,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   }
   console.info(fmt::format("{}: {:g} s, {} repetition{} on {} ({})", experiment.name, experiment.duration_s,
                            experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
-  // What an earlier process left half written here; a run that is on in another one is left alone.
-  recover_torn_runs(command.output, console);
+  recover_earlier_runs(command.output, console);
   const Acquired acquired = acquire(command, rig, prepared, console);
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/run_service.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include "config/file_kind.hpp"
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
-#include "daemon/eha/commands.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -26,7 +27,7 @@ class Follower {
   Follower(const std::filesystem::path& socket, Client& client, std::int64_t entry, Console& console)
       : socket_(socket), client_(client), entry_(entry), console_(console) {}
 
-  /// @returns the entry as it ended; none when the user did not want to wait for the fit
+  /// @returns the entry at its end; none when the user did not wait for the fit
   std::optional<Json> follow(const StopOnSignals& stop) {
     client_.call("watch", {{"entry", entry_}, {"rate_Hz", 10.0}});
     for (;;) {
@@ -61,22 +62,22 @@ class Follower {
     }
   }
 
-  /// @returns whether there is still something to wait for
+  /// @returns whether the entry can still change
   bool pass_on_stop() {
     console_.end_progress();
     const std::string state = last_.value("state", "waiting");
-    // A connection of its own: an answer awaited on ours would swallow the last event.
+    // A second connection, because waiting for an answer on the first would skip the last event.
     Client other(socket_);
     if (state == "waiting" || state == "held") {
       try {
         other.call("cancel", {{"entry", entry_}});
         return true;
       } catch (const Error&) {
-        // It has begun in the meantime.
+        // It has started since.
       }
     }
     if (state == "fitting" || state == "judging") {
-      console_.info(fmt::format("the run is over and ehad goes on fitting it; see eha status"));
+      console_.info(fmt::format("the run is over; ehad keeps fitting it, see eha status"));
       return false;
     }
     const Json answer = other.call("stop", {{"entry", entry_}});
@@ -107,7 +108,7 @@ ExitCode report(const Json& entry, const Console& console) {
                       {"outcome", entry.at("state") == "cancelled" ? Json("cancelled") : entry.at("outcome")},
                       {"models", entry.at("models")},
                       {"exit_code", static_cast<int>(code)}});
-  print_model_list(entry.at("models"), console);
+  print_model_list(record::models_from_json(entry.at("models"), "ehad's answer: models"), console);
   if (code == ExitCode::ok) console.next_step(fmt::format("eha runs show {}", folder));
   return code;
 }
@@ -125,7 +126,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     console.info("not confirmed; nothing was moved");
     return ExitCode::interrupted;
   }
-  // From here on Ctrl-C is a stop of the rig; the end of the terminal leaves the run alone.
+  // From here on Ctrl-C stops the rig; closing the terminal does not.
   const StopOnSignals stop(Driver::service);
   const Json queued =
       client.call("submit", {{"experiment", text}, {"name", command.experiment_file}, {"fast", command.fast}});

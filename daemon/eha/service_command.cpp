@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using control::Client;
 
-/// What is not over yet, and of the rest the last few.
+/// The experiments that are not over, and the last few that are.
 std::string queue_table(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
   std::vector<std::vector<std::string>> rows;
@@ -53,8 +53,8 @@ void print_status(const Json& status, const Console& console) {
   line("rig", fmt::format("{} ({})", status.at("rig").at("name").get<std::string>(),
                           status.at("rig").at("file").get<std::string>()));
   const Json& lease = status.at("lease");
-  line("lease", lease.is_null() ? "nobody's"
-                                : fmt::format("{}'s, for another {:.0f} s", lease.at("user").get<std::string>(),
+  line("lease", lease.is_null() ? "none"
+                                : fmt::format("held by {}, {:.0f} s left", lease.at("user").get<std::string>(),
                                               lease.at("remaining_s").get<double>()));
   if (const Json& run = status.at("run"); !run.is_null()) {
     line("run", fmt::format("{} \"{}\" of {}: {}", run.at("entry").get<std::int64_t>(), run.value("name", ""),
@@ -92,10 +92,10 @@ std::string name_of(const std::string& run) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-/// What an answer comes to in words, and what to do next.
+/// Prints an answer, and the next step.
 void print_answer(const ServiceCommand& command, const Json& answer, const Console& console) {
   if (command.method == "arm") {
-    console.print(fmt::format("{}; the lease is yours for {:.0f} s", answer.at("state").get<std::string>(),
+    console.print(fmt::format("{}; you hold the lease for {:.0f} s", answer.at("state").get<std::string>(),
                               answer.at("lease_remaining_s").get<double>()));
     for (const Json& remark : answer.value("remarks", Json::array())) console.info(remark.get<std::string>());
     for (const Json& entry : answer.value("held", Json::array())) {
@@ -114,8 +114,8 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
     console.print("disarmed");
   } else if (command.method == "stop") {
     const std::string what = answer.at("stopped");
-    console.print(what == "nothing"       ? "nothing was on"
-                  : what == "disarmed"    ? "no run was on; the rig is disarmed"
+    console.print(what == "nothing"       ? "nothing was running"
+                  : what == "disarmed"    ? "nothing was running; the rig is disarmed"
                   : what == "ramping_out" ? "ramping out; eha stop again makes the rig safe at once"
                                           : "the rig is made safe at once");
     if (what != "nothing") console.next_step("eha status");

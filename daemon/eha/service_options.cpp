@@ -10,30 +10,30 @@ namespace {
 constexpr const char* kSocketHelp = "Where ehad listens (default /run/ehad/ehad.sock)";
 
 constexpr const char* kStatusFooter = R"(
-The state of the rig, who holds the lease and for how long [s], the run that is on (s, V, in, latency in us), the queue.
---watch says it again and again, until Ctrl-C.
+Shows the state of the rig, the holder of the lease and its remaining time [s], the current run (s, V, in, latency in
+us) and the queue. --watch repeats it until Ctrl-C.
 
 Examples:
   eha status
   eha status --watch)";
 
 constexpr const char* kArmFooter = R"(
-Acknowledges whatever happened before and arms the rig. You alone may then run experiments and disarm, for 10 minutes
-after your last command or run. Arming starts nothing: it lists what is held in the queue, see eha queue release.
+Acknowledges earlier faults and arms the rig. For 10 minutes after your last command or run only you may run
+experiments and disarm. Arming starts nothing: it lists the held experiments, see eha queue release.
 
 Examples:
   eha arm
   eha arm && eha run config/experiments/paper.toml)";
 
 constexpr const char* kDisarmFooter = R"(
-Gives the lease back; what waits in the queue is held. During a run: eha stop.
+Returns the lease; experiments that wait in the queue are held. During a run use eha stop.
 
 Example:
   eha disarm)";
 
 constexpr const char* kStopFooter = R"(
-Anyone may. Ramps the run that is on down to the safe voltage [V]; a second time it makes the rig safe at once. What was
-recorded is kept. The rig is disarmed afterwards, what waits is held, and the lease stays with its holder.
+Anyone may stop the rig. Ramps the current run down to the safe voltage [V]; a second stop makes the rig safe at once.
+The record is kept. Afterwards the rig is disarmed, waiting experiments are held, and the lease stays with its holder.
 
 Example:
   eha stop)";
@@ -51,8 +51,8 @@ Example:
   eha reload)";
 
 constexpr const char* kQueueFooter = R"(
-Experiments that were submitted. A held one starts only after its release: those submitted while you did not have the
-armed rig, and all that waited at a fault, a stop, a disarming or a restart.
+Lists the submitted experiments. A held one starts only after its release. An experiment is held if you submitted it
+while you did not have the armed rig, or if it waited at a fault, a stop, a disarming or a restart.
 
 Examples:
   eha queue
@@ -67,8 +67,8 @@ struct Verb {
 constexpr std::array<Verb, 6> kVerbs{{
     {"status", "What the service and its rig are doing", kStatusFooter},
     {"arm", "Acknowledge, arm the rig and take the lease", kArmFooter},
-    {"disarm", "Disarm the rig and give the lease back", kDisarmFooter},
-    {"stop", "Stop the run that is on; anyone may", kStopFooter},
+    {"disarm", "Disarm the rig and return the lease", kDisarmFooter},
+    {"stop", "Stop the current run; anyone may", kStopFooter},
     {"metrics", "Counters of the service, for Prometheus", kMetricsFooter},
     {"reload", "Have the service read its configuration again", kReloadFooter},
 }};
@@ -88,7 +88,7 @@ void add_service_commands(CLI::App& app, ServiceCommand& service) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.help);
     sub->footer(verb.footer);
     add_socket_option(*sub, service.socket);
-    if (std::string(verb.name) == "status") sub->add_flag("--watch", service.watch, "Again and again, until Ctrl-C");
+    if (std::string(verb.name) == "status") sub->add_flag("--watch", service.watch, "Repeat until Ctrl-C");
     sub->callback([&service, name = verb.name] { service.method = name; });
   }
   CLI::App* queue = app.add_subcommand("queue", "List the queue, or release held experiments");
@@ -96,7 +96,7 @@ void add_service_commands(CLI::App& app, ServiceCommand& service) {
   queue->require_subcommand(0, 1);
   add_socket_option(*queue, service.socket);
   queue->callback([&service, queue] { service.method = queue->got_subcommand("release") ? "release" : "queue"; });
-  CLI::App* list = queue->add_subcommand("list", "What waits, is held, is on, and the last that are over");
+  CLI::App* list = queue->add_subcommand("list", "List what waits, is held or runs, and the last that are over");
   add_socket_option(*list, service.socket);
   CLI::App* release = queue->add_subcommand("release", "Let held experiments of yours start; the rig must be armed");
   release->add_option("number", service.entry, "Number in the queue (default: all of yours)")

@@ -5,7 +5,7 @@
 
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
-#include "daemon/record_csv/record_csv.hpp"
+#include "daemon/record/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/model/model_file.hpp"
 
@@ -13,7 +13,7 @@ namespace eha::cli {
 
 ExitCode execute(const SimulateCommand& command, Console& console) {
   const ident::Model model = ident::model_from_text(os::read_file(command.model_file), command.model_file);
-  const daemon::InputSeries input = daemon::read_input_csv(command.input_file);
+  const record::InputSeries input = record::read_input_csv(command.input_file);
   Eigen::VectorXd output;
   try {
     output = ident::simulate(model, input.values, input.step_s, command.method);
@@ -31,7 +31,7 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   }
 
   const ident::Channel channel{"output", model.output_unit};
-  const std::string text = daemon::series_csv(input.time_s, channel, output);
+  const std::string text = record::series_csv(input.time_s, channel, output);
   if (command.output) os::write_file_atomically(*command.output, text);
   if (console.json()) {
     nlohmann::ordered_json document{{"schema", "eha-simulation/1"},    {"model", command.model_file},

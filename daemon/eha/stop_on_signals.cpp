@@ -6,7 +6,7 @@
 namespace eha::cli {
 namespace {
 
-/// A signal handler can reach nothing but what is global; made anew for each StopOnSignals.
+/// Global, because a signal handler has no other access; each StopOnSignals resets it.
 std::optional<acquisition::StopRequest> stop_request;
 
 void on_signal(int) { stop_request->request(); }
@@ -19,7 +19,7 @@ StopOnSignals::StopOnSignals(Driver driver) {
   handle(SIGTERM, on_signal);
   if (driver == Driver::service) return;
   for (const int number : {SIGHUP, SIGQUIT, SIGTSTP}) handle(number, on_signal);
-  // With a handler the write that raised it would be tried again for ever.
+  // Ignored: with a handler the write that raised the signal would be repeated forever.
   for (const int number : {SIGTTIN, SIGTTOU}) handle(number, SIG_IGN);
 }
 

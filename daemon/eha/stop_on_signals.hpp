@@ -12,12 +12,12 @@ namespace eha::cli {
 /// Who drives the rig.
 enum class Driver {
   this_process,  ///< a stopped or suspended process would leave the last voltage on the output
-  service,       ///< this one only watches: the terminal may end or suspend it as ever
+  service,       ///< this process only watches: the terminal may end or suspend it as usual
 };
 
-/// While it lives, what asks a process to end or suspends it asks the loop to stop instead: the first signal ramps out,
-/// the second makes the rig safe at once. SIGINT and SIGTERM; where this process drives, also SIGHUP, SIGQUIT (Ctrl-\)
-/// and SIGTSTP (Ctrl-Z), and it goes on where the terminal would suspend it in the background (SIGTTIN, SIGTTOU). One
+/// While it lives, signals that end or suspend the process stop the tick loop instead: the first one ramps out, the
+/// second one makes the rig safe at once. These are SIGINT and SIGTERM; in a process that drives the rig also SIGHUP,
+/// SIGQUIT (Ctrl-\) and SIGTSTP (Ctrl-Z), and the terminal cannot suspend it in the background (SIGTTIN, SIGTTOU). One
 /// at a time in a process.
 class StopOnSignals {
  public:
@@ -27,7 +27,7 @@ class StopOnSignals {
   ~StopOnSignals();
 
   [[nodiscard]] acquisition::StopRequest& request() noexcept;
-  /// How often a stop was asked for.
+  /// The number of stops requested.
   [[nodiscard]] int count() const noexcept;
 
  private:

@@ -1,33 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/sweep_command.hpp"
+
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
-#include "daemon/eha/commands.hpp"
-#include "daemon/eha/executor.hpp"
 #include "daemon/eha/new_folders.hpp"
-#include "daemon/eha/sweep.hpp"
 #include "daemon/eha/text_table.hpp"
-#include "ident/estimation/commensurate_sweep.hpp"
+#include "daemon/identify/sweep.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace eha::cli {
 namespace {
-
-ident::StructureOptions commensurate_structure(const std::vector<ident::StructureOptions>& structures) {
-  const auto found = std::find_if(structures.begin(), structures.end(), [](const ident::StructureOptions& asked) {
-    return asked.structure.base_order.has_value();
-  });
-  if (found != structures.end()) return *found;
-  ident::StructureOptions asked;
-  asked.structure = ident::structures::commensurate();
-  asked.name = asked.structure.family;
-  return asked;
-}
 
 std::string table(const std::vector<ident::SweepPoint>& sweep) {
   const std::vector<Column> columns{{"q", Align::right},         {"est. R2 %", Align::right}, {"fit %", Align::right},
@@ -63,46 +51,45 @@ std::vector<double> orders_of(const FitCommand& command) {
   }
 }
 
+nlohmann::ordered_json to_json(const std::vector<ident::SweepPoint>& sweep) {
+  nlohmann::ordered_json points = nlohmann::ordered_json::array();
+  for (const ident::SweepPoint& point : sweep) {
+    nlohmann::ordered_json entry{{"q", point.commensurate_order}};
+    if (point.model) entry["model"] = nlohmann::ordered_json::parse(ident::to_text(*point.model));
+    points.push_back(std::move(entry));
+  }
+  return points;
+}
+
 }  // namespace
 
-ExitCode sweep_commensurate_order(const FitCommand& command, const IdentificationTask& task,
+ExitCode sweep_commensurate_order(const FitCommand& command, const identify::IdentificationTask& task,
                                   const std::optional<std::filesystem::path>& folder, Console& console) {
-  const ident::StructureOptions structure = commensurate_structure(task.structures);
   const std::vector<double> orders = orders_of(command);
   std::optional<NewFolders> made;
   if (folder) made.emplace(*folder);
-  console.progress(0.0, fmt::format("fitting {} values of q", orders.size()));
-  const auto sweep = ident::sweep_commensurate_order(task.record, structure, task.options, orders, thread_executor());
+  const identify::CommensurateSweep sweep =
+      identify::sweep_commensurate_order(task, orders, console.progress_callback());
   console.end_progress();
 
-  nlohmann::ordered_json document{{"schema", "eha-sweep/1"}, {"source", command.source}};
-  document["points"] = nlohmann::ordered_json::array();
-  const ident::SweepPoint* best = nullptr;
-  for (const ident::SweepPoint& point : sweep) {
-    nlohmann::ordered_json entry{{"q", point.commensurate_order}};
-    if (point.model) {
-      entry["model"] = nlohmann::ordered_json::parse(ident::to_text(*point.model));
-      const double bic = point.model->estimation->information->bic;
-      if (best == nullptr || bic < best->model->estimation->information->bic) best = &point;
-    }
-    document["points"].push_back(std::move(entry));
-  }
-  console.print(table(sweep));
+  nlohmann::ordered_json document{
+      {"schema", "eha-sweep/1"}, {"source", command.source}, {"points", to_json(sweep.points)}};
+  console.print(table(sweep.points));
   document["files"] = nlohmann::ordered_json::array();
   if (folder) {
     const std::filesystem::path path = *folder / "sweep_commensurate.csv";
-    os::write_file_atomically(path, ident::to_csv(sweep));
+    os::write_file_atomically(path, ident::to_csv(sweep.points));
     document["files"].push_back(path.string());
     console.print(fmt::format("written: {}", path.string()));
   } else {
     console.print("Nothing written; -o DIR writes DIR/sweep_commensurate.csv.");
   }
   console.print_json(document);
-  if (best == nullptr) return ExitCode::not_converged;
-  const int poles = static_cast<int>(state_count(structure.structure));
-  console.next_step(fmt::format("eha fit {} --model {} --poles {} --start {}={:.4g}", command.source,
-                                structure.structure.family, poles, structure.structure.base_order->key.name,
-                                best->commensurate_order));
+  if (!sweep.best) return ExitCode::not_converged;
+  const ident::Structure& structure = sweep.structure.structure;
+  console.next_step(fmt::format("eha fit {} --model {} --poles {} --start {}={:.4g}", command.source, structure.family,
+                                state_count(structure), structure.base_order->key.name,
+                                sweep.points[*sweep.best].commensurate_order));
   return ExitCode::ok;
 }
 

@@ -8,7 +8,7 @@
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/model_options.hpp"
-#include "daemon/eha/source.hpp"
+#include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_file.hpp"
@@ -45,7 +45,7 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
 
 ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model model = ident::model_from_text(os::read_file(command.model_file), command.model_file);
-  const Source source = load_source(command.source, command.experiment_file);
+  const identify::Source source = identify::load_source(command.source, command.experiment_file);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
   options = with(options, command.record);
   ident::ValidationReport validation;
@@ -62,7 +62,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model judged = model;
   if (validation.offset_reestimated) judged.validation->score = *validation.offset_reestimated;
   const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};
-  model.verdict = ident::judge(judged, limits, interpolated_percent(source));
+  model.verdict = ident::judge(judged, limits, identify::interpolated_percent(source));
 
   nlohmann::ordered_json document{{"schema", "eha-validation/1"}, {"source", command.source}};
   document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));

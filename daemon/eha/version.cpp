@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/version.hpp"
+
 #include <fftw3.h>
 #include <fmt/format.h>
 #include <nlopt.h>
@@ -11,7 +13,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "daemon/eha/command_line.hpp"
 #include "hal/comedi/comedi_available.hpp"
 
 namespace eha::cli {

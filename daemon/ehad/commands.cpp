@@ -52,7 +52,7 @@ Json list_of_runs(const fs::path& folder, const RunIndex& index) {
   for (const fs::path& run : record::list_runs(folder)) {
     Json line{{"run", run.filename().string()}, {"folder", run.string()}, {"outcome", "unreadable"}};
     try {
-      line["outcome"] = record::read_manifest(run).at("outcome");
+      line["outcome"] = record::outcome_text(record::read_manifest(run));
     } catch (const std::exception& error) {
       line["error"] = error.what();
     }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/ehad/recovery.hpp"
-#include "daemon/record/run_folder.hpp"
+#include "daemon/record/manifest.hpp"
 
 namespace eha::service {
 namespace {
@@ -45,7 +45,7 @@ FitConclusion conclude_fit(const std::filesystem::path& run, const worker::Worke
   if (!conclusion.fitted) {
     conclusion.note = end.text;
     try {
-      record::finish_manifest(run, {{"accepted", false}, {"models", Json::array()}, {"error", end.text}});
+      record::write_identification(run, {.models = {}, .error = end.text});
     } catch (const std::exception& error) {
       conclusion.manifest_error = error.what();
     }

@@ -21,7 +21,7 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
   const fs::path folder = runs_folder / entry.run;
   if (!entry.run.empty() && record::is_run_folder(folder)) {
     try {
-      entry.outcome = record::read_manifest(folder).at("outcome").get<std::string>();
+      entry.outcome = record::outcome_text(record::read_manifest(folder));
       entry.note = fmt::format("ehad ended while this run was on; what was recorded is in {}", folder.string());
     } catch (const std::exception& error) {
       entry.note = fmt::format("ehad ended while this run was on, and it cannot be read: {}", error.what());
@@ -42,17 +42,9 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
 }  // namespace
 
 void recover_runs(const fs::path& runs_folder, const std::function<void()>& before_each) {
-  for (const fs::path& folder : record::list_runs(runs_folder)) {
-    try {
-      if (!record::is_torn_run(folder)) continue;
-      before_each();
-      const record::Recovery recovery = record::recover_run(folder);
-      spdlog::warn("{}: recovered: {} rows kept, {} torn bytes left out, outcome {}", folder.string(), recovery.rows,
-                   recovery.torn_bytes, acquisition::to_text(recovery.outcome));
-    } catch (const std::exception& error) {
-      spdlog::error("{}: cannot be recovered: {}", folder.string(), error.what());
-    }
-  }
+  record::recover_torn_runs(runs_folder, {.before_each = before_each,
+                                          .recovered = [](const std::string& message) { spdlog::warn("{}", message); },
+                                          .failed = [](const std::string& message) { spdlog::error("{}", message); }});
 }
 
 void settle(std::vector<Entry>& entries, const fs::path& runs_folder) {
@@ -63,8 +55,7 @@ void settle(std::vector<Entry>& entries, const fs::path& runs_folder) {
 
 Json models_of(const fs::path& run_folder) noexcept {
   try {
-    const Json manifest = record::read_manifest(run_folder);
-    return manifest.at("identification").at("models");
+    return record::to_json(record::models_of(record::read_manifest(run_folder)));
   } catch (const std::exception&) {
     return Json::array();
   }

@@ -41,11 +41,9 @@ std::uint64_t size_of(const fs::path& folder) {
 void read_folder(const fs::path& folder, IndexedRun& run) {
   try {
     run.bytes = size_of(folder);
-    const Json manifest = record::read_manifest(folder);
-    run.outcome = manifest.at("outcome").get<std::string>();
-    const Json identification = manifest.value("identification", Json());
-    const bool is_object = identification.is_object();
-    run.accepted = is_object && identification.contains("accepted") && identification["accepted"] == true;
+    const record::Manifest manifest = record::read_manifest(folder);
+    run.outcome = record::outcome_text(manifest);
+    run.accepted = manifest.identification && manifest.identification->accepted;
   } catch (const std::exception& error) {
     run.outcome = kUnreadable;
     spdlog::warn("{}: cannot be read, so it is kept: {}", folder.string(), error.what());

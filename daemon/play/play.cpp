@@ -16,15 +16,16 @@
 #include "daemon/play/journal_thread.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/report_json.hpp"
 #include "daemon/record/run_files.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
 
 namespace eha::play {
 namespace {
 
 using acquisition::Outcome;
 using acquisition::TimeBase;
-using Json = nlohmann::ordered_json;
 
 constexpr double kBlock_s = 0.1;
 constexpr auto kProgressInterval = std::chrono::milliseconds(100);
@@ -132,7 +133,7 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
 
 /// Closes the journal and writes the files made from it. A failure is kept in `finished`, and the files that can still
 /// be written are.
-void write_files(FinishedRun& finished, record::JournalWriter& journal, Json& manifest) {
+void write_files(FinishedRun& finished, record::JournalWriter& journal, record::Manifest& manifest) {
   const auto attempt = [&](const auto& work) {
     try {
       work();
@@ -146,11 +147,8 @@ void write_files(FinishedRun& finished, record::JournalWriter& journal, Json& ma
   if (!finished.write_error.empty() && (outcome == Outcome::completed || outcome == Outcome::interrupted)) {
     outcome = Outcome::write_failed;
   }
-  manifest["files"] = nullptr;
-  manifest["outcome"] = acquisition::to_text(outcome);
-  manifest["utc_end"] = record::utc_now();
-  manifest["report"] = record::describe_report(finished.report);
-  if (!finished.write_error.empty()) manifest["report"]["write_error"] = finished.write_error;
+  manifest.files.clear();
+  record::put_report(manifest, finished.report, finished.write_error);
   attempt([&] { record::write_manifest(finished.folder, manifest); });
   if (!finished.write_error.empty() && outcome == Outcome::completed) outcome = Outcome::write_failed;
 }
@@ -166,10 +164,10 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
                                            .samples_per_repetition = request.table_V.size(),
                                            .time_base = request.time_base,
                                            .utc_start = record::utc_now()};
-  const Json header = record::describe_run(rig.capabilities(), description);
+  const nlohmann::ordered_json header = record::describe_run(rig.capabilities(), description);
   record::JournalWriter journal(request.folder / record::kJournalFile, header,
                                 rows_per_block(request.rig.realtime.sample_period_s));
-  Json manifest = record::new_manifest(header, description.utc_start);
+  record::Manifest manifest = record::new_manifest(header, description.utc_start);
   record::write_manifest(request.folder, manifest);
 
   const auto own_watch = std::make_unique<RunWatch>();

@@ -8,8 +8,8 @@
 
 namespace eha::record {
 
-/// A configuration as it applies, defaults filled in, with the file's text behind it. File names are left out: they
-/// depend on where the program was started.
+/// A configuration with its defaults filled in, then the file's text. File names are left out, because they depend on
+/// the folder in which the program was started.
 [[nodiscard]] nlohmann::ordered_json to_json(const config::RigConfig& rig);
 [[nodiscard]] nlohmann::ordered_json to_json(const config::ExperimentConfig& experiment);
 

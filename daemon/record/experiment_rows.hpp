@@ -12,9 +12,9 @@
 namespace eha::record {
 
 /// Turns ticks into the even rows of the experiment: row k applied `voltage_V` from k ticks after the first running
-/// one. What was not measured (a skipped tick, a read that timed out, a gap) is interpolated linearly between its
-/// measured neighbours, held at the ends, and counted; the voltage is known there all the same, the output holds it.
-/// Memory: the longest gap.
+/// one. A displacement that was not measured (a skipped tick, a read that timed out, a gap) is interpolated linearly
+/// between its measured neighbours, held at the ends, and counted. The voltage of such a row is known, because the
+/// output holds it. Memory: the longest gap.
 class ExperimentRows {
  public:
   using Emit = std::function<void(std::size_t row, double voltage_V, double displacement_in)>;

@@ -88,7 +88,7 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::
     : path_(path),
       file_(os::open_file(path, O_WRONLY | O_CREAT | O_EXCL)),
       records_per_block_(std::clamp<std::size_t>(records_per_block, 1, kMostRecordsPerBlock)) {
-  // Whoever asks just now whether it is being written holds it for a moment only; nobody else writes a new file.
+  // Only is_being_written() in another process can hold the lock, and only for a moment.
   while (::flock(file_.get(), LOCK_EX) != 0) {
     if (errno != EINTR) os::throw_system_error("lock", path_, errno);
   }
@@ -128,7 +128,7 @@ void JournalWriter::write_out() {
     if (written < 0) {
       if (errno == EINTR) continue;
       const int error_number = errno;
-      // Takes a half-written block away again, so that the file ends with its last good one; reading copes without.
+      // Removes a half-written block, so that the file ends with a good one. Reading works without this.
       if (::ftruncate(file_.get(), static_cast<off_t>(good_size_)) != 0) errno = error_number;
       os::throw_system_error("write", path_, error_number);
     }

@@ -22,8 +22,8 @@ namespace eha::record {
 ///     "EHAB"      u32 count   u32 index u32 crc   count x 64-byte TickRecord      (blocks, index from 0)
 ///     "EHAE"      u32 length  u32 index u32 crc   JSON of that length             (once, at an orderly end)
 ///
-/// Each CRC-32C covers what stands between the tag and the CRC, and the payload after it. What stands before the first
-/// byte that does not fit is good; nothing after it is used.
+/// Each CRC-32C covers the bytes between the tag and the CRC, and the payload. Blocks before the first damaged byte are
+/// good; nothing after it is used.
 inline constexpr std::size_t kJournalPreambleSize = 16;
 inline constexpr std::size_t kJournalBlockHeaderSize = 16;
 
@@ -34,13 +34,13 @@ class JournalWriter {
   /// @throws PermissionError, IoError  the file exists or cannot be written
   JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header, std::size_t records_per_block);
 
-  /// Collects records and writes every full block. @throws IoError  what was written before stays good
+  /// Collects records and writes every full block. @throws IoError  the blocks written before stay good
   void append(std::span<const acquisition::TickRecord> records);
 
-  /// Makes what was written durable. @throws IoError
+  /// Synchronises the written blocks to the disk. @throws IoError
   void synchronise();
 
-  /// Writes the last, shorter block and the end, and makes all durable. Nothing may be appended afterwards.
+  /// Writes the last, shorter block and the end, and synchronises. Nothing may be appended afterwards.
   /// @throws IoError
   void finish(const nlohmann::ordered_json& end);
 
@@ -60,13 +60,13 @@ class JournalWriter {
   std::string buffer_;
 };
 
-/// What a journal holds beside its records.
+/// The parts of a journal beside its records.
 struct JournalFacts {
   nlohmann::ordered_json header;
   std::optional<nlohmann::ordered_json> end;  ///< none when the run did not end in an orderly way
   std::uint64_t rows = 0;
   std::uint64_t good_bytes = 0;  ///< up to the end of the last intact block
-  std::uint64_t torn_bytes = 0;  ///< behind it
+  std::uint64_t torn_bytes = 0;  ///< after it
 };
 
 /// Reads a journal up to its first damaged byte, one block at a time, in constant memory.

@@ -2,193 +2,197 @@
 #include "daemon/record/manifest.hpp"
 
 #include <fmt/chrono.h>
-#include <hdf5.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <boost/version.hpp>
 #include <chrono>
-#include <cmath>
 #include <ctime>
-#include <optional>
-#include <vector>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
-#include "daemon/acquisition/realtime.hpp"
-#include "daemon/record/config_json.hpp"
+#include "daemon/record/report_json.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
 #include "daemon/record/sha256.hpp"
-#include "hal/backend.hpp"
 
 namespace eha::record {
 namespace {
 
+using acquisition::LoopCounters;
 using Json = nlohmann::ordered_json;
 
-Json versions() {
-  unsigned major = 0;
-  unsigned minor = 0;
-  unsigned release = 0;
-  H5get_libversion(&major, &minor, &release);
-  return {{"ehad", EHA_VERSION},
-          {"hdf5", fmt::format("{}.{}.{}", major, minor, release)},
-          {"boost", BOOST_LIB_VERSION},
-          {"nlohmann_json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
-                                        NLOHMANN_JSON_VERSION_PATCH)},
-          {"compiler", __VERSION__}};
-}
+constexpr std::string_view kSchema = "eha-run/1";
 
-Json kernel() {
-  const acquisition::KernelFacts facts = acquisition::kernel_facts();
-  return {{"release", facts.release}, {"version", facts.version}, {"preempt_rt", facts.preempt_rt}};
-}
+// The counters that people are shown; the others stay in run.json.
+struct ShownCounter {
+  const char* key;
+  std::uint64_t LoopCounters::*member;
+};
+constexpr std::array<ShownCounter, 6> kShownCounters{{{"ticks", &LoopCounters::ticks},
+                                                      {"late", &LoopCounters::late},
+                                                      {"skipped", &LoopCounters::skipped},
+                                                      {"timeouts", &LoopCounters::timeouts},
+                                                      {"dropped", &LoopCounters::dropped},
+                                                      {"clamped", &LoopCounters::clamped}}};
 
-std::string host() {
-  std::array<char, 256> name{};
-  if (::gethostname(name.data(), name.size() - 1) != 0) name.front() = '\0';
-  return name.data();
-}
-
-Json describe_histogram(const acquisition::Histogram& histogram) {
-  Json buckets = Json::array();
-  Json counts = Json::array();
-  for (std::size_t i = 0; i < acquisition::Histogram::kBuckets; ++i) {
-    if (histogram.buckets()[i] == 0) continue;
-    buckets.push_back(i);
-    counts.push_back(histogram.buckets()[i]);
+/// Reads members of an object with the place of a fault in the message.
+class Members {
+ public:
+  /// @throws DataError  not an object
+  Members(const Json& object, std::string place) : object_(object), place_(std::move(place)) {
+    if (!object.is_object()) fail("", "an object");
   }
-  return {{"count", histogram.count()},
-          {"p50_us", histogram.percentile_us(0.5)},
-          {"p99_us", histogram.percentile_us(0.99)},
-          {"p99_9_us", histogram.percentile_us(0.999)},
-          {"max_us", static_cast<double>(histogram.maximum_ns()) / 1e3},
-          {"max_at_s", static_cast<double>(histogram.maximum_at_ns()) / 1e9},
-          {"bucket_us", std::move(buckets)},
-          {"counts", std::move(counts)}};
-}
 
-Json describe_fault(const acquisition::FaultReport& fault) {
-  if (fault.fault == acquisition::Fault::none) return nullptr;
-  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
-  return {{"cause", acquisition::to_text(fault.fault)},
-          {"at_s", static_cast<double>(fault.at_ns) / 1e9},
-          {"value", number(fault.value)},
-          {"limit", number(fault.limit)},
-          {"status", acquisition::to_text(fault.status)}};
-}
-
-/// What the manifest already says about a file of the record proper, which never changes once its run is over: hashing
-/// it again would cover up a change.
-const Json* find_raw_entry(const Json& manifest, const std::string& path) {
-  if (!manifest.contains("files") || !manifest["files"].is_array()) return nullptr;
-  for (const Json& entry : manifest["files"]) {
-    if (entry.value("path", "") == path && (path == kRawFile || path == kJournalFile)) return &entry;
+  /// Null and a missing member are the same. @throws DataError  of another type
+  template <typename Value>
+  [[nodiscard]] std::optional<Value> find(const char* key, const char* expected) const {
+    const auto found = object_.find(key);
+    if (found == object_.end() || found->is_null()) return std::nullopt;
+    try {
+      return found->get<Value>();
+    } catch (const Json::exception&) {
+      fail(key, expected);
+    }
   }
-  return nullptr;
-}
 
-}  // namespace
-
-Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
-  const config::ExperimentConfig& experiment = run.experiment;
-  const bool is_virtual = run.time_base == acquisition::TimeBase::virtual_time;
-  const std::optional<std::uint64_t> excitation_seed = ident::seed_of(experiment.excitation);
-  const std::optional<std::uint64_t> noise_seed = hal::seed_of(run.rig.backend);
-  Json header{{"schema", "eha-journal/1"},
-              {"name", experiment.name},
-              {"time_base", is_virtual ? "virtual" : "monotonic"},
-              {"sample_period_s", run.rig.realtime.sample_period_s},
-              {"samples_per_repetition", run.samples_per_repetition},
-              {"repetitions", experiment.repetitions},
-              {"seed",
-               {{"excitation", excitation_seed ? Json(*excitation_seed) : Json(nullptr)},
-                {"identification", experiment.fit.seed},
-                {"sensor_noise", noise_seed ? Json(*noise_seed) : Json(nullptr)}}},
-              {"device",
-               {{"backend", rig.backend},
-                {"device", rig.device},
-                {"board", rig.board},
-                {"driver", rig.driver},
-                {"command_range_V", {rig.command_min_V, rig.command_max_V}},
-                {"command_lsb_V", rig.command_lsb_V},
-                {"feedback_range_V", {rig.feedback_min_V, rig.feedback_max_V}},
-                {"feedback_lsb_V", rig.feedback_lsb_V},
-                {"emergency_stop", rig.has_emergency_stop},
-                {"enable", rig.has_enable},
-                {"heartbeat", rig.has_heartbeat}}},
-              {"rig", to_json(run.rig)},
-              {"experiment", to_json(experiment)},
-              {"versions", versions()}};
-  if (!is_virtual) {
-    header["utc_start"] = run.utc_start;
-    header["host"] = host();
-    header["kernel"] = kernel();
+  [[nodiscard]] std::string text(const char* key) const { return find<std::string>(key, "a text").value_or(""); }
+  [[nodiscard]] std::uint64_t count(const char* key) const { return find<std::uint64_t>(key, "a number").value_or(0); }
+  [[nodiscard]] bool flag(const char* key) const { return find<bool>(key, "true or false").value_or(false); }
+  [[nodiscard]] std::optional<double> number(const char* key) const { return find<double>(key, "a number"); }
+  /// @throws DataError  missing, or not a text
+  [[nodiscard]] std::string required_text(const char* key) const {
+    auto value = find<std::string>(key, "a text");
+    if (!value) fail(key, "a text");
+    return *value;
   }
-  return header;
-}
 
-Json describe_report(const acquisition::RunReport& report) {
-  const acquisition::LoopCounters& counters = report.counters;
-  return {{"description", acquisition::describe(report)},
-          {"fault", describe_fault(report.fault)},
-          {"final_state", acquisition::to_text(report.final_state)},
-          {"safe_confirmed", report.safe_confirmed},
-          {"stops", report.stops_seen},
-          {"counters",
-           {{"ticks", counters.ticks},
-            {"experiment_rows", counters.experiment_rows},
-            {"late", counters.late},
-            {"skipped", counters.skipped},
-            {"timeouts", counters.timeouts},
-            {"clamped", counters.clamped},
-            {"slew_limited", counters.slew_limited},
-            {"dropped", counters.dropped},
-            {"queue_peak", counters.queue_peak},
-            {"minor_faults", counters.minor_faults},
-            {"major_faults", counters.major_faults},
-            {"involuntary_switches", counters.involuntary_switches}}},
-          {"latency", describe_histogram(report.latency)},
-          {"execution", describe_histogram(report.execution)},
-          {"realtime",
-           {{"fifo", report.realtime.fifo},
-            {"memory_locked", report.realtime.memory_locked},
-            {"cpu_bound", report.realtime.cpu_bound},
-            {"c_states_held", report.realtime.c_states_held},
-            {"refused", report.realtime.refused}}}};
-}
-
-Json describe_end(const acquisition::RunReport& report) {
-  return {{"outcome", acquisition::to_text(report.outcome)},
-          {"fault", describe_fault(report.fault)},
-          {"safe_confirmed", report.safe_confirmed},
-          {"ticks", report.counters.ticks},
-          {"experiment_rows", report.counters.experiment_rows},
-          {"late", report.counters.late},
-          {"skipped", report.counters.skipped}};
-}
-
-Json manifest_from_header(const Json& header) {
-  Json manifest{{"schema", "eha-run/1"}, {"outcome", kInProgress}, {"utc_start", nullptr}, {"utc_end", nullptr}};
-  for (const auto& [key, value] : header.items()) {
-    if (key != "schema") manifest[key] = value;
+  /// A member for a struct of its own; null where there is none.
+  [[nodiscard]] const Json& part(const char* key) const {
+    static const Json kNull;
+    const auto found = object_.find(key);
+    return found == object_.end() ? kNull : *found;
   }
-  for (const char* key : {"host", "kernel", "files", "report", "identification"}) {
-    if (!manifest.contains(key)) manifest[key] = nullptr;
+  [[nodiscard]] std::string place_of(const char* key) const { return place_ + ": " + key; }
+
+ private:
+  [[noreturn]] void fail(const char* key, const char* expected) const {
+    throw DataError((*key == '\0' ? place_ : place_of(key)) + ": expected " + expected);
   }
-  return manifest;
+
+  const Json& object_;
+  std::string place_;
+};
+
+/// Calls read(element, place) for each element of a list; null is an empty one.
+template <typename Read>
+auto read_list(const Json& list, const std::string& place, Read&& read) {
+  std::vector<decltype(read(list, place))> values;
+  if (list.is_null()) return values;
+  if (!list.is_array()) throw DataError(place + ": expected a list");
+  for (const Json& element : list) values.push_back(read(element, place));
+  return values;
 }
 
-Json new_manifest(const Json& header, const std::string& utc_start) {
-  Json manifest = manifest_from_header(header);
-  manifest["utc_start"] = utc_start;
-  manifest["host"] = host();
-  manifest["kernel"] = kernel();
-  return manifest;
+FileEntry file_from_json(const Json& json, const std::string& place) {
+  if (!json.is_object() || !json.contains("path") || !json["path"].is_string() || !json.contains("sha256") ||
+      !json["sha256"].is_string()) {
+    throw DataError(place + ": expected a path and a sha256 for each");
+  }
+  return {.path = json["path"], .sha256 = json["sha256"], .other = json};
 }
 
-void write_manifest(const std::filesystem::path& folder, Json& manifest) {
+ModelEntry model_from_json(const Json& json, const std::string& place) {
+  const Members members(json, place);
+  ModelEntry model{
+      .name = members.text("name"),
+      .file = members.text("file"),
+      .accepted = members.flag("accepted"),
+      .reasons = {},
+      .estimation_r2_percent = members.number("estimation_r2_percent"),
+      .seconds = members.number("seconds"),
+      .validation_r2_percent = members.number("validation_r2_percent"),
+      .validation_r2_percent_offset_reestimated = members.number("validation_r2_percent_offset_reestimated"),
+      .other = json};
+  model.reasons = members.find<std::vector<std::string>>("reasons", "a list of texts").value_or(model.reasons);
+  return model;
+}
+
+IdentificationEntry identification_from_json(const Json& json, const std::string& place) {
+  const Members members(json, place);
+  IdentificationEntry identification{.accepted = members.flag("accepted"),
+                                     .models = models_from_json(members.part("models"), members.place_of("models")),
+                                     .paper_procedure = members.find<Json>("paper_procedure", "a list"),
+                                     .error = members.text("error"),
+                                     .other = json};
+  return identification;
+}
+
+ReportEntry report_from_json(const Json& json, const std::string& place) {
+  const Members members(json, place);
+  ReportEntry report{
+      .description = members.text("description"), .write_error = members.text("write_error"), .counters = {}};
+  if (members.part("counters").is_null()) return report;
+  const Members counters(members.part("counters"), members.place_of("counters"));
+  for (const ShownCounter& counter : kShownCounters) report.counters.*counter.member = counters.count(counter.key);
+  return report;
+}
+
+RecoveryEntry recovery_from_json(const Json& json, const std::string& place) {
+  const Members members(json, place);
+  return {.utc = members.text("utc"),
+          .rows = members.count("rows"),
+          .torn_bytes = members.count("torn_bytes"),
+          .end = members.part("end")};
+}
+
+/// Sets a member, or leaves it out where there is no value and the file had none.
+template <typename Value>
+void set(Json& json, const char* key, const std::optional<Value>& value) {
+  if (value) {
+    json[key] = *value;
+  } else if (json.contains(key)) {
+    json[key] = nullptr;
+  }
+}
+
+Json to_json(const FileEntry& file) {
+  Json json = file.other;
+  json["path"] = file.path;
+  json["sha256"] = file.sha256;
+  return json;
+}
+
+Json to_json(const ModelEntry& model) {
+  Json json = model.other;
+  json["name"] = model.name;
+  json["file"] = model.file;
+  json["accepted"] = model.accepted;
+  json["reasons"] = model.reasons;
+  set(json, "estimation_r2_percent", model.estimation_r2_percent);
+  set(json, "seconds", model.seconds);
+  set(json, "validation_r2_percent", model.validation_r2_percent);
+  set(json, "validation_r2_percent_offset_reestimated", model.validation_r2_percent_offset_reestimated);
+  return json;
+}
+
+Json to_json(const IdentificationEntry& identification) {
+  Json json = identification.other;
+  json["accepted"] = identification.accepted;
+  json["models"] = to_json(identification.models);
+  set(json, "paper_procedure", identification.paper_procedure);
+  if (!identification.error.empty()) json["error"] = identification.error;
+  return json;
+}
+
+template <typename Element>
+Json list_of(const std::vector<Element>& elements) {
+  Json list = Json::array();
+  for (const Element& element : elements) list.push_back(to_json(element));
+  return list;
+}
+
+std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   try {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
@@ -201,30 +205,128 @@ void write_manifest(const std::filesystem::path& folder, Json& manifest) {
     os::throw_system_error("list", folder, error.code().value());
   }
   std::sort(files.begin(), files.end());
-  Json list = Json::array();
-  for (const std::filesystem::path& file : files) {
-    const std::filesystem::path path = folder / file;
-    if (const Json* known = find_raw_entry(manifest, file.generic_string())) {
-      list.push_back(*known);
-      continue;
-    }
-    list.push_back({{"path", file.generic_string()},
-                    {"bytes", std::filesystem::file_size(path)},
-                    {"sha256", sha256_of_file(path)}});
-  }
-  manifest["files"] = std::move(list);
-  os::write_file_atomically(folder / kManifestFile,
-                            manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  return files;
 }
 
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
+}  // namespace
+
+std::string_view outcome_text(const Manifest& manifest) noexcept {
+  return manifest.outcome ? acquisition::to_text(*manifest.outcome) : kInProgress;
 }
 
 acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source) {
   if (const auto outcome = value_in(acquisition::kOutcomes, name)) return *outcome;
   throw DataError(source + ": \"" + std::string(name) + "\" is no outcome of a run");
+}
+
+std::vector<ModelEntry> models_of(const Manifest& manifest) {
+  return manifest.identification ? manifest.identification->models : std::vector<ModelEntry>{};
+}
+
+Json to_json(const std::vector<ModelEntry>& models) { return list_of(models); }
+
+std::vector<ModelEntry> models_from_json(const Json& list, const std::string& source) {
+  return read_list(list, source, model_from_json);
+}
+
+Json to_json(const Manifest& manifest) {
+  Json json = manifest.other;
+  json["outcome"] = outcome_text(manifest);
+  set(json, "utc_end", manifest.utc_end);
+  json["files"] = list_of(manifest.files);
+  if (manifest.identification) json["identification"] = to_json(*manifest.identification);
+  if (manifest.recovery) {
+    json["recovery"] = {{"utc", manifest.recovery->utc},
+                        {"rows", manifest.recovery->rows},
+                        {"torn_bytes", manifest.recovery->torn_bytes},
+                        {"end", manifest.recovery->end}};
+  }
+  return json;
+}
+
+Manifest manifest_from_json(Json document, const std::string& source) {
+  if (!document.is_object() || document.value("schema", Json()) != kSchema) {
+    throw DataError(source + ": not the manifest of a run (schema " + std::string(kSchema) + ")");
+  }
+  const Members members(document, source);
+  Manifest manifest;
+  const std::string outcome = members.required_text("outcome");
+  if (outcome != kInProgress) manifest.outcome = outcome_from_text(outcome, source);
+  manifest.utc_end = members.find<std::string>("utc_end", "a text");
+  manifest.files = read_list(members.part("files"), members.place_of("files"), file_from_json);
+  const auto read_part = [&](const char* key, auto read, auto& target) {
+    if (!members.part(key).is_null()) target = read(members.part(key), members.place_of(key));
+  };
+  read_part("report", report_from_json, manifest.report);
+  read_part("identification", identification_from_json, manifest.identification);
+  read_part("recovery", recovery_from_json, manifest.recovery);
+  manifest.other = std::move(document);
+  return manifest;
+}
+
+Manifest manifest_from_header(const Json& header) {
+  Json document{{"schema", kSchema}, {"outcome", kInProgress}, {"utc_start", nullptr}, {"utc_end", nullptr}};
+  for (const auto& [key, value] : header.items()) {
+    if (key != "schema") document[key] = value;
+  }
+  for (const char* key : {"host", "kernel", "files", "report", "identification"}) {
+    if (!document.contains(key)) document[key] = nullptr;
+  }
+  Manifest manifest;
+  manifest.other = std::move(document);
+  return manifest;
+}
+
+Manifest new_manifest(const Json& header, const std::string& utc_start) {
+  Manifest manifest = manifest_from_header(header);
+  manifest.other["utc_start"] = utc_start;
+  manifest.other["host"] = host_name();
+  manifest.other["kernel"] = describe_kernel();
+  return manifest;
+}
+
+void put_report(Manifest& manifest, const acquisition::RunReport& report, const std::string& write_error) {
+  manifest.outcome = report.outcome;
+  manifest.utc_end = utc_now();
+  manifest.report = {acquisition::describe(report), write_error, report.counters};
+  Json& json = manifest.other["report"];
+  json = describe_report(report);
+  if (!write_error.empty()) json["write_error"] = write_error;
+}
+
+Manifest read_manifest(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / kManifestFile;
+  return manifest_from_json(Json::parse(os::read_file(path), nullptr, false), path.string());
+}
+
+void write_manifest(const std::filesystem::path& folder, Manifest& manifest) {
+  std::vector<FileEntry> entries;
+  for (const std::filesystem::path& file : files_in(folder)) {
+    const std::string path = file.generic_string();
+    const auto known = std::find_if(manifest.files.begin(), manifest.files.end(),
+                                    [&](const FileEntry& entry) { return entry.path == path; });
+    if (known != manifest.files.end() && (path == kRawFile || path == kJournalFile)) {
+      entries.push_back(*known);
+      continue;
+    }
+    entries.push_back({.path = path,
+                       .sha256 = sha256_of_file(folder / file),
+                       .other = {{"path", path}, {"bytes", std::filesystem::file_size(folder / file)}}});
+  }
+  manifest.files = std::move(entries);
+  os::write_file_atomically(folder / kManifestFile,
+                            to_json(manifest).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+void write_identification(const std::filesystem::path& folder, IdentificationEntry identification) {
+  Manifest manifest = read_manifest(folder);
+  manifest.identification = std::move(identification);
+  write_manifest(folder, manifest);
+}
+
+std::string utc_now() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
 }
 
 }  // namespace eha::record

@@ -144,8 +144,8 @@ void write_histogram(Writer& writer, const char* name, const char* description,
   writer.write_rows(dataset, H5T_STD_U32LE, 0, buckets.size(), buckets.data());
 }
 
-/// How late a tick that ran was: after skipped ones it is behind the first of them, not only behind its own time.
-/// @param next_sequence  the tick due after the last one that ran
+/// The lateness of a tick that ran. After skipped ticks it counts from the first of them.
+/// @param next_sequence  of the tick due after the last one that ran
 std::int64_t lateness_ns(const TickRecord& tick, std::uint32_t next_sequence) {
   if (tick.sequence <= next_sequence) return tick.lateness_ns;
   const std::int64_t period_ns = tick.scheduled_ns / tick.sequence;
@@ -156,7 +156,7 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
                    const RecordSource& source, const std::filesystem::path& path) {
   const std::vector<Column> all = columns();
   writer.describe(writer.file(), "format", kFormat);
-  // ASCII, the rest escaped: Octave loads no text that calls itself UTF-8, and then nothing behind it either.
+  // ASCII with escapes: Octave loads neither a text marked as UTF-8 nor anything after it.
   writer.write_text("header", header.dump(-1, ' ', true));
   std::vector<Hdf5Dataset> datasets;
   const Hdf5Dataset time =
@@ -166,7 +166,7 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
   }
   acquisition::Histogram latency;
   acquisition::Histogram execution;
-  std::uint32_t next_sequence = 0;  // behind the last tick that ran
+  std::uint32_t next_sequence = 0;  // after the last tick that ran
   std::uint64_t written = 0;
   std::vector<double> times_s;
   std::vector<std::byte> values;
@@ -198,7 +198,7 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
                   "ticks by duration of their work, 1 us a bucket, the last holds the rest", execution);
 }
 
-/// More than the file will take.
+/// An upper bound of the file's size.
 std::uint64_t size_bound(const nlohmann::ordered_json& header, std::uint64_t rows) {
   constexpr std::uint64_t kOverhead = 1 << 20;  // datasets, attributes, histograms: measured 45 kB
   return rows * (sizeof(TickRecord) + sizeof(double)) + 2 * header.dump().size() + kOverhead;
@@ -239,7 +239,7 @@ void write_raw_file(const std::filesystem::path& path, const nlohmann::ordered_j
 }
 
 RawFile read_raw_file(const std::filesystem::path& path) {
-  // Says which system error it is, where HDF5 would only say that it failed.
+  // Opened once before HDF5, which does not report the system's error.
   static_cast<void>(os::open_file(path, O_RDONLY));
   const QuietHdf5 quiet;
   const std::string damaged = path.string() + ": not the raw record of a run, or damaged";
@@ -257,7 +257,7 @@ RawFile read_raw_file(const std::filesystem::path& path) {
     const hssize_t points = H5Sget_simple_extent_npoints(space.get());
     if (H5Sget_simple_extent_ndims(space.get()) != 1 || points < 0) throw DataError(damaged);
     const auto rows = static_cast<std::size_t>(points);
-    // A dataset without room in the file behind it would make a small file ask for any amount of memory.
+    // A damaged length in a small file must not allocate any amount of memory.
     if (rows > 0 && H5Dget_storage_size(dataset.get()) < rows) throw DataError(damaged);
     if (is_first) raw.records.resize(rows);
     is_first = false;

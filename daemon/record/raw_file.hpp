@@ -17,7 +17,7 @@ using RecordSource = std::function<void(const std::function<void(std::span<const
 
 /// Writes the raw record as HDF5: one 1-D dataset a member of TickRecord, each with its `unit` and `description`, a
 /// `time_s` counted from the first experiment row, and the journal's header as the text `header`. Opens in MATLAB
-/// (h5read), Octave (load) and h5py. Written under a temporary name, made durable, then renamed; equal content gives
+/// (h5read), Octave (load) and h5py. Written under a temporary name, synchronised, then renamed; equal content gives
 /// equal bytes. Constant memory.
 /// @param rows       how many records `source` hands over
 /// @param zero_ns    scheduled time of the first experiment row [ns]; 0 when there is none

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/recover.hpp"
 
-#include <nlohmann/json.hpp>
-#include <string>
+#include <fmt/format.h>
+
+#include <optional>
 
 #include "core/error.hpp"
 #include "daemon/record/journal.hpp"
@@ -14,28 +15,25 @@ namespace eha::record {
 namespace {
 
 using acquisition::Outcome;
-using Json = nlohmann::ordered_json;
 
-/// A manifest that cannot be read is as good as none: the journal's header says the same.
-Json manifest_of(const std::filesystem::path& folder) {
+/// None where it cannot be read: the journal's header says the same.
+std::optional<Manifest> manifest_of(const std::filesystem::path& folder) {
   try {
     return read_manifest(folder);
   } catch (const Error&) {
-    return Json();
+    return std::nullopt;
   }
 }
 
-bool is_complete(const std::filesystem::path& folder, const Json& manifest) {
-  if (!manifest.is_object() || !std::filesystem::exists(folder / kRawFile)) return false;
-  const std::string outcome = manifest.value("outcome", "");
-  return outcome != kInProgress && outcome != acquisition::to_text(Outcome::write_failed);
+bool is_complete(const std::filesystem::path& folder, const std::optional<Manifest>& manifest) {
+  return manifest && manifest->outcome && manifest->outcome != Outcome::write_failed &&
+         std::filesystem::exists(folder / kRawFile);
 }
 
-/// The journal's end knows how the run ended; without one the manifest does, if it was written after the run.
-Outcome outcome_of(const JournalFacts& facts, const Json& manifest, const std::string& source) {
+/// From the journal's end; without one, from the manifest if it was written after the run.
+Outcome outcome_of(const JournalFacts& facts, const Manifest& manifest, const std::string& source) {
   if (facts.end) return outcome_from_text(facts.end->value("outcome", ""), source);
-  const std::string outcome = manifest.value("outcome", "");
-  return outcome == kInProgress ? Outcome::recovered : outcome_from_text(outcome, source);
+  return manifest.outcome.value_or(Outcome::recovered);
 }
 
 }  // namespace
@@ -48,36 +46,32 @@ Recovery recover_run(const std::filesystem::path& folder) {
   if (is_being_written(journal)) {
     throw IoError(folder.string() + ": the run is still going in another process; stop it first");
   }
-  Json manifest = manifest_of(folder);
+  const std::optional<Manifest> old_manifest = manifest_of(folder);
   Recovery recovery;
-  if (is_complete(folder, manifest)) {
+  if (is_complete(folder, old_manifest)) {
     const JournalFacts facts = read_journal(journal, [](auto) {});
     recovery.rows = facts.rows;
     recovery.torn_bytes = facts.torn_bytes;
-    recovery.outcome = outcome_from_text(manifest.value("outcome", ""), (folder / kManifestFile).string());
+    recovery.outcome = *old_manifest->outcome;
     return recovery;
   }
   const JournalFacts facts = write_files_from_journal(folder);
-  if (!manifest.is_object()) manifest = manifest_from_header(facts.header);
+  Manifest manifest = old_manifest ? *old_manifest : manifest_from_header(facts.header);
   recovery.changed = true;
   recovery.rows = facts.rows;
   recovery.torn_bytes = facts.torn_bytes;
   recovery.outcome = outcome_of(facts, manifest, journal.string());
-  manifest["outcome"] = acquisition::to_text(recovery.outcome);
-  manifest["recovery"] = {{"utc", utc_now()},
-                          {"rows", facts.rows},
-                          {"torn_bytes", facts.torn_bytes},
-                          {"end", facts.end ? *facts.end : Json(nullptr)}};
-  manifest["files"] = nullptr;
+  manifest.outcome = recovery.outcome;
+  manifest.recovery = {utc_now(), facts.rows, facts.torn_bytes, facts.end.value_or(nullptr)};
+  manifest.files.clear();
   write_manifest(folder, manifest);
   return recovery;
 }
 
 bool is_torn_run(const std::filesystem::path& folder) {
-  const Json manifest = manifest_of(folder);
-  // However it ended: a disk that was full may have let nothing but the journal be written.
-  const bool is_torn = !manifest.is_object() || manifest.value("outcome", "") == kInProgress ||
-                       !std::filesystem::exists(folder / kRawFile);
+  const std::optional<Manifest> manifest = manifest_of(folder);
+  // After any outcome: a full disk may have let nothing but the journal be written.
+  const bool is_torn = !manifest || !manifest->outcome || !std::filesystem::exists(folder / kRawFile);
   const std::filesystem::path journal = folder / kJournalFile;
   return is_torn && std::filesystem::exists(journal) && !is_being_written(journal);
 }
@@ -88,6 +82,23 @@ std::vector<std::filesystem::path> find_torn_runs(const std::filesystem::path& r
     if (is_torn_run(folder)) torn.push_back(folder);
   }
   return torn;
+}
+
+std::string describe(const std::filesystem::path& folder, const Recovery& recovery) {
+  return fmt::format("{}: recovered: {} rows kept, {} torn bytes left out, outcome {}", folder.string(), recovery.rows,
+                     recovery.torn_bytes, acquisition::to_text(recovery.outcome));
+}
+
+void recover_torn_runs(const std::filesystem::path& runs_folder, const RecoveryMessages& messages) {
+  for (const std::filesystem::path& folder : list_runs(runs_folder)) {
+    try {
+      if (!is_torn_run(folder)) continue;
+      if (messages.before_each) messages.before_each();
+      messages.recovered(describe(folder, recover_run(folder)));
+    } catch (const std::exception& error) {
+      messages.failed(folder.string() + ": cannot be recovered: " + error.what());
+    }
+  }
 }
 
 }  // namespace eha::record

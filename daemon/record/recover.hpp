@@ -4,32 +4,47 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "daemon/acquisition/run.hpp"
 
 namespace eha::record {
 
-/// What recover_run found.
+/// The result of recover_run().
 struct Recovery {
   bool changed = false;  ///< false: the run had ended by itself and its files are complete
   acquisition::Outcome outcome = acquisition::Outcome::recovered;
   std::size_t rows = 0;          ///< intact rows in the journal
-  std::uint64_t torn_bytes = 0;  ///< bytes behind the last intact block, not used
+  std::uint64_t torn_bytes = 0;  ///< bytes after the last intact block, not used
 };
 
-/// Completes a run whose process died: keeps the journal's intact blocks, writes raw.h5 and the decimated data from
-/// them and the manifest with outcome `recovered` (or the journal's own, when its end was written). Never alters the
+/// Completes a run whose process died: writes raw.h5 and the decimated data from the journal's intact blocks, and the
+/// manifest with outcome `recovered`, or with the journal's own outcome if its end was written. Never alters the
 /// journal; may be repeated.
 /// @throws DataError  the journal's header is damaged
 /// @throws IoError    no journal, a run still in progress in another process, or a file cannot be written
 Recovery recover_run(const std::filesystem::path& folder);
 
-/// Whether a run folder wants recover_run. @throws IoError, PermissionError
+/// Whether recover_run() has work in a run folder. @throws IoError, PermissionError
 [[nodiscard]] bool is_torn_run(const std::filesystem::path& folder);
 
-/// The runs under `runs_folder` that want recover_run: their manifest says that they are still in progress, and no
-/// process holds their journal. @throws IoError, PermissionError
+/// The torn runs under `runs_folder`, oldest first. @throws IoError, PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> find_torn_runs(const std::filesystem::path& runs_folder);
+
+/// "RUN: recovered: N rows kept, ..."
+[[nodiscard]] std::string describe(const std::filesystem::path& folder, const Recovery& recovery);
+
+/// Where recover_torn_runs() reports.
+struct RecoveryMessages {
+  std::function<void()> before_each = {};  ///< called before each recovery, which may take minutes; may be empty
+  std::function<void(const std::string& message)> recovered;
+  std::function<void(const std::string& message)> failed;
+};
+
+/// Recovers every torn run under `runs_folder`. One that cannot be recovered is reported and stays as it is.
+/// @throws IoError, PermissionError  the folder cannot be listed
+void recover_torn_runs(const std::filesystem::path& runs_folder, const RecoveryMessages& messages);
 
 }  // namespace eha::record

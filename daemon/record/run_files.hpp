@@ -9,7 +9,7 @@
 
 namespace eha::record {
 
-/// Makes raw.h5 and the decimated data of a folder from its journal, whose intact part is all that counts.
+/// Makes raw.h5 and the decimated data of a folder from the intact part of its journal.
 /// Reads the journal three times, in constant memory.
 /// @throws DataError  the journal's header is damaged   @throws IoError, PermissionError
 JournalFacts write_files_from_journal(const std::filesystem::path& folder);
@@ -17,7 +17,7 @@ JournalFacts write_files_from_journal(const std::filesystem::path& folder);
 /// "data_40ms.csv" for a spacing of 0.04 s.
 [[nodiscard]] std::string decimated_file_name(double spacing_s);
 
-/// Seconds as decimal digits without rounding: 10.04 for 10 040 000 000 ns.
+/// Seconds as decimal digits, unrounded: 10.04 for 10 040 000 000 ns.
 [[nodiscard]] std::string seconds_text(std::int64_t time_ns);
 
 }  // namespace eha::record

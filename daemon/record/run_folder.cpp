@@ -16,15 +16,14 @@
 #include "core/os/files.hpp"
 #include "daemon/record/experiment_rows.hpp"
 #include "daemon/record/journal.hpp"
-#include "daemon/record/manifest.hpp"
 #include "daemon/record/raw_file.hpp"
+#include "daemon/record/run_header.hpp"
 #include "daemon/record/sha256.hpp"
 
 namespace eha::record {
 namespace {
 
 using acquisition::TickRecord;
-using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kLatestLink = "latest";
 constexpr int kMostRunsPerSecond = 1000;
@@ -46,16 +45,10 @@ std::filesystem::path resolve(const std::filesystem::path& folder) {
   return resolved;
 }
 
-std::size_t positive_count(const Json& manifest, const char* key, const std::string& source) {
-  const Json& count = manifest.at(key);
-  if (!count.is_number_unsigned() || count == 0U) throw DataError(source + ": " + key + ": expected a number above 0");
-  return count;
-}
-
-void require_unchanged(const std::filesystem::path& path, const Json& manifest) {
-  for (const Json& entry : manifest.value("files", Json::array())) {
-    if (entry.value("path", "") != path.filename().string()) continue;
-    if (entry.value("sha256", "") == sha256_of_file(path)) return;
+void require_unchanged(const std::filesystem::path& path, const Manifest& manifest) {
+  for (const FileEntry& entry : manifest.files) {
+    if (entry.path != path.filename().string()) continue;
+    if (entry.sha256 == sha256_of_file(path)) return;
     throw DataError(path.string() + ": changed since the run (its SHA-256 is not the one in " +
                     std::string(kManifestFile) + "); restore it, or move it away to read the journal instead");
   }
@@ -63,7 +56,7 @@ void require_unchanged(const std::filesystem::path& path, const Json& manifest) 
 
 /// Calls consume(header, ticks) once for raw.h5, or once a block for the journal.
 template <typename Consume>
-void read_raw(const std::filesystem::path& folder, const Json& manifest, Consume&& consume) {
+void read_raw(const std::filesystem::path& folder, const Manifest& manifest, Consume&& consume) {
   if (std::filesystem::exists(folder / kRawFile)) {
     require_unchanged(folder / kRawFile, manifest);
     consume(read_raw_file(folder / kRawFile).records);
@@ -102,45 +95,21 @@ bool is_run_folder(const std::filesystem::path& path) {
                                                           std::filesystem::exists(path / kJournalFile, ignored));
 }
 
-Json read_manifest(const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / kManifestFile;
-  Json manifest = Json::parse(os::read_file(path), nullptr, false);
-  const auto has_text = [](const Json& object, const char* key) {
-    return object.is_object() && object.contains(key) && object[key].is_string();
-  };
-  if (!has_text(manifest, "schema") || manifest["schema"] != "eha-run/1") {
-    throw DataError(path.string() + ": not the manifest of a run (schema eha-run/1)");
-  }
-  if (!has_text(manifest, "outcome")) throw DataError(path.string() + ": outcome: expected a text");
-  for (const Json& entry : manifest.value("files", Json::array())) {
-    if (!has_text(entry, "path") || !has_text(entry, "sha256")) {
-      throw DataError(path.string() + ": files: expected a path and a sha256 for each");
-    }
-  }
-  return manifest;
-}
-
 LoadedRun read_run(const std::filesystem::path& folder) {
   LoadedRun run;
   run.folder = resolve(folder);
   run.manifest = read_manifest(run.folder);
-  const std::string source = (run.folder / kManifestFile).string();
-  try {
-    const std::string outcome = run.manifest.at("outcome");
-    if (outcome == kInProgress) {
-      throw DataError(run.folder.string() +
-                      ": the run is still going, or its process died; in the second case: eha runs recover");
-    }
-    run.outcome = outcome_from_text(outcome, source);
-    run.record.step_s = run.manifest.at("sample_period_s");
-    if (!(run.record.step_s > 0.0)) throw DataError(source + ": sample_period_s: expected a time");
-    run.samples_per_repetition = positive_count(run.manifest, "samples_per_repetition", source);
-    run.repetitions = positive_count(run.manifest, "repetitions", source);
-    run.experiment_text = run.manifest.at("experiment").at("text");
-    run.rig_text = run.manifest.at("rig").at("text");
-  } catch (const Json::exception& error) {
-    throw DataError(source + ": " + error.what());
+  if (!run.manifest.outcome) {
+    throw DataError(run.folder.string() +
+                    ": the run is still going, or its process died; in the second case: eha runs recover");
   }
+  run.outcome = *run.manifest.outcome;
+  RunHeader header = read_run_header(run.manifest.other, (run.folder / kManifestFile).string());
+  run.record.step_s = header.sample_period_s;
+  run.samples_per_repetition = header.samples_per_repetition;
+  run.repetitions = header.repetitions;
+  run.experiment_text = std::move(header.experiment_text);
+  run.rig_text = std::move(header.rig_text);
   std::vector<double> input;
   std::vector<double> output;
   ExperimentRows rows([&](std::size_t, double voltage_V, double displacement_in) {
@@ -175,13 +144,6 @@ std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_f
   }
   std::sort(runs.begin(), runs.end());
   return runs;
-}
-
-void finish_manifest(const std::filesystem::path& folder, Json identification) {
-  const std::filesystem::path resolved = resolve(folder);
-  Json manifest = read_manifest(resolved);
-  manifest["identification"] = std::move(identification);
-  write_manifest(resolved, manifest);
 }
 
 void publish_latest(const std::filesystem::path& folder) {

@@ -4,18 +4,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "daemon/acquisition/run.hpp"
 #include "daemon/acquisition/tick_record.hpp"
+#include "daemon/record/manifest.hpp"
 #include "ident/record.hpp"
 
 namespace eha::record {
 
-/// What a run folder holds beside models/ and report.html; `data_40ms.csv` is named after its spacing.
+/// Names in a run folder; `data_40ms.csv` is named after its spacing.
 inline constexpr std::string_view kManifestFile = "run.json";
 inline constexpr std::string_view kJournalFile = "raw.ehalog";
 inline constexpr std::string_view kRawFile = "raw.h5";
@@ -24,13 +24,13 @@ inline constexpr std::string_view kModelsFolder = "models";
 /// A run read back from its folder.
 struct LoadedRun {
   std::filesystem::path folder;
-  nlohmann::ordered_json manifest;
+  Manifest manifest;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
   /// Every experiment row: applied volts in, displacement out; row 0 is the excitation's first tick, at 0 s.
   ident::Record record;
   std::size_t samples_per_repetition = 0;
   std::size_t repetitions = 0;
-  /// Rows that were not measured (skipped ticks, held or lost samples); their displacement is interpolated linearly.
+  /// Rows without a measurement (skipped ticks, held or lost samples); their displacement is interpolated linearly.
   std::size_t interpolated_rows = 0;
   std::string experiment_text;  ///< the experiment file as it was run; for config::parse_experiment
   std::string rig_text;         ///< the rig file as it was run; for config::parse_rig
@@ -41,7 +41,7 @@ struct LoadedRun {
 /// @throws PermissionError, IoError
 [[nodiscard]] std::filesystem::path create_run_folder(const std::filesystem::path& runs_folder, std::string_view name);
 
-/// Whether a path looks like a run's folder: a folder with a manifest or a journal in it.
+/// Whether a path is a folder that holds a manifest or a journal.
 [[nodiscard]] bool is_run_folder(const std::filesystem::path& path);
 
 /// Reads a run back: raw.h5 when it is there, otherwise the journal. A folder's `latest` link may be given.
@@ -56,15 +56,7 @@ struct LoadedRun {
 /// @throws IoError, PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_folder);
 
-/// @throws IoError, PermissionError; DataError  not a manifest
-[[nodiscard]] nlohmann::ordered_json read_manifest(const std::filesystem::path& folder);
-
-/// Puts `identification` (verdict, models, whatever the caller has to say) under the manifest's key of that name, lists
-/// every file of the folder anew with its SHA-256, and replaces the manifest atomically.
-/// @throws IoError, PermissionError, DataError
-void finish_manifest(const std::filesystem::path& folder, nlohmann::ordered_json identification);
-
-/// Moves the link `latest` beside the run folder to it, atomically. Only for a run with an accepted model.
+/// Moves the link `latest` beside the run folder to the run, atomically. Only for a run with an accepted model.
 /// @throws IoError, PermissionError
 void publish_latest(const std::filesystem::path& folder);
 

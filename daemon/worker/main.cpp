@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// eha-worker PARENT AVOIDED_CPU CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENTS...: what only the child itself can ask for
-// before it becomes PROGRAM. ehad starts it; not for people.
+// eha-worker PARENT AVOIDED_CPU CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENTS...: sets the limits that only the child
+// itself can set, then becomes PROGRAM. ehad starts it; it is not for people.
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -24,7 +24,7 @@ constexpr int kLowestPriority = 19;
   std::_Exit(static_cast<int>(eha::ExitCode::io));
 }
 
-/// The service's score spares it from the OOM killer; an identification is the process to end instead.
+/// Makes the OOM killer end this process before the service.
 void raise_oom_score() {
   std::FILE* const file = std::fopen("/proc/self/oom_score_adj", "we");
   if (file == nullptr) return;
@@ -32,7 +32,7 @@ void raise_oom_score() {
   std::fclose(file);
 }
 
-/// All CPUs but one. Where that one is the only one the scheduling policy alone keeps the worker out of the way.
+/// Uses all CPUs but one. On a machine with one CPU only the scheduling policy keeps the worker out of the way.
 void stay_off(long cpu) {
   cpu_set_t cpus;
   if (cpu < 0 || cpu >= CPU_SETSIZE || sched_getaffinity(0, sizeof cpus, &cpus) != 0) return;
@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
     return static_cast<int>(eha::ExitCode::usage);
   }
   if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) fail("prctl");
-  // The parent may have died before it was asked for.
+  // The parent may have died before prctl.
   if (getppid() != static_cast<pid_t>(std::atol(argv[1]))) return static_cast<int>(eha::ExitCode::interrupted);
   raise_oom_score();
   stay_off(std::atol(argv[2]));

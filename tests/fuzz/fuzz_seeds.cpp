@@ -11,7 +11,7 @@
 
 #include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
-#include "daemon/record_csv/record_csv.hpp"
+#include "daemon/record/record_csv.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace {
@@ -48,7 +48,7 @@ void write_records(const path& folder) {
   const std::vector<double> time_s = {0.0, 0.04, 0.08, 0.12};
   Eigen::VectorXd values(4);
   values << 0.0, -1.5, 2e-7, 1e300;
-  write_file_atomically(folder / "series", eha::daemon::series_csv(time_s, {"voltage", "V"}, values));
+  write_file_atomically(folder / "series", eha::record::series_csv(time_s, {"voltage", "V"}, values));
   write_file_atomically(folder / "record",
                         "# a comment\ntime_s,voltage_V,displacement_in\n0,1,2.5\n0.001,-1,2.25\n0.002,+1e-3,2.125\n");
   write_file_atomically(folder / "quoted", "\xEF\xBB\xBFtime_s,\"a \"\"b\"\"_V\",c\r\n10,\"1\",2\r\n20,3,4\r\n");

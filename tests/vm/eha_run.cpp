@@ -145,7 +145,7 @@ fs::path EhaRun::folder() const {
 
 bool EhaRun::left_nothing() const { return fs::is_empty(runs_); }
 
-nlohmann::ordered_json EhaRun::manifest() const { return record::read_manifest(folder()); }
+nlohmann::ordered_json EhaRun::manifest() const { return to_json(record::read_manifest(folder())); }
 
 std::vector<acquisition::TickRecord> EhaRun::ticks() const { return record::read_ticks(folder()); }
 

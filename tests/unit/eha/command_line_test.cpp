@@ -158,11 +158,16 @@ TEST(CommandLine, SaysWhereHelpIs) {
 
 TEST(CommandLine, ExplainsItself) {
   const std::string help = parse({"--help"}).text;
-  for (const char* word : {"run", "fit", "simulate", "validate", "check", "design", "runs", "Exit codes", "Examples"}) {
-    EXPECT_NE(help.find(word), std::string::npos) << word;
-  }
   for (const char* command : {"run", "fit", "simulate", "validate", "check", "design", "runs"}) {
-    EXPECT_NE(parse({command, "--help"}).text.find("Examples"), std::string::npos) << command;
+    // In the list of commands: on a line of its own, in front of its sentence.
+    EXPECT_NE(help.find("\n  " + std::string(command) + " "), std::string::npos) << command << " in\n" << help;
+  }
+  EXPECT_NE(help.find("\nExit codes:\n"), std::string::npos);
+  EXPECT_NE(help.find("\nExamples:\n"), std::string::npos);
+  for (const char* command : {"run", "fit", "simulate", "validate", "check", "design", "runs"}) {
+    EXPECT_NE(parse({command, "--help"}).text.find("\nExamples:\n  eha " + std::string(command) + " "),
+              std::string::npos)
+        << command;
   }
 }
 

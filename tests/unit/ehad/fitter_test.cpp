@@ -17,7 +17,9 @@ class FitConclusionTest : public ::testing::Test {
     folder_.write("run.json",
                   R"({"schema":"eha-run/1","outcome":"completed","identification":)" + identification + "}");
   }
-  [[nodiscard]] Json identification() const { return record::read_manifest(folder_.path()).at("identification"); }
+  [[nodiscard]] Json identification() const {
+    return to_json(record::read_manifest(folder_.path())).at("identification");
+  }
 
   test::TemporaryFolder folder_;
 };

@@ -75,7 +75,7 @@ TEST(SafeSnapshot, KeepsTheOldFileWhenTheNewOneCannotBeWritten) {
   const Folder folder;
   const auto path = folder.path() / "safe.json";
   write_safe_snapshot(to_text(example()), path);
-  std::filesystem::create_directory(folder.path() / "safe.json.new");
+  std::filesystem::create_directory(folder.path() / ("safe.json." + std::to_string(getpid()) + ".tmp"));
   EXPECT_THROW(write_safe_snapshot(to_text(SafeSnapshot()), path), IoError);
   expect_equal(safe_snapshot_from_text(read_safe_snapshot(path), "safe.json"), example());
 }

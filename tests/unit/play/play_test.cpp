@@ -82,7 +82,7 @@ TEST_F(Play, KeepsTheRecordWhenTheProgressDisplayFails) {
   const std::vector<std::filesystem::path> runs = list_runs(folder_ / "runs");
   ASSERT_EQ(runs.size(), 1u);
   // Stopped if it was still going, which is a matter of speed.
-  const nlohmann::ordered_json manifest = read_manifest(runs.front());
+  const nlohmann::ordered_json manifest = to_json(read_manifest(runs.front()));
   EXPECT_TRUE(manifest["outcome"] == "completed" || manifest["outcome"] == "interrupted") << manifest["outcome"];
   EXPECT_EQ(read_ticks(runs.front()).size(), manifest["report"]["counters"]["ticks"]);
 }
@@ -92,7 +92,7 @@ TEST_F(Play, KeepsTheRecordOfAFaultedRunAndSaysWhatHappened) {
   hal::FaultRig rig(*sim, {{hal::FaultKind::emergency_stop, 800, hal::InjectedFault::kAlways, 0.0}});
   const FinishedRun finished = run_on(rig);
   EXPECT_EQ(finished.report.outcome, Outcome::faulted);
-  const nlohmann::ordered_json manifest = read_manifest(finished.folder);
+  const nlohmann::ordered_json manifest = to_json(read_manifest(finished.folder));
   EXPECT_EQ(manifest["outcome"], "faulted");
   EXPECT_EQ(manifest["report"]["fault"]["cause"], "emergency_stop");
   EXPECT_DOUBLE_EQ(manifest["report"]["fault"]["at_s"], 0.8);
@@ -119,7 +119,7 @@ TEST_F(Play, RampsOutOnAStopAndKeepsWhatItHas) {
   stop_.request();
   const FinishedRun finished = run();
   EXPECT_EQ(finished.report.outcome, Outcome::interrupted);
-  EXPECT_EQ(read_manifest(finished.folder)["outcome"], "interrupted");
+  EXPECT_EQ(record::outcome_text(read_manifest(finished.folder)), "interrupted");
   EXPECT_FALSE(read_ticks(finished.folder).empty());
 }
 
@@ -170,7 +170,7 @@ TEST_F(Play, RampsOutAndFailsWhenTheJournalCanGrowNoFurtherAndKeepsWhatItHolds) 
     EXPECT_LT(finished.report.counters.experiment_rows, 20'000u);
     EXPECT_NE(finished.write_error.find("File too large"), std::string::npos) << finished.write_error;
     EXPECT_EQ(acquisition::exit_code(finished.report), ExitCode::io);
-    EXPECT_EQ(read_manifest(folder)["outcome"], "write_failed");
+    EXPECT_EQ(record::outcome_text(read_manifest(folder)), "write_failed");
     EXPECT_FALSE(std::filesystem::exists(folder / kRawFile));
   }
   // With room again, what was written comes back in whole blocks of 100 ticks.

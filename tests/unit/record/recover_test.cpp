@@ -8,6 +8,7 @@
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
 #include "tests/unit/record/record_fixture.hpp"
 #include "tests/unit/record/some_ticks.hpp"
 
@@ -24,7 +25,7 @@ class Recover : public RecordTest {
     whole_ = read_ticks(finished.folder);
     std::filesystem::remove(finished.folder / kRawFile);
     std::filesystem::remove(finished.folder / "data_40ms.csv");
-    nlohmann::ordered_json manifest = read_manifest(finished.folder);
+    nlohmann::ordered_json manifest = to_json(read_manifest(finished.folder));
     manifest["outcome"] = kInProgress;
     manifest["files"] = nullptr;
     manifest["report"] = nullptr;
@@ -79,14 +80,14 @@ TEST_F(Recover, NeedsNoManifest) {
   recover_run(folder);
   const LoadedRun loaded = read_run(folder);
   EXPECT_EQ(loaded.experiment_text, experiment_.text);
-  EXPECT_EQ(loaded.manifest["seed"]["sensor_noise"], std::get<hal::SimOptions>(rig_config_.backend).seed);
+  EXPECT_EQ(loaded.manifest.other["seed"]["sensor_noise"], std::get<hal::SimOptions>(rig_config_.backend).seed);
 }
 
 TEST_F(Recover, ClaimsNeitherItsOwnHostNorItsOwnKernelForARunThatNamesNone) {
   const std::filesystem::path folder = torn_run(1000);  // in virtual time, where equal runs have equal journals
   std::filesystem::remove(folder / kManifestFile);
   recover_run(folder);
-  const nlohmann::ordered_json manifest = read_manifest(folder);
+  const nlohmann::ordered_json manifest = to_json(read_manifest(folder));
   for (const char* key : {"host", "kernel", "utc_start"}) EXPECT_TRUE(manifest.at(key).is_null()) << key;
 }
 
@@ -106,7 +107,7 @@ TEST_F(Recover, TakesHostKernelAndTimeOfARealRunFromItsJournal) {
     writer.append(some_ticks(95));
   }
   recover_run(folder);
-  const nlohmann::ordered_json manifest = read_manifest(folder);
+  const nlohmann::ordered_json manifest = to_json(read_manifest(folder));
   EXPECT_EQ(manifest["host"], "rig");
   EXPECT_EQ(manifest["kernel"]["release"], "6.1.0-rt");
   EXPECT_EQ(manifest["utc_start"], "2026-01-02T03:04:05Z");

@@ -27,7 +27,7 @@ TEST_F(RunFolder, IsNamedAfterTheTimeAndTheExperimentAndNeverUsedTwice) {
 
 TEST_F(RunFolder, ListsItsFilesWithTheirHashesInTheManifest) {
   const play::FinishedRun finished = run();
-  const nlohmann::ordered_json manifest = read_manifest(finished.folder);
+  const nlohmann::ordered_json manifest = to_json(read_manifest(finished.folder));
   EXPECT_EQ(manifest["outcome"], "completed");
   EXPECT_EQ(manifest["time_base"], "virtual");
   EXPECT_EQ(manifest["device"]["backend"], "sim");
@@ -44,8 +44,8 @@ TEST_F(RunFolder, ListsItsFilesWithTheirHashesInTheManifest) {
 TEST_F(RunFolder, TakesTheIdentificationIntoTheManifestWithTheModelsHashes) {
   const play::FinishedRun finished = run();
   os::write_file_atomically(finished.folder / kModelsFolder / "io.json", "{}");
-  finish_manifest(finished.folder, {{"accepted", true}});
-  const nlohmann::ordered_json manifest = read_manifest(finished.folder);
+  write_identification(finished.folder, {.accepted = true, .models = {}});
+  const nlohmann::ordered_json manifest = to_json(read_manifest(finished.folder));
   EXPECT_EQ(manifest["identification"]["accepted"], true);
   EXPECT_EQ(manifest["files"].size(), 4u);
   EXPECT_EQ(manifest["files"][1]["path"], "models/io.json");
@@ -57,7 +57,7 @@ TEST_F(RunFolder, NoticesARawRecordThatWasChangedSinceTheRunEvenAfterTheManifest
   raw[raw.size() / 2] = static_cast<char>(raw[raw.size() / 2] ^ 1);
   std::ofstream(finished.folder / kRawFile, std::ios::binary) << raw;
   EXPECT_THROW(static_cast<void>(read_run(finished.folder)), DataError);
-  finish_manifest(finished.folder, {});
+  write_identification(finished.folder, {});
   EXPECT_THROW(static_cast<void>(read_run(finished.folder)), DataError);
 }
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/eha/executor.hpp"
-#include "daemon/record_csv/record_csv.hpp"
+#include "daemon/identify/executor.hpp"
+#include "daemon/record/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "tests/unit/shared_data.hpp"
@@ -74,7 +74,7 @@ Exact exact_record(const System& system, const std::filesystem::path& folder) {
                               file.string() + " " + system.arguments + " >/dev/null";
   if (std::system(command.c_str()) != 0) throw std::runtime_error("failed: " + command);
   Exact exact;
-  exact.record = daemon::read_record_csv(file.string());
+  exact.record = record::read_record_csv(file.string());
   const std::vector<Term> numerator = terms_after(system.arguments, "--num");
   const std::vector<Term> denominator = terms_after(system.arguments, "--den");
   const double a1 = denominator[1].coefficient;
@@ -100,7 +100,7 @@ Model fit_of(const System& system, const Record& record) {
   FitOptions options;
   options.decimation = 40;
   options.split = 1.0;
-  return fit(record, structure, options, cli::thread_executor()).model;
+  return fit(record, structure, options, identify::thread_executor()).model;
 }
 
 const ParameterEstimate& parameter(const Model& model, const std::string& name) {

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/identification_report.hpp"
+
+#include <fmt/format.h>
+
+#include "daemon/eha/cross_validation_table.hpp"
+#include "daemon/eha/frequency_table.hpp"
+#include "daemon/eha/model_report.hpp"
+#include "daemon/identify/publish.hpp"
+
+namespace eha::cli {
+
+void print_warnings(const identify::Source& source, int decimation, const Console& console) {
+  for (const std::string& sentence : identify::warnings(source)) console.warning(sentence);
+  const auto size = identify::size_warning(static_cast<std::size_t>(source.record.input.size()), decimation);
+  if (size) console.warning(*size);
+}
+
+void print_identification(const identify::Identification& identification,
+                          const std::vector<std::filesystem::path>& written, nlohmann::ordered_json document,
+                          const Console& console) {
+  for (const std::string& sentence : identification.warnings) console.warning(sentence);
+  for (const std::string& sentence : identification.notes) console.info(sentence);
+  document["models"] = identify::to_json(identification.models);
+  document["paper_procedure"] = identify::to_json(identification.paper);
+  if (identification.frequency_response) {
+    document["frequency_response"] = frequency_json(*identification.frequency_response, identification.models);
+  }
+  if (!identification.cross_validation.empty()) {
+    document["cross_validation"] = cross_validation_json(identification.cross_validation);
+  }
+  document["files"] = nlohmann::ordered_json::array();
+  for (const std::filesystem::path& path : written) document["files"].push_back(path.string());
+  document["exit_code"] = static_cast<int>(identify::exit_code(identification.models));
+  console.print_json(document);
+  console.print(model_report(identification.models, identification.paper));
+  if (identification.frequency_response) {
+    console.print(frequency_table(*identification.frequency_response, identification.models));
+  }
+  if (!identification.cross_validation.empty()) {
+    console.print(cross_validation_table(identification.cross_validation));
+  }
+  for (const std::filesystem::path& path : written) console.print(fmt::format("written: {}", path.string()));
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/eha/console.hpp"
+#include "daemon/identify/identification.hpp"
+
+namespace eha::cli {
+
+/// Prints what is to be known before a source is fitted: what limits its models, and that many rows take long.
+void print_warnings(const identify::Source& source, int decimation, const Console& console);
+
+/// Prints an identification and the files written, as tables or as the rest of `document`.
+/// @param document  for --json: the command's own members; `models`, `paper_procedure`, `frequency_response`,
+///                  `cross_validation`, `files` and `exit_code` are added
+void print_identification(const identify::Identification& identification,
+                          const std::vector<std::filesystem::path>& written, nlohmann::ordered_json document,
+                          const Console& console);
+
+}  // namespace eha::cli

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "daemon/eha/commands.hpp"
+
+namespace eha::cli {
+
+/// `eha run` without --local: hands the experiment to ehad, shows its progress and waits for its verdict.
+[[nodiscard]] ExitCode run_through_service(const RunCommand& command, Console& console);
+
+}  // namespace eha::cli

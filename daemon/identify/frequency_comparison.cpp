@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/frequency_comparison.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "ident/excitation/excitation.hpp"
+#include "ident/signal/decimation.hpp"
+
+namespace eha::identify {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+double decibels(double ratio) { return 20.0 * std::log10(ratio); }
+
+/// `angle_deg` plus the whole turns that bring it nearest to `beside_deg`.
+double nearest(double angle_deg, double beside_deg) {
+  return angle_deg - 360.0 * std::round((angle_deg - beside_deg) / 360.0);
+}
+
+std::string field(const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; }
+
+/// Samples of the shortest period of everything the experiment plays; 0 for none.
+std::size_t period_of(const Source& source, const std::vector<double>& lines_Hz) {
+  const auto samples = static_cast<std::size_t>(source.record.input.size());
+  const std::size_t shared = ident::common_period(lines_Hz, source.record.step_s, samples / 2);
+  const std::size_t repetition = source.repetition_samples;
+  if (repetition == 0 || samples < 2 * repetition) return shared;
+  // A table that is no whole number of its tones' periods jumps at its end: only repetitions are periodic.
+  return shared > 0 && repetition % shared == 0 ? shared : repetition;
+}
+
+}  // namespace
+
+std::optional<ident::FrequencyResponse> frequency_response_of(const Source& source, const ident::FitOptions& options,
+                                                              std::vector<std::string>& notes) {
+  if (!source.experiment) return std::nullopt;
+  const double step_s = source.record.step_s;
+  const auto samples = static_cast<std::size_t>(source.record.input.size());
+  try {
+    const std::size_t table = source.repetition_samples > 0 ? source.repetition_samples : samples;
+    std::vector<double> lines_Hz = ident::excited_lines(source.experiment->excitation, step_s, table);
+    const std::size_t period = period_of(source, lines_Hz);
+    if (period == 0) {
+      if (!lines_Hz.empty()) {
+        notes.emplace_back("no frequency response: the record holds no two periods of the excited lines");
+      }
+      return std::nullopt;
+    }
+    const double period_s = static_cast<double>(period) * step_s;
+    const bool harmonic = std::all_of(lines_Hz.begin(), lines_Hz.end(), [&](double f) {
+      return std::abs(f * period_s - std::round(f * period_s)) < 1e-6;
+    });
+    if (!harmonic) lines_Hz.clear();
+    const auto discard = ident::discarded_rows(options.discard_s, step_s);
+    return ident::measure_frequency_response(source.record, ident::last_periods(samples, period, discard), lines_Hz);
+  } catch (const Error& error) {
+    notes.push_back(fmt::format("no frequency response: {}", error.what()));
+    return std::nullopt;
+  }
+}
+
+std::vector<ComparedLine> compare_lines(const ident::FrequencyResponse& measured,
+                                        const std::vector<IdentifiedModel>& models) {
+  std::vector<double> frequencies_Hz;
+  for (const ident::LineResponse& line : measured.lines) frequencies_Hz.push_back(line.frequency_Hz);
+  std::vector<ident::BodeCurve> curves;
+  for (const IdentifiedModel& identified : models) {
+    curves.push_back(ident::bode_curve(identified.result.model, frequencies_Hz, identified.result.covariance));
+  }
+  std::vector<ComparedLine> rows;
+  for (const ident::LineResponse& line : measured.lines) {
+    const std::size_t i = rows.size();
+    ComparedLine row{
+        .line = &line, .measured = {}, .std_percent = 100.0 * line.std / std::abs(line.response), .models = {}};
+    const double angle_deg = std::arg(line.response) * kDegrees;
+    row.measured = {decibels(std::abs(line.response)),
+                    rows.empty() ? angle_deg : nearest(angle_deg, rows.back().measured.phase_deg)};
+    for (const ident::BodeCurve& curve : curves) {
+      GainAndPhase model{curve.gain_dB[i], nearest(curve.phase_deg[i], row.measured.phase_deg)};
+      if (!curve.gain_std_dB.empty()) {
+        model.gain_std_dB = curve.gain_std_dB[i];
+        model.phase_std_deg = curve.phase_std_deg[i];
+      }
+      row.models.push_back(model);
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::filesystem::path write_frequency_response(const ident::FrequencyResponse& measured,
+                                               const std::vector<IdentifiedModel>& models,
+                                               const std::filesystem::path& folder) {
+  std::string text = "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB";
+  for (const IdentifiedModel& identified : models) {
+    text += fmt::format(",{0}_gain_dB,{0}_gain_std_dB,{0}_phase_deg,{0}_phase_std_deg", identified.result.model.name);
+  }
+  text += "\n";
+  for (const ComparedLine& row : compare_lines(measured, models)) {
+    text += fmt::format("{},{},{},{},{},{},{}", row.line->frequency_Hz, std::abs(row.line->response),
+                        row.measured.gain_dB, row.measured.phase_deg, row.line->std,
+                        field(row.line->even_distortion_dB), field(row.line->odd_distortion_dB));
+    for (const GainAndPhase& model : row.models) {
+      text += fmt::format(",{},{},{},{}", model.gain_dB, field(model.gain_std_dB), model.phase_deg,
+                          field(model.phase_std_deg));
+    }
+    text += "\n";
+  }
+  std::filesystem::path path = folder / kFrequencyResponseFile;
+  os::write_file_atomically(path, text);
+  return path;
+}
+
+}  // namespace eha::identify

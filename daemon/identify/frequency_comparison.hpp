@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/identify/identification.hpp"
+#include "daemon/identify/source.hpp"
+#include "ident/signal/frequency_response.hpp"
+
+namespace eha::identify {
+
+/// The name of its file, beside data_40ms.csv in a run folder or beside the models of `eha fit -o`.
+inline constexpr std::string_view kFrequencyResponseFile = "frequency_response.csv";
+
+/// Measures the frequency response of a source whose experiment is periodic: by its tones, or by its repetitions. The
+/// period is the shortest that all lines and the repetitions share.
+/// @param notes  gets a sentence where the record does not hold two periods after the discarded time
+/// @returns nothing then, and nothing without an experiment
+[[nodiscard]] std::optional<ident::FrequencyResponse> frequency_response_of(const Source& source,
+                                                                            const ident::FitOptions& options,
+                                                                            std::vector<std::string>& notes);
+
+struct GainAndPhase {
+  double gain_dB = 0.0;
+  double phase_deg = 0.0;
+  std::optional<double> gain_std_dB = {};  ///< none for a model without uncertainty
+  std::optional<double> phase_std_deg = {};
+};
+
+/// A line of the measured response beside the models'.
+struct ComparedLine {
+  const ident::LineResponse* line = nullptr;  ///< of the measured response, which must outlive this
+  GainAndPhase measured;
+  double std_percent = 0.0;          ///< of the measured gain [%]
+  std::vector<GainAndPhase> models;  ///< in the order of the models
+};
+
+/// Compares the measured response with each model's at every line. Phases have no jumps of a turn, neither from line to
+/// line nor from the measured one to a model's. Cost O(lines models).
+[[nodiscard]] std::vector<ComparedLine> compare_lines(const ident::FrequencyResponse& measured,
+                                                      const std::vector<IdentifiedModel>& models);
+
+/// Writes the comparison to FOLDER/frequency_response.csv, every line; a missing value is an empty field.
+/// @returns the path @throws IoError, PermissionError
+std::filesystem::path write_frequency_response(const ident::FrequencyResponse& measured,
+                                               const std::vector<IdentifiedModel>& models,
+                                               const std::filesystem::path& folder);
+
+}  // namespace eha::identify

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/identification.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "daemon/identify/cross_validation.hpp"
+#include "daemon/identify/executor.hpp"
+#include "daemon/identify/frequency_comparison.hpp"
+#include "ident/estimation/paper_procedure.hpp"
+#include "ident/uncertainty/information.hpp"
+#include "ident/validation/verdict.hpp"
+
+namespace eha::identify {
+namespace {
+
+constexpr std::size_t kQuicklyCompared_rows = 1'000'000;
+
+IdentifiedModel identify_one(const IdentificationTask& task, const ident::StructureOptions& structure) {
+  const auto begin = std::chrono::steady_clock::now();
+  IdentifiedModel identified{structure, ident::fit(task.record, structure, task.options, thread_executor())};
+  ident::Model& model = identified.result.model;
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  if (model.estimation) model.estimation->seconds = taken.count();
+  model.verdict = ident::judge(model, task.acceptance, task.interpolated_percent);
+  model.provenance["record"] = task.source_name;
+  model.provenance["seed"] = fmt::format("{}", task.options.seed);
+  model.provenance["decimation"] = fmt::format("{}", task.options.decimation);
+  model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
+  model.provenance["split"] = fmt::format("{}", task.options.split);
+  model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
+  return identified;
+}
+
+}  // namespace
+
+IdentificationTask task_of(const Source& source) {
+  IdentificationTask task{.record = source.record,
+                          .source_name = source.name,
+                          .interpolated_percent = interpolated_percent(source),
+                          .repetition_samples = source.repetition_samples};
+  if (source.experiment) {
+    task.structures = source.experiment->models;
+    task.options = source.experiment->fit;
+    task.acceptance = source.experiment->acceptance;
+  }
+  return task;
+}
+
+std::optional<std::string> size_warning(std::size_t rows, int decimation) {
+  const std::size_t compared = rows / static_cast<std::size_t>(std::max(1, decimation));
+  if (compared <= kQuicklyCompared_rows) return std::nullopt;
+  return fmt::format(
+      "{} rows are to be compared, which may take minutes; --decimate {} compares filtered "
+      "samples of them and is nearly as exact for a plant that is slow beside the sampling",
+      compared, (rows + kQuicklyCompared_rows - 1) / kQuicklyCompared_rows);
+}
+
+Identification identify(const Source& source, const IdentificationTask& task, const Comparisons& comparisons,
+                        const Progress& progress) {
+  Identification identification{.models = fit_models(task, progress)};
+  if (comparisons.paper == Comparisons::Paper::include) {
+    identification.paper = fit_as_in_the_paper(task, identification.warnings);
+  }
+  if (comparisons.cross_validation == Comparisons::CrossValidation::include) {
+    identification.cross_validation = cross_validate(task, progress);
+  }
+  identification.frequency_response = frequency_response_of(source, task.options, identification.notes);
+  return identification;
+}
+
+std::vector<IdentifiedModel> fit_models(const IdentificationTask& task, const Progress& progress) {
+  std::vector<IdentifiedModel> models;
+  const double count = static_cast<double>(task.structures.size());
+  for (const ident::StructureOptions& structure : task.structures) {
+    if (progress) progress(static_cast<double>(models.size()) / count, fmt::format("fitting {}", structure.name));
+    try {
+      models.push_back(identify_one(task, structure));
+    } catch (const DataError& error) {
+      throw DataError(fmt::format("{}: {}", task.source_name, error.what()));
+    }
+  }
+  std::vector<ident::Model*> comparable;
+  for (IdentifiedModel& identified : models) comparable.push_back(&identified.result.model);
+  ident::compare_on_equal_terms(comparable);
+  return models;
+}
+
+std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task, std::vector<std::string>& warnings) {
+  if (task.options.procedure == ident::Procedure::paper) return {};
+  task.options.procedure = ident::Procedure::paper;
+  std::vector<IdentifiedModel> models;
+  for (const ident::StructureOptions& structure : task.structures) {
+    const auto published = ident::published_structure(structure.structure);
+    if (!published) continue;
+    ident::StructureOptions plain;
+    plain.name = structure.name;
+    plain.structure = *published;
+    try {
+      models.push_back(identify_one(task, plain));
+    } catch (const Error& error) {
+      warnings.push_back(
+          fmt::format("no comparison with the paper's procedure for {}: {}", structure.name, error.what()));
+    }
+  }
+  return models;
+}
+
+bool is_accepted(const IdentifiedModel& identified) {
+  return identified.result.model.verdict && identified.result.model.verdict->accepted;
+}
+
+ExitCode exit_code(const std::vector<IdentifiedModel>& models) {
+  if (std::any_of(models.begin(), models.end(), is_accepted)) return ExitCode::ok;
+  const bool converged = std::any_of(models.begin(), models.end(), [](const IdentifiedModel& identified) {
+    return identified.result.model.estimation && identified.result.model.estimation->converged;
+  });
+  return converged ? ExitCode::model_rejected : ExitCode::not_converged;
+}
+
+}  // namespace eha::identify

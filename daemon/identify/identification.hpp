@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/identify/progress.hpp"
+#include "daemon/identify/source.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/signal/frequency_response.hpp"
+
+namespace eha::identify {
+
+/// Which structures are sought in which record, and how.
+struct IdentificationTask {
+  const ident::Record& record;
+  std::string source_name = {};  ///< for messages and the models' provenance
+  std::vector<ident::StructureOptions> structures = {};
+  ident::FitOptions options = {};
+  ident::AcceptanceLimits acceptance = {};
+  double interpolated_percent = 0.0;   ///< of the record's rows [%]
+  std::size_t repetition_samples = 0;  ///< rows of one repetition; 0 when unknown
+};
+
+/// The task that a source's own experiment sets. Without an experiment it has the defaults and no structures.
+[[nodiscard]] IdentificationTask task_of(const Source& source);
+
+/// A fitted and judged model.
+struct IdentifiedModel {
+  ident::StructureOptions structure;
+  ident::FitResult result;  ///< its model has a verdict, and the seconds that it took
+};
+
+/// One structure estimated on one repetition, scored on each.
+struct CrossValidatedModel {
+  std::string name;
+  std::size_t estimated_on = 0;                  ///< repetition, from 0
+  std::vector<ident::Score> scores;              ///< one a repetition, offset kept; its own among them
+  std::vector<ident::Score> offset_reestimated;  ///< the same, initial_output fitted anew on each
+};
+
+/// Everything that was identified from one record.
+struct Identification {
+  std::vector<IdentifiedModel> models;
+  std::vector<IdentifiedModel> paper = {};  ///< by the paper's procedure, for comparison
+  std::optional<ident::FrequencyResponse> frequency_response = {};
+  std::vector<CrossValidatedModel> cross_validation = {};
+  std::vector<std::string> warnings = {};  ///< why a comparison is missing, one sentence each
+  std::vector<std::string> notes = {};     ///< why there is no frequency response
+};
+
+/// What is compared with the task's models.
+struct Comparisons {
+  enum class Paper { leave_out, include } paper = Paper::leave_out;
+  enum class CrossValidation { leave_out, include } cross_validation = CrossValidation::leave_out;
+};
+
+/// A sentence for the user when comparing so many rows may take minutes (ten million took six); otherwise nothing.
+[[nodiscard]] std::optional<std::string> size_warning(std::size_t rows, int decimation);
+
+/// Fits and judges each structure of the task, in order, then makes the comparisons, and measures the frequency
+/// response of the source.
+/// @param source  the one whose record the task has
+/// @throws DataError, ConfigError  as ident::fit, the source's name put in front of a DataError
+/// @throws DataError, UsageError   as cross_validate()
+[[nodiscard]] Identification identify(const Source& source, const IdentificationTask& task,
+                                      const Comparisons& comparisons, const Progress& progress);
+
+/// Fits and judges each structure, in order. @throws as identify()
+[[nodiscard]] std::vector<IdentifiedModel> fit_models(const IdentificationTask& task, const Progress& progress);
+
+/// Fits the paper's structures among the task's by the paper's procedure. Where it cannot be applied the model is left
+/// out and `warnings` says why. Empty when the task is itself by that procedure.
+[[nodiscard]] std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task,
+                                                               std::vector<std::string>& warnings);
+
+[[nodiscard]] bool is_accepted(const IdentifiedModel& identified);
+
+/// ok with at least one accepted model, else model_rejected, else (none converged) not_converged.
+[[nodiscard]] ExitCode exit_code(const std::vector<IdentifiedModel>& models);
+
+}  // namespace eha::identify

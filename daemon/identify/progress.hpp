@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace eha::identify {
+
+/// Called in the thread that asked for long work, before each step of it.
+/// @param share  done so far, 0..1   @param step  "fitting io"
+using Progress = std::function<void(double share, const std::string& step)>;
+
+}  // namespace eha::identify

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/publish.hpp"
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "core/os/files.hpp"
+#include "daemon/identify/frequency_comparison.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "ident/model/model_file.hpp"
+
+namespace eha::identify {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+record::ModelEntry manifest_entry(const IdentifiedModel& identified, const fs::path& file) {
+  const ident::Model& model = identified.result.model;
+  record::ModelEntry entry{
+      .name = model.name, .file = file.generic_string(), .accepted = is_accepted(identified), .reasons = {}};
+  if (model.verdict) entry.reasons = model.verdict->reasons;
+  if (model.estimation) {
+    entry.estimation_r2_percent = model.estimation->score.r2_percent;
+    entry.seconds = model.estimation->seconds;
+  }
+  if (model.validation) {
+    entry.validation_r2_percent = model.validation->score.r2_percent;
+    if (model.validation->offset_reestimated) {
+      entry.validation_r2_percent_offset_reestimated = model.validation->offset_reestimated->r2_percent;
+    }
+  }
+  return entry;
+}
+
+}  // namespace
+
+Json to_json(const IdentifiedModel& identified) { return Json::parse(ident::to_text(identified.result.model)); }
+
+Json to_json(const std::vector<IdentifiedModel>& models) {
+  Json list = Json::array();
+  for (const IdentifiedModel& identified : models) list.push_back(to_json(identified));
+  return list;
+}
+
+std::vector<fs::path> write_models(const Identification& identification, const fs::path& folder) {
+  os::create_folders(folder);
+  std::vector<fs::path> written;
+  for (const IdentifiedModel& identified : identification.models) {
+    written.push_back(folder / (identified.result.model.name + ".json"));
+    os::write_file_atomically(written.back(), ident::to_text(identified.result.model));
+  }
+  if (identification.frequency_response) {
+    written.push_back(write_frequency_response(*identification.frequency_response, identification.models, folder));
+  }
+  return written;
+}
+
+std::vector<fs::path> publish(const Identification& identification, const fs::path& run_folder) {
+  const fs::path models_folder = run_folder / record::kModelsFolder;
+  const fs::path rejected_folder = models_folder / "rejected";
+  record::IdentificationEntry entry{.models = {}, .paper_procedure = to_json(identification.paper)};
+  std::vector<fs::path> written;
+  for (const IdentifiedModel& identified : identification.models) {
+    const std::string file = identified.result.model.name + ".json";
+    const bool accepted = is_accepted(identified);
+    const fs::path path = (accepted ? models_folder : rejected_folder) / file;
+    os::create_folders(path.parent_path());
+    os::write_file_atomically(path, ident::to_text(identified.result.model));
+    // An earlier fit may have judged otherwise; one model has one verdict.
+    std::error_code ignored;
+    fs::remove((accepted ? rejected_folder : models_folder) / file, ignored);
+    entry.accepted = entry.accepted || accepted;
+    entry.models.push_back(manifest_entry(identified, fs::relative(path, run_folder)));
+    written.push_back(path);
+  }
+  // Before the manifest, which lists every file of the folder.
+  if (identification.frequency_response) {
+    written.push_back(write_frequency_response(*identification.frequency_response, identification.models, run_folder));
+  }
+  const bool any_accepted = entry.accepted;
+  record::write_identification(run_folder, std::move(entry));
+  if (any_accepted) record::publish_latest(run_folder);
+  return written;
+}
+
+}  // namespace eha::identify

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "daemon/identify/identification.hpp"
+
+namespace eha::identify {
+
+/// A model in the form of its file.
+[[nodiscard]] nlohmann::ordered_json to_json(const IdentifiedModel& identified);
+[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<IdentifiedModel>& models);
+
+/// Writes DIR/<name>.json for each model, and the frequency response beside them.
+/// @returns the paths, the models' first @throws IoError, PermissionError
+[[nodiscard]] std::vector<std::filesystem::path> write_models(const Identification& identification,
+                                                              const std::filesystem::path& folder);
+
+/// Publishes an identification in the run's folder: accepted models go to models/, the others to models/rejected/, the
+/// frequency response and the manifest's section `identification` follow; then the link `latest` moves to the run if a
+/// model was accepted.
+/// @returns the paths, the models' first @throws IoError, PermissionError, DataError
+[[nodiscard]] std::vector<std::filesystem::path> publish(const Identification& identification,
+                                                         const std::filesystem::path& run_folder);
+
+}  // namespace eha::identify

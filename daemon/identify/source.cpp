@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/source.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <system_error>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/record/record_csv.hpp"
+
+namespace eha::identify {
+
+Source load_source(const std::string& name, const std::optional<std::string>& experiment_file) {
+  Source source;
+  source.name = name;
+  // Before the record, which may be long: checking an experiment takes no time.
+  if (experiment_file) source.experiment = config::load_experiment(*experiment_file);
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(name, ignored)) {
+    source.record = record::read_record_csv(name);
+    if (source.experiment) {
+      const double samples = std::round(source.experiment->duration_s / source.record.step_s);
+      source.repetition_samples = static_cast<std::size_t>(samples);
+    }
+    return source;
+  }
+  if (!record::is_run_folder(name)) {
+    throw DataError(
+        fmt::format("{}: a folder without run.json or raw.ehalog is no run folder; expected one, or a CSV "
+                    "record",
+                    name));
+  }
+  record::LoadedRun run = record::read_run(name);
+  source.record = std::move(run.record);
+  source.run_folder = std::move(run.folder);
+  source.outcome = run.outcome;
+  source.interpolated_rows = run.interpolated_rows;
+  source.repetition_samples = run.samples_per_repetition;
+  if (!source.experiment) {
+    source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name),
+                                                 config::NamedFiles::leave);
+  }
+  return source;
+}
+
+double interpolated_percent(const Source& source) {
+  if (source.interpolated_rows == 0) return 0.0;
+  return 100.0 * static_cast<double>(source.interpolated_rows) / static_cast<double>(source.record.output.size());
+}
+
+std::vector<std::string> warnings(const Source& source) {
+  std::vector<std::string> sentences;
+  if (source.outcome != acquisition::Outcome::completed) {
+    sentences.push_back(fmt::format("{} did not complete ({}); what was recorded is fitted", source.name,
+                                    acquisition::to_text(source.outcome)));
+  }
+  if (source.interpolated_rows > 0) {
+    sentences.push_back(
+        fmt::format("{} of {} displacements ({:.3g} %) were not measured (late ticks, samples that the device did not "
+                    "deliver) and are interpolated; raw.h5 flags them, `eha runs show {}` counts them",
+                    source.interpolated_rows, source.record.output.size(), interpolated_percent(source), source.name));
+  }
+  return sentences;
+}
+
+}  // namespace eha::identify

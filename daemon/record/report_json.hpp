@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/acquisition/run.hpp"
+
+namespace eha::record {
+
+/// How a run of the tick loop ended, counters and histograms included: the member `report` of run.json.
+[[nodiscard]] nlohmann::ordered_json describe_report(const acquisition::RunReport& report);
+
+/// The end of the journal: outcome, fault and the main counters.
+[[nodiscard]] nlohmann::ordered_json describe_end(const acquisition::RunReport& report);
+
+}  // namespace eha::record

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "config/experiment_config.hpp"
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/clock.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::record {
+
+/// A run that is about to start.
+struct RunDescription {
+  const config::RigConfig& rig;
+  const config::ExperimentConfig& experiment;
+  std::size_t samples_per_repetition = 0;
+  acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
+  std::string utc_start;
+};
+
+/// The header of raw.ehalog and raw.h5, part of run.json too: what is known before the first tick. It holds the
+/// resolved configuration, ranges, calibration, seeds and versions; on the monotonic clock also the time of day, the
+/// host and its kernel. In virtual time it holds nothing that differs between two equal runs.
+[[nodiscard]] nlohmann::ordered_json describe_run(const hal::RigCapabilities& rig, const RunDescription& run);
+
+/// The host's name and the kernel it runs.
+[[nodiscard]] std::string host_name();
+[[nodiscard]] nlohmann::ordered_json describe_kernel();
+
+/// The members of a header, or of a manifest, that reading a run back needs.
+struct RunHeader {
+  double sample_period_s = 0.0;  ///< positive
+  std::size_t samples_per_repetition = 0;
+  std::size_t repetitions = 0;
+  std::size_t decimation = 1;  ///< at least 1
+  double discard_s = 0.0;
+  std::string experiment_text;  ///< the experiment file as it was run; for config::parse_experiment
+  std::string rig_text;         ///< the rig file as it was run; for config::parse_rig
+};
+
+/// @throws DataError  a member is missing or out of range; names `source` and the member
+[[nodiscard]] RunHeader read_run_header(const nlohmann::ordered_json& document, const std::string& source);
+
+}  // namespace eha::record

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/time_grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace eha::record {
+namespace {
+
+/// A double prints exactly with this many digits; more digits carry no information.
+constexpr int kMostDecimals = 15;
+/// Steps that differ by less than this share are equal: no clock or fit resolves it.
+constexpr double kSameStep = 1e-6;
+
+class Grid {
+ public:
+  Grid(const CsvColumns& columns, const std::filesystem::path& path)
+      : columns_(columns), path_(path), time_s_(columns.values.front()) {}
+
+  double step_s() {
+    const std::size_t rows = time_s_.size();
+    if (rows < 2) {
+      throw DataError(fmt::format("{}:{}: {}, at least two are needed to know the sample period", path_.string(),
+                                  rows == 0 ? columns_.header_line : columns_.line_of(0),
+                                  rows == 0 ? "no row follows the header" : "only one row follows the header"));
+    }
+    check_increasing();
+    typical_step_s_ = typical_step();
+    check_each_step();
+    // The step to nine digits: finer than every clock, coarser than rounding noise.
+    const double rounded_s = std::stod(fmt::format("{:.9g}", typical_step_s_));
+    const double whole_step_s =
+        std::stod(fmt::format("{:.{}f}", rounded_s, std::clamp(columns_.time_decimals, 0, kMostDecimals)));
+    if (whole_step_s > 0.0 && first_off_grid(whole_step_s, 0.5) == rows) return whole_step_s;
+    const double mean_step_s = (time_s_.back() - time_s_.front()) / static_cast<double>(rows - 1);
+    const double tidy_step_s = std::stod(fmt::format("{:.12g}", mean_step_s));
+    // Both the first row and the row looked at may be rounded.
+    const std::size_t off = first_off_grid(tidy_step_s, 1.0);
+    if (off == rows) return tidy_step_s;
+    fail(off, fmt::format("time_s is {:.9g}, {:.3g} s off an even grid of {:.9g} s steps", time_s_[off],
+                          time_s_[off] - time_s_.front() - static_cast<double>(off) * tidy_step_s, tidy_step_s));
+  }
+
+ private:
+  [[noreturn]] void fail(std::size_t row, const std::string& what) const {
+    throw DataError(fmt::format("{}:{}: {}; a record needs evenly spaced rows, so resample it or cut it there",
+                                path_.string(), columns_.line_of(row), what));
+  }
+
+  /// Value of the last digit printed at a row [s].
+  [[nodiscard]] double quantum_s(std::size_t row) const {
+    const double magnitude = std::abs(time_s_[row]);
+    const double fixed = std::pow(10.0, -columns_.time_decimals);
+    if (magnitude <= 0.0) return fixed;
+    return std::max(fixed, std::pow(10.0, std::floor(std::log10(magnitude)) + 1.0 - columns_.time_significant));
+  }
+
+  void check_increasing() const {
+    for (std::size_t k = 1; k < time_s_.size(); ++k) {
+      if (!(time_s_[k] > time_s_[k - 1])) {
+        fail(k, fmt::format("time_s goes from {:.9g} to {:.9g}: it must increase", time_s_[k - 1], time_s_[k]));
+      }
+    }
+  }
+
+  [[nodiscard]] double typical_step() const {
+    std::vector<double> steps(time_s_.size() - 1);
+    for (std::size_t k = 1; k < time_s_.size(); ++k) steps[k - 1] = time_s_[k] - time_s_[k - 1];
+    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+    std::nth_element(steps.begin(), middle, steps.end());
+    return *middle;
+  }
+
+  void check_each_step() const {
+    // The rounding of two times and of the median. Less than half a step, so that a missing row shows however coarsely
+    // the times are printed.
+    const double slack_s = 2.0 * quantum_s(time_s_.size() - 1) + kSameStep * typical_step_s_ + rounding_s(1);
+    const double allowed_s = std::min(slack_s, 0.499 * typical_step_s_);
+    for (std::size_t k = 1; k < time_s_.size(); ++k) {
+      const double step_s = time_s_[k] - time_s_[k - 1];
+      if (std::abs(step_s - typical_step_s_) > allowed_s) {
+        const double ratio = step_s / typical_step_s_;
+        const std::string gap =
+            ratio > 1.5 ? fmt::format(" ({:.0f} row{} missing)", std::round(ratio) - 1.0, ratio < 2.5 ? "" : "s") : "";
+        fail(k, fmt::format("a step of {:.9g} s in time_s, expected {:.9g} s{}", step_s, typical_step_s_, gap));
+      }
+    }
+  }
+
+  /// Rounding error of so many additions of a step in double precision [s].
+  [[nodiscard]] double rounding_s(std::size_t rows) const {
+    const double largest = std::max(std::abs(time_s_.front()), std::abs(time_s_.back()));
+    return (static_cast<double>(rows) + 4.0) * std::numeric_limits<double>::epsilon() * largest;
+  }
+
+  /// First row that is further off t_0 + k step than `quanta` of its last digit, or the number of rows.
+  [[nodiscard]] std::size_t first_off_grid(double step_s, double quanta) const {
+    for (std::size_t k = 0; k < time_s_.size(); ++k) {
+      const double off_s = std::abs(time_s_[k] - time_s_.front() - static_cast<double>(k) * step_s);
+      if (off_s > quanta * quantum_s(k) + kSameStep * step_s + rounding_s(k)) return k;
+    }
+    return time_s_.size();
+  }
+
+  const CsvColumns& columns_;
+  const std::filesystem::path& path_;
+  const std::vector<double>& time_s_;
+  double typical_step_s_ = 0.0;
+};
+
+}  // namespace
+
+double even_step_s(const CsvColumns& columns, const std::filesystem::path& path) {
+  return Grid(columns, path).step_s();
+}
+
+}  // namespace eha::record

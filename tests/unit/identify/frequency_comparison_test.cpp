@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/frequency_comparison.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "tests/unit/identify/lag_source.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::identify {
+namespace {
+
+using eha::test::content_of;
+using eha::test::TemporaryFolder;
+using test::discarding;
+using test::kTones;
+using test::source_of;
+using test::the_plant;
+
+TEST(FrequencyResponseOf, UsesThePeriodsOfTheTonesWithinOneRepetition) {
+  std::vector<std::string> notes;
+  const auto measured = frequency_response_of(source_of(30.0, 1, kTones), discarding(5.0), notes);
+  ASSERT_TRUE(measured.has_value());
+  EXPECT_EQ(measured->periods.length, 1000U);
+  EXPECT_EQ(measured->periods.count, 2U);
+  EXPECT_EQ(measured->lines.size(), 2U);
+}
+
+TEST(FrequencyResponseOf, UsesTheRepetitionWhereTheTonesJumpAtItsEnd) {
+  std::vector<std::string> notes;
+  const auto measured = frequency_response_of(source_of(15.0, 3, kTones), discarding(5.0), notes);
+  ASSERT_TRUE(measured.has_value());
+  EXPECT_EQ(measured->periods.length, 1500U);
+  EXPECT_EQ(measured->periods.count, 2U);
+}
+
+TEST(FrequencyResponseOf, IsNoneWithoutAnExperimentOrTwoPeriods) {
+  std::vector<std::string> notes;
+  Source source = source_of(30.0, 1, kTones);
+  EXPECT_FALSE(frequency_response_of(source, discarding(15.0), notes).has_value());
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].rfind("no frequency response: ", 0), 0U) << notes[0];
+  source.experiment.reset();
+  EXPECT_FALSE(frequency_response_of(source, discarding(0.0), notes).has_value());
+  EXPECT_EQ(notes.size(), 1U);
+}
+
+TEST(FrequencyComparison, IsWrittenAsOneRowForEachLine) {
+  std::vector<std::string> notes;
+  const TemporaryFolder folder;
+  const auto measured = frequency_response_of(source_of(30.0, 1, kTones), discarding(10.0), notes);
+  ASSERT_TRUE(measured.has_value());
+  const auto path = write_frequency_response(*measured, the_plant(), folder.path());
+  const std::string text = content_of(path);
+  EXPECT_EQ(path.filename(), "frequency_response.csv");
+  EXPECT_EQ(
+      text.rfind(
+          "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,io_gain_dB,io_gain_std_dB,"
+          "io_phase_deg,io_phase_std_deg\n0.1,",
+          0),
+      0U)
+      << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
+}
+
+}  // namespace
+}  // namespace eha::identify

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/identification.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
+#include "tests/unit/identify/fitted_model.hpp"
+
+namespace eha::identify {
+namespace {
+
+using test::Came;
+using test::model_that;
+
+/// A noisy lag, 1.5 / (0.2 s + 1), driven by a slow square wave.
+Source lag_source() {
+  Source source;
+  source.name = "lag.csv";
+  source.record.step_s = 0.02;
+  source.record.input = Eigen::VectorXd(600);
+  for (Eigen::Index k = 0; k < 600; ++k) source.record.input[k] = (k / 75) % 2 == 0 ? 1.0 : -0.5;
+  source.record.output = ident::simulate({{{1.5, 0.0}}, {{0.2, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input, 0.02);
+  ident::PortableDraw draw(3);
+  for (double& y : source.record.output) y += 0.01 * draw.normal();
+  return source;
+}
+
+IdentificationTask task_with_one_pole(const Source& source) {
+  IdentificationTask task = task_of(source);
+  ident::StructureOptions structure;
+  structure.name = "lag";
+  structure.structure = ident::structures::io({1, 0});
+  task.structures.push_back(structure);
+  return task;
+}
+
+TEST(ExitCodeOfModels, TellsAcceptedRejectedAndUnconverged) {
+  EXPECT_EQ(exit_code({model_that(Came::rejected), model_that(Came::accepted)}), ExitCode::ok);
+  EXPECT_EQ(exit_code({model_that(Came::rejected), model_that(Came::unconverged)}), ExitCode::model_rejected);
+  EXPECT_EQ(exit_code({model_that(Came::unconverged)}), ExitCode::not_converged);
+}
+
+TEST(SizeWarning, NamesADecimationForARecordThatTakesMinutes) {
+  EXPECT_FALSE(size_warning(1'000'000, 1));
+  EXPECT_FALSE(size_warning(10'000'000, 10));
+  const auto sentence = size_warning(10'000'000, 2);
+  ASSERT_TRUE(sentence);
+  EXPECT_NE(sentence->find("5000000 rows"), std::string::npos) << *sentence;
+  EXPECT_NE(sentence->find("--decimate 10 "), std::string::npos) << *sentence;
+}
+
+TEST(Identify, FitsAndJudgesEachStructureAndTellsItsProgress) {
+  const Source source = lag_source();
+  std::vector<std::pair<double, std::string>> steps;
+  const Identification found =
+      identify(source, task_with_one_pole(source), {},
+               [&](double share, const std::string& step) { steps.emplace_back(share, step); });
+  ASSERT_EQ(found.models.size(), 1U);
+  const ident::Model& model = found.models[0].result.model;
+  EXPECT_EQ(model.name, "lag");
+  ASSERT_TRUE(model.verdict && model.estimation && model.validation);
+  EXPECT_GT(model.validation->score.r2_percent, 99.0);
+  EXPECT_GT(model.estimation->seconds, 0.0);
+  EXPECT_EQ(model.provenance.at("record"), "lag.csv");
+  EXPECT_TRUE(found.paper.empty());
+  EXPECT_TRUE(found.cross_validation.empty());
+  EXPECT_EQ(steps, (std::vector<std::pair<double, std::string>>{{0.0, "fitting lag"}}));
+}
+
+TEST(Identify, NamesTheSourceOfABadRecord) {
+  Source source = lag_source();
+  source.record.output.setZero();
+  try {
+    static_cast<void>(identify(source, task_with_one_pole(source), {}, {}));
+    FAIL() << "a model of a constant output";
+  } catch (const DataError& error) {
+    EXPECT_EQ(std::string(error.what()).rfind("lag.csv: ", 0), 0U) << error.what();
+  }
+}
+
+TEST(Identify, LeavesOutThePapersProcedureForStructuresThatThePaperDoesNotHave) {
+  const Source source = lag_source();
+  const Identification found = identify(source, task_with_one_pole(source), {.paper = Comparisons::Paper::include}, {});
+  EXPECT_TRUE(found.paper.empty());
+  EXPECT_TRUE(found.warnings.empty());
+}
+
+}  // namespace
+}  // namespace eha::identify

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/publish.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/record/run_folder.hpp"
+#include "tests/unit/identify/fitted_model.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::identify {
+namespace {
+
+namespace fs = std::filesystem;
+using eha::test::content_of;
+using eha::test::TemporaryFolder;
+using test::Came;
+using test::model_that;
+
+TEST(WriteModels, MakesTheFolderAndOneFileForEachModel) {
+  const TemporaryFolder folder;
+  const auto written = write_models({.models = {model_that(Came::accepted, "io"), model_that(Came::rejected, "fo")}},
+                                    folder.path() / "a" / "b");
+  EXPECT_EQ(written,
+            (std::vector<fs::path>{folder.path() / "a" / "b" / "io.json", folder.path() / "a" / "b" / "fo.json"}));
+  EXPECT_EQ(nlohmann::json::parse(content_of(written[0])).at("name"), "io");
+}
+
+class PublishModels : public testing::Test {
+ protected:
+  PublishModels() : run_(record::create_run_folder(folder_.path(), "test")) {
+    folder_.write(fs::relative(run_ / "run.json", folder_.path()),
+                  R"({"schema": "eha-run/1", "outcome": "completed"})");
+  }
+  [[nodiscard]] bool has(const char* file) const { return fs::exists(run_ / file); }
+
+  TemporaryFolder folder_;
+  fs::path run_;
+};
+
+TEST_F(PublishModels, PutsAcceptedModelsInPlaceAndMovesLatest) {
+  static_cast<void>(publish({.models = {model_that(Came::accepted, "io"), model_that(Came::rejected, "fo")}}, run_));
+  EXPECT_TRUE(has("models/io.json"));
+  EXPECT_FALSE(has("models/fo.json"));
+  EXPECT_TRUE(has("models/rejected/fo.json"));
+  EXPECT_EQ(fs::canonical(folder_.path() / "latest"), fs::canonical(run_));
+  const auto identification = nlohmann::json::parse(content_of(run_ / "run.json")).at("identification");
+  EXPECT_EQ(identification.at("accepted"), true);
+  EXPECT_EQ(identification.at("models").at(1).at("file"), "models/rejected/fo.json");
+}
+
+TEST_F(PublishModels, LeavesLatestAloneWhenAllAreRejected) {
+  static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_));
+  EXPECT_FALSE(fs::exists(fs::symlink_status(folder_.path() / "latest")));
+  EXPECT_TRUE(has("models/rejected/fo.json"));
+}
+
+TEST_F(PublishModels, TakesBackAModelThatALaterFitRejects) {
+  static_cast<void>(publish({.models = {model_that(Came::accepted)}}, run_));
+  static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_));
+  EXPECT_FALSE(has("models/fo.json"));
+  EXPECT_TRUE(has("models/rejected/fo.json"));
+}
+
+}  // namespace
+}  // namespace eha::identify

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/time_grid.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/record/record_csv.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::record {
+namespace {
+
+/// Step that the reader finds in these printed times.
+double step_of(const std::vector<std::string>& times) {
+  std::string text = "time_s,voltage_V\n";
+  for (const std::string& time : times) text += time + ",0\n";
+  const test::TemporaryFolder folder;
+  return read_input_csv(folder.write("u.csv", text)).step_s;
+}
+
+std::string fault_of(const std::vector<std::string>& times) {
+  try {
+    static_cast<void>(step_of(times));
+  } catch (const DataError& error) {
+    const std::string message = error.what();
+    return message.substr(message.find("u.csv"));
+  }
+  return "no fault";
+}
+
+std::vector<std::string> printed(double start_s, double step_s, int rows, const std::string& format) {
+  std::vector<std::string> times;
+  for (int k = 0; k < rows; ++k) times.push_back(fmt::format(fmt::runtime(format), start_s + k * step_s));
+  return times;
+}
+
+TEST(TimeGrid, FindsTheStepWhateverTheFormat) {
+  for (const char* format : {"{:.3f}", "{}", "{:.17g}", "{:.6f}", "{:.9e}"}) {
+    EXPECT_DOUBLE_EQ(step_of(printed(0.0, 0.001, 5000, format)), 0.001) << format;
+    EXPECT_DOUBLE_EQ(step_of(printed(12.5, 0.04, 5000, format)), 0.04) << format;
+  }
+  EXPECT_DOUBLE_EQ(step_of(printed(0.0, 1.0, 50, "{:.0f}")), 1.0);
+  EXPECT_DOUBLE_EQ(step_of(printed(0.0, 3600.0, 50, "{:.0f}")), 3600.0);
+  EXPECT_DOUBLE_EQ(step_of(printed(-1.0, 1e-6, 5000, "{:.6f}")), 1e-6);
+}
+
+TEST(TimeGrid, FindsAStepThatTheDigitsCannotHold) {
+  EXPECT_NEAR(step_of(printed(0.0, 1.0 / 1024.0, 5000, "{:.6f}")), 1.0 / 1024.0, 1e-9);
+  EXPECT_NEAR(step_of(printed(0.0, 1.0 / 3.0, 500, "{:.3f}")), 1.0 / 3.0, 1e-5);
+  EXPECT_NEAR(step_of(printed(0.0, 1.0 / 300.0, 20000, "{:.6g}")), 1.0 / 300.0, 1e-7);
+}
+
+TEST(TimeGrid, AcceptsTimesThatWereAddedUp) {
+  std::vector<std::string> times;
+  double time_s = 0.0;
+  for (int k = 0; k < 100000; ++k, time_s += 0.001) times.push_back(fmt::format("{}", time_s));
+  EXPECT_NEAR(step_of(times), 0.001, 1e-12);
+}
+
+TEST(TimeGrid, NamesTheLineOfAGap) {
+  auto times = printed(0.0, 0.001, 1000, "{:.3f}");
+  times.erase(times.begin() + 500);
+  EXPECT_EQ(fault_of(times).substr(0, 84),
+            "u.csv:502: a step of 0.002 s in time_s, expected 0.001 s (1 row missing); a record n");
+  times.erase(times.begin() + 700, times.begin() + 705);
+  EXPECT_EQ(fault_of(times).substr(0, 14), "u.csv:502: a s");
+}
+
+TEST(TimeGrid, NamesTheLineOfAJitteringRow) {
+  auto times = printed(0.0, 0.01, 1000, "{:.6f}");
+  times[300] = "3.000400";
+  EXPECT_EQ(fault_of(times).substr(0, 63), "u.csv:302: a step of 0.0104 s in time_s, expected 0.01 s; a rec");
+}
+
+TEST(TimeGrid, NamesTheLineWhereTimeStopsOrGoesBack) {
+  auto times = printed(0.0, 0.01, 100, "{:.2f}");
+  times[50] = times[49];
+  EXPECT_EQ(fault_of(times).substr(0, 56), "u.csv:52: time_s goes from 0.49 to 0.49: it must increas");
+  times[50] = "0.1";
+  EXPECT_EQ(fault_of(times).substr(0, 56), "u.csv:52: time_s goes from 0.49 to 0.1: it must increase");
+}
+
+TEST(TimeGrid, NamesALineOfTimesThatDriftOffTheGrid) {
+  std::vector<std::string> times;
+  // Each step is within the printed digits of the last, yet the period slowly grows by a tenth.
+  double time_s = 0.0;
+  for (int k = 0; k < 2000; ++k, time_s += 0.01 * (1.0 + 5e-5 * k)) times.push_back(fmt::format("{:.3f}", time_s));
+  EXPECT_NE(fault_of(times).find("off an even grid of"), std::string::npos) << fault_of(times);
+}
+
+TEST(TimeGrid, CountsCommentLinesAndBlankLines) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.write("u.csv", "# one\ntime_s,voltage_V\n0,0\n# two\n\n1,0\n2,0\n# three\n4,0\n");
+  try {
+    static_cast<void>(read_input_csv(path));
+    FAIL() << "no fault";
+  } catch (const DataError& error) {
+    EXPECT_NE(std::string(error.what()).find("u.csv:9: a step of 2 s"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace eha::record
