@@ -20,7 +20,7 @@ void require_closed_emergency_stop(hal::Rig& rig) {
                                   acquisition::to_text(status)));
   }
   if (reading.emergency_stop) {
-    throw SafetyTrip("not armed: the emergency-stop circuit is open; close it, then eha arm");
+    throw Error(ExitCode::safety_trip, "not armed: the emergency-stop circuit is open; close it, then eha arm");
   }
 }
 

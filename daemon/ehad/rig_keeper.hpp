@@ -16,7 +16,7 @@
 namespace eha::service {
 
 /// Refuses to arm a rig whose emergency-stop circuit is open. Cost: one read.
-/// @throws SafetyTrip  it is open   @throws DeviceError  the rig cannot be read
+/// @throws Error  safety_trip: it is open   @throws DeviceError  the rig cannot be read
 void require_closed_emergency_stop(hal::Rig& rig);
 
 /// Whether the card still has its guard.
