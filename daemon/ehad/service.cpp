@@ -46,8 +46,6 @@ bool is_read_only(const control::Call& call) {
 Service::Service(const Options& options)
     : signals_(open_signals()),
       supervisor_(options, loop_, notifier_),
-      mailbox_(loop_),
-      names_(mailbox_),
       server_(
           loop_, options.socket, control::ServerLimits{},
           [this](const control::Peer& peer, const control::Request& request) { on_request(peer, request); },

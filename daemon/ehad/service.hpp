@@ -11,7 +11,6 @@
 #include "daemon/control/event_loop.hpp"
 #include "daemon/control/server.hpp"
 #include "daemon/ehad/audit_limiter.hpp"
-#include "daemon/ehad/background.hpp"
 #include "daemon/ehad/notify.hpp"
 #include "daemon/ehad/options.hpp"
 #include "daemon/ehad/supervisor.hpp"
@@ -57,7 +56,6 @@ class Service {
   Notifier notifier_;
   int signals_;
   Supervisor supervisor_;
-  Mailbox mailbox_;
   UserNames names_;
   AuditLimiter audit_;
   std::map<control::ClientId, Watcher> watchers_;

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/user_names.hpp"
 
+#include <pthread.h>
 #include <pwd.h>
 
+#include <condition_variable>
 #include <cstdio>
-#include <future>
+#include <deque>
 #include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/text.hpp"
+#include "daemon/acquisition/fatal_signals.hpp"
 
 namespace eha::service {
 namespace {
@@ -42,16 +48,54 @@ std::string looked_up_name(uid_t uid) {
 
 }  // namespace
 
+struct UserNames::LookUps {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::deque<uid_t> wanted;
+  std::map<uid_t, std::string> found;
+  bool ending = false;
+
+  void run() {
+    acquisition::block_all_but_fatal_signals();
+    std::unique_lock lock(mutex);
+    for (;;) {
+      changed.wait(lock, [this] { return ending || !wanted.empty(); });
+      if (ending) return;
+      const uid_t uid = wanted.front();
+      wanted.pop_front();
+      lock.unlock();
+      std::string name = looked_up_name(uid);
+      lock.lock();
+      found[uid] = std::move(name);
+    }
+  }
+};
+
+UserNames::UserNames() : look_ups_(std::make_shared<LookUps>()) {
+  std::thread thread([shared = look_ups_] { shared->run(); });
+  pthread_setname_np(thread.native_handle(), "eha-names");
+  thread.detach();
+}
+
+UserNames::~UserNames() {
+  const std::lock_guard lock(look_ups_->mutex);
+  look_ups_->ending = true;
+  look_ups_->changed.notify_one();
+}
+
 std::string UserNames::name(uid_t uid) {
+  const std::lock_guard lock(look_ups_->mutex);
+  if (names_.size() + look_ups_->found.size() >= kMostKept) names_.clear();
+  for (auto& [found, name] : look_ups_->found) names_[found] = std::move(name);
+  look_ups_->found.clear();
   const auto known = names_.find(uid);
   if (known != names_.end()) return known->second;
-  if (names_.size() >= kMostKept) names_.clear();
   std::string& name = names_[uid];
   name = local_name(uid);
   if (name.empty()) {
     name = std::to_string(uid);
-    thread_.ask([uid] { return looked_up_name(uid); },
-                [this, uid](std::future<std::string> found) { names_[uid] = found.get(); });
+    look_ups_->wanted.push_back(uid);
+    look_ups_->changed.notify_one();
   }
   return name;
 }

@@ -5,27 +5,31 @@
 
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <string>
-
-#include "daemon/ehad/background.hpp"
 
 namespace eha::service {
 
 /// Names of users, for messages. The users of /etc/passwd are read from that file; others (LDAP, sssd), whose look-up
-/// may take as long as a network does, are looked up by a thread of their own and go by their number until it has
-/// answered. Never blocks. Belongs to the main thread.
+/// may take as long as a network does, are looked up by a detached thread and go by their number until it has answered.
+/// Neither name() nor the end of this object waits for a look-up. Belongs to the main thread.
 class UserNames {
  public:
   static constexpr std::size_t kMostKept = 1024;
 
-  explicit UserNames(Mailbox& mailbox) : thread_("eha-names", mailbox) {}
+  UserNames();
+  UserNames(const UserNames&) = delete;
+  UserNames& operator=(const UserNames&) = delete;
+  ~UserNames();
 
   /// @returns printable, at most 64 characters
   [[nodiscard]] std::string name(uid_t uid);
 
  private:
+  struct LookUps;  ///< shared with the thread, which may outlive this object
+
   std::map<uid_t, std::string> names_;
-  Background thread_;
+  std::shared_ptr<LookUps> look_ups_;
 };
 
 }  // namespace eha::service
