@@ -27,13 +27,12 @@ constexpr std::size_t kLongestAnswer = 64 * 1024 * 1024;
 
 std::string reason(int error_number) { return std::generic_category().message(error_number); }
 
-int connect_to(const std::filesystem::path& path) {
+os::FileDescriptor connect_to(const std::filesystem::path& path) {
   const sockaddr_un address = socket_address(path);
-  const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (descriptor < 0) throw DeviceError("cannot create a socket: " + reason(errno));
-  if (connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return descriptor;
+  os::FileDescriptor descriptor(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  if (!descriptor) throw DeviceError("cannot create a socket: " + reason(errno));
+  if (connect(descriptor.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return descriptor;
   const int error_number = errno;
-  close(descriptor);
   if (error_number == EACCES || error_number == EPERM) {
     throw PermissionError(
         fmt::format("{}: {}; only members of the socket's group may use ehad; as root: adduser NAME ehad, then log in "
@@ -54,7 +53,6 @@ Client::Client(const std::filesystem::path& socket)
   const bool is_ours =
       greeting && greeting->is_object() && greeting->contains("ehad") && greeting->contains("protocol");
   if (!is_ours || !greeting->at("ehad").is_string() || greeting->at("protocol") != kProtocolVersion) {
-    close(descriptor_);
     throw DeviceError(
         fmt::format("{}: the program there does not speak protocol {} of ehad; install the same version of eha "
                     "and ehad",
@@ -62,8 +60,6 @@ Client::Client(const std::filesystem::path& socket)
   }
   version_ = greeting->at("ehad").get<std::string>();
 }
-
-Client::~Client() { close(descriptor_); }
 
 void Client::lost(const std::string& why) const {
   throw DeviceError(fmt::format("{}: the connection to ehad is lost: {}; a run goes on without it, see eha status",
@@ -75,7 +71,7 @@ Json Client::call(const std::string& method, const Json& params) {
   const Json request{{"id", id}, {"method", method}, {"params", params}};
   const std::string text = request.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   for (std::string_view rest = text; !rest.empty();) {
-    const ssize_t sent = ::send(descriptor_, rest.data(), rest.size(), MSG_NOSIGNAL);
+    const ssize_t sent = ::send(descriptor_.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno == EINTR) continue;
     if (sent < 0) lost(reason(errno));
     rest.remove_prefix(static_cast<std::size_t>(sent));
@@ -108,11 +104,11 @@ std::optional<Json> Client::next_line(milliseconds timeout) {
     }
     if (input_.is_too_long()) lost("it sent a line without an end");
     const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
-    pollfd waiting{.fd = descriptor_, .events = POLLIN, .revents = 0};
+    pollfd waiting{.fd = descriptor_.get(), .events = POLLIN, .revents = 0};
     const int ready = poll(&waiting, 1, static_cast<int>(std::max<milliseconds::rep>(0, left.count())));
     if (ready == 0 || (ready < 0 && errno == EINTR)) return std::nullopt;
     std::array<char, 65536> bytes;
-    const ssize_t count = recv(descriptor_, bytes.data(), bytes.size(), 0);
+    const ssize_t count = recv(descriptor_.get(), bytes.data(), bytes.size(), 0);
     if (count < 0 && errno == EINTR) return std::nullopt;
     if (count < 0) lost(reason(errno));
     if (count == 0) lost("ehad closed it");

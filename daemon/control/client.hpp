@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/os/file_descriptor.hpp"
 #include "daemon/control/line_buffer.hpp"
 #include "daemon/control/protocol.hpp"
 
@@ -23,7 +24,6 @@ class Client {
   explicit Client(const std::filesystem::path& socket);
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
-  ~Client();
 
   /// Sends a request and waits for its answer; events of a watch that arrive before it are dropped.
   /// @throws Error  ehad refused: its code and message   @throws DeviceError  the connection is lost
@@ -40,7 +40,7 @@ class Client {
   [[noreturn]] void lost(const std::string& reason) const;
 
   std::filesystem::path path_;
-  int descriptor_ = -1;
+  os::FileDescriptor descriptor_;
   LineBuffer input_;
   std::int64_t next_id_ = 1;
   std::string version_;

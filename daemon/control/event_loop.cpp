@@ -20,16 +20,14 @@ namespace {
 }  // namespace
 
 EventLoop::EventLoop() : epoll_(epoll_create1(EPOLL_CLOEXEC)) {
-  if (epoll_ < 0) fail(errno);
+  if (!epoll_) fail(errno);
 }
-
-EventLoop::~EventLoop() { close(epoll_); }
 
 void EventLoop::control(int operation, int descriptor, std::uint32_t events, std::uint64_t token) {
   epoll_event event{};
   event.events = events;
   event.data.u64 = token;
-  if (epoll_ctl(epoll_, operation, descriptor, &event) != 0) fail(errno);
+  if (epoll_ctl(epoll_.get(), operation, descriptor, &event) != 0) fail(errno);
 }
 
 void EventLoop::add(int descriptor, std::uint32_t events, Handler handler) {
@@ -54,7 +52,7 @@ void EventLoop::remove(int descriptor) {
 void EventLoop::run_once(std::chrono::milliseconds timeout) {
   std::array<epoll_event, 64> events;
   const int count =
-      epoll_wait(epoll_, events.data(), static_cast<int>(events.size()), static_cast<int>(timeout.count()));
+      epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), static_cast<int>(timeout.count()));
   if (count < 0 && errno != EINTR) fail(errno);
   for (int i = 0; i < count; ++i) {
     const epoll_event& event = events[static_cast<std::size_t>(i)];

@@ -9,6 +9,8 @@
 #include <memory>
 #include <unordered_map>
 
+#include "core/os/file_descriptor.hpp"
+
 namespace eha::control {
 
 /// Waits for file descriptors and calls the handlers of those that are ready (epoll, level-triggered). A handler may
@@ -21,7 +23,6 @@ class EventLoop {
   EventLoop();
   EventLoop(const EventLoop&) = delete;
   EventLoop& operator=(const EventLoop&) = delete;
-  ~EventLoop();
 
   /// @param events  EPOLLIN, EPOLLOUT; @throws IoError
   void add(int descriptor, std::uint32_t events, Handler handler);
@@ -40,7 +41,7 @@ class EventLoop {
 
   void control(int operation, int descriptor, std::uint32_t events, std::uint64_t token);
 
-  int epoll_ = -1;
+  os::FileDescriptor epoll_;
   std::uint64_t next_token_ = 1;
   std::unordered_map<int, Entry> entries_;
   std::unordered_map<std::uint64_t, int> descriptors_;

@@ -33,34 +33,26 @@ constexpr int kBacklog = 256;
 
 /// Whether a process listens at a socket.
 bool is_listened_at(const sockaddr_un& address) {
-  const int probe = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  const int connected = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  const int reason = errno;
-  close(probe);
-  return connected == 0 || reason == EAGAIN;
+  const os::FileDescriptor probe(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const int connected = connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  return connected == 0 || errno == EAGAIN;
 }
 
-int listen_at(const std::filesystem::path& path) {
+os::FileDescriptor listen_at(const std::filesystem::path& path) {
   const sockaddr_un address = socket_address(path);
   if (is_listened_at(address)) {
     throw DeviceError(path.string() + ": another ehad already listens there; stop it first");
   }
   if (std::filesystem::is_socket(path)) unlink(path.c_str());
-  const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (listener < 0) fail(path, "create the socket", errno);
+  os::FileDescriptor listener(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!listener) fail(path, "create the socket", errno);
   // The socket must never be open to others, not even before a chmod.
   const mode_t before = umask(0117);
-  const int bound = bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  const int bound = bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
   const int reason = errno;
   umask(before);
-  if (bound != 0) {
-    close(listener);
-    fail(path, "listen there", reason);
-  }
-  if (listen(listener, kBacklog) != 0) {
-    close(listener);
-    fail(path, "listen there", errno);
-  }
+  if (bound != 0) fail(path, "listen there", reason);
+  if (listen(listener.get(), kBacklog) != 0) fail(path, "listen there", errno);
   return listener;
 }
 
@@ -75,43 +67,40 @@ Server::Server(EventLoop& loop, std::filesystem::path socket, ServerLimits limit
       on_gone_(std::move(on_gone)),
       name_of_(std::move(name_of)),
       listener_(listen_at(path_)) {
-  loop_.add(listener_, EPOLLIN, [this](std::uint32_t) { accept_clients(); });
+  loop_.add(listener_.get(), EPOLLIN, [this](std::uint32_t) { accept_clients(); });
 }
 
 Server::~Server() {
-  loop_.remove(listener_);
-  close(listener_);
+  loop_.remove(listener_.get());
+  listener_.close();
   for (const auto& [id, client] : clients_) {
     // Sends what still waits, such as how a run ended.
     flush(*client);
-    loop_.remove(client->descriptor);
-    close(client->descriptor);
+    loop_.remove(client->descriptor.get());
   }
   unlink(path_.c_str());
 }
 
 void Server::accept_clients() {
   for (;;) {
-    const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (descriptor < 0 && (errno == EINTR || errno == ECONNABORTED)) continue;
-    if (descriptor < 0) {
+    os::FileDescriptor descriptor(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!descriptor && (errno == EINTR || errno == ECONNABORTED)) continue;
+    if (!descriptor) {
       // Out of descriptors or memory: connections in the backlog would wake the loop again and again.
       if (errno != EAGAIN) make_room();
       return;
     }
     ucred credentials{};
     socklen_t size = sizeof credentials;
-    if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) {
-      close(descriptor);
-      continue;
-    }
+    if (getsockopt(descriptor.get(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) continue;
     if (clients_.size() >= limits_.clients) make_room();
     const ClientId id = next_client_++;
     auto client = std::make_unique<Client>();
     client->peer = {id, credentials.uid, credentials.pid, name_of_(credentials.uid)};
-    client->descriptor = descriptor;
+    const int number = descriptor.get();
+    client->descriptor = std::move(descriptor);
     client->last_heard = client->last_taken = std::chrono::steady_clock::now();
-    loop_.add(descriptor, EPOLLIN, [this, id](std::uint32_t events) { serve(id, events); });
+    loop_.add(number, EPOLLIN, [this, id](std::uint32_t events) { serve(id, events); });
     Client& kept = *clients_.emplace(id, std::move(client)).first->second;
     send(kept, greeting_line());
   }
@@ -156,7 +145,7 @@ void Server::serve(ClientId id, std::uint32_t events) {
 
 void Server::read_from(Client& client) {
   std::array<char, kReadAtOnce> bytes;
-  const ssize_t count = recv(client.descriptor, bytes.data(), bytes.size(), 0);
+  const ssize_t count = recv(client.descriptor.get(), bytes.data(), bytes.size(), 0);
   if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
   if (count <= 0) {
     client.at_end = true;
@@ -214,7 +203,7 @@ void Server::flush(Client& client) {
   std::size_t sent = 0;
   while (sent < client.output.size()) {
     const ssize_t count =
-        ::send(client.descriptor, client.output.data() + sent, client.output.size() - sent, MSG_NOSIGNAL);
+        ::send(client.descriptor.get(), client.output.data() + sent, client.output.size() - sent, MSG_NOSIGNAL);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && errno == EAGAIN) break;
     if (count < 0) {
@@ -234,7 +223,7 @@ void Server::update_events(Client& client) {
   // Further requests stay in the socket until the answer to this one has been read.
   if (!client.at_end && !client.busy && client.output.empty()) events |= EPOLLIN;
   if (!client.output.empty() || client.closing) events |= EPOLLOUT;
-  loop_.change(client.descriptor, events);
+  loop_.change(client.descriptor.get(), events);
 }
 
 void Server::answer(ClientId id, const std::string& line) {
@@ -243,7 +232,7 @@ void Server::answer(ClientId id, const std::string& line) {
   client->busy = false;
   send(*client, line);
   // A request that arrived together with this one is in our buffer, for which epoll reports nothing.
-  if (client->input.size() > 0) loop_.change(client->descriptor, EPOLLIN | EPOLLOUT);
+  if (client->input.size() > 0) loop_.change(client->descriptor.get(), EPOLLIN | EPOLLOUT);
 }
 
 void Server::respond(ClientId client, std::int64_t id, const Json& result) { answer(client, result_line(id, result)); }
@@ -276,8 +265,7 @@ void Server::drop(ClientId id) {
   const auto found = clients_.find(id);
   if (found == clients_.end()) return;
   const bool had_asked = found->second->has_asked;
-  loop_.remove(found->second->descriptor);
-  close(found->second->descriptor);
+  loop_.remove(found->second->descriptor.get());
   clients_.erase(found);
   if (had_asked) on_gone_(id);
 }

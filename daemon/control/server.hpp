@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/os/file_descriptor.hpp"
 #include "daemon/control/event_loop.hpp"
 #include "daemon/control/line_buffer.hpp"
 #include "daemon/control/protocol.hpp"
@@ -78,7 +79,7 @@ class Server {
  private:
   struct Client {
     Peer peer;
-    int descriptor = -1;
+    os::FileDescriptor descriptor;
     LineBuffer input{kLongestRequest};
     std::string output;
     bool busy = false;       ///< a request is under way
@@ -108,7 +109,7 @@ class Server {
   OnRequest on_request_;
   OnGone on_gone_;
   NameOf name_of_;
-  int listener_ = -1;
+  os::FileDescriptor listener_;
   ClientId next_client_ = 1;
   std::map<ClientId, std::unique_ptr<Client>> clients_;
 };

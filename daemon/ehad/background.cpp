@@ -17,22 +17,19 @@ namespace {
 
 constexpr auto kBeat = std::chrono::milliseconds(200);
 
-int open_eventfd() {
-  const int descriptor = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  if (descriptor < 0) throw IoError("cannot create an event descriptor: " + std::generic_category().message(errno));
+os::FileDescriptor open_eventfd() {
+  os::FileDescriptor descriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  if (!descriptor) throw IoError("cannot create an event descriptor: " + std::generic_category().message(errno));
   return descriptor;
 }
 
 }  // namespace
 
 Mailbox::Mailbox(control::EventLoop& loop) : loop_(loop), descriptor_(open_eventfd()) {
-  loop_.add(descriptor_, EPOLLIN, [this](std::uint32_t) { deliver(); });
+  loop_.add(descriptor_.get(), EPOLLIN, [this](std::uint32_t) { deliver(); });
 }
 
-Mailbox::~Mailbox() {
-  loop_.remove(descriptor_);
-  close(descriptor_);
-}
+Mailbox::~Mailbox() { loop_.remove(descriptor_.get()); }
 
 void Mailbox::post(std::function<void()> message) {
   {
@@ -40,12 +37,12 @@ void Mailbox::post(std::function<void()> message) {
     messages_.push_back(std::move(message));
   }
   // Fails only at the count's maximum; the main thread is awake then.
-  static_cast<void>(eventfd_write(descriptor_, 1));
+  static_cast<void>(eventfd_write(descriptor_.get(), 1));
 }
 
 void Mailbox::deliver() {
   eventfd_t count = 0;
-  static_cast<void>(eventfd_read(descriptor_, &count));
+  static_cast<void>(eventfd_read(descriptor_.get(), &count));
   std::deque<std::function<void()>> taken;
   {
     const std::lock_guard lock(mutex_);

@@ -13,6 +13,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/os/file_descriptor.hpp"
 #include "daemon/control/event_loop.hpp"
 
 namespace eha::service {
@@ -35,7 +36,7 @@ class Mailbox {
   void deliver();
 
   control::EventLoop& loop_;
-  int descriptor_;
+  os::FileDescriptor descriptor_;
   std::mutex mutex_;
   std::deque<std::function<void()>> messages_;
 };

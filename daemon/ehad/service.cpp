@@ -24,13 +24,13 @@ using namespace std::chrono_literals;
 constexpr auto kPollInterval = 200ms;
 constexpr auto kSweepInterval = 1000ms;
 
-int open_signals() {
+os::FileDescriptor open_signals() {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int number : {SIGTERM, SIGINT, SIGHUP, SIGCHLD}) sigaddset(&signals, number);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  const int descriptor = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
-  if (descriptor < 0) throw IoError("cannot listen for signals: " + std::generic_category().message(errno));
+  os::FileDescriptor descriptor(signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
+  if (!descriptor) throw IoError("cannot listen for signals: " + std::generic_category().message(errno));
   return descriptor;
 }
 
@@ -51,14 +51,11 @@ Service::Service(const Options& options)
           [this](const control::Peer& peer, const control::Request& request) { on_request(peer, request); },
           [this](control::ClientId client) { watchers_.erase(client); },
           [this](uid_t uid) { return names_.name(uid); }) {
-  loop_.add(signals_, EPOLLIN, [this](std::uint32_t) { on_signal(); });
+  loop_.add(signals_.get(), EPOLLIN, [this](std::uint32_t) { on_signal(); });
   spdlog::info("listening at {}; the rig is faulted until somebody arms it", options.socket.string());
 }
 
-Service::~Service() {
-  loop_.remove(signals_);
-  close(signals_);
-}
+Service::~Service() { loop_.remove(signals_.get()); }
 
 void Service::run() {
   notifier_.ready();
@@ -89,7 +86,7 @@ std::chrono::milliseconds Service::time_to_next(Clock::time_point now) const {
 
 void Service::on_signal() {
   signalfd_siginfo info{};
-  while (read(signals_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
+  while (read(signals_.get(), &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
     switch (info.ssi_signo) {
       case SIGCHLD:
         supervisor_.poll_worker();

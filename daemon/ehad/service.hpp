@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "core/os/file_descriptor.hpp"
 #include "daemon/control/event_loop.hpp"
 #include "daemon/control/server.hpp"
 #include "daemon/ehad/audit_limiter.hpp"
@@ -54,7 +55,7 @@ class Service {
 
   control::EventLoop loop_;
   Notifier notifier_;
-  int signals_;
+  os::FileDescriptor signals_;
   Supervisor supervisor_;
   UserNames names_;
   AuditLimiter audit_;

@@ -59,18 +59,15 @@ class Logind {
     std::string message = result < 0 && error.message != nullptr ? error.message : "";
     int descriptor = -1;
     if (result >= 0) result = sd_bus_message_read(reply, "h", &descriptor);
-    if (result >= 0) inhibitor_ = fcntl(descriptor, F_DUPFD_CLOEXEC, 0);
+    if (result >= 0) inhibitor_ = os::FileDescriptor(fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
     sd_bus_error_free(&error);
     sd_bus_message_unref(reply);
     if (result < 0 && message.empty()) message = reason(result);
     return message;
   }
 
-  void release() {
-    if (inhibitor_ >= 0) close(inhibitor_);
-    inhibitor_ = -1;
-  }
-  [[nodiscard]] bool is_held() const { return inhibitor_ >= 0; }
+  void release() { inhibitor_.close(); }
+  [[nodiscard]] bool is_held() const { return static_cast<bool>(inhibitor_); }
 
   /// Handles what has come. @returns a negative errno when the connection is lost
   int process() {
@@ -89,27 +86,26 @@ class Logind {
 
   std::function<void()> about_to_sleep_;
   sd_bus* bus_ = nullptr;
-  int inhibitor_ = -1;
+  os::FileDescriptor inhibitor_;
 };
 
 }  // namespace
 
 SleepInhibitor::SleepInhibitor(Mailbox& mailbox, Events events)
     : mailbox_(mailbox), events_(std::move(events)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  if (wake_ < 0) throw IoError("cannot create an event descriptor: " + std::generic_category().message(errno));
+  if (!wake_) throw IoError("cannot create an event descriptor: " + std::generic_category().message(errno));
   thread_ = std::thread([this] { run(); });
   pthread_setname_np(thread_.native_handle(), "eha-sleep");
 }
 
 SleepInhibitor::~SleepInhibitor() {
   ending_ = true;
-  static_cast<void>(eventfd_write(wake_, 1));
+  static_cast<void>(eventfd_write(wake_.get(), 1));
   thread_.join();
-  close(wake_);
 }
 
 void SleepInhibitor::want(bool held) noexcept {
-  if (wanted_.exchange(held) != held) static_cast<void>(eventfd_write(wake_, 1));
+  if (wanted_.exchange(held) != held) static_cast<void>(eventfd_write(wake_.get(), 1));
 }
 
 void SleepInhibitor::run() {
@@ -117,10 +113,10 @@ void SleepInhibitor::run() {
   const auto give_up = [this](const std::string& why) { mailbox_.post([this, why] { events_.unavailable(why); }); };
   Logind logind([this] { mailbox_.post([this] { events_.about_to_sleep(); }); });
   const auto wait = [this](pollfd bus) {
-    std::array<pollfd, 2> waiting{bus, pollfd{wake_, POLLIN, 0}};
+    std::array<pollfd, 2> waiting{bus, pollfd{wake_.get(), POLLIN, 0}};
     poll(waiting.data(), waiting.size(), kLongestPoll_ms);
     eventfd_t count = 0;
-    static_cast<void>(eventfd_read(wake_, &count));
+    static_cast<void>(eventfd_read(wake_.get(), &count));
   };
   // The bus is of no use before the first run.
   while (!ending_ && !wanted_) wait({-1, 0, 0});

@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 
+#include "core/os/file_descriptor.hpp"
 #include "daemon/ehad/background.hpp"
 
 namespace eha::service {
@@ -39,7 +40,7 @@ class SleepInhibitor {
   Events events_;
   std::atomic<bool> wanted_{false};
   std::atomic<bool> ending_{false};
-  int wake_ = -1;  ///< eventfd: wanted_ or ending_ has changed
+  os::FileDescriptor wake_;  ///< eventfd: wanted_ or ending_ has changed
   std::thread thread_;
 };
 
