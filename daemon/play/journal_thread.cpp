@@ -19,19 +19,18 @@ constexpr auto kPollVirtual = std::chrono::microseconds(200);
 
 }  // namespace
 
-JournalThread::JournalThread(RecordQueue& queue, record::JournalWriter& journal, TimeBase time_base,
-                             std::atomic<std::uint64_t>& turns)
+JournalThread::JournalThread(RecordQueue& queue, record::JournalWriter& journal, TimeBase time_base, RunWatch& watch)
     : queue_(queue),
       journal_(journal),
       time_base_(time_base),
-      turns_(turns),
+      watch_(watch),
       batch_(RecordQueue::kCapacity / 8),
       thread_([this] { run(); }) {
   pthread_setname_np(thread_.native_handle(), "eha-writer");
 }
 
 bool JournalThread::hangs() {
-  const std::uint64_t turns = turns_.load(std::memory_order_relaxed);
+  const std::uint64_t turns = watch_.writer_turns.load(std::memory_order_relaxed);
   const auto now = std::chrono::steady_clock::now();
   if (turns != turns_seen_) {
     turns_seen_ = turns;
@@ -50,7 +49,7 @@ void JournalThread::run() {
   acquisition::block_all_but_fatal_signals();
   const acquisition::SignalStack signal_stack;
   for (;;) {
-    turns_.fetch_add(1, std::memory_order_relaxed);
+    watch_.writer_turns.fetch_add(1, std::memory_order_relaxed);
     const bool was_last = loop_ended_.load(std::memory_order_acquire);
     const std::size_t count = queue_.pop(batch_.data(), batch_.size());
     if (error_.empty()) write(count);

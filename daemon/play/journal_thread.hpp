@@ -9,6 +9,7 @@
 
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/record_queue.hpp"
+#include "daemon/play/run_watch.hpp"
 #include "daemon/record/journal.hpp"
 
 namespace eha::play {
@@ -20,9 +21,9 @@ inline constexpr std::chrono::seconds kWriterPatience{6};
 /// drops records and has the queue report it to the loop, which ramps out. The public members belong to one thread.
 class JournalThread {
  public:
-  /// @param turns  counts the thread's turns
+  /// @param watch  its writer_turns counts the turns of the thread
   JournalThread(acquisition::RecordQueue& queue, record::JournalWriter& journal, acquisition::TimeBase time_base,
-                std::atomic<std::uint64_t>& turns);
+                RunWatch& watch);
   JournalThread(const JournalThread&) = delete;
   JournalThread& operator=(const JournalThread&) = delete;
   ~JournalThread() { finish(); }
@@ -41,7 +42,7 @@ class JournalThread {
   acquisition::RecordQueue& queue_;
   record::JournalWriter& journal_;
   acquisition::TimeBase time_base_;
-  std::atomic<std::uint64_t>& turns_;
+  RunWatch& watch_;
   std::uint64_t turns_seen_ = 0;
   std::chrono::steady_clock::time_point turned_ = std::chrono::steady_clock::now();
   std::vector<acquisition::TickRecord> batch_;

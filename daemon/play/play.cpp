@@ -115,7 +115,7 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   const acquisition::FatalSignals fatal_signals(run.rig, run.stop,
                                                 std::llround(request.rig.realtime.sample_period_s * 1e9));
   run.watch.phase = RunWatch::Phase::playing;
-  JournalThread writer(*queue, journal, request.time_base, run.watch.writer_turns);
+  JournalThread writer(*queue, journal, request.time_base, run.watch);
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
     acquisition::TableSource source(request.table_V, static_cast<std::uint32_t>(request.experiment.repetitions));
     return acquisition::run(run.rig, run.machine, source, request.rig.limits, request.rig.realtime,
