@@ -163,7 +163,7 @@ TEST_P(Statistics, IntervalsHoldTheTruthUnderWhiteNoiseAndReachTheCramerRaoBound
   solution.numerator = Eigen::VectorXd::Constant(1, s.gain);
   solution.input_bias = s.bias;
   solution.initial_output = s.initial_output;
-  std::vector<std::string> names;
+  std::vector<ParameterKey> names;
   const Eigen::MatrixXd derivatives = OutputError(compared, plain, linear).derivatives(plain.start(), solution, names);
   const std::vector<double>& taps = comparison.taps;
   const auto rows = static_cast<Eigen::Index>(comparison.count);
@@ -182,7 +182,7 @@ TEST_P(Statistics, IntervalsHoldTheTruthUnderWhiteNoiseAndReachTheCramerRaoBound
   std::printf("%-17s variance over the bound:", s.name.c_str());
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
-    const double ratio = tallies.at(names[i]).variance() / bound(at, at);
+    const double ratio = tallies.at(names[i].name).variance() / bound(at, at);
     std::printf(" %s %.2f", names[i].c_str(), ratio);
     mean_ratio += ratio / static_cast<double>(names.size());
   }
