@@ -183,7 +183,7 @@ TEST_P(Statistics, IntervalsHoldTheTruthUnderWhiteNoiseAndReachTheCramerRaoBound
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     const double ratio = tallies.at(names[i].name).variance() / bound(at, at);
-    std::printf(" %s %.2f", names[i].c_str(), ratio);
+    std::printf(" %s %.2f", names[i].name.c_str(), ratio);
     mean_ratio += ratio / static_cast<double>(names.size());
   }
   std::printf("  mean %.2f\n", mean_ratio);
