@@ -17,6 +17,7 @@
 #include "ident/search/least_squares.hpp"
 #include "ident/search/parametrisation.hpp"
 #include "ident/search/realisation.hpp"
+#include "ident/signal/decimation.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/validation/fit_report.hpp"
@@ -82,7 +83,7 @@ struct Rows {
 
 Rows rows_of(const Record& record, const FitOptions& options) {
   Rows rows;
-  rows.discarded = static_cast<std::size_t>(std::ceil(options.discard_s / record.step_s - 1e-9));
+  rows.discarded = discarded_rows(options.discard_s, record.step_s);
   rows.comparison = compare_every(static_cast<std::size_t>(record.input.size()),
                                   static_cast<std::size_t>(options.decimation), rows.discarded);
   rows.estimating = static_cast<std::size_t>(std::lround(options.split * static_cast<double>(rows.comparison.count)));

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/paper_procedure.hpp"
+#include "ident/signal/decimation.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/validation/fit_report.hpp"
 
@@ -78,7 +79,7 @@ ValidationReport validate(const Model& model, const Record& record, const FitOpt
   FitResult result;
   result.model = model;
   result.model.past_input.clear();  // it was that of another record
-  const auto discard = static_cast<std::size_t>(std::ceil(options.discard_s / record.step_s - 1e-9));
+  const std::size_t discard = discarded_rows(options.discard_s, record.step_s);
   const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
                                               static_cast<std::size_t>(options.decimation), discard);
   if (comparison.count < 2) throw DataError("record: too few rows are left to score the model on");

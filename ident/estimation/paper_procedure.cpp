@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "ident/fractional/stability.hpp"
+#include "ident/signal/decimation.hpp"
 #include "ident/validation/fit_report.hpp"
 #include "ident/validation/score.hpp"
 
@@ -185,7 +186,7 @@ FitResult fit_by_paper(const Record& record, const StructureOptions& asked, cons
         "model {}: the paper's procedure frees and fixes what the paper does and has no delay; use --procedure default",
         asked.name));
   }
-  const auto discard = static_cast<Eigen::Index>(std::ceil(options.discard_s / record.step_s - 1e-9));
+  const auto discard = static_cast<Eigen::Index>(discarded_rows(options.discard_s, record.step_s));
   const double step_s = record.step_s * options.decimation;
   if (discard >= record.input.size()) throw DataError("record: shorter than the time to discard");
   const Eigen::VectorXd u = every(record.input, discard, options.decimation);

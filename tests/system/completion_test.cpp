@@ -27,7 +27,7 @@ using Set = std::set<std::string>;
 TEST(Completion, OffersTheCommandsThatBeginSo) { EXPECT_EQ(offered("eha ru"), (Set{"run", "runs"})); }
 
 TEST(Completion, OffersTheOptionsOfTheCommandAndTheCommonOnes) {
-  EXPECT_EQ(offered("eha fit --s"), (Set{"--seed", "--split", "--start", "--sweep", "--sweep-orders"}));
+  EXPECT_EQ(offered("eha fit --s"), (Set{"--seed", "--split", "--start", "--structure", "--sweep", "--sweep-orders"}));
   EXPECT_EQ(offered("eha --quiet fit --q"), Set{"--quiet"});
   EXPECT_EQ(offered("eha --l"), Set{""});
 }
@@ -38,7 +38,7 @@ TEST(Completion, OffersTheChoicesOfAnOptionAndOfAnArgument) {
   EXPECT_EQ(offered("eha completion z"), Set{"zsh"});
 }
 
-TEST(Completion, OffersTheCommandsUnderACommand) { EXPECT_EQ(offered("eha runs re"), Set{"recover"}); }
+TEST(Completion, OffersTheCommandsUnderACommand) { EXPECT_EQ(offered("eha runs re"), (Set{"recover", "remove"})); }
 
 TEST(Completion, OffersFilesWhereAFileIsExpected) {
   EXPECT_EQ(offered("eha run experiments/p"), Set{"experiments/paper.toml"});
