@@ -76,9 +76,10 @@ class Rig {
   /// the safe voltage written, so that the first write to the output never meets live hydraulics.
   virtual RigStatus set_enable(bool on) noexcept = 0;
 
-  /// Writes the rig's safe voltage, then switches the enable line off. May be called at any time, again and
-  /// again, also from a signal handler while another thread is inside a call (that thread must write nothing
-  /// afterwards); tries the second step even when the first fails, and returns the first failure.
+  /// Switches the enable line off, then writes the rig's safe voltage: an output that times out does not keep the
+  /// hydraulics on. May be called at any time, again and again, also from a signal handler while another thread is
+  /// inside a call (that thread must write nothing afterwards); tries the second step even when the first fails, and
+  /// returns the first failure.
   virtual RigStatus make_safe() noexcept = 0;
 
   /// JSON from which another process can make the rig safe (hal::safe_action); empty when no machine moves. Write it to

@@ -216,15 +216,23 @@ void TickEngine::drive(const TickInputs& inputs, TickRecord& row) noexcept {
 
 void TickEngine::drive_safe(TickRecord& row) noexcept {
   row.requested_V = safe_V_;
-  hal::AppliedCommand applied;
-  // command() first, because it returns the code of the safe voltage; make_safe() is the last write.
-  const hal::RigStatus command_status = rig_.command(safe_V_, applied);
-  if (command_status == hal::RigStatus::ok) applied_ = applied;
+  // Whatever it returns: make_safe() switches it off again and confirms it.
+  static_cast<void>(rig_.set_enable(false));
+  // command() returns the code of the safe voltage, but an output that has just timed out would cost another time-out;
+  // make_safe() is the last write.
+  bool is_written = false;
+  if (safe_attempts_ == 0 && row.command_status != hal::RigStatus::timed_out) {
+    hal::AppliedCommand applied;
+    const hal::RigStatus command_status = rig_.command(safe_V_, applied);
+    is_written = command_status == hal::RigStatus::ok;
+    if (is_written) applied_ = applied;
+    if (row.command_status == hal::RigStatus::ok) row.command_status = command_status;
+  }
   const hal::RigStatus safe_status = rig_.make_safe();
-  if (row.command_status == hal::RigStatus::ok) row.command_status = command_status;
-  if (command_status != hal::RigStatus::ok && safe_status == hal::RigStatus::ok) applied_ = safe_applied_;
-  if (command_status != hal::RigStatus::ok && safe_status != hal::RigStatus::ok) raise_flag(row, kCommandHeld);
   safe_confirmed_ = safe_status == hal::RigStatus::ok;
+  if (!is_written && safe_confirmed_) applied_ = safe_applied_;
+  if (!is_written && !safe_confirmed_) raise_flag(row, kCommandHeld);
+  if (row.command_status == hal::RigStatus::ok) row.command_status = safe_status;
   if (safe_confirmed_ || ++safe_attempts_ >= kSafeAttempts) {
     machine_.move_to(State::faulted);
     finished_ = true;

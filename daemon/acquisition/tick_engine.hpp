@@ -37,8 +37,8 @@ struct TickInputs {
 /// ramp_in: from the safe voltage to the source's row 0 under the slew limit. running: the source's rows; the row
 /// follows the grid, so a skipped tick does not shift the excitation. ramp_out: back to the safe voltage under the slew
 /// limit, then make_safe() and idle; on the normal end, a stop, or a failing sink. safe_stop: on any fault or a second
-/// stop: the safe voltage and make_safe() in the same tick, again each tick until the device confirms (20 times), then
-/// faulted.
+/// stop: the enable line off, the safe voltage (left out where this tick's write timed out) and make_safe() in the same
+/// tick, make_safe() again each tick until the device confirms (20 times), then faulted.
 /// One time-out that returns within a tick is held and flagged; three ticks with one in a row, any other failure, and
 /// any failure that took longer than a tick are faults.
 /// Real-time safe. Not thread-safe.

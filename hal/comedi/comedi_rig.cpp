@@ -103,9 +103,9 @@ class CardRig final : public Rig {
   }
 
   RigStatus make_safe() noexcept override {
-    const RigStatus written = write_code(device_.get(), options_.command.subdevice, command_chanspec_, safe_code_);
     const RigStatus disabled = set_enable(false);
-    return written != RigStatus::ok ? written : disabled;
+    const RigStatus written = write_code(device_.get(), options_.command.subdevice, command_chanspec_, safe_code_);
+    return disabled != RigStatus::ok ? disabled : written;
   }
 
  private:
@@ -218,7 +218,7 @@ class CardRig final : public Rig {
 
   void open_safely() {
     require(set_enable(false), "switch the enable line off");
-    require(make_safe(), "write the safe voltage");
+    require(make_safe(), "write the safe voltage");  // the enable line again, which has just succeeded
   }
 
   void require(RigStatus status, const char* doing) {

@@ -64,10 +64,11 @@ void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::millisec
   if (!snapshot.enable) enable.status = RigStatus::ok;
   const unsigned chanspec = CR_PACK(snapshot.channel, snapshot.range, snapshot.reference);
   for (;;) {
+    // The enable line first: a write to the output may take a second to time out.
+    if (enable.status != RigStatus::ok) enable.take(switch_off(device.get(), *snapshot.enable));
     if (output.status != RigStatus::ok) {
       output.take(write_code(device.get(), snapshot.subdevice, chanspec, snapshot.safe_code));
     }
-    if (enable.status != RigStatus::ok) enable.take(switch_off(device.get(), *snapshot.enable));
     if (output.status == RigStatus::ok && enable.status == RigStatus::ok) return;
     // A card that is gone does not come back to this descriptor.
     if (output.status == RigStatus::removed || enable.status == RigStatus::removed) break;
@@ -75,7 +76,7 @@ void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::millisec
     std::this_thread::sleep_for(kPause);
   }
   std::string message = snapshot.device + ": NOT SAFE";
-  for (const Step& step : {output, enable}) {
+  for (const Step& step : {enable, output}) {
     if (step.status != RigStatus::ok) message += std::string(": ") + step.failing + " (" + step.cause + ")";
   }
   throw DeviceError(message + ": make the rig safe by hand");

@@ -3,6 +3,7 @@
 
 #include <time.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -26,8 +27,8 @@ void spin_for(std::int64_t duration_ns) noexcept {
   }
 }
 
-FaultRig::FaultRig(Rig& rig, std::vector<InjectedFault> faults, Stall stall)
-    : rig_(rig), faults_(std::move(faults)), stall_(std::move(stall)) {}
+FaultRig::FaultRig(Rig& rig, std::vector<InjectedFault> faults, Stall stall, Conversion conversion)
+    : rig_(rig), faults_(std::move(faults)), stall_(std::move(stall)), conversion_(std::move(conversion)) {}
 
 const RigCapabilities& FaultRig::capabilities() const noexcept { return rig_.capabilities(); }
 
@@ -49,11 +50,7 @@ RigStatus FaultRig::read(std::int64_t elapsed_ns, RigReading& reading) noexcept 
   if (active(FaultKind::read_io_error)) return RigStatus::io_error;
   if (status != RigStatus::ok) return status;
 
-  if (active(FaultKind::stuck_sensor)) {
-    actual = last_good_;
-  } else {
-    last_good_ = actual;
-  }
+  falsify(actual);
   if (active(FaultKind::rail)) {
     // The scale of the wrapped rig is not known here; all ones is full scale, and the flag is what a rig reports with
     // it.
@@ -70,9 +67,37 @@ RigStatus FaultRig::read(std::int64_t elapsed_ns, RigReading& reading) noexcept 
   return RigStatus::ok;
 }
 
+void FaultRig::falsify(RigReading& reading) noexcept {
+  const double lsb_V = capabilities().feedback_lsb_V;
+  if (const InjectedFault* open = active(FaultKind::open_sensor)) {
+    set_feedback(reading, open->amount + open->noise_LSB * lsb_V * noise_());
+  } else if (active(FaultKind::reversed_sensor)) {
+    set_feedback(reading, 2.0 * last_good_.feedback_V - reading.feedback_V);
+  } else if (const InjectedFault* stuck = active(FaultKind::stuck_sensor)) {
+    reading = last_good_;
+    if (stuck->noise_LSB > 0.0) set_feedback(reading, last_good_.feedback_V + stuck->noise_LSB * lsb_V * noise_());
+  } else {
+    last_good_ = reading;
+  }
+}
+
+void FaultRig::set_feedback(RigReading& reading, double volts) const noexcept {
+  const RigCapabilities& range = capabilities();
+  const double last_code = std::round((range.feedback_max_V - range.feedback_min_V) / range.feedback_lsb_V);
+  const double code = std::clamp(std::round((volts - range.feedback_min_V) / range.feedback_lsb_V), 0.0, last_code);
+  reading.feedback_code = static_cast<std::uint32_t>(code);
+  reading.feedback_V = range.feedback_min_V + code * range.feedback_lsb_V;
+  reading.feedback_at_rail = reading.feedback_code == 0 || code >= last_code;
+  reading.displacement_in = conversion_.offset_in + conversion_.scale_in_per_V * reading.feedback_V;
+}
+
 RigStatus FaultRig::command(double command_V, AppliedCommand& applied) noexcept {
   if (const InjectedFault* slow = active(FaultKind::slow_command)) stall_(nanoseconds(slow->amount));
   if (removed_) return RigStatus::removed;
+  if (const InjectedFault* dead = active(FaultKind::output_timed_out)) {
+    stall_(nanoseconds(dead->amount));
+    return RigStatus::timed_out;
+  }
   if (active(FaultKind::command_timed_out)) return RigStatus::timed_out;
   if (active(FaultKind::command_io_error)) return RigStatus::io_error;
   return rig_.command(command_V, applied);
@@ -80,6 +105,13 @@ RigStatus FaultRig::command(double command_V, AppliedCommand& applied) noexcept 
 
 RigStatus FaultRig::set_enable(bool on) noexcept { return removed_ ? RigStatus::removed : rig_.set_enable(on); }
 
-RigStatus FaultRig::make_safe() noexcept { return removed_ ? RigStatus::removed : rig_.make_safe(); }
+RigStatus FaultRig::make_safe() noexcept {
+  if (removed_) return RigStatus::removed;
+  const InjectedFault* dead = active(FaultKind::output_timed_out);
+  if (dead == nullptr) return rig_.make_safe();
+  const RigStatus disabled = rig_.set_enable(false);
+  stall_(nanoseconds(dead->amount));
+  return disabled != RigStatus::ok ? disabled : RigStatus::timed_out;
+}
 
 }  // namespace eha::hal

@@ -6,7 +6,9 @@
 #include <limits>
 #include <vector>
 
+#include "hal/conversion.hpp"
 #include "hal/rig.hpp"
+#include "hal/sim/normal_noise.hpp"
 
 namespace eha::hal {
 
@@ -16,9 +18,12 @@ enum class FaultKind {
   read_io_error,      ///< read() returns io_error
   command_timed_out,  ///< command() returns timed_out, nothing is written
   command_io_error,   ///< command() returns io_error, nothing is written
+  output_timed_out,   ///< every write to the output takes `amount` [s] and times out: command()'s and make_safe()'s
   removed,            ///< every call returns removed from then on, make_safe() too
   not_finite,         ///< the displacement is NaN
-  stuck_sensor,       ///< the reading stays at the last good one
+  stuck_sensor,       ///< the reading stays at the last good one, give or take `noise_LSB`
+  open_sensor,        ///< the sensor's input reads `amount` [V], give or take `noise_LSB`
+  reversed_sensor,    ///< the sensor's voltage moves the wrong way from where it was at the last good reading
   rail,               ///< the converter reads all ones, as a dead card does
   spike,              ///< `amount` [in] is added to the displacement
   slow_read,          ///< read() takes `amount` [s] longer
@@ -32,7 +37,8 @@ struct InjectedFault {
   FaultKind kind = FaultKind::read_timed_out;
   std::int64_t first_tick = 0;
   std::int64_t ticks = 1;  ///< for how many; kAlways for ever
-  double amount = 0.0;     ///< spike [in], slow_read and slow_command [s]
+  double amount = 0.0;     ///< spike [in]; slow_read, slow_command and output_timed_out [s]; open_sensor [V]
+  double noise_LSB = 0.0;  ///< standard deviation of the noise of stuck_sensor and open_sensor, converter steps
 
   static constexpr std::int64_t kAlways = std::numeric_limits<std::int64_t>::max();
 };
@@ -47,23 +53,29 @@ void spin_for(std::int64_t duration_ns) noexcept;
 /// the wrapped rig's time on: a plant moves under the command it holds.
 class FaultRig final : public Rig {
  public:
-  /// @param rig     wrapped, must outlive this
-  /// @param stall   called for slow_read and slow_command; must not throw
-  FaultRig(Rig& rig, std::vector<InjectedFault> faults, Stall stall = spin_for);
+  /// @param rig         wrapped, must outlive this
+  /// @param stall       called for slow_read, slow_command and output_timed_out; must not throw
+  /// @param conversion  of the wrapped rig; open_sensor, reversed_sensor and noise need it
+  FaultRig(Rig& rig, std::vector<InjectedFault> faults, Stall stall = spin_for, Conversion conversion = {});
 
   [[nodiscard]] const RigCapabilities& capabilities() const noexcept override;
   RigStatus read(std::int64_t elapsed_ns, RigReading& reading) noexcept override;
   RigStatus command(double command_V, AppliedCommand& applied) noexcept override;
   RigStatus set_enable(bool on) noexcept override;
+  /// While the output times out the wrapped rig's enable line is switched off all the same, and the voltage stays.
   RigStatus make_safe() noexcept override;
   [[nodiscard]] std::string safe_snapshot() const override { return rig_.safe_snapshot(); }
 
  private:
   [[nodiscard]] const InjectedFault* active(FaultKind kind) const noexcept;
+  void falsify(RigReading& reading) noexcept;
+  void set_feedback(RigReading& reading, double volts) const noexcept;
 
   Rig& rig_;
   std::vector<InjectedFault> faults_;
   Stall stall_;
+  Conversion conversion_;
+  NormalNoise noise_{1};
   std::int64_t tick_ = -1;
   bool removed_ = false;
   RigReading last_good_;

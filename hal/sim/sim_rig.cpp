@@ -72,8 +72,8 @@ class SimRig final : public Rig {
   }
 
   RigStatus make_safe() noexcept override {
-    held_V_ = output_.volts(output_.code(safe_V_));
     enabled_ = false;
+    held_V_ = output_.volts(output_.code(safe_V_));
     return RigStatus::ok;
   }
 

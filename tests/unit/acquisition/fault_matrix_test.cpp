@@ -174,6 +174,28 @@ TEST(FaultMatrixFrozenSensor, EndsARunThatDrivesTheValveAndIsNotLookedForInOneTh
   }
 }
 
+TEST(FaultMatrixOutputTimeOut, SwitchesTheHydraulicsOffBeforeTheOutputIsTriedAgain) {
+  constexpr double kTimeOut_s = 0.005;  // five ticks
+  for (const Phase phase : {Phase::ramp, Phase::run, Phase::last_tick}) {
+    FakeRig wire;
+    Play play;
+    std::vector<bool> enabled_at_call;
+    hal::FaultRig rig(wire, {{FaultKind::output_timed_out, tick_of(phase), hal::InjectedFault::kAlways, kTimeOut_s}},
+                      [&](std::int64_t duration_ns) {
+                        enabled_at_call.push_back(wire.enabled());
+                        play.clock.advance(duration_ns);
+                      });
+    play.on(rig);
+    EXPECT_EQ(play.report.fault.fault, Fault::call_overran);
+    EXPECT_FALSE(play.report.safe_confirmed);
+    EXPECT_FALSE(wire.enabled());
+    // The first call is the tick's own; every later one finds the hydraulics off. Each attempt makes one call more.
+    ASSERT_EQ(enabled_at_call.size(), 1U + 20U);
+    EXPECT_TRUE(enabled_at_call[0]);
+    for (std::size_t i = 1; i < enabled_at_call.size(); ++i) EXPECT_FALSE(enabled_at_call[i]) << i;
+  }
+}
+
 TEST(FaultMatrixTravel, StopsARodThatRunsTowardsTheEndOfItsTravelInsideIt) {
   for (const double voltage_V : {4.0, -4.0}) {
     FakeRig wire;

@@ -147,6 +147,21 @@ TEST(FaultRig, LetsTimePassInsideSlowCalls) {
   EXPECT_EQ(stalled_ns, 251'000'000);
 }
 
+TEST(FaultRig, SwitchesTheEnableLineOffWhileTheOutputTimesOut) {
+  std::int64_t stalled_ns = 0;
+  Pair pair({{FaultKind::output_timed_out, 1, InjectedFault::kAlways, 1.0}},
+            [&](std::int64_t duration_ns) { stalled_ns += duration_ns; });
+  EXPECT_EQ(pair.tick(5.0).command_status, RigStatus::ok);
+  EXPECT_EQ(pair.tick(5.0).command_status, RigStatus::timed_out);
+  EXPECT_EQ(pair.rig.make_safe(), RigStatus::timed_out);
+  EXPECT_EQ(stalled_ns, 2'000'000'000);
+  RigReading held;
+  for (int k = 0; k < 500; ++k) held = pair.tick(5.0).reading;
+  RigReading end;
+  for (int k = 0; k < 500; ++k) end = pair.tick(5.0).reading;
+  EXPECT_NEAR(end.displacement_in, held.displacement_in, 0.01) << "the hydraulics are off, so that 5 V move nothing";
+}
+
 TEST(FaultRig, SpinsForAtLeastTheTimeAsked) {
   timespec before{};
   timespec after{};

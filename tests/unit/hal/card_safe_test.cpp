@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The order in which the comedi backend makes a card safe, seen from the card.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "core/error.hpp"
+#include "hal/comedi/comedi_rig.hpp"
+#include "hal/comedi/safe_snapshot.hpp"
+#include "pci1716_options.hpp"
+#include "stand_in_comedi.hpp"
+
+namespace eha::hal {
+namespace {
+
+using testing::StandInCard;
+using Writes = std::vector<StandInCard::Write>;
+
+/// A card that drives 2 V with the hydraulics on, what was written so far forgotten.
+std::unique_ptr<Rig> driven_card() {
+  testing::stand_in_card() = {};
+  std::unique_ptr<Rig> rig = open_rig(testing::pci1716_options(), 0.0);
+  AppliedCommand applied;
+  EXPECT_EQ(rig->command(2.0, applied), RigStatus::ok);
+  EXPECT_EQ(rig->set_enable(true), RigStatus::ok);
+  EXPECT_EQ(testing::stand_in_card().digital_outputs & 1U, 1U);
+  testing::stand_in_card().writes.clear();
+  return rig;
+}
+
+TEST(CardSafe, SwitchesTheHydraulicsOffBeforeAnOutputThatTimesOut) {
+  const std::unique_ptr<Rig> rig = driven_card();
+  StandInCard& card = testing::stand_in_card();
+  card.output_times_out = true;
+  EXPECT_EQ(rig->make_safe(), RigStatus::timed_out);
+  EXPECT_EQ(card.writes, (Writes{StandInCard::Write::enable_off, StandInCard::Write::output}));
+  EXPECT_EQ(card.digital_outputs & 1U, 0U);
+}
+
+TEST(CardSafe, WritesTheSafeVoltageThoughTheEnableLineIsRefused) {
+  const std::unique_ptr<Rig> rig = driven_card();
+  StandInCard& card = testing::stand_in_card();
+  card.enable_refused = true;
+  EXPECT_EQ(rig->make_safe(), RigStatus::io_error);
+  EXPECT_EQ(card.writes, (Writes{StandInCard::Write::enable_off, StandInCard::Write::output}));
+  EXPECT_EQ(card.output_code, 32768U);
+}
+
+TEST(CardSafe, IsMadeInTheSameOrderFromASnapshot) {
+  const std::unique_ptr<Rig> rig = driven_card();
+  const SafeSnapshot snapshot = safe_snapshot_from_text(rig->safe_snapshot(), "safe.json");
+  StandInCard& card = testing::stand_in_card();
+  card.output_times_out = true;
+  EXPECT_THROW(make_safe_from_snapshot(snapshot, std::chrono::milliseconds(0)), DeviceError);
+  EXPECT_EQ(card.writes, (Writes{StandInCard::Write::enable_off, StandInCard::Write::output}));
+  card.output_times_out = false;
+  EXPECT_NO_THROW(make_safe_from_snapshot(snapshot, std::chrono::milliseconds(0)));
+  EXPECT_EQ(card.output_code, 32768U);
+}
+
+}  // namespace
+}  // namespace eha::hal
