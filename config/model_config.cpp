@@ -136,10 +136,20 @@ void read_structure(Section& model, Need need, ident::StructureOptions& asked, D
   }
 }
 
+/// The map before G.
+void read_input_map(Section& model, ident::StructureOptions& asked) {
+  std::vector<std::pair<std::string_view, const ident::InputMapKind*>> kinds;
+  for (const ident::InputMapKind& kind : ident::input_map_kinds()) kinds.emplace_back(kind.name, &kind);
+  const ident::InputMapKind* chosen = nullptr;
+  model.choice("input_map", chosen, kinds, Need::optional);
+  if (chosen != nullptr) asked.structure = chosen->put_before(std::move(asked.structure));
+}
+
 /// The keys that every structure has.
 void read_rest(Section& model, ident::StructureOptions& asked, Document& document) {
   model.number("delay_s", asked.structure.delay.value, Range::between(0.0, kLongestRun_s), Need::optional);
   model.choice("delay", asked.structure.delay.freedom, kDelays, Need::optional);
+  read_input_map(model, asked);
   model.choice("initial_state", asked.initial_state, kInitialStates, Need::optional);
   read_parameters(model, asked, document);
   model.finish();
@@ -207,12 +217,14 @@ std::vector<ident::StructureOptions> read_models(Section& root, Document& docume
 ident::StructureOptions read_single_model(Section& root, Document& document) {
   ident::StructureOptions asked;
   asked.name = ident::kTermsFamily;
-  if (root.has("name")) root.file_stem("name", asked.name);
+  const bool is_named = root.has("name");
+  if (is_named) root.file_stem("name", asked.name);
   root.ignore("name");
   int schema = 1;
   root.integer("schema", schema, 1, 1, Need::optional);
   read_structure(root, Need::optional, asked, document);
   read_rest(root, asked, document);
+  if (!is_named) asked.name += ident::input_map_kind_of(asked.structure).suffix;
   return asked;
 }
 

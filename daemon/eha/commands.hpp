@@ -45,10 +45,11 @@ struct ModelOptions {
   std::optional<int> zeros = {};
   std::optional<std::string> delay = {};  ///< "free" or seconds
   std::optional<ident::InitialState> initial_state = {};
-  std::vector<std::string> fixed = {};   ///< NAME=VALUE
-  std::vector<std::string> free = {};    ///< NAME
-  std::vector<std::string> starts = {};  ///< NAME=VALUE
-  std::vector<std::string> bounds = {};  ///< NAME=LOW:HIGH
+  std::optional<std::string> input_map = {};  ///< "none" or "valve"
+  std::vector<std::string> fixed = {};        ///< NAME=VALUE
+  std::vector<std::string> free = {};         ///< NAME
+  std::vector<std::string> starts = {};       ///< NAME=VALUE
+  std::vector<std::string> bounds = {};       ///< NAME=LOW:HIGH
 };
 
 struct FitCommand {

@@ -23,6 +23,16 @@ nlohmann::ordered_json number_or_null(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
 }
 
+/// A map before G has no gain of its own at a line: the measured one lies below those of G on the two sides.
+std::string bounds_of_the_linear_part(const ident::Model& model) {
+  if (!model.input_map) return "";
+  const double ratio = std::abs(model.input_map->negative_gain_ratio);
+  return fmt::format(
+      "{}: of the linear part above the dead band; below it {:+.2f} dB. The map makes the measured gain "
+      "smaller and distorts\n",
+      model.name, 20.0 * std::log10(ratio));
+}
+
 std::string summary(const ident::FrequencyResponse& measured, const ident::Model* model) {
   const std::string unit = model != nullptr ? model->output_unit : "";
   std::string text =
@@ -63,6 +73,7 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
   text += text_table(columns, cells);
   text +=
       "std: of the gain, by noise alone; even, odd: distortion beside the line, below its output; +-: standard error\n";
+  for (const identify::IdentifiedModel& identified : models) text += bounds_of_the_linear_part(identified.result.model);
   if (every > 1)
     text += fmt::format("one line in {} of {}; {} and --json have them all\n", every, rows.size(),
                         identify::kFrequencyResponseFile);

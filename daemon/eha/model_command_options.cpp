@@ -15,8 +15,8 @@ namespace {
 constexpr const char* kFitFooter = R"(
 SOURCE is a run folder (its own experiment applies, and its models are replaced unless -o is given) or a CSV record
 with the columns time_s, input, output, units as suffixes (voltage_V,displacement_in); see eha-record(5).
-Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit],
-initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders).
+Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit]
+(with --input-map valve: null, dead_band [input unit], negative_gain_ratio), initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders).
 With -o DIR each model of a CSV record is written to DIR/<model>.json, whatever its verdict; without -o nothing is
 written.
 Where the experiment names tones or has repetitions, the measured frequency response is printed beside the models' and
@@ -27,13 +27,14 @@ Examples:
   eha fit runs/latest
   eha fit runs/latest --cross-validate
   eha fit record.csv --model io --poles 3 --zeros 1 --delay free --split 0.5
+  eha fit record.csv --model io --input-map valve -o models
   eha fit record.csv --structure five_terms.toml --model io -o models
   eha fit record.csv --sweep commensurate --poles 2 -o models
   eha fit record.csv --model fo --fix n1=0.9 --bound n2=1.5:2 --decimate 40 -o models)";
 
 constexpr const char* kSimulateFooter = R"(
 INPUT has time_s [s] first and the input last, held between samples. The output is time_s and the model's output.
-MODEL needs only `transfer_function`; input_bias, initial_output and units are used if given. Methods:
+MODEL needs only `transfer_function`; input_map, input_bias, initial_output and units are used if given. Methods:
   exact  exact for a held input; stable models only
   gl1    Grunwald-Letnikov, first order, as in the paper
   cq2    second-order convolution quadrature; stable models only
@@ -106,6 +107,12 @@ void add_fit(CLI::App& app, FitCommand& fit) {
       ->check(CLI::Range(0, 10).description(""));
   sub->add_option("--delay", fit.models.delay, "Transport delay: free, or SECONDS to hold it at (default 0)")
       ->type_name("free|SECONDS");
+  std::vector<std::string> maps;
+  for (const ident::InputMapKind& kind : ident::input_map_kinds()) maps.emplace_back(kind.name);
+  sub->add_option("--input-map", fit.models.input_map,
+                  "Static map before the model: null, dead band and two gains of a valve (default none)")
+      ->type_name(fmt::format("{}", fmt::join(maps, "|")))
+      ->check(CLI::IsMember(maps).description(""));
   add_choice(*sub, "--initial-state", fit.models.initial_state, kInitialStates,
              "Response to the input before the first row (default auto)");
   const auto list = [sub](const char* name, std::vector<std::string>& values, const char* help, const char* type) {

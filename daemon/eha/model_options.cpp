@@ -109,9 +109,10 @@ void apply_degrees(const ModelOptions& options, std::vector<StructureOptions>& s
       throw UsageError(
           fmt::format("--zeros: expected at most {} as there are so many poles, got {}", degrees.poles, degrees.zeros));
     }
-    const ident::StructureParameter delay = asked.structure.delay;
+    const Structure before = asked.structure;
     asked.structure = ident::structure_family(asked.structure.family).make(degrees);
-    asked.structure.delay = delay;
+    asked.structure.delay = before.delay;
+    asked.structure.input_map = before.input_map;
   }
 }
 
@@ -123,6 +124,19 @@ void apply_delay(const std::string& text, Structure& structure) {
   if (structure.delay.value < 0.0) {
     throw UsageError(fmt::format("--delay: expected free or seconds >= 0, got {}", text));
   }
+}
+
+/// A model that the option puts behind a map, or frees of one, is another model than the one its name says.
+void apply_input_map(const std::string& name, StructureOptions& asked) {
+  const ident::InputMapKind& before = ident::input_map_kind_of(asked.structure);
+  if (before.name == name) return;
+  const auto kinds = ident::input_map_kinds();
+  const auto kind = std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.name == name; });
+  asked.structure = kind->put_before(std::move(asked.structure));
+  if (!before.suffix.empty() && asked.name.ends_with(before.suffix)) {
+    asked.name.resize(asked.name.size() - before.suffix.size());
+  }
+  asked.name += kind->suffix;
 }
 
 /// Those of the experiment that belong to the family, else a plain one.
@@ -169,6 +183,7 @@ std::vector<StructureOptions> structures_for(const ModelOptions& options,
   apply_degrees(options, structures);
   for (StructureOptions& asked : structures) {
     if (options.delay) apply_delay(*options.delay, asked.structure);
+    if (options.input_map) apply_input_map(*options.input_map, asked);
     asked.initial_state = options.initial_state.value_or(asked.initial_state);
     apply_parameters(options, asked);
   }

@@ -80,12 +80,27 @@ std::string polynomial(const std::vector<ident::Term>& terms) {
   return text;
 }
 
+/// The map's values, with their standard errors where the model lists them.
+std::string input_map_text(const Model& model) {
+  const auto text = [&](ident::ParameterRole role, double value) {
+    const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                 [&](const ParameterEstimate& parameter) { return parameter.role == role; });
+    return at == model.parameters.end() ? fmt::format("{:.4g}", value) : with_error(*at);
+  };
+  const ident::ValveMap& map = *model.input_map;
+  return fmt::format(", behind a valve: null {} {}, dead band {} {}, negative gain ratio {}",
+                     text(ident::ParameterRole::valve_null, map.null), model.input_unit,
+                     text(ident::ParameterRole::dead_band, map.dead_band), model.input_unit,
+                     text(ident::ParameterRole::negative_gain_ratio, map.negative_gain_ratio));
+}
+
 std::string formula(const Model& model) {
   const ident::TransferFunction& g = model.transfer_function;
   std::string text = fmt::format("({}) / ({})", polynomial(g.numerator), polynomial(g.denominator));
   if (g.delay_s > 0.0) text += fmt::format(" exp(-{:.5g} s)", g.delay_s);
-  return text + fmt::format(", input bias {:.4g} {}, initial output {:.5g} {}", model.input_bias, model.input_unit,
-                            model.initial_output, model.output_unit);
+  text += model.input_map ? input_map_text(model)
+                          : fmt::format(", input bias {:.4g} {}", model.input_bias, model.input_unit);
+  return text + fmt::format(", initial output {:.5g} {}", model.initial_output, model.output_unit);
 }
 
 std::string notes_on(const IdentifiedModel& identified, const char* mark) {

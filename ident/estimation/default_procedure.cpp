@@ -12,7 +12,9 @@
 #include "ident/estimation/fit_choice.hpp"
 #include "ident/estimation/output_error.hpp"
 #include "ident/estimation/rest_before_step.hpp"
+#include "ident/estimation/valve_starts.hpp"
 #include "ident/estimation/variants.hpp"
+#include "ident/search/follow_down.hpp"
 #include "ident/search/global_search.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/search/parametrisation.hpp"
@@ -27,45 +29,11 @@ namespace {
 
 // Optima of the coarse record are followed on the whole one while the evidence against them is not strong.
 constexpr std::size_t kMostFollowed = 4;
-constexpr std::size_t kMostEvaluations = 2000;  // of a search that goes on from the chosen optimum
-constexpr int kMostRounds = 10;
-constexpr double kExactShare = 1e-18;  // of the output's energy; the simulation is exact to about 1e-10
-constexpr double kHardlyDamped = 1e-14;
-constexpr double kWorthwhileFall = 1e-3;
-constexpr double kNowhereNear = 4.0;  // times the least cost of a start
+constexpr std::size_t kMostBehindValve = 3;  // optima behind a map that are followed on the whole record
+constexpr double kNowhereNear = 4.0;         // times the least cost of a start
 // What the search's simulations may be wrong by, relative to the response: far below what tells optima apart.
 constexpr double kSearchGuard = 1.6;
 constexpr double kSearchResolved = 1e-7;
-
-/// Searches on from an optimum, hardly damped, while the cost falls: the damped steps of a first search hardly move
-/// along a flat valley, and may end it before the lowest point.
-LeastSquaresResult followed_down(const OutputError& problem, LeastSquaresResult optimum, int rounds) {
-  for (int round = 0; round < rounds && optimum.termination != Termination::infeasible; ++round) {
-    LeastSquaresResult further =
-        minimise(problem, optimum.theta, {.max_evaluations = kMostEvaluations, .first_damping = kHardlyDamped});
-    const std::size_t evaluations = optimum.evaluations + further.evaluations;
-    const bool falls = further.point.cost < optimum.point.cost * (1.0 - kWorthwhileFall);
-    if (further.termination != Termination::infeasible && further.point.cost <= optimum.point.cost) {
-      optimum = std::move(further);
-    }
-    optimum.evaluations = evaluations;
-    if (!falls) break;
-  }
-  return optimum;
-}
-
-/// Follows every optimum down, the best first, until one leaves no error but that of the simulation.
-void follow_down_all(const OutputError& problem, std::vector<LeastSquaresResult>& optima) {
-  std::stable_sort(optima.begin(), optima.end(), [](const LeastSquaresResult& a, const LeastSquaresResult& b) {
-    const bool a_feasible = a.termination != Termination::infeasible;
-    const bool b_feasible = b.termination != Termination::infeasible;
-    return a_feasible && (!b_feasible || a.point.cost < b.point.cost);
-  });
-  for (LeastSquaresResult& optimum : optima) {
-    optimum = followed_down(problem, std::move(optimum), kMostRounds);
-    if (optimum.point.cost <= kExactShare * problem.output_energy()) break;
-  }
-}
 
 /// A record made ready for the search, and the poles guessed from it.
 struct SearchRecord {
@@ -115,11 +83,13 @@ class DefaultFit {
         rows_(rows_of(record, options)),
         rest_(rest_level(record, asked, rows_)),
         bias_asked_(find_request(asked, asked.structure.input_map.bias) != nullptr),
-        asked_(with_bias_at_rest(asked)),
+        behind_valve_(asked_behind_valve(asked)),
+        asked_(with_bias_at_rest(without_valve(asked))),
         past_(wants_past_input(asked_)),
         compared_(record, rows_.comparison, rows_.estimating, {.past = past_}),
         coarse_(coarse_records()),
-        scale_{record.step_s * static_cast<double>(rows_.last + 1), finest_step_s()},
+        scale_{record.step_s * static_cast<double>(rows_.last + 1), finest_step_s(), seen_input().minCoeff(),
+               seen_input().maxCoeff()},
         parametrisation_(Parametrisation::search(asked_, scale_)) {}
 
   FitResult run() {
@@ -131,14 +101,25 @@ class DefaultFit {
       throw NoStableModel(
           fmt::format("model {}: no stable model of this structure was found for the record", asked_.name));
     }
+    if (behind_valve_) optima = followed_behind_valve(optima);
     LocalOptimum chosen = choose(optima, scale_.duration_s);
     if (chosen.variant.linear.first_state < 0 && looks_integrating(chosen, scale_.duration_s)) {
       chosen = with_bias_named(chosen);
     }
-    return report(followed_to_its_end(std::move(chosen)));
+    chosen = followed_to_its_end(std::move(chosen));
+    if (const auto map = valve_of(chosen)) {
+      const auto discarded = static_cast<Eigen::Index>(rows_.discarded);
+      require_both_sides(*map, seen_input().tail(seen_input().size() - discarded), asked_.name,
+                         record_.input_channel.unit);
+    }
+    return report(chosen);
   }
 
  private:
+  /// Up to the last row that estimates.
+  [[nodiscard]] Eigen::Ref<const Eigen::VectorXd> seen_input() const {
+    return record_.input.head(static_cast<Eigen::Index>(rows_.last) + 1);
+  }
   [[nodiscard]] double largest_input() const { return record_.input.cwiseAbs().maxCoeff(); }
 
   [[nodiscard]] StructureOptions with_bias_at_rest(const StructureOptions& asked) const {
@@ -158,9 +139,14 @@ class DefaultFit {
         guesses = guess_poles(shortened.record, length, static_cast<int>(state_count(asked_.structure)),
                               asked_.structure.delay.freedom == Freedom::free);
       }
-      all.push_back({ComparedRecord(shortened.record, compare_every(length, 1, shortened.first), shortened.rows,
-                                    {past_, kSearchGuard, kSearchResolved}),
-                     std::move(guesses)});
+      ComparedRecord::Options options{past_, kSearchGuard, kSearchResolved};
+      if (behind_valve_) {
+        options.fine_input = shortened.fine_input;
+        options.block = shortened.block;
+      }
+      all.push_back(
+          {ComparedRecord(shortened.record, compare_every(length, 1, shortened.first), shortened.rows, options),
+           std::move(guesses)});
     }
     return all;
   }
@@ -244,6 +230,13 @@ class DefaultFit {
     // So does the start that was asked for.
     if (is_thinly_covered(parametrisation)) starts.push_back(parametrisation.start());
     if (coarse_.size() > 1) starts = near_on_the_whole(problem, starts);
+    return followed(problem, variant, starts);
+  }
+
+  /// Optima on the whole record.
+  std::vector<LocalOptimum> followed(const OutputError& problem, const Variant& variant,
+                                     const std::vector<Eigen::VectorXd>& starts) {
+    const Parametrisation& parametrisation = problem.parametrisation();
     std::vector<LeastSquaresResult> refined(starts.size());
     executor_(starts.size(), [&](std::size_t k) { refined[k] = minimise(problem, starts[k]); });
     // Valleys are flat where many coefficients are estimated.
@@ -257,22 +250,38 @@ class DefaultFit {
     return optima;
   }
 
+  /// Turns to the structure behind its map. @param linear  optima without the map
+  std::vector<LocalOptimum> followed_behind_valve(const std::vector<LocalOptimum>& linear) {
+    asked_ = *behind_valve_;
+    parametrisation_ = Parametrisation::search(asked_, scale_);
+    std::vector<LocalOptimum> optima;
+    for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
+      const OutputError coarse(coarse_.front().compared, parametrisation_, variant.linear);
+      const SearchResult found =
+          polished(coarse, valve_starts(linear, variant, parametrisation_, asked_, scale_), executor_);
+      evaluations_ += found.evaluations;
+      std::vector<Eigen::VectorXd> starts;
+      for (std::size_t k = 0; k < std::min(found.optima.size(), kMostBehindValve); ++k) {
+        starts.push_back(found.optima[k].theta);
+      }
+      const OutputError problem(compared_, parametrisation_, variant.linear);
+      for (LocalOptimum& optimum : followed(problem, variant, starts)) optima.push_back(std::move(optimum));
+    }
+    return optima;
+  }
+
   /// Near an integrator, replaces the free-response terms by the equivalent input bias and output offset, whose values
   /// stay in the record's range: the first term is what an input bias does, the last state what the offset does.
   LocalOptimum with_bias_named(const LocalOptimum& moving) {
-    const LinearSolution& found = moving.best.point.linear;
-    const TransferFunction g = moving.parametrisation.transfer_function(moving.best.theta, found.numerator);
-    const Eigen::VectorXd& c = found.initial_state;
     LocalOptimum named{variant_at_rest(asked_), moving.parametrisation, {}, 0};
     named.variant.linear.initial_states = static_cast<int>(state_count(asked_.structure)) - 1;
     Eigen::VectorXd start = moving.best.theta;
     if (named.variant.bias_coordinate) {
       named.parametrisation.add_input_bias(asked_, largest_input(), record_.input[0]);
       start.conservativeResize(start.size() + 1);
-      const double offset = c[c.size() - 1] / g.denominator.back().coefficient;
-      const double pushed = c[0] - offset * g.denominator.front().coefficient;
-      start[start.size() - 1] = found.numerator[0] == 0.0 ? 0.0 : pushed / found.numerator[0];
+      start[start.size() - 1] = equivalent_bias(moving);
     }
+    if (behind_valve_) move_null(named.parametrisation, start, -equivalent_bias(moving));
     named.free = free_parameters(named.parametrisation, named.variant.linear);
     named.best = minimise(OutputError(compared_, named.parametrisation, named.variant.linear), start);
     evaluations_ += named.best.evaluations;
@@ -313,6 +322,7 @@ class DefaultFit {
     const bool lowest_is_0 = structure.base_order || (lowest.freedom == Freedom::constant && lowest.value <= 0.0);
     model.provenance["normalisation"] = structure.denominator[scale].coefficient.key.name + " = 1" +
                                         (lowest_is_0 ? ", lowest order of the denominator 0" : "");
+    if (behind_valve_) return;
     if (rest_ && !bias_asked_) {
       model.provenance["input_bias"] = "fixed: a step test that starts at rest at that level";
     } else if (!bias_asked_ && !reported.solve_bias && reported.fixed_bias == 0.0) {
@@ -336,6 +346,7 @@ class DefaultFit {
                                      .termination = std::string(text(end)),
                                      .converged = end == Termination::converged || end == Termination::at_bound});
     Model& model = result.model;
+    model.input_map = valve_of(chosen);
     fill_linear(model, reported, solution);
     fill_provenance(model, reported);
     result.estimation_samples = rows_.estimating;
@@ -358,7 +369,8 @@ class DefaultFit {
   Rows rows_;
   std::optional<double> rest_;  ///< level before a step test [input unit]
   bool bias_asked_;
-  StructureOptions asked_;
+  std::optional<StructureOptions> behind_valve_;  ///< what is asked, where its structure has a valve map
+  StructureOptions asked_;                        ///< without the map until followed_behind_valve()
   bool past_;
   ComparedRecord compared_;
   std::vector<SearchRecord> coarse_;

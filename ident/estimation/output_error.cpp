@@ -24,37 +24,6 @@ double top_order(const std::vector<Term>& terms) {
   return top;
 }
 
-constexpr int kPastWindows = 8;
-
-/// How many rows before t = 0 each window of the past begins, the latest first.
-std::vector<std::size_t> past_edges(std::size_t rows) {
-  std::vector<std::size_t> edges;
-  for (int k = kPastWindows - 1; k >= 0; --k) {
-    const auto edge = static_cast<std::size_t>(std::llround(std::ldexp(static_cast<double>(rows), -k)));
-    if (edge > (edges.empty() ? 0 : edges.back())) edges.push_back(edge);
-  }
-  return edges;
-}
-
-std::size_t compared_length(const Comparison& comparison, std::size_t rows) {
-  return rows == 0 ? 0 : comparison.first + (rows - 1) * comparison.every + 1;
-}
-
-/// @param before  rows of the past, at the beginning of the simulation
-OutputSelection selection(const Record& record, const Comparison& comparison, std::size_t rows, double resolved,
-                          std::size_t before) {
-  OutputSelection s;
-  s.resolved = resolved;
-  s.step_s = record.step_s;
-  s.first = before + comparison.first;
-  s.every = comparison.every;
-  s.count = rows;
-  s.filter_taps = comparison.taps;
-  // Samples after the last row's window cannot reach it.
-  s.samples = rows == 0 ? 0 : before + compared_length(comparison, rows) + comparison.taps.size() / 2;
-  return s;
-}
-
 std::vector<std::vector<Term>> state_numerators(const LinearPart& linear) {
   // The response to an impulse s^i/D is the step response of s^(i+1)/D.
   std::vector<std::vector<Term>> numerators;
@@ -65,34 +34,6 @@ std::vector<std::vector<Term>> state_numerators(const LinearPart& linear) {
 }
 
 }  // namespace
-
-ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows,
-                               const Options& options)
-    : ComparedRecord(record, comparison, rows, options,
-                     options.past ? past_edges(compared_length(comparison, rows)) : std::vector<std::size_t>{}) {}
-
-ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows,
-                               const Options& options, const std::vector<std::size_t>& edges)
-    : response_(selection(record, comparison, rows, options.resolved, edges.empty() ? 0 : edges.back()), options.guard),
-      step_(response_.step_spectrum(edges.empty() ? 0 : edges.back())),
-      measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {
-  const std::size_t before = edges.empty() ? 0 : edges.back();
-  Eigen::VectorXd input = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(before) + record.input.size());
-  input.tail(record.input.size()) = record.input;
-  input_ = response_.input_spectrum(input);
-  std::size_t end = 0;
-  InputSpectrum off = step_;
-  for (const std::size_t edge : edges) {
-    InputSpectrum on = response_.step_spectrum(before - edge);
-    InputSpectrum pulse = on;
-    for (std::size_t j = 0; j < pulse.size(); ++j) pulse[j] -= off[j];
-    past_.push_back(std::move(pulse));
-    past_windows_.push_back(
-        {-record.step_s * static_cast<double>(edge), -record.step_s * static_cast<double>(end), 0.0});
-    end = edge;
-    off = std::move(on);
-  }
-}
 
 OutputError::OutputError(const ComparedRecord& record, const Parametrisation& parametrisation, LinearPart linear)
     : record_(record), parametrisation_(parametrisation), linear_(std::move(linear)) {
@@ -116,14 +57,50 @@ InputSpectrum OutputError::biased(double bias) const {
   return input;
 }
 
-OutputError::Basis OutputError::basis(const TransferFunction& g, double bias, bool steps) const {
+InputSpectrum OutputError::Passed::total(double ratio) const {
+  InputSpectrum sum = above;
+  for (std::size_t j = 0; j < sum.size(); ++j) sum[j] += ratio * below[j];
+  return sum;
+}
+
+std::optional<OutputError::Passed> OutputError::passed(const Eigen::VectorXd& theta) const {
+  const std::optional<ValveMap> map = parametrisation_.valve(theta);
+  if (!map) return {};
+  return Passed{*map, record_.spectrum_of(above(*map, record_.fine_input()).excess),
+                record_.spectrum_of(below(*map, record_.fine_input()).excess)};
+}
+
+double OutputError::ratio_at(const Passed& valve, const LinearSolution& linear) const {
+  return linear_.solve_ratio ? linear.negative_gain_ratio : valve.map.negative_gain_ratio;
+}
+
+InputSpectrum OutputError::driving(const std::optional<Passed>& valve, const LinearSolution& linear) const {
+  return valve ? valve->total(ratio_at(*valve, linear)) : biased(linear.input_bias);
+}
+
+/// What passes the map by its null, dead band and gain ratio. With A and B the indicators of the two sides:
+/// -(A + ratio B), -(A - ratio B), and what passes below for a ratio of 1.
+std::vector<InputSpectrum> OutputError::input_derivatives(const Passed& valve, const LinearSolution& linear) const {
+  const double ratio = ratio_at(valve, linear);
+  const InputSpectrum on_above = record_.spectrum_of(above(valve.map, record_.fine_input()).beyond);
+  const InputSpectrum on_below = record_.spectrum_of(below(valve.map, record_.fine_input()).beyond);
+  InputSpectrum by_null(on_above.size());
+  InputSpectrum by_dead_band(on_above.size());
+  for (std::size_t j = 0; j < on_above.size(); ++j) {
+    by_null[j] = -on_above[j] - ratio * on_below[j];
+    by_dead_band[j] = -on_above[j] + ratio * on_below[j];
+  }
+  return {std::move(by_null), std::move(by_dead_band), valve.below};
+}
+
+OutputError::Basis OutputError::basis(const TransferFunction& g, const InputSpectrum& input,
+                                      const InputSpectrum* beside) const {
   std::vector<std::vector<Term>> numerators;
   for (const Term& term : g.numerator) numerators.push_back({{1.0, term.order}});
   const TransferColumns columns(g, numerators, {});
-  const InputSpectrum input = biased(bias);
   std::vector<ResponseRequest> requests;
   for (std::size_t j = 0; j < numerators.size(); ++j) requests.push_back({j, &input});
-  for (std::size_t j = 0; steps && j < numerators.size(); ++j) requests.push_back({j, &record_.step()});
+  for (std::size_t j = 0; beside != nullptr && j < numerators.size(); ++j) requests.push_back({j, beside});
   const Eigen::MatrixXd responses = record_.response().respond(columns, g.delay_s, requests);
   const auto count = static_cast<Eigen::Index>(numerators.size());
   Basis b{responses.leftCols(count), responses.rightCols(responses.cols() - count),
@@ -154,10 +131,10 @@ Eigen::VectorXd OutputError::free_response(const Basis& basis, const LinearSolut
 
 LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double bias,
                                   Eigen::MatrixXd* orthonormal) const {
-  // Column order: numerator terms, bias, initial output, initial states.
+  // Column order: numerator terms, bias or gain ratio, initial output, initial states.
   const auto terms = static_cast<Eigen::Index>(linear_.numerator.size());
   std::vector<LinearQuantity> quantities = linear_.numerator;
-  if (linear_.solve_bias) quantities.push_back({});
+  if (linear_.solve_bias || linear_.solve_ratio) quantities.push_back({});
   quantities.push_back(linear_.initial_output);
   quantities.resize(static_cast<std::size_t>(columns.cols()));
 
@@ -211,6 +188,11 @@ LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::V
     solution.input_bias = gain == 0.0 ? 0.0 : x[at] / gain;
     ++at;
   }
+  if (linear_.solve_ratio) {
+    const double gain = solution.numerator[0];
+    solution.negative_gain_ratio = gain == 0.0 ? 0.0 : x[at] / gain;
+    ++at;
+  }
   solution.initial_output = x[at++];
   solution.initial_state = x.tail(x.size() - at);
   if (linear_.past_shared > 0) {
@@ -220,20 +202,27 @@ LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::V
   return solution;
 }
 
-Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear) const {
+Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
+                                                    const std::optional<Passed>& valve) const {
   const TransferFunction g = parametrisation_.transfer_function(theta, linear.numerator);
   const std::vector<Sensitivity> sensitivities = parametrisation_.sensitivities(theta, g);
   const TransferColumns columns(g, {g.numerator}, sensitivities);
-  InputSpectrum input = biased(linear.input_bias);
+  InputSpectrum input = driving(valve, linear);
   for (std::size_t k = 0; linear_.past_shared > 0 && k < record_.past().size(); ++k) {
     const double value = linear.initial_state[shared_index(static_cast<Eigen::Index>(k))];
     for (std::size_t j = 0; j < input.size(); ++j) input[j] += value * record_.past()[k][j];
   }
+  const std::vector<InputSpectrum> by_map = valve ? input_derivatives(*valve, linear) : std::vector<InputSpectrum>{};
   std::vector<ResponseRequest> requests;
   for (std::size_t l = 0; l < sensitivities.size(); ++l) {
-    // The bias moves the input, not G: its column is the model's step response.
-    const bool bias = parametrisation_.coordinates()[l].role == CoordinateRole::input_bias;
-    requests.push_back(bias ? ResponseRequest{0, &record_.step()} : ResponseRequest{l + 1, &input});
+    // Bias and map move the input, not G: a column is the model's response to how it moves, a step for the bias.
+    const CoordinateRole role = parametrisation_.coordinates()[l].role;
+    const InputSpectrum* moved = role == CoordinateRole::input_bias            ? &record_.step()
+                                 : role == CoordinateRole::valve_null          ? &by_map[0]
+                                 : role == CoordinateRole::dead_band           ? &by_map[1]
+                                 : role == CoordinateRole::negative_gain_ratio ? &by_map[2]
+                                                                               : nullptr;
+    requests.push_back(moved != nullptr ? ResponseRequest{0, moved} : ResponseRequest{l + 1, &input});
   }
   Eigen::MatrixXd jacobian = record_.response().respond(columns, g.delay_s, requests);
   if (linear_.past_shared == 0 && linear.initial_state.size() > 0) {
@@ -262,23 +251,32 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
   // Samples cannot tell an oscillation above the Nyquist frequency from its alias below; the alias is reported.
   if (parametrisation_.fastest_oscillation(theta) > kNyquist / record_.response().step_s()) return {};
   const double bias = bias_at(theta);
-  const Basis b = basis(g, bias, linear_.solve_bias);
+  const std::optional<Passed> valve = passed(theta);
+  const InputSpectrum input = !valve                ? biased(bias)
+                              : linear_.solve_ratio ? valve->above
+                                                    : valve->total(valve->map.negative_gain_ratio);
+  const InputSpectrum* beside = linear_.solve_ratio  ? &valve.value().below
+                                : linear_.solve_bias ? &record_.step()
+                                                     : nullptr;
+  const Basis b = basis(g, input, beside);
   const Eigen::Index rows = record_.measured().size();
-  Eigen::MatrixXd columns(rows, b.numerator.cols() + b.step.cols() + 1 + b.states.cols());
-  columns << b.numerator, b.step, Eigen::VectorXd::Ones(rows), b.states;
+  Eigen::MatrixXd columns(rows, b.numerator.cols() + b.beside.cols() + 1 + b.states.cols());
+  columns << b.numerator, b.beside, Eigen::VectorXd::Ones(rows), b.states;
   if (!columns.allFinite()) return {};
   Eigen::MatrixXd orthonormal;
   Point point;
   point.linear = solve(columns, record_.measured(), bias, want == Want::jacobian ? &orthonormal : nullptr);
   point.residual = record_.measured() - b.numerator * point.linear.numerator;
   point.residual.array() -= point.linear.initial_output;
-  if (b.step.cols() > 0) {
-    point.residual -= point.linear.input_bias * point.linear.numerator[0] * b.step.col(0);
+  if (valve && !linear_.solve_ratio) point.linear.negative_gain_ratio = valve->map.negative_gain_ratio;
+  if (b.beside.cols() > 0) {
+    const double share = linear_.solve_ratio ? point.linear.negative_gain_ratio : point.linear.input_bias;
+    point.residual -= share * point.linear.numerator[0] * b.beside.col(0);
   }
   point.residual -= free_response(b, point.linear);
   point.cost = point.residual.squaredNorm();
   if (want == Want::jacobian) {
-    point.jacobian = coordinate_derivatives(theta, point.linear);
+    point.jacobian = coordinate_derivatives(theta, point.linear, valve);
     point.jacobian -= orthonormal * (orthonormal.transpose() * point.jacobian);
     if (!point.jacobian.allFinite()) return {};
   }
@@ -286,7 +284,8 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
 }
 
 Eigen::VectorXd OutputError::simulated(const Eigen::VectorXd& theta, const LinearSolution& linear) const {
-  const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), linear.input_bias, false);
+  const InputSpectrum input = driving(passed(theta), linear);
+  const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), input, nullptr);
   const Eigen::VectorXd y = b.numerator * linear.numerator + free_response(b, linear);
   return y.array() + linear.initial_output;
 }
@@ -295,8 +294,10 @@ Eigen::MatrixXd OutputError::derivatives(const Eigen::VectorXd& theta, const Lin
                                          std::vector<ParameterKey>& parameters) const {
   parameters.clear();
   for (const Coordinate& c : parametrisation_.coordinates()) parameters.push_back(c.key);
-  const Eigen::MatrixXd nonlinear = coordinate_derivatives(theta, linear);
-  const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), linear.input_bias, true);
+  const std::optional<Passed> valve = passed(theta);
+  const Eigen::MatrixXd nonlinear = coordinate_derivatives(theta, linear, valve);
+  const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), driving(valve, linear),
+                        valve ? &valve->below : &record_.step());
   std::vector<Eigen::VectorXd> columns;
   for (std::size_t j = 0; j < linear_.numerator.size(); ++j) {
     if (linear_.numerator[j].fixed) continue;
@@ -305,9 +306,9 @@ Eigen::MatrixXd OutputError::derivatives(const Eigen::VectorXd& theta, const Lin
     // The gain acts on the past input, too.
     if (linear_.past_shared > 0) columns.back() += b.states * linear.initial_state;
   }
-  if (linear_.solve_bias) {
-    parameters.push_back(input_bias_key());
-    columns.emplace_back(b.step * linear.numerator);
+  if (linear_.solve_bias || linear_.solve_ratio) {
+    parameters.push_back(linear_.solve_ratio ? negative_gain_ratio_key() : input_bias_key());
+    columns.emplace_back(b.beside * linear.numerator);
   }
   if (!linear_.initial_output.fixed) {
     parameters.push_back(initial_output_key());

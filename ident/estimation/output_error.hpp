@@ -21,12 +21,19 @@ class ComparedRecord {
     bool past = false;       ///< whether an input before t = 0 is wanted; doubles the length simulated
     double guard = 1.6;      ///< as in HeldResponse
     double resolved = 1e-9;  ///< as in OutputSelection
+    /// Rows whose means over blocks of `block` are the record's input: a map before G is of them, not of their means.
+    /// Empty: the record's input itself.
+    Eigen::VectorXd fine_input = {};
+    Eigen::Index block = 1;
   };
   /// @param rows  how many of the comparison's rows are used, from the first on
   ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, const Options& options);
 
   [[nodiscard]] const HeldResponse& response() const noexcept { return response_; }
   [[nodiscard]] const InputSpectrum& input() const noexcept { return input_; }
+  [[nodiscard]] const Eigen::VectorXd& fine_input() const noexcept { return fine_input_; }  ///< a map's argument
+  /// Spectrum of a signal as long as fine_input().
+  [[nodiscard]] InputSpectrum spectrum_of(const Eigen::VectorXd& fine) const;
   [[nodiscard]] const InputSpectrum& step() const noexcept { return step_; }  ///< of a unit step at t = 0
   /// A unit pulse in each window of the past, the latest first. The windows double in length from a 128th of the
   /// compared time on, and reach back as far as that time is long: an older input has the effect of a constant.
@@ -39,6 +46,9 @@ class ComparedRecord {
                  const std::vector<std::size_t>& edges);
 
   HeldResponse response_;
+  std::size_t before_;  ///< rows of the past, at the beginning of the simulation
+  Eigen::VectorXd fine_input_;
+  Eigen::Index block_;
   InputSpectrum input_;
   InputSpectrum step_;
   std::vector<InputSpectrum> past_;
@@ -59,6 +69,8 @@ struct LinearPart {
   std::vector<LinearQuantity> numerator;  ///< one a numerator term
   bool solve_bias = false;                ///< input bias with the numerator; single numerator terms only
   double fixed_bias = 0.0;                ///< when neither solved nor a coordinate [input unit]
+  /// Gain ratio of a valve map with the numerator, which is that above the dead band; single numerator terms only.
+  bool solve_ratio = false;
   LinearQuantity initial_output;
   /// Terms of the free response: of the initial state, or of the past input when that is wanted (single numerator
   /// terms only).
@@ -74,12 +86,13 @@ struct LinearPart {
 struct LinearSolution {
   Eigen::VectorXd numerator;
   double input_bias = 0.0;
+  double negative_gain_ratio = 1.0;  ///< of the valve map, if there is one
   double initial_output = 0.0;
   Eigen::VectorXd initial_state;  ///< or the past input, window by window [input unit]
 };
 
 /// Output error of one structure on one record, the linear quantities eliminated (variable projection).
-///   e = y - initial_output - G(u + bias) - free response,
+///   e = y - initial_output - G(v) - free response,  v = u + bias or valve(u),
 /// the free response being that to an initial state or to an input before t = 0.
 /// Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973); Kaufman, BIT 15 (1975), for the Jacobian. Thread-safe.
 class OutputError {
@@ -99,7 +112,8 @@ class OutputError {
   [[nodiscard]] std::optional<Point> evaluate(const Eigen::VectorXd& theta, Want want) const;
 
   /// Exact derivatives of the simulated output by every free quantity at a given solution, not projected: the
-  /// coordinates first, then numerator, input_bias, initial_output and initial_state as far as they are solved for.
+  /// coordinates first, then numerator, input_bias or negative_gain_ratio, initial_output and initial_state as far as
+  /// they are solved for.
   /// @param parameters  receives what each column is a derivative by
   [[nodiscard]] Eigen::MatrixXd derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
                                             std::vector<ParameterKey>& parameters) const;
@@ -116,14 +130,26 @@ class OutputError {
  private:
   struct Basis {
     Eigen::MatrixXd numerator;  ///< response of each numerator term
-    Eigen::MatrixXd step;       ///< the same to a unit step
+    Eigen::MatrixXd beside;     ///< the same to what is weighed beside the gain, if anything is
     Eigen::MatrixXd states;     ///< free responses; to the past input for a gain of 1
   };
-  [[nodiscard]] Basis basis(const TransferFunction& g, double bias, bool steps) const;
+  /// What a valve map lets pass, by side.
+  struct Passed {
+    ValveMap map;
+    InputSpectrum above;
+    InputSpectrum below;
+    [[nodiscard]] InputSpectrum total(double ratio) const;
+  };
+  [[nodiscard]] std::optional<Passed> passed(const Eigen::VectorXd& theta) const;
+  /// @param beside  an input whose response is weighed beside the gain; null for none
+  [[nodiscard]] Basis basis(const TransferFunction& g, const InputSpectrum& input, const InputSpectrum* beside) const;
   [[nodiscard]] LinearSolution solve(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double bias,
                                      Eigen::MatrixXd* orthonormal) const;
-  [[nodiscard]] Eigen::MatrixXd coordinate_derivatives(const Eigen::VectorXd& theta,
-                                                       const LinearSolution& linear) const;
+  [[nodiscard]] double ratio_at(const Passed& valve, const LinearSolution& linear) const;
+  [[nodiscard]] std::vector<InputSpectrum> input_derivatives(const Passed& valve, const LinearSolution& linear) const;
+  [[nodiscard]] InputSpectrum driving(const std::optional<Passed>& valve, const LinearSolution& linear) const;
+  [[nodiscard]] Eigen::MatrixXd coordinate_derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
+                                                       const std::optional<Passed>& valve) const;
   [[nodiscard]] Eigen::Index shared_index(Eigen::Index window) const;
   [[nodiscard]] Eigen::VectorXd free_response(const Basis& basis, const LinearSolution& linear) const;
   [[nodiscard]] InputSpectrum biased(double bias) const;

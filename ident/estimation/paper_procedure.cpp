@@ -165,6 +165,7 @@ void score_parts(FitResult& result, const TransferFunction& g, double step_s, co
 }  // namespace
 
 std::optional<Structure> published_structure(const Structure& structure) {
+  if (structure.input_map.valve) return {};
   const bool has_terms = structure.denominator.size() == 3 && structure.numerator.size() == 1;
   if (!has_terms || structure.base_order || !has_free_coefficients(structure)) return {};
   if (has_finite_state(structure)) return structures::io();
@@ -177,9 +178,10 @@ std::optional<Structure> published_structure(const Structure& structure) {
 FitResult fit_by_paper(const Record& record, const StructureOptions& asked, const FitOptions& options) {
   const auto published = published_structure(asked.structure);
   if (!published) {
-    throw ConfigError(fmt::format(
-        "model {}: the paper's procedure knows io with two poles and no zero, and fo; use --procedure default",
-        asked.name));
+    throw ConfigError(
+        fmt::format("model {}: the paper's procedure knows io with two poles and no zero, and fo, without an input "
+                    "map; use --procedure default",
+                    asked.name));
   }
   if (!asked.parameters.empty() || !is_plain(asked.structure.delay)) {
     throw ConfigError(fmt::format(

@@ -55,6 +55,7 @@ Variant variant_at_rest(const StructureOptions& asked) {
   const bool bounded = request != nullptr && (request->lower || request->upper);
   at_rest.linear.solve_bias = !bias.fixed && !bounded && structure.numerator.size() == 1;
   at_rest.bias_coordinate = !bias.fixed && !at_rest.linear.solve_bias;
+  at_rest.linear.solve_ratio = ratio_enters_linearly(asked);
   return at_rest;
 }
 
@@ -78,7 +79,7 @@ std::vector<Variant> variants(const StructureOptions& asked, std::size_t windows
 std::size_t free_parameters(const Parametrisation& parametrisation, const LinearPart& linear) {
   std::size_t free = parametrisation.coordinates().size() + static_cast<std::size_t>(linear.initial_states);
   for (const LinearQuantity& q : linear.numerator) free += q.fixed ? 0 : 1;
-  return free + (linear.solve_bias ? 1 : 0) + (linear.initial_output.fixed ? 0 : 1);
+  return free + (linear.solve_bias ? 1 : 0) + (linear.solve_ratio ? 1 : 0) + (linear.initial_output.fixed ? 0 : 1);
 }
 
 }  // namespace eha::ident

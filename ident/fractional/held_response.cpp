@@ -134,6 +134,8 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     factor[j] *= std::polar(1.0, 2.0 * pi * turn);
   }
   selection_factor_ = std::move(factor);
+  decay_.resize(selection_.samples);
+  for (std::size_t n = 0; n < decay_.size(); ++n) decay_[n] = std::exp(-sigma_ * static_cast<double>(n));
   growth_.resize(static_cast<Eigen::Index>(selection_.count));
   for (Eigen::Index m = 0; m < growth_.size(); ++m) {
     const auto n = static_cast<double>(selection_.first + static_cast<std::size_t>(m) * selection_.every);
@@ -151,7 +153,7 @@ InputSpectrum HeldResponse::input_spectrum(const Eigen::Ref<const Eigen::VectorX
   double before = 0.0;
   for (std::size_t n = 0; n < selection_.samples; ++n) {
     const double now = input[static_cast<Eigen::Index>(n)];
-    increments[n] = (now - before) * std::exp(-sigma_ * static_cast<double>(n));
+    increments[n] = (now - before) * decay_[n];
     before = now;
   }
   InputSpectrum spectrum(length_ / 2 + 1);

@@ -86,6 +86,7 @@ class HeldResponse {
   LaplacePoints points_;
   std::vector<double> inverse_re_;  ///< 1/p
   std::vector<double> inverse_im_;
+  std::vector<double> decay_;         ///< rho^n of every input
   InputSpectrum selection_factor_;    ///< filter and shift to the first output
   Eigen::VectorXd growth_;            ///< rho^-n of every output over L
   std::shared_ptr<Aliases> nearest_;  ///< points of k = +-1, made when a model first needs them

@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "ident/fractional/transfer_function.hpp"
+#include "ident/signal/valve_map.hpp"
 #include "ident/structure/parameter_role.hpp"
 
 namespace eha::ident {
 
 /// One estimated (or fixed) quantity of a model with its 95 % interval.
 struct ParameterEstimate {
-  std::string name;  ///< "a2", "n2", "K", "delay_s", "input_bias", "initial_output", ...
+  std::string name;  ///< "a2", "n2", "K", "delay_s", "input_bias", "null", "initial_output", ...
   double value = 0.0;
   double std = 0.0;  ///< standard error under coloured residuals; 0 when fixed
   double lower95 = 0.0;
@@ -106,15 +107,16 @@ struct Verdict {
 struct PastInput {
   double from_s = 0.0;
   double to_s = 0.0;
-  double value = 0.0;  ///< [input unit]
+  double value = 0.0;  ///< [input unit]; what passes the map where there is one
 };
 
-/// y(t) = initial_output + G(u + input_bias)(t) + free response, at rest before t = 0 and before the past input, if
-/// any.
+/// y(t) = initial_output + G(v)(t) + free response, at rest before t = 0 and before the past input, if any;
+/// v = input_map(u) from t = 0 on where there is a map, else u + input_bias.
 struct Model {
-  std::string name;  ///< "io", "fo"
+  std::string name;                   ///< "io", "fo"
+  std::optional<ValveMap> input_map;  ///< none: the bias alone
   TransferFunction transfer_function;
-  double input_bias = 0.0;      ///< [input unit], switched on at t = 0
+  double input_bias = 0.0;      ///< [input unit], switched on at t = 0; 0 beside a map
   double initial_output = 0.0;  ///< [output unit], a permanent offset
   /// Numerator of the decaying free response x(s) = sum_i c_i s^i / D(s), i = 0..; empty for none.
   std::vector<double> initial_state;

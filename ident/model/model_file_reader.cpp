@@ -135,6 +135,17 @@ TransferFunction read_transfer_function(const Node& node) {
   return g;
 }
 
+ValveMap read_input_map(const Node& node) {
+  const Node object = node.object({"kind", "null", "dead_band", "negative_gain_ratio"});
+  std::string kind;
+  object.at("kind").read(kind);
+  if (kind != "valve") object.at("kind").refuse("\"valve\"");
+  const ValveMap map{object.at("null").number(), object.at("dead_band").number(),
+                     object.at("negative_gain_ratio").number()};
+  if (!(map.dead_band >= 0.0)) object.at("dead_band").refuse("at least 0");
+  return map;
+}
+
 /// @param numerator_terms  of the model
 ParameterEstimate read_parameter(const Node& node, std::size_t numerator_terms) {
   const Node object = node.object({"name", "value", "std", "lower95", "upper95", "fixed"});
@@ -265,7 +276,7 @@ PastInput read_past_input(const Node& node, double begin_s) {
 }
 
 Model read_model(const Node& node, const std::string& file_name) {
-  const Node object = node.object({"schema", "name", "transfer_function", "input_bias", "initial_output",
+  const Node object = node.object({"schema", "name", "input_map", "transfer_function", "input_bias", "initial_output",
                                    "initial_state", "past_input", "units", "parameters", "estimation", "validation",
                                    "stability", "bode", "verdict", "procedure", "provenance"});
   std::string schema(kSchema);
@@ -276,7 +287,9 @@ Model read_model(const Node& node, const std::string& file_name) {
   model.name = std::filesystem::path(file_name).stem().string();
   object.read("name", model.name);
   model.transfer_function = read_transfer_function(object.at("transfer_function"));
+  if (object.has("input_map")) model.input_map = read_input_map(object.at("input_map"));
   if (object.has("input_bias")) model.input_bias = object.at("input_bias").number();
+  if (model.input_map && model.input_bias != 0.0) object.at("input_bias").refuse("0 beside input_map");
   if (object.has("initial_output")) model.initial_output = object.at("initial_output").number();
   if (object.has("initial_state")) {
     for (const Node& entry : object.at("initial_state").list()) model.initial_state.push_back(entry.number());

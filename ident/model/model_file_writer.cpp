@@ -87,6 +87,12 @@ std::string to_text(const Model& model) {
   Json object;
   object["schema"] = "eha-model/1";
   object["name"] = model.name;
+  if (model.input_map) {
+    object["input_map"] = {{"kind", "valve"},
+                           {"null", model.input_map->null},
+                           {"dead_band", model.input_map->dead_band},
+                           {"negative_gain_ratio", model.input_map->negative_gain_ratio}};
+  }
   object["transfer_function"] = {{"numerator", terms_to_json(model.transfer_function.numerator)},
                                  {"denominator", terms_to_json(model.transfer_function.denominator)},
                                  {"delay_s", model.transfer_function.delay_s}};

@@ -81,13 +81,19 @@ Eigen::VectorXd free_values(const Model& model) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
+/// What drives G.
+Eigen::VectorXd driving(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& input) {
+  if (model.input_map) return mapped(*model.input_map, input);
+  return input.array() + model.input_bias;
+}
+
 bool is_at_rest(const Model& model) { return model.initial_state.empty() && model.past_input.empty(); }
 
 }  // namespace
 
 Eigen::VectorXd simulate(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& input, double step_s,
                          SimulationMethod method) {
-  Eigen::VectorXd y = simulate(model.transfer_function, input.array() + model.input_bias, step_s, method);
+  Eigen::VectorXd y = simulate(model.transfer_function, driving(model, input), step_s, method);
   y.array() += model.initial_output;
   if (!is_at_rest(model) && input.size() > 0) {
     const auto samples = static_cast<std::size_t>(input.size());
@@ -103,7 +109,7 @@ Eigen::VectorXd ModelOutput::total(const Model& model) const {
 }
 
 ModelOutput output_at(const Model& model, const Record& record, const Comparison& comparison) {
-  const Eigen::VectorXd input = record.input.array() + model.input_bias;
+  const Eigen::VectorXd input = driving(model, record.input);
   if (grows(model.transfer_function)) {
     return {picked(simulate_gl_directly(model.transfer_function, input, record.step_s), comparison), {}};
   }

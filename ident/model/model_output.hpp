@@ -10,14 +10,14 @@
 
 namespace eha::ident {
 
-/// Output of the whole model, bias, offset and free response included: N samples at the input's times.
+/// Output of the whole model, bias or map, offset and free response included: N samples at the input's times.
 /// @throws as simulate(TransferFunction, ...)
 [[nodiscard]] Eigen::VectorXd simulate(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& input,
                                        double step_s, SimulationMethod method = SimulationMethod::exact);
 
 /// The parts of a model's output at the rows of a comparison, filtered like the data.
 struct ModelOutput {
-  Eigen::VectorXd forced;  ///< G(u + bias), count rows
+  Eigen::VectorXd forced;  ///< G(v), count rows
   Eigen::MatrixXd free;    ///< to each term of the initial state, then of the past input, unscaled; none for neither
   [[nodiscard]] Eigen::VectorXd total(const Model& model) const;
 };

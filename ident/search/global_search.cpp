@@ -79,10 +79,12 @@ double bandwidth(const Eigen::VectorXd& output) {
 
 /// Rows begin..last of a record in blocks of `factor`, compared from row `first` of the record on.
 CoarseRecord blocks(const Record& record, std::size_t begin, std::size_t last, std::size_t first, std::size_t factor) {
-  CoarseRecord coarse{record, (first - begin + factor - 1) / factor, 0};
+  CoarseRecord coarse{.record = record, .first = (first - begin + factor - 1) / factor};
   const auto width = static_cast<Eigen::Index>(factor);
   const auto start = static_cast<Eigen::Index>(begin);
   const Eigen::Index count = (static_cast<Eigen::Index>(last) + 1 - start) / width;
+  coarse.fine_input = record.input.segment(start, count * width);
+  coarse.block = width;
   coarse.record.step_s = record.step_s * static_cast<double>(factor);
   coarse.record.input.resize(count);
   coarse.record.output.resize(count);
@@ -307,6 +309,15 @@ LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::V
   return std::move(kept);
 }
 
+SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
+                      const Executor& executor) {
+  SearchResult result;
+  std::vector<LeastSquaresResult> ends = polish(problem, starts, executor);
+  for (const LeastSquaresResult& end : ends) result.evaluations += end.evaluations;
+  result.optima = distinct_optima(std::move(ends));
+  return result;
+}
+
 SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses, std::uint64_t seed,
                     const Executor& executor) {
   SearchResult result;
@@ -321,9 +332,9 @@ SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorX
   starts.take_best(seen, kPolished, kDistinct);
   std::vector<Seen> guessed = evaluated(problem, guesses);
   starts.take_best(guessed, starts.all().size() + kGuessesPolished, kDistinctGuess);
-  std::vector<LeastSquaresResult> polished = polish(problem, starts.all(), executor);
-  for (const LeastSquaresResult& p : polished) result.evaluations += p.evaluations;
-  result.optima = distinct_optima(std::move(polished));
+  SearchResult ends = polished(problem, starts.all(), executor);
+  result.evaluations += ends.evaluations;
+  result.optima = std::move(ends.optima);
   return result;
 }
 

@@ -16,8 +16,10 @@ namespace eha::ident {
 /// their starts.
 struct CoarseRecord {
   Record record;
-  std::size_t first = 0;  ///< first row to compare
-  std::size_t rows = 0;   ///< how many
+  std::size_t first = 0;            ///< first row to compare
+  std::size_t rows = 0;             ///< how many
+  Eigen::VectorXd fine_input = {};  ///< what the blocks average
+  Eigen::Index block = 1;           ///< its rows a block
 };
 
 /// One coarse record of about a thousand rows, more when the output's spectrum needs them. A long record with a fast or
@@ -40,6 +42,10 @@ struct SearchResult {
 /// evaluation limit, sets the orders to the middle of the search box and repeats the search once: a term that has
 /// vanished no longer determines its order. Keeps the better result.
 [[nodiscard]] LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start);
+
+/// The local search from each start, roughly. @returns the distinct optima, best first
+[[nodiscard]] SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
+                                    const Executor& executor);
 
 /// Looks over the search box by controlled random searches (NLopt's CRS2 with local mutation, seeded) of four
 /// populations at the same time, and polishes the best distinct points it saw, and the best of the guesses, with the

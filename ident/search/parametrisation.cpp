@@ -186,6 +186,9 @@ std::vector<Sensitivity> Parametrisation::sensitivities(const Eigen::VectorXd& t
         s.delay = 1.0;
         break;
       case CoordinateRole::input_bias:
+      case CoordinateRole::valve_null:
+      case CoordinateRole::dead_band:
+      case CoordinateRole::negative_gain_ratio:
         break;
     }
     all.push_back(std::move(s));
@@ -214,6 +217,18 @@ double Parametrisation::input_bias(const Eigen::VectorXd& theta) const {
     if (coordinates_[l].role == CoordinateRole::input_bias) return theta[static_cast<Eigen::Index>(l)];
   }
   return 0.0;
+}
+
+std::optional<ValveMap> Parametrisation::valve(const Eigen::VectorXd& theta) const {
+  if (!valve_) return {};
+  ValveMap map = *valve_;
+  for (std::size_t l = 0; l < coordinates_.size(); ++l) {
+    const double value = theta[static_cast<Eigen::Index>(l)];
+    if (coordinates_[l].role == CoordinateRole::valve_null) map.null = value;
+    if (coordinates_[l].role == CoordinateRole::dead_band) map.dead_band = value;
+    if (coordinates_[l].role == CoordinateRole::negative_gain_ratio) map.negative_gain_ratio = value;
+  }
+  return map;
 }
 
 bool Parametrisation::integer_sections() const {
@@ -271,6 +286,9 @@ Eigen::VectorXd Parametrisation::max_step() const {
         break;
       case CoordinateRole::denominator:
       case CoordinateRole::input_bias:
+      case CoordinateRole::valve_null:
+      case CoordinateRole::dead_band:
+      case CoordinateRole::negative_gain_ratio:
         v[l] = kAnyStep;
         break;
     }

@@ -9,6 +9,7 @@
 
 #include "ident/fractional/transfer_columns.hpp"
 #include "ident/fractional/transfer_function.hpp"
+#include "ident/signal/valve_map.hpp"
 #include "ident/structure/structure_options.hpp"
 
 namespace eha::ident {
@@ -23,7 +24,10 @@ enum class CoordinateRole {
   section_frequency,     ///< ln of the natural frequency of section `index` [ln rad/s]
   section_damping,       ///< inverse hyperbolic sine of the damping ratio of section `index`
   delay,                 ///< transport delay [s]
-  input_bias,            ///< [input unit]; moves the input, not G
+  input_bias,            ///< [input unit]; moves the input, not G, as do the next three
+  valve_null,            ///< [input unit]
+  dead_band,             ///< [input unit]
+  negative_gain_ratio,
 };
 
 struct Coordinate {
@@ -43,10 +47,12 @@ struct Coordinate {
 /// construction), `plain` ones are what a model file reports.
 class Parametrisation {
  public:
-  /// Time span and band of the record a search is for.
+  /// Time span, band and input of the record a search is for.
   struct Scale {
     double duration_s;
-    double step_s;  ///< finest time the search needs to resolve [s]
+    double step_s;                 ///< finest time the search needs to resolve [s]
+    double lowest_input = -1e300;  ///< [input unit]; a valve's dead band lies between the lowest and the highest
+    double highest_input = 1e300;
   };
 
   /// Coordinates to search in: one for each estimated parameter that does not enter the output linearly.
@@ -55,7 +61,9 @@ class Parametrisation {
 
   /// Coordinates to report: coefficients, orders and delay of a normalised g as they are, its terms by rising order;
   /// what is not estimated is left out.
-  [[nodiscard]] static Parametrisation plain(const StructureOptions& asked, const TransferFunction& g);
+  /// @param valve  of a structure that has one
+  [[nodiscard]] static Parametrisation plain(const StructureOptions& asked, const TransferFunction& g,
+                                             const std::optional<ValveMap>& valve = {});
 
   /// Makes the input bias a coordinate, for structures in which it does not enter linearly.
   /// @param largest_input  max |u|; @param first_input  u at t = 0: the bias of a record that starts at rest there
@@ -86,6 +94,9 @@ class Parametrisation {
   /// Value of the input_bias coordinate, 0 when there is none.
   [[nodiscard]] double input_bias(const Eigen::VectorXd& theta) const;
 
+  /// The valve map, where the structure has one; its gain ratio is 1 when that is neither held nor a coordinate.
+  [[nodiscard]] std::optional<ValveMap> valve(const Eigen::VectorXd& theta) const;
+
   [[nodiscard]] Eigen::VectorXd start() const;
   [[nodiscard]] Eigen::VectorXd lower() const;
   [[nodiscard]] Eigen::VectorXd upper() const;
@@ -108,8 +119,10 @@ class Parametrisation {
   [[nodiscard]] std::vector<bool> weighted_terms() const;
   void add_sections(const Structure& structure, const Scale& scale);
   void add_weights(const StructureOptions& asked);
+  void add_valve(const StructureOptions& asked, const Scale& scale);
 
-  TransferFunction base_;  ///< constants; coordinates overwrite their places
+  TransferFunction base_;          ///< constants; coordinates overwrite their places
+  std::optional<ValveMap> valve_;  ///< the same
   std::vector<Coordinate> coordinates_;
   double reference_rad_s_ = 1.0;
   std::size_t sections_ = 0;  ///< integer-order sections; 0 when coefficients are coordinates

@@ -36,6 +36,7 @@ constexpr double kLongestDelayShare = 0.25;       // of the record
 constexpr double kSearchDelaySteps = 40.0;
 constexpr double kGreatestBias = 1e3;  // times the largest input
 constexpr double kUnbounded = 1e300;
+constexpr double kFirstDeadBand = 0.03;  // of the input's range
 
 /// Narrows a coordinate to what the user asked for. `scale` turns the user's value into the coordinate's.
 void apply(const ParameterRequest* request, Coordinate& coordinate, double (*scale)(double)) {
@@ -156,6 +157,27 @@ void Parametrisation::add_weights(const StructureOptions& asked) {
   }
 }
 
+void Parametrisation::add_valve(const StructureOptions& asked, const Scale& scale) {
+  const auto& valve = asked.structure.input_map.valve;
+  if (!valve) return;
+  valve_ = ValveMap{requested(asked, valve->null), requested(asked, valve->dead_band),
+                    requested(asked, valve->negative_gain_ratio)};
+  const double range = scale.highest_input - scale.lowest_input;
+  const auto add = [&](const StructureParameter& parameter, CoordinateRole role, double start, double lower,
+                       double upper) {
+    if (!is_estimated(asked, parameter)) return;
+    Coordinate coordinate{parameter.key, role, 0, start, lower, upper, lower, upper};
+    apply(find_request(asked, parameter), coordinate, as_is);
+    coordinates_.push_back(std::move(coordinate));
+  };
+  const double middle = 0.5 * (scale.lowest_input + scale.highest_input);
+  add(valve->null, CoordinateRole::valve_null, middle, scale.lowest_input, scale.highest_input);
+  add(valve->dead_band, CoordinateRole::dead_band, kFirstDeadBand * range, 0.0, 0.5 * range);
+  if (ratio_enters_linearly(asked)) return;
+  add(valve->negative_gain_ratio, CoordinateRole::negative_gain_ratio, valve_->negative_gain_ratio, -kUnbounded,
+      kUnbounded);
+}
+
 Parametrisation Parametrisation::search(const StructureOptions& asked, const Scale& scale) {
   check_requests(asked);
   const Structure& structure = asked.structure;
@@ -197,10 +219,12 @@ Parametrisation Parametrisation::search(const StructureOptions& asked, const Sca
     apply(find_request(asked, structure.delay), coordinate, as_is);
     p.coordinates_.push_back(std::move(coordinate));
   }
+  p.add_valve(asked, scale);
   return p;
 }
 
-Parametrisation Parametrisation::plain(const StructureOptions& asked, const TransferFunction& g) {
+Parametrisation Parametrisation::plain(const StructureOptions& asked, const TransferFunction& g,
+                                       const std::optional<ValveMap>& valve) {
   const Structure& structure = asked.structure;
   Parametrisation p;
   p.strictly_proper_ = ident::must_be_strictly_proper(structure);
@@ -220,6 +244,12 @@ Parametrisation Parametrisation::plain(const StructureOptions& asked, const Tran
     add(*order, role, value);
   }
   add(structure.delay, CoordinateRole::delay, g.delay_s);
+  p.valve_ = valve;
+  if (const auto& map = structure.input_map.valve; map && valve) {
+    add(map->null, CoordinateRole::valve_null, valve->null);
+    add(map->dead_band, CoordinateRole::dead_band, valve->dead_band);
+    add(map->negative_gain_ratio, CoordinateRole::negative_gain_ratio, valve->negative_gain_ratio);
+  }
   return p;
 }
 

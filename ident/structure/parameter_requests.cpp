@@ -42,6 +42,14 @@ bool wants_past_input(const StructureOptions& asked) {
   return asked.initial_state == InitialState::estimated && !has_finite_state(asked.structure);
 }
 
+bool ratio_enters_linearly(const StructureOptions& asked) {
+  const auto& valve = asked.structure.input_map.valve;
+  if (!valve || !is_estimated(asked, valve->negative_gain_ratio)) return false;
+  const ParameterRequest* request = find_request(asked, valve->negative_gain_ratio);
+  const bool bounded = request != nullptr && (request->lower || request->upper);
+  return !bounded && asked.structure.numerator.size() == 1;
+}
+
 void check_requests(const StructureOptions& asked) {
   std::vector<std::string> known;
   for (const StructureParameter* parameter : requestable_parameters(asked.structure)) {

@@ -19,6 +19,10 @@ namespace eha::ident {
 /// Whether the response to what came before t = 0 is that to an unknown past input.
 [[nodiscard]] bool wants_past_input(const StructureOptions& asked);
 
+/// Whether the valve map's gain ratio enters the output linearly beside the gain: it is estimated, has no bounds, and
+/// there is one numerator term.
+[[nodiscard]] bool ratio_enters_linearly(const StructureOptions& asked);
+
 /// @throws ConfigError  a request names no parameter that the structure lets go, or holds one without a value; zeros
 ///                      beside a past input
 void check_requests(const StructureOptions& asked);

@@ -22,9 +22,12 @@ constexpr std::array<Prefix, 6> kPrefixes = {{{"a", ParameterRole::denominator_c
                                               {"m", ParameterRole::numerator_order},
                                               {"x", ParameterRole::initial_state},
                                               {kPastInput, ParameterRole::past_input}}};
-constexpr std::array<Prefix, 4> kSingle = {{{"q", ParameterRole::base_order},
+constexpr std::array<Prefix, 7> kSingle = {{{"q", ParameterRole::base_order},
                                             {"delay_s", ParameterRole::delay},
                                             {"input_bias", ParameterRole::input_bias},
+                                            {"null", ParameterRole::valve_null},
+                                            {"dead_band", ParameterRole::dead_band},
+                                            {"negative_gain_ratio", ParameterRole::negative_gain_ratio},
                                             {"initial_output", ParameterRole::initial_output}}};
 
 ParameterKey numbered(ParameterRole role, std::size_t index) {
@@ -60,7 +63,8 @@ bool is_free_response(ParameterRole role) {
 }
 
 bool is_offset(ParameterRole role) {
-  return role == ParameterRole::input_bias || role == ParameterRole::initial_output || is_free_response(role);
+  return role == ParameterRole::input_bias || role == ParameterRole::valve_null ||
+         role == ParameterRole::initial_output || is_free_response(role);
 }
 
 ParameterKey coefficient_key(std::size_t index) { return numbered(ParameterRole::denominator_coefficient, index); }
@@ -79,6 +83,9 @@ ParameterKey numerator_order_key(std::size_t index, std::size_t terms) {
 ParameterKey base_order_key() { return single(ParameterRole::base_order); }
 ParameterKey delay_key() { return single(ParameterRole::delay); }
 ParameterKey input_bias_key() { return single(ParameterRole::input_bias); }
+ParameterKey valve_null_key() { return single(ParameterRole::valve_null); }
+ParameterKey dead_band_key() { return single(ParameterRole::dead_band); }
+ParameterKey negative_gain_ratio_key() { return single(ParameterRole::negative_gain_ratio); }
 ParameterKey initial_output_key() { return single(ParameterRole::initial_output); }
 ParameterKey state_key(std::size_t index) { return numbered(ParameterRole::initial_state, index); }
 ParameterKey past_input_key(std::size_t index) { return numbered(ParameterRole::past_input, index); }

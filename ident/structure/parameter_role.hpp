@@ -13,12 +13,15 @@ enum class ParameterRole {
   denominator_coefficient,
   numerator_order,
   denominator_order,
-  base_order,      ///< q: term k of numerator and denominator has order k q
-  delay,           ///< transport delay [s]
-  input_bias,      ///< of the static map before G [input unit]
-  initial_output,  ///< permanent offset [output unit]
-  initial_state,   ///< term of the free response of a finite state
-  past_input,      ///< input in one window before t = 0 [input unit]
+  base_order,           ///< q: term k of numerator and denominator has order k q
+  delay,                ///< transport delay [s]
+  input_bias,           ///< of the static map before G [input unit]
+  valve_null,           ///< of the valve map before G, as the next two [input unit]
+  dead_band,            ///< half width [input unit]
+  negative_gain_ratio,  ///< gain below the dead band over the gain above it
+  initial_output,       ///< permanent offset [output unit]
+  initial_state,        ///< term of the free response of a finite state
+  past_input,           ///< input in one window before t = 0 [input unit]
 };
 
 /// One parameter of a model. Terms are counted from the lowest order.
@@ -34,7 +37,7 @@ struct ParameterKey {
 /// Whether a parameter describes what came before t = 0: it enters the output linearly and takes no request.
 [[nodiscard]] bool is_free_response(ParameterRole role);
 
-/// Whether a parameter shifts the record rather than shapes the plant: bias, offset, free response.
+/// Whether a parameter shifts the record rather than shapes the plant: bias, the valve's null, offset, free response.
 [[nodiscard]] bool is_offset(ParameterRole role);
 
 /// The keys of model files, spelled here only. Denominator term i has coefficient "a<i>" and order "n<i>". One
@@ -46,6 +49,9 @@ struct ParameterKey {
 [[nodiscard]] ParameterKey base_order_key();
 [[nodiscard]] ParameterKey delay_key();
 [[nodiscard]] ParameterKey input_bias_key();
+[[nodiscard]] ParameterKey valve_null_key();
+[[nodiscard]] ParameterKey dead_band_key();
+[[nodiscard]] ParameterKey negative_gain_ratio_key();
 [[nodiscard]] ParameterKey initial_output_key();
 [[nodiscard]] ParameterKey state_key(std::size_t index);
 /// The latest window has index 0.

@@ -36,13 +36,20 @@ bool must_be_strictly_proper(const Structure& structure) {
   return moves;
 }
 
+std::vector<const StructureParameter*> map_parameters(const InputMap& map) {
+  if (!map.valve) return {&map.bias};
+  return {&map.valve->null, &map.valve->dead_band, &map.valve->negative_gain_ratio};
+}
+
 std::vector<const StructureParameter*> requestable_parameters(const Structure& structure) {
   std::vector<const StructureParameter*> all;
   for (std::size_t i = structure.denominator.size(); i-- > 0;) all.push_back(&structure.denominator[i].coefficient);
   visit_orders(structure, [&](const StructureParameter& order) { all.push_back(&order); });
   if (structure.base_order) all.push_back(&*structure.base_order);
   for (const StructureTerm& term : structure.numerator) all.push_back(&term.coefficient);
-  all.insert(all.end(), {&structure.delay, &structure.input_map.bias, &structure.initial_output});
+  all.push_back(&structure.delay);
+  for (const StructureParameter* parameter : map_parameters(structure.input_map)) all.push_back(parameter);
+  all.push_back(&structure.initial_output);
   std::erase_if(all, [](const StructureParameter* parameter) { return is_constant(*parameter); });
   return all;
 }
@@ -53,7 +60,9 @@ std::vector<const StructureParameter*> listed_parameters(const Structure& struct
   for (std::size_t i = structure.denominator.size(); i-- > 0;) all.push_back(&structure.denominator[i].coefficient);
   if (structure.base_order) all.push_back(&*structure.base_order);
   visit_orders(structure, [&](const StructureParameter& order) { all.push_back(&order); });
-  all.insert(all.end(), {&structure.delay, &structure.input_map.bias, &structure.initial_output});
+  all.push_back(&structure.delay);
+  for (const StructureParameter* parameter : map_parameters(structure.input_map)) all.push_back(parameter);
+  all.push_back(&structure.initial_output);
   std::erase_if(all, [](const StructureParameter* parameter) { return !parameter->listed; });
   return all;
 }

@@ -37,9 +37,17 @@ struct StructureTerm {
   StructureParameter order;
 };
 
-/// The static map between the input and G: v = u + bias.
+/// Parameters of a valve map, see ValveMap.
+struct ValveParameters {
+  StructureParameter null{.key = valve_null_key(), .freedom = Freedom::free};
+  StructureParameter dead_band{.key = dead_band_key(), .lower = 0.0, .freedom = Freedom::free};
+  StructureParameter negative_gain_ratio{.key = negative_gain_ratio_key(), .value = 1.0, .freedom = Freedom::free};
+};
+
+/// The static map between the input and G: v = u + bias, or the valve map, whose null does the work of the bias.
 struct InputMap {
-  StructureParameter bias{.key = input_bias_key(), .freedom = Freedom::free};
+  StructureParameter bias{.key = input_bias_key(), .freedom = Freedom::free};  ///< constant 0 beside a valve map
+  std::optional<ValveParameters> valve = {};
 };
 
 /// Degrees of a structure whose family has them.
@@ -83,6 +91,9 @@ struct Structure {
 /// Whether the orders of numerator and denominator may meet during a search. The sampled response of a model with a
 /// direct part that moves with the orders is not differentiable, so such a structure must stay strictly proper.
 [[nodiscard]] bool must_be_strictly_proper(const Structure& structure);
+
+/// Parameters of the map before G, in the order of messages and files.
+[[nodiscard]] std::vector<const StructureParameter*> map_parameters(const InputMap& map);
 
 /// Parameters that a request may name, in the order of messages.
 [[nodiscard]] std::vector<const StructureParameter*> requestable_parameters(const Structure& structure);

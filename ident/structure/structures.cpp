@@ -65,6 +65,14 @@ constexpr auto kFamilies = std::to_array<StructureFamily>({
     {"lag", false, [](const Degrees&) { return structures::lag(); }},
 });
 
+Structure without_map(Structure structure) {
+  structure.input_map = {};
+  return structure;
+}
+
+constexpr auto kInputMaps =
+    std::to_array<InputMapKind>({{"none", "", without_map}, {"valve", "_valve", structures::behind_valve}});
+
 }  // namespace
 
 namespace structures {
@@ -116,7 +124,21 @@ Structure lag() {
   return structure;
 }
 
+Structure behind_valve(Structure structure) {
+  structure.input_map.valve.emplace();
+  structure.input_map.bias.freedom = Freedom::constant;
+  structure.input_map.bias.value = 0.0;
+  structure.input_map.bias.listed = false;
+  return structure;
+}
+
 }  // namespace structures
+
+std::span<const InputMapKind> input_map_kinds() { return kInputMaps; }
+
+const InputMapKind& input_map_kind_of(const Structure& structure) {
+  return structure.input_map.valve ? kInputMaps.back() : kInputMaps.front();
+}
 
 std::span<const StructureFamily> structure_families() { return kFamilies; }
 

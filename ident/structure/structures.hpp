@@ -23,6 +23,9 @@ namespace structures {
 /// K / (a1 s^n1 + a0).
 [[nodiscard]] Structure lag();
 
+/// The structure with a valve map before G, in place of the input bias.
+[[nodiscard]] Structure behind_valve(Structure structure);
+
 }  // namespace structures
 
 /// A name that files and the command line know, and what it stands for.
@@ -37,6 +40,19 @@ struct StructureFamily {
 
 /// @throws ConfigError  no family has this name
 [[nodiscard]] const StructureFamily& structure_family(std::string_view name);
+
+/// A static map before G that files and the command line know.
+struct InputMapKind {
+  std::string_view name;
+  std::string_view suffix;                  ///< of the name of a model whose user gave none
+  Structure (*put_before)(Structure) = {};  ///< the structure with this map in place of the one it has
+};
+
+/// Every kind, in the order of messages: "none", "valve".
+[[nodiscard]] std::span<const InputMapKind> input_map_kinds();
+
+/// The kind that a structure has.
+[[nodiscard]] const InputMapKind& input_map_kind_of(const Structure& structure);
 
 /// One term of a structure that is given term by term.
 struct TermOptions {

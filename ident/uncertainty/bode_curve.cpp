@@ -64,6 +64,9 @@ Complex log_derivative(const ParameterKey& parameter, const std::vector<Term>& n
     case ParameterRole::delay:
       return -s;
     case ParameterRole::input_bias:
+    case ParameterRole::valve_null:
+    case ParameterRole::dead_band:
+    case ParameterRole::negative_gain_ratio:
     case ParameterRole::initial_output:
     case ParameterRole::initial_state:
     case ParameterRole::past_input:

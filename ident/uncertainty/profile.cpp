@@ -7,6 +7,7 @@
 
 #include "ident/fractional/stability.hpp"
 #include "ident/search/least_squares.hpp"
+#include "ident/structure/parameter_requests.hpp"
 
 namespace eha::ident {
 namespace {
@@ -155,6 +156,7 @@ class Profile {
       linear.numerator[key_.index].fixed = true;
       linear.numerator[key_.index].value = held;
     }
+    linear.solve_ratio = linear.solve_ratio && ratio_enters_linearly(structure);
     Parametrisation parametrisation = Parametrisation::search(structure, optimum_.scale);
     if (bias_bound > 0.0) {
       named(structure.parameters, structure.structure.input_map.bias.key.name) = optimum_.solution.input_bias;
@@ -164,7 +166,9 @@ class Profile {
     const LeastSquaresResult found = minimise(problem, parametrisation.start(), kCoarse);
     if (found.termination == Termination::infeasible) return kInfinity;
     const TransferFunction g = parametrisation.transfer_function(found.theta, found.point.linear.numerator);
-    const Eigen::VectorXd theta = Parametrisation::plain(optimum_.structure, g).start();
+    std::optional<ValveMap> valve = parametrisation.valve(found.theta);
+    if (valve) valve->negative_gain_ratio = found.point.linear.negative_gain_ratio;
+    const Eigen::VectorXd theta = Parametrisation::plain(optimum_.structure, g, valve).start();
     others.head(theta.size()) = theta;
     return found.point.cost;
   }

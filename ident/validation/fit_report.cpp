@@ -36,6 +36,12 @@ double value_in(const Model& model, const ParameterKey& key) {
       return g.delay_s;
     case ParameterRole::input_bias:
       return model.input_bias;
+    case ParameterRole::valve_null:
+      return model.input_map.value().null;
+    case ParameterRole::dead_band:
+      return model.input_map.value().dead_band;
+    case ParameterRole::negative_gain_ratio:
+      return model.input_map.value().negative_gain_ratio;
     case ParameterRole::initial_output:
       return model.initial_output;
     case ParameterRole::initial_state:
@@ -64,6 +70,7 @@ std::vector<Interval> profile_intervals(const ReportedFit& fit, const OutputErro
       fit.optimum.variant.bias_coordinate || (fit.linear.solve_bias && fit.linear.numerator.size() > 1);
   LinearPart searched = fit.linear;
   searched.solve_bias = fit.linear.solve_bias && !bias_coordinate;
+  searched.solve_ratio = fit.optimum.variant.linear.solve_ratio;
   const ReportedOptimum optimum{.compared = fit.compared,
                                 .plain = plain,
                                 .structure = fit.asked,
@@ -138,6 +145,7 @@ LinearPart as_reported(const LocalOptimum& optimum, const TransferFunction& g, L
   LinearPart linear = optimum.variant.linear;
   // Reported as a parameter of its own, whether it was solved for or a coordinate.
   linear.solve_bias = linear.solve_bias || optimum.variant.bias_coordinate;
+  linear.solve_ratio = false;  // a coordinate of the plain parametrisation
   if (linear.first_state == 0) return linear;
   linear.first_state = 0;
   linear.initial_output.fixed = false;
@@ -174,7 +182,8 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
 }
 
 void fill_parameters(FitResult& result, const ReportedFit& fit, const ProfileSearch* profile) {
-  const Parametrisation plain = Parametrisation::plain(fit.asked, result.model.transfer_function);
+  const Parametrisation plain =
+      Parametrisation::plain(fit.asked, result.model.transfer_function, result.model.input_map);
   const OutputError problem(fit.compared, plain, fit.linear);
   std::vector<ParameterKey> estimated;
   ParameterCorrelation correlation;

@@ -61,6 +61,9 @@ void write_models(const path& folder) {
   model.name = "fo";
   model.transfer_function = {{{0.46, 0.0}}, {{0.61, 1.75}, {1.0, 0.9}, {0.04, 0.0}}, 0.016};
   write_file_atomically(folder / "smallest", eha::ident::to_text(model));
+  model.input_map = eha::ident::ValveMap{-0.2, 0.15, 1.14};
+  write_file_atomically(folder / "valve", eha::ident::to_text(model));
+  model.input_map.reset();
   model.input_bias = 0.25;
   model.initial_state = {0.1, -1.0 / 3.0};
   model.parameters = {{"a2", 0.61, 0.01, 0.59, 0.63, false}, {"n0", 0.0, std::nan(""), 0.0, 0.0, true}};

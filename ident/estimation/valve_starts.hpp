@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How a model behind a valve map is found from models without one.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "ident/estimation/fit_choice.hpp"
+
+namespace eha::ident {
+
+/// Fewest samples beyond either side of the dead band. Below this share the intervals of dead band and gain ratio hold
+/// the truth far too seldom, and at 0 the ratio is undetermined.
+inline constexpr double kLeastShareOfASide = 0.06;
+
+/// What is asked, its requests checked, where its structure has a valve map; else nothing.
+/// @throws ConfigError  as check_requests()
+[[nodiscard]] std::optional<StructureOptions> asked_behind_valve(const StructureOptions& asked);
+
+/// What is asked but for the valve map and the requests for its parameters: an input bias in its place.
+[[nodiscard]] StructureOptions without_valve(const StructureOptions& asked);
+
+/// The input bias that an optimum without a map has. Where free responses do its work: y = K bias/(s D) + offset/s is
+/// sum_i c_i s^(i-1)/D with c_0 = K bias + offset a_0 and c_n = offset a_n.
+[[nodiscard]] double equivalent_bias(const LocalOptimum& optimum);
+
+/// The map of an optimum, if it has one.
+[[nodiscard]] std::optional<ValveMap> valve_of(const LocalOptimum& optimum);
+
+/// Moves the coordinate of the null, if there is one.
+void move_null(const Parametrisation& parametrisation, Eigen::VectorXd& theta, double by);
+
+/// Coordinates worth a start of a variant behind the map: G of the best optima without the map that treat what came
+/// before t = 0 alike, the null at minus their bias, and dead bands of 1, 3 and 10 % of the input's range. Under an
+/// input of few levels the cost has several minima over the dead band. A start that was asked for is the only one.
+/// @param linear  optima without the map, at least one
+[[nodiscard]] std::vector<Eigen::VectorXd> valve_starts(const std::vector<LocalOptimum>& linear, const Variant& variant,
+                                                        const Parametrisation& parametrisation,
+                                                        const StructureOptions& asked,
+                                                        const Parametrisation::Scale& scale);
+
+/// @param input  of the rows that estimate
+/// @throws DataError  fewer than kLeastShareOfASide of them lie above the dead band, or below it
+void require_both_sides(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input,
+                        const std::string& model_name, const std::string& unit);
+
+}  // namespace eha::ident

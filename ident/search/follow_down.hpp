@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "ident/search/least_squares.hpp"
+
+namespace eha::ident {
+
+/// Searches on from an optimum, hardly damped, while the cost falls: the damped steps of a first search hardly move
+/// along a flat valley, and may end it before the lowest point.
+/// @param rounds  at most so many searches
+[[nodiscard]] LeastSquaresResult followed_down(const OutputError& problem, LeastSquaresResult optimum, int rounds);
+
+/// Follows every optimum down, the best first, until one leaves no error but that of the simulation.
+void follow_down_all(const OutputError& problem, std::vector<LeastSquaresResult>& optima);
+
+}  // namespace eha::ident
