@@ -75,15 +75,11 @@ ComparedRecord::ComparedRecord(const Record& record, const Comparison& compariso
 }
 
 InputSpectrum ComparedRecord::spectrum_of(const Eigen::VectorXd& fine) const {
+  if (block_ == 1 && before_ == 0) return response_.quick_input_spectrum(fine);
   const Eigen::Index rows = fine.size() / block_;
-  const auto before = static_cast<Eigen::Index>(before_);
-  Eigen::VectorXd input = Eigen::VectorXd::Zero(before + rows);
-  if (block_ == 1) {
-    input.tail(rows) = fine;
-  } else {
-    input.tail(rows) = Eigen::Map<const Eigen::MatrixXd>(fine.data(), block_, rows).colwise().mean().transpose();
-  }
-  return response_.input_spectrum(input);
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(before_) + rows);
+  input.tail(rows) = Eigen::Map<const Eigen::MatrixXd>(fine.data(), block_, rows).colwise().mean().transpose();
+  return response_.quick_input_spectrum(input);
 }
 
 }  // namespace eha::ident

@@ -66,8 +66,8 @@ InputSpectrum OutputError::Passed::total(double ratio) const {
 std::optional<OutputError::Passed> OutputError::passed(const Eigen::VectorXd& theta) const {
   const std::optional<ValveMap> map = parametrisation_.valve(theta);
   if (!map) return {};
-  return Passed{*map, record_.spectrum_of(above(*map, record_.fine_input()).excess),
-                record_.spectrum_of(below(*map, record_.fine_input()).excess)};
+  return Passed{*map, record_.spectrum_of(excess_above(*map, record_.fine_input())),
+                record_.spectrum_of(excess_below(*map, record_.fine_input()))};
 }
 
 double OutputError::ratio_at(const Passed& valve, const LinearSolution& linear) const {
@@ -82,8 +82,8 @@ InputSpectrum OutputError::driving(const std::optional<Passed>& valve, const Lin
 /// -(A + ratio B), -(A - ratio B), and what passes below for a ratio of 1.
 std::vector<InputSpectrum> OutputError::input_derivatives(const Passed& valve, const LinearSolution& linear) const {
   const double ratio = ratio_at(valve, linear);
-  const InputSpectrum on_above = record_.spectrum_of(above(valve.map, record_.fine_input()).beyond);
-  const InputSpectrum on_below = record_.spectrum_of(below(valve.map, record_.fine_input()).beyond);
+  const InputSpectrum on_above = record_.spectrum_of(is_above(valve.map, record_.fine_input()));
+  const InputSpectrum on_below = record_.spectrum_of(is_below(valve.map, record_.fine_input()));
   InputSpectrum by_null(on_above.size());
   InputSpectrum by_dead_band(on_above.size());
   for (std::size_t j = 0; j < on_above.size(); ++j) {

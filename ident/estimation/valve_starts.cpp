@@ -116,8 +116,8 @@ std::vector<Eigen::VectorXd> valve_starts(const std::vector<LocalOptimum>& linea
 
 void require_both_sides(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input,
                         const std::string& model_name, const std::string& unit) {
-  const double share_above = above(map, input).beyond.mean();
-  const double share_below = below(map, input).beyond.mean();
+  const double share_above = is_above(map, input).mean();
+  const double share_below = is_below(map, input).mean();
   const double rarer = std::min(share_above, share_below);
   if (!(rarer < kLeastShareOfASide)) return;
   throw DataError(fmt::format(

@@ -134,6 +134,7 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     factor[j] *= std::polar(1.0, 2.0 * pi * turn);
   }
   selection_factor_ = std::move(factor);
+  low_band_.emplace(length_, selection_.samples, bins_);
   decay_.resize(selection_.samples);
   for (std::size_t n = 0; n < decay_.size(); ++n) decay_[n] = std::exp(-sigma_ * static_cast<double>(n));
   growth_.resize(static_cast<Eigen::Index>(selection_.count));
@@ -148,16 +149,27 @@ void HeldResponse::weigh(InputSpectrum& spectrum) const {
   for (std::size_t j = 0; j < bins_; ++j) spectrum[j] *= selection_factor_[j];
 }
 
-InputSpectrum HeldResponse::input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
-  std::vector<double> increments(length_, 0.0);
+/// What the input rises by at each sample, damped as on the contour.
+std::vector<double> HeldResponse::increments(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t length) const {
+  std::vector<double> damped(length, 0.0);
   double before = 0.0;
   for (std::size_t n = 0; n < selection_.samples; ++n) {
     const double now = input[static_cast<Eigen::Index>(n)];
-    increments[n] = (now - before) * decay_[n];
+    damped[n] = (now - before) * decay_[n];
     before = now;
   }
+  return damped;
+}
+
+InputSpectrum HeldResponse::quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
+  InputSpectrum spectrum = (*low_band_)(increments(input, selection_.samples));
+  weigh(spectrum);
+  return spectrum;
+}
+
+InputSpectrum HeldResponse::input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
   InputSpectrum spectrum(length_ / 2 + 1);
-  RealFft(length_).forward(increments, spectrum);
+  RealFft(length_).forward(increments(input, length_), spectrum);
   weigh(spectrum);
   return spectrum;
 }

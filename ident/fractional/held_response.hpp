@@ -5,12 +5,14 @@
 #include <complex>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "ident/fractional/alias_sum.hpp"
 #include "ident/fractional/transfer_columns.hpp"
 #include "ident/signal/fft.hpp"
+#include "ident/signal/low_band_spectrum.hpp"
 
 namespace eha::ident {
 
@@ -58,6 +60,8 @@ class HeldResponse {
 
   /// @param input  N samples, at rest before the first
   [[nodiscard]] InputSpectrum input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const;
+  /// The same to 1e-10 of the input's size; several times as fast where the filter leaves low frequencies only.
+  [[nodiscard]] InputSpectrum quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const;
   /// A unit step at sample `at`.
   [[nodiscard]] InputSpectrum step_spectrum(std::size_t at = 0) const;
 
@@ -76,6 +80,8 @@ class HeldResponse {
   void fold(const Column& column, const InputSpectrum& input, const std::vector<std::complex<double>>& shift,
             std::vector<std::complex<double>>& folded) const;
   void weigh(InputSpectrum& spectrum) const;
+  [[nodiscard]] std::vector<double> increments(const Eigen::Ref<const Eigen::VectorXd>& input,
+                                               std::size_t length) const;
 
   OutputSelection selection_;
   std::size_t length_;  ///< L
@@ -86,9 +92,10 @@ class HeldResponse {
   LaplacePoints points_;
   std::vector<double> inverse_re_;  ///< 1/p
   std::vector<double> inverse_im_;
-  std::vector<double> decay_;         ///< rho^n of every input
-  InputSpectrum selection_factor_;    ///< filter and shift to the first output
-  Eigen::VectorXd growth_;            ///< rho^-n of every output over L
+  std::vector<double> decay_;       ///< rho^n of every input
+  InputSpectrum selection_factor_;  ///< filter and shift to the first output
+  Eigen::VectorXd growth_;          ///< rho^-n of every output over L
+  std::optional<LowBandSpectrum> low_band_;
   std::shared_ptr<Aliases> nearest_;  ///< points of k = +-1, made when a model first needs them
 };
 

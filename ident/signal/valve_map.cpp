@@ -7,21 +7,29 @@ namespace eha::ident {
 namespace {
 
 double half_width(const ValveMap& map) { return std::max(0.0, map.dead_band); }
+double upper_edge(const ValveMap& map) { return map.null + half_width(map); }
+double lower_edge(const ValveMap& map) { return map.null - half_width(map); }
 
 }  // namespace
 
-ValveSide above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
-  const Eigen::ArrayXd distance = input.array() - (map.null + half_width(map));
-  return {distance.cwiseMax(0.0), (distance > 0.0).cast<double>()};
+Eigen::VectorXd excess_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
+  return (input.array() - upper_edge(map)).cwiseMax(0.0);
 }
 
-ValveSide below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
-  const Eigen::ArrayXd distance = input.array() - (map.null - half_width(map));
-  return {distance.cwiseMin(0.0), (distance < 0.0).cast<double>()};
+Eigen::VectorXd excess_below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
+  return (input.array() - lower_edge(map)).cwiseMin(0.0);
+}
+
+Eigen::VectorXd is_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
+  return (input.array() > upper_edge(map)).cast<double>();
+}
+
+Eigen::VectorXd is_below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
+  return (input.array() < lower_edge(map)).cast<double>();
 }
 
 Eigen::VectorXd mapped(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
-  return above(map, input).excess + map.negative_gain_ratio * below(map, input).excess;
+  return excess_above(map, input) + map.negative_gain_ratio * excess_below(map, input);
 }
 
 }  // namespace eha::ident

@@ -18,14 +18,13 @@ struct ValveMap {
 /// v for N samples of u [input unit]. Cost O(N).
 [[nodiscard]] Eigen::VectorXd mapped(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
 
-/// One side of the map before its gain: v = above.excess + negative_gain_ratio below.excess.
-struct ValveSide {
-  Eigen::VectorXd excess;  ///< u less the edge of the dead band where u lies beyond it, else 0 [input unit]
-  Eigen::VectorXd beyond;  ///< 1 where u lies beyond the edge, else 0: the slope of `excess` by u
-};
-
+/// How far u lies beyond either edge of the dead band, else 0: v = excess_above + negative_gain_ratio excess_below.
 /// Cost O(N).
-[[nodiscard]] ValveSide above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
-[[nodiscard]] ValveSide below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
+[[nodiscard]] Eigen::VectorXd excess_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
+[[nodiscard]] Eigen::VectorXd excess_below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
+
+/// 1 where u lies beyond the edge, else 0: the slope of the excess by u. Cost O(N).
+[[nodiscard]] Eigen::VectorXd is_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
+[[nodiscard]] Eigen::VectorXd is_below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
 
 }  // namespace eha::ident

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <charconv>
+#include <limits>
 #include <optional>
 
 namespace eha::ident {
@@ -65,6 +66,10 @@ bool is_free_response(ParameterRole role) {
 bool is_offset(ParameterRole role) {
   return role == ParameterRole::input_bias || role == ParameterRole::valve_null ||
          role == ParameterRole::initial_output || is_free_response(role);
+}
+
+double least_value(ParameterRole role) {
+  return role == ParameterRole::dead_band ? 0.0 : -std::numeric_limits<double>::infinity();
 }
 
 ParameterKey coefficient_key(std::size_t index) { return numbered(ParameterRole::denominator_coefficient, index); }

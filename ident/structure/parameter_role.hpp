@@ -40,6 +40,9 @@ struct ParameterKey {
 /// Whether a parameter shifts the record rather than shapes the plant: bias, the valve's null, offset, free response.
 [[nodiscard]] bool is_offset(ParameterRole role);
 
+/// Least value that means anything: 0 for a dead band, else minus infinity.
+[[nodiscard]] double least_value(ParameterRole role);
+
 /// The keys of model files, spelled here only. Denominator term i has coefficient "a<i>" and order "n<i>". One
 /// numerator term has coefficient "K" and order "b0", several have "b<j>" and "m<j>".
 [[nodiscard]] ParameterKey coefficient_key(std::size_t index);

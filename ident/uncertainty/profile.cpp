@@ -80,24 +80,29 @@ class Profile {
       : optimum_(optimum), reported_(reported), key_(optimum.parameters[parameter]) {
     const auto at = static_cast<Eigen::Index>(parameter);
     value_ = reported.values()[at];
+    room_below_ = value_ - least_value(key_.role);
     const double unit_variance = known.unit_covariance(at, at);
     direction_ = known.unit_covariance.col(at) / unit_variance;
     half_width_ = known.interval_factor * std::sqrt(known.covariance(at, at));
     rise_ = half_width_ * half_width_ / unit_variance;
   }
 
-  [[nodiscard]] Interval straight() const { return {value_ - half_width_, value_ + half_width_}; }
+  [[nodiscard]] Interval straight() const {
+    return {value_ - std::min(half_width_, room_below_), value_ + half_width_};
+  }
 
   /// Whether the cost rises as a parabola up to both ends of the straight interval.
   [[nodiscard]] bool is_straight() const {
     if (!(rise_ > kResolvedRise * optimum_.plain.output_energy())) return true;
     return std::abs(straight_rise(1.0) / rise_ - 1.0) < kStraight &&
-           std::abs(straight_rise(-1.0) / rise_ - 1.0) < kStraight;
+           (half_width_ > room_below_ || std::abs(straight_rise(-1.0) / rise_ - 1.0) < kStraight);
   }
 
   /// Where the profile has risen by rise_. @param side  -1 or 1
   [[nodiscard]] double end(double side) const {
-    double distance = half_width_;
+    const double room = side < 0.0 ? room_below_ : kInfinity;
+    double distance = std::min(half_width_, room);
+    if (!(distance > 0.0)) return value_;
     double inside = 0.0;
     double outside = kInfinity;
     Eigen::VectorXd others = reported_.values();
@@ -110,6 +115,7 @@ class Profile {
       const double root = std::sqrt(std::max(0.0, rise) / rise_);
       if (std::abs(root - 1.0) < kEndTolerance) return value_ + side * distance;
       if (root < 1.0) {
+        if (distance >= room) return value_ - room;
         inside = distance;
         others = start;
       } else {
@@ -118,6 +124,7 @@ class Profile {
       distance *= std::clamp(1.0 / root, 1.0 / kGreatestStretch, kGreatestStretch);
       const bool is_between = distance > inside && distance < outside;
       if (std::isfinite(outside) && !is_between) distance = 0.5 * (inside + outside);
+      distance = std::min(distance, room);
     }
     return std::isfinite(outside) ? value_ + side * distance : side * kInfinity;
   }
@@ -179,6 +186,7 @@ class Profile {
   double value_ = 0.0;
   Eigen::VectorXd direction_;  ///< change of the others per unit of this one
   double half_width_ = 0.0;
+  double room_below_ = 0.0;  ///< down to the least value that means anything
   double rise_ = 0.0;
 };
 

@@ -212,7 +212,7 @@ void fill_parameters(FitResult& result, const ReportedFit& fit, const ProfileSea
     const bool is_lost = std::find(lost.begin(), lost.end(), p.name) != lost.end();
     p.std = is_lost ? std::numeric_limits<double>::infinity() : std::sqrt(known.covariance(i, i));
     const double half_width = known.interval_factor * p.std;
-    const Interval straight{p.value - half_width, p.value + half_width};
+    const Interval straight{std::max(p.value - half_width, least_value(p.role)), p.value + half_width};
     const Interval interval = reach.empty() ? straight : reach[static_cast<std::size_t>(i)];
     p.lower95 = interval.lower;
     p.upper95 = interval.upper;

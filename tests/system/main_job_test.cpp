@@ -114,6 +114,23 @@ TEST_F(MainJob, ModelsSimulateAndValidateTheirOwnRun) {
   EXPECT_EQ(simulated.code, 0) << simulated.err;
 }
 
+TEST_F(MainJob, BehindAValveMapFindsTheSimulatedValve) {
+  const Ended fitted =
+      run_eha({"fit", run_folder().string(), "--model", "io", "--input-map", "valve", "-o", "behind", "--json"},
+              folder_->path());
+  ASSERT_EQ(fitted.code, 0) << fitted.err;
+  const json model = json::parse(content_of(folder_->path() / "behind" / "io_valve.json"));
+  // The plant of sim.toml: valve_null_offset_V = 0.2, which is the null's distance below 0, valve_dead_band_V = 0.15.
+  EXPECT_NEAR(model.at("input_map").at("null").get<double>(), -0.2, 0.02);
+  EXPECT_NEAR(model.at("input_map").at("dead_band").get<double>(), 0.15, 0.02);
+  EXPECT_GE(model.at("validation").at("fit_percent").get<double>(), 99.5);
+
+  const Ended validated =
+      run_eha({"validate", "behind/io_valve.json", run_folder().string(), "--json"}, folder_->path());
+  EXPECT_EQ(validated.code, 0) << validated.err;
+  EXPECT_GE(json::parse(validated.out).at("model").at("validation").at("fit_percent").get<double>(), 99.0);
+}
+
 TEST_F(MainJob, IsListedAndShown) {
   const Ended list = run_eha({"runs", "list", "runs"}, folder_->path());
   EXPECT_EQ(list.code, 0) << list.err;

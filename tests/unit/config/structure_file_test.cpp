@@ -58,6 +58,21 @@ TEST(StructureFile, MayNameAModelAndAnyStructure) {
   EXPECT_EQ(asked.structure.denominator.size(), 4U);
 }
 
+TEST(StructureFile, MayPutTheModelBehindAValve) {
+  const std::string lag = "structure = \"lag\"\ninput_map = \"valve\"\n";
+  EXPECT_EQ(parse_structure(lag, "s.toml").name, "terms_valve");
+  EXPECT_TRUE(parse_structure(lag, "s.toml").structure.input_map.valve);
+  EXPECT_EQ(parse_structure("name = \"mine\"\n" + lag, "s.toml").name, "mine");
+  EXPECT_FALSE(parse_structure("structure = \"lag\"\ninput_map = \"none\"\n", "s.toml").structure.input_map.valve);
+  const std::string start = "[[parameter]]\nname = \"dead_band\"\nstart = 0.1\nlower = 0.0\nupper = 0.5\n";
+  EXPECT_EQ(parse_structure(lag + start, "s.toml").parameters.size(), 1U);
+  EXPECT_EQ(faults_of("structure = \"lag\"\ninput_map = \"valv\"\n"),
+            "s.toml:2:13: input_map: expected \"none\" or \"valve\" (did you mean \"valve\"?), got \"valv\"");
+  EXPECT_NE(
+      faults_of(lag + "[[parameter]]\nname = \"input_bias\"\nfixed = true\nstart = 0\n").find("negative_gain_ratio"),
+      std::string::npos);
+}
+
 TEST(StructureFile, TellsEveryFaultWithItsPlace) {
   EXPECT_EQ(faults_of(edited(kFiveTerms, "order = 1.0 }", "order = 1.5 }")),
             "s.toml:4:13: denominator[2].order: expected each order once, got 1.5 again");

@@ -50,6 +50,30 @@ TEST(ModelOptions, TakeTheExperimentsModelsUnlessOthersAreNamed) {
   EXPECT_EQ(structures[1].structure.degrees->poles, 3);
 }
 
+TEST(ModelOptions, PutModelsBehindAMapAndNameThemSo) {
+  ModelOptions options;
+  options.families = {"io", "fo"};
+  options.poles = 3;
+  options.input_map = "valve";
+  const auto structures = structures_for(options, {});
+  ASSERT_EQ(structures.size(), 2U);
+  EXPECT_EQ(structures[0].name, "io_valve");
+  EXPECT_TRUE(structures[0].structure.input_map.valve);
+  EXPECT_EQ(structures[0].structure.degrees->poles, 3);
+  EXPECT_EQ(structures[1].name, "fo_valve");
+
+  StructureOptions configured = structures[0];
+  EXPECT_EQ(structures_for(options, {configured}).front().name, "io_valve");
+  options = {};
+  options.poles = 2;
+  const auto kept = structures_for(options, {configured});
+  EXPECT_TRUE(kept.front().structure.input_map.valve) << "other degrees keep the map";
+  options = {};
+  options.input_map = "none";
+  EXPECT_EQ(structures_for(options, {configured}).front().name, "io");
+  EXPECT_FALSE(structures_for(options, {configured}).front().structure.input_map.valve);
+}
+
 TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
   ModelOptions options;
   options.poles = 3;

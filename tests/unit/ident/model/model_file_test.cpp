@@ -89,6 +89,30 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.procedure, "paper");
 }
 
+TEST(ModelFile, HoldsAnInputMapOrABiasButNotBoth) {
+  Model model = full_model();
+  EXPECT_EQ(to_text(model).find("input_map"), std::string::npos);
+  model.input_bias = 0.0;
+  model.input_map = ValveMap{-0.2, 0.15, 0.88};
+  const auto json = nlohmann::ordered_json::parse(to_text(model));
+  EXPECT_EQ(
+      json["input_map"],
+      (nlohmann::ordered_json{{"kind", "valve"}, {"null", -0.2}, {"dead_band", 0.15}, {"negative_gain_ratio", 0.88}}));
+  const Model read = model_from_text(to_text(model), "x.json");
+  EXPECT_EQ(to_text(read), to_text(model));
+  const auto with = [](const std::string& fields) { return std::string(kMinimal).insert(1, fields + ", "); };
+  const std::string map = R"("input_map": {"kind": "valve", "null": 0, "dead_band": 0.1, "negative_gain_ratio": 1})";
+  EXPECT_EQ(message_of(with(map)), "accepted");
+  EXPECT_EQ(message_of(with(map + ", \"input_bias\": 0.5")),
+            "m.json: input_bias: expected 0 beside input_map, got 0.5");
+  EXPECT_EQ(message_of(with(R"("input_map": {"kind": "cubic"})")),
+            "m.json: input_map.kind: expected \"valve\", got \"cubic\"");
+  EXPECT_EQ(message_of(with(R"("input_map": {"kind": "valve", "null": 0})")),
+            "m.json: input_map.dead_band: expected a value, got no such field");
+  EXPECT_EQ(message_of(with(R"("input_map": {"kind": "valve", "null": 0, "dead_band": -1, "negative_gain_ratio": 1})")),
+            "m.json: input_map.dead_band: expected at least 0, got -1");
+}
+
 TEST(ModelFile, RefusesAPastThatHasGapsOrLiesAhead) {
   const auto with_past = [](const std::string& windows) {
     std::string text = kMinimal;

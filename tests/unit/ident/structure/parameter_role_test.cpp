@@ -9,10 +9,10 @@ namespace eha::ident {
 namespace {
 
 TEST(ParameterKeys, ComeBackFromTheirNames) {
-  const std::vector<ParameterKey> beside_one = {coefficient_key(10),       order_key(2),         numerator_key(0, 1),
-                                                numerator_order_key(0, 1), base_order_key(),     delay_key(),
-                                                input_bias_key(),          initial_output_key(), state_key(3),
-                                                past_input_key(7)};
+  const std::vector<ParameterKey> beside_one = {
+      coefficient_key(10),  order_key(2),     numerator_key(0, 1), numerator_order_key(0, 1), base_order_key(),
+      delay_key(),          input_bias_key(), valve_null_key(),    dead_band_key(),           negative_gain_ratio_key(),
+      initial_output_key(), state_key(3),     past_input_key(7)};
   for (const ParameterKey& key : beside_one) {
     const ParameterKey read = key_of(key.name, 1);
     EXPECT_EQ(read.role, key.role) << key.name;

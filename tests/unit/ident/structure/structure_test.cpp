@@ -40,6 +40,17 @@ TEST(Structures, LetRequestsNameAllButTheirConstants) {
             (Names{"a0", "n1", "K", "delay_s", "input_bias", "initial_output"}));
 }
 
+TEST(Structures, HaveTheParametersOfAValveInPlaceOfTheBias) {
+  const Structure valve = structures::behind_valve(structures::lag());
+  EXPECT_EQ(names(listed_parameters(valve)), (Names{"K", "a1", "a0", "n1", "n0", "b0", "delay_s", "null", "dead_band",
+                                                    "negative_gain_ratio", "initial_output"}));
+  EXPECT_EQ(names(requestable_parameters(valve)),
+            (Names{"a0", "n1", "K", "delay_s", "null", "dead_band", "negative_gain_ratio", "initial_output"}));
+  EXPECT_EQ(input_map_kind_of(valve).name, "valve");
+  EXPECT_EQ(names(requestable_parameters(input_map_kinds().front().put_before(valve))),
+            names(requestable_parameters(structures::lag())));
+}
+
 TEST(Structures, HaveAFiniteStateWhenAllPowersOfSAreThere) {
   EXPECT_TRUE(has_finite_state(structures::io({3, 1})));
   EXPECT_EQ(state_count(structures::io({3, 1})), 3U);

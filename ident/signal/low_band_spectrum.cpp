@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/signal/low_band_spectrum.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace eha::ident {
+namespace {
+
+using std::numbers::pi;
+using Complex = std::complex<double>;
+
+constexpr double kAliased = 1e-11;
+constexpr int kMostTaps = 20;  // a filter this long no longer pays
+
+/// Taps of ((1 + z^-1)/2)^power.
+std::vector<double> binomial(int power) {
+  std::vector<double> taps = {1.0};
+  for (int k = 0; k < power; ++k) {
+    taps.push_back(0.0);
+    for (std::size_t t = taps.size(); t-- > 0;) taps[t] = 0.5 * (taps[t] + (t > 0 ? taps[t - 1] : 0.0));
+  }
+  return taps;
+}
+
+/// out[k] = sum_t taps[t] signal[2 k - t]
+std::vector<double> halved(const std::vector<double>& signal, const std::vector<double>& taps) {
+  const std::size_t before = taps.size() / 2;
+  const std::size_t count = (signal.size() + taps.size()) / 2;
+  std::vector<double> even(before + count, 0.0);  // signal[2 k]
+  std::vector<double> odd(before + count, 0.0);   // signal[2 k - 1]
+  for (std::size_t n = 0; n < signal.size(); n += 2) even[before + n / 2] = signal[n];
+  for (std::size_t n = 1; n < signal.size(); n += 2) odd[before + (n + 1) / 2] = signal[n];
+  std::vector<double> out(count, 0.0);
+  constexpr std::size_t kBlock = 512;  // stays in the cache for all taps
+  for (std::size_t begin = 0; begin < count; begin += kBlock) {
+    const std::size_t block = std::min(kBlock, count - begin);
+    for (std::size_t t = 0; t < taps.size(); ++t) {
+      const double tap = taps[t];
+      const double* from = (t % 2 == 0 ? even : odd).data() + before + begin - t / 2;
+      double* to = out.data() + begin;
+      for (std::size_t k = 0; k < block; ++k) to[k] += tap * from[k];
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+LowBandSpectrum::LowBandSpectrum(std::size_t length, std::size_t samples, std::size_t bins)
+    : length_(length), undo_(bins, 1.0) {
+  while (length_ % 2 == 0) {
+    // A bin's alias lies as far below the Nyquist frequency as the bin lies above 0.
+    const double alias = std::tan(pi * static_cast<double>(bins) / static_cast<double>(length_));
+    if (!(alias > 0.0 && alias < 1.0)) break;
+    const double power = std::ceil(std::log(kAliased) / std::log(alias));
+    if (power > kMostTaps) break;
+    std::vector<double> taps = binomial(static_cast<int>(power));
+    samples = (samples + taps.size()) / 2;
+    if (samples > length_ / 2) break;
+    for (std::size_t j = 0; j < bins; ++j) {
+      const double angle = 2.0 * pi * static_cast<double>(j) / static_cast<double>(length_);
+      // (1 + exp(-i w))/2 = cos(w/2) exp(-i w/2)
+      undo_[j] *= 2.0 * std::polar(std::pow(std::cos(0.5 * angle), -power), 0.5 * angle * power);
+    }
+    filters_.push_back(std::move(taps));
+    length_ /= 2;
+  }
+}
+
+std::vector<Complex> LowBandSpectrum::operator()(std::vector<double> signal) const {
+  for (const std::vector<double>& taps : filters_) signal = halved(signal, taps);
+  signal.resize(length_, 0.0);
+  std::vector<Complex> spectrum(length_ / 2 + 1);
+  RealFft(length_).forward(signal, spectrum);
+  spectrum.resize(undo_.size());
+  for (std::size_t j = 0; j < spectrum.size(); ++j) spectrum[j] *= undo_[j];
+  return spectrum;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+#include "ident/signal/fft.hpp"
+
+namespace eha::ident {
+
+/// The lowest bins of long Fourier transforms, by transforms of a fraction of the length: binomial filters
+/// ((1 + z^-1)/2)^m, undone in the spectrum, let the signal be thinned to every second sample several times. What
+/// aliases into the wanted bins is below 1e-11 of its size. Immutable, thread-safe.
+/// Hogenauer, IEEE Trans. ASSP 29 (1981), for filters that are sharp where the aliases of a narrow band fall.
+class LowBandSpectrum {
+ public:
+  /// @param length   of the transform @param samples  of a signal, zeros behind it @param bins  wanted, from 0 on
+  LowBandSpectrum(std::size_t length, std::size_t samples, std::size_t bins);
+
+  /// sum_n signal[n] exp(-2 pi i j n / length) for j = 0..bins-1. Cost O(samples), a few operations each.
+  [[nodiscard]] std::vector<std::complex<double>> operator()(std::vector<double> signal) const;
+
+ private:
+  std::vector<std::vector<double>> filters_;  ///< taps of each halving
+  std::size_t length_;                        ///< of the transform that is left
+  std::vector<std::complex<double>> undo_;    ///< one a bin
+};
+
+}  // namespace eha::ident
