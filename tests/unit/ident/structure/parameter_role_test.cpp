@@ -30,7 +30,7 @@ TEST(ParameterKeys, CallBZeroAnOrderBesideOneNumeratorTermOnly) {
 }
 
 TEST(ParameterKeys, TakeAnUnknownNameForACoefficient) {
-  for (const char* name : {"", "n", "nx", "n-1", "n2 ", "null"}) {
+  for (const char* name : {"", "n", "nx", "n-1", "n2 ", "nul"}) {
     EXPECT_EQ(key_of(name, 1).role, ParameterRole::denominator_coefficient) << name;
   }
 }
