@@ -68,6 +68,7 @@ class LimitChecks {
     if (!document_.issues.clean(hal::name_of(rig_.backend))) return;
     if (command_is_read) check_command_range();
     if (travel_is_read) check_travel_range();
+    if (travel_is_read && limits.sensor && document_.issues.clean("sensor")) check_sensor(*limits.sensor);
   }
 
  private:
@@ -98,6 +99,29 @@ class LimitChecks {
     if (!range.contains(rig_.limits.travel_min_in)) add_issue("travel_min_in", expected, rig_.limits.travel_min_in);
     if (!range.contains(rig_.limits.travel_max_in)) add_issue("travel_max_in", expected, rig_.limits.travel_max_in);
     check_initial_displacement();
+  }
+
+  void check_sensor(const SensorBand& sensor) {
+    const hal::Conversion ranges = hal::conversion_of(rig_.backend);
+    const auto add = [&](std::string_view key, const std::string& expected, double got) {
+      const std::string path = fmt::format("sensor.{}", key);
+      document_.issues.add(position_of(document_.positions, path), path, expected, fmt::format("{}", got));
+    };
+    const auto volts_at = [&](double displacement_in) {
+      return (displacement_in - ranges.offset_in) / ranges.scale_in_per_V;
+    };
+    const double one_V = volts_at(rig_.limits.travel_min_in);
+    const double other_V = volts_at(rig_.limits.travel_max_in);
+    const Range lower{.low = ranges.feedback_min_V, .high = std::min(one_V, other_V)};
+    const Range upper{.low = std::max(one_V, other_V), .high = ranges.feedback_max_V};
+    constexpr const char* kExpected =
+        "a voltage between the {} of the converter and that of the travel, {:.6g}..{:.6g}";
+    if (!lower.contains(sensor.valid_min_V)) {
+      add("valid_min_V", fmt::format(kExpected, "lowest", lower.low, lower.high), sensor.valid_min_V);
+    }
+    if (!upper.contains(sensor.valid_max_V)) {
+      add("valid_max_V", fmt::format(kExpected, "highest", upper.low, upper.high), sensor.valid_max_V);
+    }
   }
 
   void check_initial_displacement() {
@@ -149,6 +173,8 @@ RigConfig parse_rig(std::string_view text, const std::string& file_name) {
   root.integer("schema", schema, 1, 1);
   root.text("name", rig.name);
   read_limits(root, rig.limits);
+  root.optional_table("following", rig.limits.following);
+  root.optional_table("sensor", rig.limits.sensor);
   read_realtime(root, rig.realtime);
   const bool backend_is_known = read_backend(root, rig, document);
   root.finish();

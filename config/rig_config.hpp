@@ -6,9 +6,43 @@
 #include <string_view>
 
 #include "config/position.hpp"
+#include "core/keys.hpp"
 #include "hal/backend_list.hpp"
 
 namespace eha::config {
+
+/// How the rod answers the valve, as commissioned: what the following check compares the sensor with. The rod moves by
+/// at least gain (u - null -+ dead band) at a command u outside the dead band.
+struct Following {
+  double gain_positive_in_per_V_s = 0.0;  ///< half the measured gain towards greater displacement [in/(V s)]
+  double gain_negative_in_per_V_s = 0.0;  ///< the same towards smaller displacement, positive [in/(V s)]
+  double null_V = 0.0;                    ///< command at which the valve stands in the middle of its dead band [V]
+  double dead_band_V = 0.0;               ///< half width, what varies included [V]
+  double limit_in = 0.1;                  ///< motion that may be missing, or too much, before the rig is made safe [in]
+  double pressure_delay_s = 0.0;          ///< from enable on to full pressure; missing motion does not count in it [s]
+
+  static void visit_keys(auto& self, auto& keys) {
+    keys.number("gain_positive_in_per_V_s", self.gain_positive_in_per_V_s, Range::above(0.0));
+    keys.number("gain_negative_in_per_V_s", self.gain_negative_in_per_V_s, Range::above(0.0));
+    keys.number("null_V", self.null_V, Range::between(-10.0, 10.0));
+    keys.number("dead_band_V", self.dead_band_V, Range::at_least(0.0));
+    keys.number("limit_in", self.limit_in, Range::above(0.0), Need::optional);
+    keys.number("pressure_delay_s", self.pressure_delay_s, Range::between(0.0, 10.0), Need::optional);
+  }
+};
+
+/// What the displacement sensor's wire can carry.
+struct SensorBand {
+  double valid_min_V = 0.0;                   ///< a reading below it is none of a sound sensor [V]
+  double valid_max_V = 0.0;                   ///< the same above it [V]
+  std::optional<double> open_circuit_V = {};  ///< what the input reads with the wire off [V]; none: unknown
+
+  static void visit_keys(auto& self, auto& keys) {
+    keys.number("valid_min_V", self.valid_min_V, Range::any());
+    keys.number("valid_max_V", self.valid_max_V, Range::any());
+    keys.number_or_unknown("open_circuit_V", self.open_circuit_V);
+  }
+};
 
 /// Bounds the rig's owner sets; nothing an experiment says widens them.
 struct RigLimits {
@@ -19,9 +53,11 @@ struct RigLimits {
   double travel_min_in = 0.0;   ///< lowest allowed displacement [in]
   double travel_max_in = 0.0;   ///< highest allowed displacement [in]
   double stopping_deceleration_in_per_s2 =
-      0.0;                               ///< deceleration that the rig reaches on a stop, for the stopping distance
-  double velocity_limit_in_per_s = 0.0;  ///< highest allowed speed [in/s]
-  double frozen_sensor_s = 0.0;          ///< an unchanged code for this long while driven trips [s]; 0 is off
+      0.0;                                  ///< deceleration that the rig reaches on a stop, for the stopping distance
+  double velocity_limit_in_per_s = 0.0;     ///< highest allowed speed [in/s]
+  double frozen_sensor_s = 0.0;             ///< an unchanged code for this long while driven trips [s]; 0 is off
+  std::optional<Following> following = {};  ///< [following]; none: the following check knows nothing of the valve
+  std::optional<SensorBand> sensor = {};    ///< [sensor]; none: every voltage of the converter is valid
 };
 
 /// How ticks are kept.

@@ -144,6 +144,18 @@ void Section::number(std::string_view key, std::optional<double>& target, const 
   if (std::isfinite(value)) target = value;
 }
 
+void Section::number_or_unknown(std::string_view key, std::optional<double>& target) {
+  constexpr std::string_view kExpected = "a number or \"unknown\"";
+  const toml::node* node = find(key, kExpected, Need::required);
+  if (node == nullptr) return;
+  const auto value = node->value<double>();
+  if (node->is_number() && value && std::isfinite(*value)) {
+    target = *value;
+  } else if (const auto* word = node->as_string(); word == nullptr || word->get() != "unknown") {
+    wrong(key, *node, kExpected);
+  }
+}
+
 std::optional<std::int64_t> Section::whole_number(std::string_view key, std::int64_t low, std::int64_t high,
                                                   Need need) {
   const std::string expected = describe_integers(low, high);

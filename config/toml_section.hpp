@@ -65,6 +65,8 @@ class Section {
   }
   void number(std::string_view key, std::optional<double>& target, const Range& range);
   void boolean(std::string_view key, std::optional<bool>& target);
+  /// A number, or the word "unknown", which leaves the target empty. Must be said.
+  void number_or_unknown(std::string_view key, std::optional<double>& target);
 
   /// One of the names in `choices`, a list of {name, value}.
   template <typename Choices, typename Value>
@@ -85,6 +87,10 @@ class Section {
   template <typename Table>
   void table(std::string_view key, Table& target) {
     if (auto inner = section(key)) inner->keys_of(target);
+  }
+  template <typename Table>
+  void optional_table(std::string_view key, std::optional<Table>& target) {
+    if (auto inner = section(key, Need::optional)) inner->keys_of(target.emplace());
   }
   template <typename Table>
   void table_or_none(std::string_view key, std::optional<Table>& target) {

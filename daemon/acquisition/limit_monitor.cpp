@@ -25,6 +25,12 @@ Breach LimitMonitor::check(std::int64_t at_ns, const hal::RigReading& reading, d
   if (reading.emergency_stop) return {Fault::emergency_stop};
   if (reading.feedback_at_rail) return {Fault::feedback_rail, reading.feedback_V};
   if (!std::isfinite(reading.displacement_in)) return {Fault::feedback_not_finite, reading.displacement_in};
+  if (limits_.sensor && reading.feedback_V < limits_.sensor->valid_min_V) {
+    return {Fault::feedback_band, reading.feedback_V, limits_.sensor->valid_min_V};
+  }
+  if (limits_.sensor && reading.feedback_V > limits_.sensor->valid_max_V) {
+    return {Fault::feedback_band, reading.feedback_V, limits_.sensor->valid_max_V};
+  }
   const Breach jump = check_jump(at_ns, reading.displacement_in);
   estimate_velocity(at_ns, reading.displacement_in);
   if (jump.fault != Fault::none) return jump;

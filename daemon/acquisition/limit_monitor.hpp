@@ -18,7 +18,8 @@ struct Breach {
   double limit = 0.0;
 };
 
-/// Checks every reading against the rig's limits. Real-time safe; cost: one pass over 20 ms of readings.
+/// Checks every reading against the rig's limits and the valid band of its sensor. Real-time safe; cost: one pass over
+/// 20 ms of readings.
 ///
 /// Velocity v is the slope of the straight line through the last 20 ms of readings (least squares; 0 until that much is
 /// there), so that one noisy code is not a speed. Travel is exceeded when the rod is outside, or when it could not stop

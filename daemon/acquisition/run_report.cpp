@@ -66,6 +66,21 @@ std::string describe_fault(const FaultReport& report) {
       return "stopped at once by a second stop request";
     case Fault::safe_write_failed:
       return fmt::format("the device did not confirm the safe output at the end of the run ({})", status);
+    case Fault::not_following:
+      return fmt::format(
+          "the sensor shows at least {:.3f} in less motion than the command must have made, the limit is {:.3f} in; "
+          "check "
+          "the sensor, its cable and the hydraulic supply, then [following] in the rig file",
+          value, limit);
+    case Fault::unexplained_motion:
+      return fmt::format(
+          "the sensor shows {:.3f} in of motion that the command cannot have made, the limit is {:.3f} in; check the "
+          "sign and wiring of sensor and valve, then [following] in the rig file",
+          value, limit);
+    case Fault::feedback_band:
+      return fmt::format(
+          "the displacement sensor gives {:.3f} V, beyond the {:.3f} V of a sound one; check the sensor and its cable",
+          value, limit);
   }
   return "unknown fault";
 }

@@ -37,6 +37,7 @@ TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& sour
       clock_(clock),
       chain_(limits, realtime.sample_period_s),
       limits_monitor_(limits, realtime.sample_period_s),
+      following_monitor_(following_rule(limits)),
       deadlines_(realtime, late_policy) {
   applied_.applied_V = safe_V_;
   safe_applied_.applied_V = safe_V_;
@@ -141,7 +142,10 @@ void TickEngine::sample(const TickInputs& inputs, TickRecord& row) noexcept {
   has_reading_ = true;
   if (reading.feedback_at_rail) raise_flag(row, kFeedbackRail);
   if (reading.emergency_stop) raise_flag(row, kEmergencyStop);
-  const Breach breach = limits_monitor_.check(inputs.scheduled_ns, reading, applied_.applied_V);
+  Breach breach = limits_monitor_.check(inputs.scheduled_ns, reading, applied_.applied_V);
+  if (breach.fault == Fault::none) {
+    breach = following_monitor_.check(inputs.scheduled_ns, reading.displacement_in, applied_.applied_V);
+  }
   if (breach.fault != Fault::none) trip(breach.fault, breach.value, breach.limit);
 }
 
@@ -243,6 +247,7 @@ void TickEngine::enable() noexcept {
   safe_applied_ = applied_;
   const std::int64_t begun_ns = clock_.now_ns();
   enabled_ = note_call(rig_.set_enable(true), begun_ns, Fault::command_failed);
+  if (enabled_) following_monitor_.begin(now_ns_);
 }
 
 void TickEngine::finish_ramp_out() noexcept {

@@ -8,6 +8,7 @@
 #include "daemon/acquisition/command_chain.hpp"
 #include "daemon/acquisition/command_source.hpp"
 #include "daemon/acquisition/deadline_monitor.hpp"
+#include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
 #include "daemon/acquisition/run_report.hpp"
 #include "daemon/acquisition/state_machine.hpp"
@@ -87,6 +88,7 @@ class TickEngine {
   Clock& clock_;
   CommandChain chain_;
   LimitMonitor limits_monitor_;
+  FollowingMonitor following_monitor_;
   DeadlineMonitor deadlines_;
 
   hal::RigReading reading_;      ///< the last good one

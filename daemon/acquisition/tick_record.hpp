@@ -33,6 +33,10 @@ enum class Fault : std::uint8_t {
   total_late,           ///< too many late or skipped ticks over time
   second_stop,          ///< a second stop while ramping out
   safe_write_failed,    ///< the normal end could not be confirmed by the device
+  // Journals hold the numbers: new ones come last.
+  not_following,       ///< the sensor shows less motion than the command must have made
+  unexplained_motion,  ///< the sensor shows more motion than the command can have made, or the wrong way
+  feedback_band,       ///< the sensor's voltage is none of a sound sensor
 };
 
 /// Bits of TickRecord::flags.

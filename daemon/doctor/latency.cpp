@@ -71,6 +71,12 @@ acquisition::RunReport measure_latency(double duration_s, config::RealtimeOption
   limits.travel_max_in = kOutOfReach;
   limits.stopping_deceleration_in_per_s2 = kOutOfReach;
   limits.velocity_limit_in_per_s = kOutOfReach;
+  limits.following = config::Following{.gain_positive_in_per_V_s = kOutOfReach,
+                                       .gain_negative_in_per_V_s = kOutOfReach,
+                                       .null_V = limits.safe_V,
+                                       .dead_band_V = plant.command_max_V,
+                                       .limit_in = kOutOfReach,
+                                       .pressure_delay_s = 0.0};
 
   const double repetitions = std::max(1.0, std::floor(duration_s / kRepetition_s));
   const double rows = std::max(1.0, std::round(duration_s / realtime.sample_period_s / repetitions));

@@ -6,19 +6,21 @@
 #include <string>
 #include <vector>
 
+#include "daemon/rig/arming.hpp"
+
 namespace eha::doctor {
 namespace {
 
 // No standard gives these. They are far outside what a cylinder of this kind does, so a good rig file never reaches
 // them.
 constexpr double kLongestFrozen_s = 2.0;
-constexpr double kShortestCrossing_s = 0.1;                     ///< of the whole travel, at the highest allowed speed
-constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
 constexpr double kLongestLate_s = 0.1;
 
 }  // namespace
 
-Check check_limits(const config::RigLimits& limits, const config::RealtimeOptions& realtime) {
+Check check_limits(const config::RigConfig& rig) {
+  const config::RigLimits& limits = rig.limits;
+  const config::RealtimeOptions& realtime = rig.realtime;
   std::vector<std::string> loose;
   if (limits.frozen_sensor_s <= 0.0) {
     loose.emplace_back("limits.frozen_sensor_s is off: a stuck sensor is not detected");
@@ -26,24 +28,18 @@ Check check_limits(const config::RigLimits& limits, const config::RealtimeOption
     loose.push_back(fmt::format("limits.frozen_sensor_s = {:g} s: a stuck sensor is not detected for as long",
                                 limits.frozen_sensor_s));
   }
-  const double crossing_s = (limits.travel_max_in - limits.travel_min_in) / limits.velocity_limit_in_per_s;
-  if (crossing_s < kShortestCrossing_s) {
-    loose.push_back(
-        fmt::format("limits.velocity_limit_in_per_s = {:g} in/s: the rod may cross its whole travel in {:.2g} s",
-                    limits.velocity_limit_in_per_s, crossing_s));
-  }
-  if (limits.stopping_deceleration_in_per_s2 > kGreatestDeceleration_in_per_s2) {
-    loose.push_back(
-        fmt::format("limits.stopping_deceleration_in_per_s2 = {:g} in/s^2 is over ten times gravity: no stopping "
-                    "distance is kept",
-                    limits.stopping_deceleration_in_per_s2));
-  }
   const double late_s = realtime.abort_consecutive_late * realtime.sample_period_s;
   if (late_s > kLongestLate_s) {
     loose.push_back(fmt::format("realtime.abort_consecutive_late = {}: the loop may be late for {:.2g} s in a row",
                                 realtime.abort_consecutive_late, late_s));
   }
-  if (loose.empty()) return ok("limits", "travel, speed, stuck sensor and late loop are watched");
+  const ArmingFindings findings = arming_findings(rig);
+  if (!findings.refusals.empty()) {
+    return fail("limits", fmt::format("the rig cannot be armed\n{}", fmt::join(findings.refusals, "\n")),
+                "set what is named in the rig file, see eha-rig(5)", ExitCode::configuration);
+  }
+  loose.insert(loose.end(), findings.warnings.begin(), findings.warnings.end());
+  if (loose.empty()) return ok("limits", "travel, speed, following, dead sensor and late loop are watched");
   return warn("limits", fmt::format("{}", fmt::join(loose, "\n")),
               "set what the rig needs; rigs/pci1716.toml gives a start, eha-rig(5) the meaning");
 }

@@ -6,9 +6,9 @@
 
 namespace eha::doctor {
 
-/// Warns about limits of a real rig that are valid but too loose to protect it: no check for a frozen sensor, a speed
-/// or a deceleration that no cylinder reaches, a loop that may be late for longer than a person needs to react. The
-/// thresholds are this project's own, not a standard's.
-[[nodiscard]] Check check_limits(const config::RigLimits& limits, const config::RealtimeOptions& realtime);
+/// Judges the limits of a rig file: fails where the rig cannot be armed (arming_findings), and warns of what it is
+/// armed with all the same: no [following], a frozen sensor not looked for, a loop that may be late for longer than a
+/// person needs to react. A judgement of this project's own, no standard's.
+[[nodiscard]] Check check_limits(const config::RigConfig& rig);
 
 }  // namespace eha::doctor

@@ -10,12 +10,15 @@
 #include "config/prepared_experiment.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/rig/arming.hpp"
 #include "hal/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
+  require_protecting_limits(rig);
+  for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   const std::string_view backend = hal::name_of(rig.backend);
   console.print_json(
       {{"schema", "eha-check/1"}, {"file", command.file}, {"kind", "rig"}, {"name", rig.name}, {"backend", backend}});

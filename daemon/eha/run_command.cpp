@@ -20,6 +20,7 @@
 #include "daemon/play/play.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/rig/arming.hpp"
 #include "daemon/rig/confirmation.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
@@ -41,6 +42,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   // Before the rig is opened, because from then on a signal must not end the process.
   StopOnSignals stop;
   OwnedRig local(rig_config);
+  if (hal::moves_machine(rig_config.backend)) require_plausible_inputs(local.rig(), rig_config);
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();
@@ -136,6 +138,8 @@ ExitCode execute(const RunCommand& command, Console& console) {
     throw UsageError(fmt::format("--fast: {} drives a real machine, which keeps its own time", rig.file_name));
   }
   require_trusted_rig_file(rig);
+  require_protecting_limits(rig);
+  for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   const std::optional<std::string> confirmation = confirmation_text(rig, experiment);
   if (confirmation && !command.yes && !console.confirm(*confirmation)) {
     console.info("not confirmed; nothing was moved");

@@ -7,22 +7,11 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "daemon/rig/arming.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backend.hpp"
 
 namespace eha::service {
-
-void require_closed_emergency_stop(hal::Rig& rig) {
-  hal::RigReading reading;
-  const hal::RigStatus status = rig.read(0, reading);
-  if (status != hal::RigStatus::ok) {
-    throw DeviceError(fmt::format("not armed: {} cannot be read ({}); eha doctor says more", rig.capabilities().device,
-                                  acquisition::to_text(status)));
-  }
-  if (reading.emergency_stop) {
-    throw Error(ExitCode::safety_trip, "not armed: the emergency-stop circuit is open; close it, then eha arm");
-  }
-}
 
 RigKeeper::Config RigKeeper::load(const std::filesystem::path& file) {
   auto config = std::make_shared<config::RigConfig>(config::load_rig(file.string()));
@@ -50,6 +39,10 @@ void RigKeeper::open(const config::RigConfig& config) {
   const hal::RigCapabilities& card = card_->rig().capabilities();
   spdlog::info("{}: open ({}, {}), at {} V with the hydraulics off", card.device, card.board, card.driver,
                config.limits.safe_V);
+  const ArmingFindings findings = arming_findings(config);
+  for (const std::string& sentence : findings.refusals)
+    spdlog::error("{}: cannot be armed: {}", config.file_name, sentence);
+  for (const std::string& sentence : findings.warnings) spdlog::warn("{}: {}", config.file_name, sentence);
 }
 
 void RigKeeper::close() noexcept {
@@ -70,11 +63,12 @@ void RigKeeper::arm(Done done) {
   ++reopening_;
   thread_->ask(
       [this, config = config_, reopen = is_suspect_] {
+        require_protecting_limits(*config);
         if (hal::moves_machine(config->backend) && (reopen || !card_)) {
           close();
           open(*config);
         }
-        if (card_) require_closed_emergency_stop(card_->rig());
+        if (card_) require_plausible_inputs(card_->rig(), *config);
       },
       [this, done = std::move(done)](std::future<void> opened) {
         --reopening_;

@@ -15,10 +15,6 @@
 
 namespace eha::service {
 
-/// Refuses to arm a rig whose emergency-stop circuit is open. Cost: one read.
-/// @throws Error  safety_trip: it is open   @throws DeviceError  the rig cannot be read
-void require_closed_emergency_stop(hal::Rig& rig);
-
 /// Whether the card still has its guard.
 enum class GuardState { watching, died };
 
@@ -54,10 +50,10 @@ class RigKeeper {
   [[nodiscard]] acquisition::State state() const noexcept { return machine_.state(); }
   [[nodiscard]] bool is_armed() const noexcept { return machine_.state() == acquisition::State::armed; }
 
-  /// Opens a suspect card anew, checks its emergency-stop circuit and arms, unless cancel_arming() came first. Only
-  /// while no run is on.
-  /// @param done  with DeviceError, PermissionError, ConfigError as OwnedRig, or as
-  ///              require_closed_emergency_stop; the rig is not armed then
+  /// Opens a suspect card anew, checks its limits and inputs (daemon/rig/arming.hpp) and arms, unless cancel_arming()
+  /// came first. Only while no run is on.
+  /// @param done  with DeviceError, PermissionError, ConfigError as OwnedRig, or as require_protecting_limits and
+  ///              require_plausible_inputs; the rig is not armed then
   void arm(Done done);
   [[nodiscard]] bool is_arming() const noexcept { return arming_; }
   void cancel_arming() noexcept { arming_ = false; }

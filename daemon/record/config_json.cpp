@@ -45,6 +45,9 @@ class JsonKeys {
       if (choice == value) set(key, name);
     }
   }
+  void number_or_unknown(std::string_view key, const std::optional<double>& value) {
+    set(key, value ? Json(*value) : Json("unknown"));
+  }
   template <class Table>
   void table(std::string_view key, const Table& table) {
     set(key, keys_of(table));
@@ -100,6 +103,8 @@ Json to_json(const config::RigConfig& rig) {
               {"cpu", rig.realtime.cpu ? Json(*rig.realtime.cpu) : Json(nullptr)},
               {"abort_consecutive_late", rig.realtime.abort_consecutive_late},
               {"abort_total_late", rig.realtime.abort_total_late}}}};
+  json["following"] = rig.limits.following ? JsonKeys::keys_of(*rig.limits.following) : Json(nullptr);
+  json["sensor"] = rig.limits.sensor ? JsonKeys::keys_of(*rig.limits.sensor) : Json(nullptr);
   json[std::string(hal::name_of(rig.backend))] =
       std::visit([](const auto& options) { return JsonKeys::keys_of(options); }, rig.backend);
   const hal::Conversion conversion = hal::conversion_of(rig.backend);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 
 #include "tests/unit/acquisition/play.hpp"
@@ -130,6 +131,23 @@ TEST(LimitMonitor, DoesNotLookForAFrozenSensorWhenThatIsOff) {
   limits.frozen_sensor_s = 0.0;
   LimitMonitor monitor(limits, 0.001);
   for (int k = 0; k < 5000; ++k) ASSERT_EQ(monitor.check(k * kTick_ns, at(3.0, 7), 5.0).fault, Fault::none);
+}
+
+TEST(LimitMonitor, TripsOnASensorOutsideItsValidBand) {
+  config::RigLimits limits = test_limits();
+  limits.sensor = config::SensorBand{.valid_min_V = -9.0, .valid_max_V = 9.5, .open_circuit_V = std::nullopt};
+  LimitMonitor monitor(limits, 0.001);
+  hal::RigReading reading = at(3.0);
+  reading.feedback_V = 9.4;
+  EXPECT_EQ(monitor.check(0, reading, 0.0).fault, Fault::none);
+  reading.feedback_V = 9.6;
+  Breach breach = monitor.check(kTick_ns, reading, 0.0);
+  EXPECT_EQ(breach.fault, Fault::feedback_band);
+  EXPECT_DOUBLE_EQ(breach.limit, 9.5);
+  reading.feedback_V = -9.1;
+  breach = monitor.check(2 * kTick_ns, reading, 0.0);
+  EXPECT_EQ(breach.fault, Fault::feedback_band);
+  EXPECT_DOUBLE_EQ(breach.value, -9.1);
 }
 
 TEST(LimitMonitor, TripsOnEmergencyStopRailAndNonsense) {

@@ -402,7 +402,7 @@ TEST(Run, LetsASourceAnswerToTheLastReading) {
 
 TEST(Run, ClampsAndSlowsWhatASourceRequests) {
   FakeRig rig;
-  rig.gain_in_per_s_V = 0.0;
+  rig.gain_in_per_s_V = 0.2;  // slow enough to stay within the travel, and to be seen to follow
   Play play;
   Approach approach(500, 1000.0, 1.0);  // requests 997 V
   play.on(rig, approach);

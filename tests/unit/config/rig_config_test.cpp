@@ -82,6 +82,39 @@ std::vector<std::string> faults_of(const std::string& text) {
   return {};
 }
 
+TEST(RigConfig, TakesFollowingAndSensorAndNeedsNeither) {
+  EXPECT_FALSE(parse_rig(kSim, "r.toml").limits.following.has_value());
+  EXPECT_FALSE(parse_rig(kSim, "r.toml").limits.sensor.has_value());
+  const std::string following =
+      "[following]\ngain_positive_in_per_V_s = 0.2\ngain_negative_in_per_V_s = 0.1\nnull_V = -0.2\ndead_band_V = 0.3\n";
+  const RigLimits limits =
+      parse_rig(kCard + following + "[sensor]\nvalid_min_V = -9.5\nvalid_max_V = 9.0\nopen_circuit_V = 10\n", "r.toml")
+          .limits;
+  ASSERT_TRUE(limits.following && limits.sensor);
+  EXPECT_EQ(limits.following->gain_positive_in_per_V_s, 0.2);
+  EXPECT_EQ(limits.following->gain_negative_in_per_V_s, 0.1);
+  EXPECT_EQ(limits.following->null_V, -0.2);
+  EXPECT_EQ(limits.following->dead_band_V, 0.3);
+  EXPECT_EQ(limits.following->limit_in, 0.1);
+  EXPECT_EQ(limits.following->pressure_delay_s, 0.0);
+  EXPECT_EQ(limits.sensor->valid_min_V, -9.5);
+  EXPECT_EQ(limits.sensor->valid_max_V, 9.0);
+  EXPECT_EQ(limits.sensor->open_circuit_V, 10.0);
+  const std::string unknown = "[sensor]\nvalid_min_V = -9.5\nvalid_max_V = 9.0\nopen_circuit_V = \"unknown\"\n";
+  EXPECT_FALSE(parse_rig(kCard + unknown, "r.toml").limits.sensor->open_circuit_V.has_value());
+}
+
+TEST(RigConfig, RefusesASensorBandThatCutsTheTravelOrSaysNothingOfAnOpenWire) {
+  const auto faults = faults_of(kCard + "[sensor]\nvalid_min_V = -5.0\nvalid_max_V = 11.0\nopen_circuit_V = 0.0\n");
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_NE(faults[0].find("sensor.valid_min_V: expected a voltage between the lowest"), std::string::npos)
+      << faults[0];
+  EXPECT_NE(faults[1].find("sensor.valid_max_V"), std::string::npos) << faults[1];
+  const auto silent = faults_of(kCard + "[sensor]\nvalid_min_V = -9.5\nvalid_max_V = 9.0\n");
+  ASSERT_EQ(silent.size(), 1U);
+  EXPECT_NE(silent[0].find("sensor.open_circuit_V: expected a number or \"unknown\""), std::string::npos) << silent[0];
+}
+
 TEST(RigConfig, TakesEveryKeyOfASimulatedRigToItsPlace) {
   const RigConfig rig = parse_rig(kSim, "r.toml");
   EXPECT_EQ(rig.name, "bench");

@@ -9,6 +9,7 @@
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
+#include "daemon/acquisition/following_monitor.hpp"
 #include "hal/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
@@ -109,7 +110,7 @@ TEST(ShippedFiles, ThePaperExperimentFitsBothRigs) {
   }
 }
 
-TEST(ShippedFiles, ThePaperExperimentKeepsTheSimulatedRodOffItsTravelLimits) {
+TEST(ShippedFiles, ThePaperExperimentKeepsTheSimulatedRodOffItsTravelLimitsAndFollowing) {
   const RigConfig rig = simulated();
   const Eigen::VectorXd table = prepare(paper(), rig).table_V;
   const auto samples = static_cast<std::size_t>(table.size());
@@ -118,13 +119,17 @@ TEST(ShippedFiles, ThePaperExperimentKeepsTheSimulatedRodOffItsTravelLimits) {
   double lowest_in = std::numeric_limits<double>::infinity();
   double highest_in = -lowest_in;
   hal::RigReading reading;
-  hal::AppliedCommand applied;
+  hal::AppliedCommand applied{.applied_V = rig.limits.safe_V, .code = 0};
+  acquisition::FollowingMonitor following(acquisition::following_rule(rig.limits));
+  following.begin(0);
   const std::int64_t tick_ns = std::llround(rig.realtime.sample_period_s * 1e9);
   // The paper's three repetitions, one after the other.
   for (int repetition = 0; repetition < 3; ++repetition) {
     for (std::size_t k = 0; k < samples; ++k) {
       const auto tick = static_cast<std::int64_t>(static_cast<std::size_t>(repetition) * samples + k);
       ASSERT_EQ(plant->read(tick * tick_ns, reading), hal::RigStatus::ok);
+      ASSERT_EQ(following.check(tick * tick_ns, reading.displacement_in, applied.applied_V).fault,
+                acquisition::Fault::none);
       ASSERT_EQ(plant->command(table(static_cast<Eigen::Index>(k)), applied), hal::RigStatus::ok);
       lowest_in = std::min(lowest_in, reading.displacement_in);
       highest_in = std::max(highest_in, reading.displacement_in);
@@ -132,6 +137,9 @@ TEST(ShippedFiles, ThePaperExperimentKeepsTheSimulatedRodOffItsTravelLimits) {
     RecordProperty("lowest_in_after_" + std::to_string(repetition + 1), std::to_string(lowest_in));
     RecordProperty("highest_in_after_" + std::to_string(repetition + 1), std::to_string(highest_in));
   }
+  RecordProperty("peak_missing_motion", std::to_string(following.peak_missing()));
+  EXPECT_LT(following.peak_missing(), 0.8) << "share of the limit";
+  EXPECT_LT(following.peak_excess(), 0.8) << "share of the limit";
   constexpr double kMargin_in = 0.3;
   EXPECT_GT(lowest_in, rig.limits.travel_min_in + kMargin_in);
   EXPECT_LT(highest_in, rig.limits.travel_max_in - kMargin_in);

@@ -8,35 +8,43 @@
 namespace eha::doctor {
 namespace {
 
-config::RigLimits sound_limits() {
-  config::RigLimits limits;
-  limits.travel_min_in = 0.5;
-  limits.travel_max_in = 5.4;
-  limits.velocity_limit_in_per_s = 8.0;
-  limits.stopping_deceleration_in_per_s2 = 200.0;
-  limits.frozen_sensor_s = 0.5;
-  return limits;
+/// A card's rig with all that protects it.
+config::RigConfig sound_rig() {
+  config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml");
+  EXPECT_TRUE(rig.limits.following && rig.limits.sensor);
+  return rig;
 }
 
-TEST(LimitChecks, FindNothingWhereEverythingIsWatched) { EXPECT_EQ(check_limits(sound_limits(), {}).level, Level::ok); }
+bool names(const Check& check, const char* key) { return check.found.find(key) != std::string::npos; }
 
-TEST(LimitChecks, NameEveryLimitThatProtectsFromNothing) {
-  const auto warning = [](const std::function<void(config::RigLimits&, config::RealtimeOptions&)>& loosen) {
-    config::RigLimits limits = sound_limits();
-    config::RealtimeOptions realtime;
-    loosen(limits, realtime);
-    const Check check = check_limits(limits, realtime);
-    EXPECT_EQ(check.level, Level::warn);
-    return check.found;
+TEST(LimitChecks, FindNothingWhereEverythingIsWatched) {
+  const Check check = check_limits(sound_rig());
+  EXPECT_EQ(check.level, Level::ok) << check.found;
+}
+
+TEST(LimitChecks, WarnOfWhatTheRigIsArmedWithAllTheSame) {
+  const auto warning = [](const std::function<void(config::RigConfig&)>& loosen) {
+    config::RigConfig rig = sound_rig();
+    loosen(rig);
+    Check check = check_limits(rig);
+    EXPECT_EQ(check.level, Level::warn) << check.found;
+    return check;
   };
-  const auto names = [](const std::string& text, const char* key) { return text.find(key) != std::string::npos; };
-  EXPECT_TRUE(names(warning([](auto& limits, auto&) { limits.frozen_sensor_s = 0.0; }), "frozen_sensor_s is off"));
-  EXPECT_TRUE(names(warning([](auto& limits, auto&) { limits.frozen_sensor_s = 60.0; }), "frozen_sensor_s = 60 s"));
-  EXPECT_TRUE(names(warning([](auto& limits, auto&) { limits.velocity_limit_in_per_s = 1e6; }), "velocity_limit"));
-  EXPECT_TRUE(names(warning([](auto& limits, auto&) { limits.stopping_deceleration_in_per_s2 = 1e12; }),
-                    "stopping_deceleration"));
-  EXPECT_TRUE(names(warning([](auto&, auto& realtime) { realtime.abort_consecutive_late = 1'000'000; }),
-                    "abort_consecutive_late"));
+  EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.frozen_sensor_s = 0.0; }), "frozen_sensor_s is off"));
+  EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.frozen_sensor_s = 60.0; }), "frozen_sensor_s = 60 s"));
+  EXPECT_TRUE(
+      names(warning([](auto& rig) { rig.realtime.abort_consecutive_late = 1'000'000; }), "abort_consecutive_late"));
+  EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.following.reset(); }), "NO [following]"));
+  EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.sensor.reset(); }), "no [sensor]"));
+}
+
+TEST(LimitChecks, FailWhereTheRigCannotBeArmed) {
+  config::RigConfig rig = sound_rig();
+  rig.limits.velocity_limit_in_per_s = 1e9;
+  const Check check = check_limits(rig);
+  EXPECT_EQ(check.level, Level::fail);
+  EXPECT_EQ(check.code, ExitCode::configuration);
+  EXPECT_TRUE(names(check, "velocity_limit_in_per_s = 1e+09 in/s")) << check.found;
 }
 
 }  // namespace

@@ -9,8 +9,6 @@
 
 #include "core/error.hpp"
 #include "hal/backend.hpp"
-#include "hal/faults/fault_rig.hpp"
-#include "tests/unit/acquisition/fake_rig.hpp"
 
 namespace eha::service {
 namespace {
@@ -112,21 +110,6 @@ TEST_F(RigKeeperTest, KeepsItsConfigurationWhenTheNewRigDoesNotOpen) {
   EXPECT_NE(*answer, "");
   EXPECT_FALSE(hal::moves_machine(rig_.config()->backend));
   EXPECT_EQ(arm(), "");
-}
-
-TEST(Arming, IsRefusedWhileTheEmergencyStopCircuitIsOpenOrTheRigCannotBeRead) {
-  acquisition::FakeRig rig;
-  EXPECT_NO_THROW(require_closed_emergency_stop(rig));
-  hal::FaultRig open(rig, {{.kind = hal::FaultKind::emergency_stop}});
-  try {
-    require_closed_emergency_stop(open);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.exit_code(), ExitCode::safety_trip);
-  }
-  EXPECT_NO_THROW(require_closed_emergency_stop(open)) << "the circuit is closed again";
-  hal::FaultRig unreadable(rig, {{.kind = hal::FaultKind::read_io_error}});
-  EXPECT_THROW(require_closed_emergency_stop(unreadable), DeviceError);
 }
 
 TEST_F(RigKeeperTest, HasNoGuardToLoseWithoutACard) {

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rig/arming.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "core/error.hpp"
+#include "daemon/acquisition/following_monitor.hpp"
+#include "hal/backend.hpp"
+
+namespace eha {
+namespace {
+
+// No standard gives these: far outside what a cylinder of this kind does, so that a sound rig file never meets them.
+constexpr double kShortestCrossing_s = 0.1;                     ///< of the whole travel, at the highest allowed speed
+constexpr double kShortestSweep_s = 0.01;                       ///< of the whole command range, at the slew limit
+constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
+constexpr double kGreatestSafeShare = 0.1;                      ///< of half the command range, from the valve's null
+constexpr double kGreatestFollowingShare = 0.5;                 ///< of the travel
+
+constexpr int kReadings = 20;
+
+void judge_limits(const config::RigLimits& limits, std::vector<std::string>& refusals) {
+  const double travel_in = limits.travel_max_in - limits.travel_min_in;
+  const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
+  const double null_V = limits.following ? limits.following->null_V : 0.0;
+  const double dead_band_V = limits.following ? limits.following->dead_band_V : 0.0;
+  const double drift_V = std::max(dead_band_V, kGreatestSafeShare * half_range_V);
+  if (std::abs(limits.safe_V - null_V) > drift_V) {
+    refusals.push_back(
+        fmt::format("limits.safe_V = {:g} V drives the valve; set {:g}, within {:g} V of the valve's null",
+                    limits.safe_V, null_V, drift_V));
+  }
+  if (const double most = travel_in / kShortestCrossing_s; limits.velocity_limit_in_per_s > most) {
+    refusals.push_back(fmt::format(
+        "limits.velocity_limit_in_per_s = {:g} in/s lets the rod cross its whole travel in under {:g} s; set "
+        "what the rig needs, at most {:.3g}",
+        limits.velocity_limit_in_per_s, kShortestCrossing_s, most));
+  }
+  if (const double most = 2.0 * half_range_V / kShortestSweep_s; limits.slew_V_per_s > most) {
+    refusals.push_back(
+        fmt::format("limits.slew_V_per_s = {:g} V/s sweeps the whole command range in under {:g} s; set what the rig "
+                    "needs, at most {:.3g}",
+                    limits.slew_V_per_s, kShortestSweep_s, most));
+  }
+  if (limits.stopping_deceleration_in_per_s2 > kGreatestDeceleration_in_per_s2) {
+    refusals.push_back(fmt::format(
+        "limits.stopping_deceleration_in_per_s2 = {:g} in/s^2 is over ten times gravity, so that no stopping "
+        "distance is kept; set what the rig reaches, at most {:g}",
+        limits.stopping_deceleration_in_per_s2, kGreatestDeceleration_in_per_s2));
+  }
+  if (!limits.following) return;
+  if (dead_band_V >= half_range_V) {
+    refusals.push_back(fmt::format(
+        "following.dead_band_V = {:g} V is the whole command range, so that the sensor is never compared with "
+        "the command; set what the valve has, see FOLLOWING in eha-rig(5)",
+        dead_band_V));
+  }
+  if (const double most = kGreatestFollowingShare * travel_in; limits.following->limit_in > most) {
+    refusals.push_back(fmt::format("following.limit_in = {:g} in is more than half the travel; set 0.1, at most {:.3g}",
+                                   limits.following->limit_in, most));
+  }
+}
+
+void judge_sensor(const config::RigConfig& rig, ArmingFindings& findings) {
+  const config::RigLimits& limits = rig.limits;
+  if (!limits.sensor) {
+    findings.warnings.emplace_back(
+        "no [sensor] in the rig file: whether an open wire reads as a place within the travel is not known; measure "
+        "the "
+        "input with the wire off and write valid_min_V, valid_max_V and open_circuit_V, see eha-rig(5)");
+    return;
+  }
+  if (!limits.sensor->open_circuit_V) {
+    findings.warnings.emplace_back(
+        "sensor.open_circuit_V is unknown: an open wire may read as a place within the travel; measure the input with "
+        "the wire off");
+    return;
+  }
+  const hal::Conversion conversion = hal::conversion_of(rig.backend);
+  const double open_V = *limits.sensor->open_circuit_V;
+  const double place_in = conversion.offset_in + conversion.scale_in_per_V * open_V;
+  if (place_in >= limits.travel_min_in && place_in <= limits.travel_max_in) {
+    findings.refusals.push_back(fmt::format(
+        "sensor.open_circuit_V = {:g} V reads as {:.3f} in, within the travel {:g}..{:g} in: an open wire "
+        "looks like a rod at rest; bias the input to a rail (1 Mohm to the card's +12 V), measure the input "
+        "with the wire off again and write that value",
+        open_V, place_in, limits.travel_min_in, limits.travel_max_in));
+  }
+}
+
+std::string named(const hal::Rig& rig) {
+  const std::string& device = rig.capabilities().device;
+  return device.empty() ? "the rig" : device;
+}
+
+}  // namespace
+
+ArmingFindings arming_findings(const config::RigConfig& rig) {
+  ArmingFindings findings;
+  if (!hal::moves_machine(rig.backend)) return findings;
+  judge_limits(rig.limits, findings.refusals);
+  judge_sensor(rig, findings);
+  if (!rig.limits.following) {
+    findings.warnings.emplace_back(
+        "NO [following] IN THE RIG FILE: a dead sensor is found late or, in slow motion, not at all, and the rod may "
+        "meet its end stop; commission the rig, see FOLLOWING in eha-rig(5)");
+  }
+  return findings;
+}
+
+void require_protecting_limits(const config::RigConfig& rig) {
+  std::vector<std::string> lines = arming_findings(rig).refusals;
+  if (lines.empty()) return;
+  for (std::string& line : lines) line = fmt::format("{}: not armed: {}", rig.file_name, line);
+  throw ConfigError(lines);
+}
+
+void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
+  const acquisition::FollowingRule rule = acquisition::following_rule(config.limits);
+  const auto tick = std::chrono::nanoseconds(std::llround(config.realtime.sample_period_s * 1e9));
+  double lowest_in = std::numeric_limits<double>::infinity();
+  double highest_in = -lowest_in;
+  for (int i = 0; i < kReadings; ++i) {
+    if (i > 0) std::this_thread::sleep_for(tick);
+    hal::RigReading reading;
+    const hal::RigStatus status = rig.read(0, reading);
+    if (status != hal::RigStatus::ok) {
+      throw DeviceError(fmt::format("not armed: {} cannot be read ({}); eha doctor says more", named(rig),
+                                    acquisition::to_text(status)));
+    }
+    if (reading.emergency_stop) {
+      throw Error(ExitCode::safety_trip, "not armed: the emergency-stop circuit is open; close it, then eha arm");
+    }
+    const auto& band = config.limits.sensor;
+    const bool outside = band && (reading.feedback_V < band->valid_min_V || reading.feedback_V > band->valid_max_V);
+    if (reading.feedback_at_rail || outside || !std::isfinite(reading.displacement_in)) {
+      throw Error(
+          ExitCode::safety_trip,
+          fmt::format("not armed: the displacement sensor gives {:.3f} V, {}; check the sensor and its cable",
+                      reading.feedback_V,
+                      outside ? fmt::format("outside its valid band {:g}..{:g} V", band->valid_min_V, band->valid_max_V)
+                              : "the end of the converter's range"));
+    }
+    lowest_in = std::min(lowest_in, reading.displacement_in);
+    highest_in = std::max(highest_in, reading.displacement_in);
+  }
+  // Noise telescopes in the following check, so that this much of it uses up half of the check's limit at most.
+  const double most_in = 0.5 * std::min(rule.missing_limit_in, rule.excess_limit_in);
+  if (highest_in - lowest_in > most_in) {
+    throw Error(ExitCode::safety_trip, fmt::format("not armed: with the hydraulics off the sensor's reading varies by "
+                                                   "{:.4f} in, at most {:.4f} in is plausible; "
+                                                   "check the sensor, its cable and its shield",
+                                                   highest_in - lowest_in, most_in));
+  }
+}
+
+}  // namespace eha

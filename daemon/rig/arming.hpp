@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/rig_config.hpp"
+#include "hal/rig.hpp"
+
+namespace eha {
+
+/// What a rig file says about protecting the machine, in sentences for its owner; each names the key and a value that
+/// would do. All empty for a rig that moves no machine.
+struct ArmingFindings {
+  std::vector<std::string> refusals;  ///< the rig is not armed while one of these stands
+  std::vector<std::string> warnings;  ///< it is armed, with less protection than it could have
+};
+
+/// Judges a rig file. Refused are limits that protect from nothing (a safe voltage that drives the valve, a velocity,
+/// slew, deceleration or following limit that nothing reaches) and a sensor whose open wire reads as a place within the
+/// travel. Warned of are a missing [following] or [sensor] and an unknown open_circuit_V.
+[[nodiscard]] ArmingFindings arming_findings(const config::RigConfig& rig);
+
+/// @throws ConfigError  all the refusals of arming_findings(), one a line
+void require_protecting_limits(const config::RigConfig& rig);
+
+/// Reads the inputs of a rig whose hydraulics are off some twenty times, one a tick, and refuses what a sound rig does
+/// not show: an open emergency-stop circuit, a sensor outside its valid band or at the end of the converter, or noise
+/// that the following check could take for motion. Blocks for 20 ticks.
+/// @throws Error (safety_trip)   what was read and what to check   @throws DeviceError  the rig cannot be read
+void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config);
+
+}  // namespace eha

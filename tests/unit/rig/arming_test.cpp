@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rig/arming.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+#include "core/error.hpp"
+#include "hal/faults/fault_rig.hpp"
+#include "hal/sim/sim_rig.hpp"
+#include "tests/unit/acquisition/fake_rig.hpp"
+
+namespace eha {
+namespace {
+
+config::RigConfig card() { return config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml"); }
+
+/// The refusal of the card's rig after a change, empty when it may be armed.
+std::string refusal(const std::function<void(config::RigConfig&)>& change) {
+  config::RigConfig rig = card();
+  change(rig);
+  try {
+    require_protecting_limits(rig);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// How the inputs of a rig are judged.
+ExitCode judged(hal::Rig& rig, const config::RigConfig& config) {
+  try {
+    require_plausible_inputs(rig, config);
+  } catch (const Error& error) {
+    return error.exit_code();
+  }
+  return ExitCode::ok;
+}
+
+TEST(Arming, TakesTheShippedCardWithoutAWord) {
+  const ArmingFindings findings = arming_findings(card());
+  EXPECT_TRUE(findings.refusals.empty());
+  EXPECT_TRUE(findings.warnings.empty());
+}
+
+TEST(Arming, RefusesLimitsThatProtectFromNothingAndNamesAValueThatDoes) {
+  const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  std::string text = refusal([](auto& rig) { rig.limits.safe_V = 4.9; });
+  EXPECT_TRUE(contains(text, "not armed: limits.safe_V = 4.9 V drives the valve; set 0")) << text;
+  text = refusal([](auto& rig) { rig.limits.velocity_limit_in_per_s = 1e9; });
+  EXPECT_TRUE(contains(text, "limits.velocity_limit_in_per_s = 1e+09") && contains(text, "at most 56")) << text;
+  text = refusal([](auto& rig) { rig.limits.slew_V_per_s = 1e9; });
+  EXPECT_TRUE(contains(text, "limits.slew_V_per_s = 1e+09") && contains(text, "at most 1e+03")) << text;
+  text = refusal([](auto& rig) { rig.limits.stopping_deceleration_in_per_s2 = 1e12; });
+  EXPECT_TRUE(contains(text, "limits.stopping_deceleration_in_per_s2") && contains(text, "at most 3861")) << text;
+  text = refusal([](auto& rig) { rig.limits.following->dead_band_V = 5.0; });
+  EXPECT_TRUE(contains(text, "following.dead_band_V")) << text;
+  text = refusal([](auto& rig) { rig.limits.following->limit_in = 5.0; });
+  EXPECT_TRUE(contains(text, "following.limit_in")) << text;
+}
+
+TEST(Arming, RefusesASensorWhoseOpenWireReadsAsAPlaceWithinTheTravel) {
+  const std::string text = refusal([](auto& rig) { rig.limits.sensor->open_circuit_V = 0.0; });
+  EXPECT_NE(text.find("sensor.open_circuit_V = 0 V reads as 2.950 in, within the travel"), std::string::npos) << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.limits.sensor->open_circuit_V = -10.0; }), "");
+}
+
+TEST(Arming, WarnsOfWhatIsNotKnown) {
+  config::RigConfig rig = card();
+  rig.limits.following.reset();
+  rig.limits.sensor->open_circuit_V.reset();
+  EXPECT_EQ(arming_findings(rig).warnings.size(), 2U);
+  EXPECT_TRUE(arming_findings(rig).refusals.empty());
+  rig.limits.sensor.reset();
+  EXPECT_EQ(arming_findings(rig).warnings.size(), 2U);
+  EXPECT_NO_THROW(require_protecting_limits(rig)) << "a rig file that was armed before is armed still";
+}
+
+TEST(Arming, AsksNothingOfARigThatMovesNoMachine) {
+  config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  rig.limits.following.reset();
+  rig.limits.velocity_limit_in_per_s = 1e9;
+  const ArmingFindings findings = arming_findings(rig);
+  EXPECT_TRUE(findings.refusals.empty() && findings.warnings.empty());
+}
+
+TEST(Arming, IsRefusedWhileTheEmergencyStopCircuitIsOpenOrTheRigCannotBeRead) {
+  const config::RigConfig config = card();
+  acquisition::FakeRig rig;
+  EXPECT_NO_THROW(require_plausible_inputs(rig, config));
+  hal::FaultRig open(rig, {{.kind = hal::FaultKind::emergency_stop}});
+  EXPECT_EQ(judged(open, config), ExitCode::safety_trip);
+  EXPECT_NO_THROW(require_plausible_inputs(open, config)) << "the circuit is closed again";
+  hal::FaultRig unreadable(rig, {{.kind = hal::FaultKind::read_io_error}});
+  EXPECT_THROW(require_plausible_inputs(unreadable, config), DeviceError);
+}
+
+TEST(Arming, IsRefusedForASensorThatIsOffItsBandOrTooNoisy) {
+  const config::RigConfig config = card();
+  const hal::SimOptions plant;
+  const auto sim = hal::open_rig(plant, 0.0);
+  const auto with = [&](hal::InjectedFault fault) {
+    fault.ticks = hal::InjectedFault::kAlways;
+    return hal::FaultRig(
+        *sim, {fault}, [](std::int64_t) {}, plant.conversion());
+  };
+  hal::FaultRig sound = with({.kind = hal::FaultKind::slow_read});
+  EXPECT_NO_THROW(require_plausible_inputs(sound, config));
+  hal::FaultRig at_rail = with({.kind = hal::FaultKind::open_sensor, .amount = 12.0});
+  EXPECT_EQ(judged(at_rail, config), ExitCode::safety_trip);
+  hal::FaultRig off_band = with({.kind = hal::FaultKind::open_sensor, .amount = 9.8});
+  EXPECT_EQ(judged(off_band, config), ExitCode::safety_trip);
+  hal::FaultRig noisy = with({.kind = hal::FaultKind::open_sensor, .amount = 5.0, .noise_LSB = 300.0});
+  EXPECT_EQ(judged(noisy, config), ExitCode::safety_trip);
+}
+
+}  // namespace
+}  // namespace eha
