@@ -16,9 +16,9 @@ namespace {
 
 /// Longest table, 2.8 hours at 1 kHz: it is held in memory.
 constexpr double kMostSamples = 1e7;
-/// A duration may miss a whole number of ticks by the rounding of decimals, in ticks.
+/// Tolerance of a duration against a whole number of ticks, for the rounding of decimals [ticks].
 constexpr double kTickTolerance = 1e-6;
-/// A peak or slope may exceed its limit by the rounding of the table, relative.
+/// Relative tolerance of a peak or slope against its limit, for the rounding of the table.
 constexpr double kRounding = 1e-9;
 
 class ConflictSearch {

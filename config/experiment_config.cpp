@@ -85,7 +85,7 @@ ExperimentConfig read_experiment(Document& document) {
   return experiment;
 }
 
-/// @param rig  to hold the experiment against; none: the table stays empty
+/// @param rig  checked against the experiment; none: the table stays empty
 PreparedExperiment parse(std::string_view text, const std::string& file_name, NamedFiles named_files,
                          const RigConfig* rig) {
   Document document = parse_document(text, file_name, named_files);

@@ -25,11 +25,11 @@ struct ExperimentConfig {
   ident::AcceptanceLimits acceptance;
   std::string file_name;  ///< as given, for messages
   std::string text;       ///< the file's content as read, for the run's manifest
-  PositionMap positions;  ///< where each key stands in the file
+  PositionMap positions;  ///< position of each key in the file
 };
 
 /// Reads an experiment file and the files that it names, and reports everything that is wrong at once, in file order.
-/// What depends on the tick or on the rig is left to prepare() in prepared_experiment.hpp.
+/// Checks that need the tick or the rig are in prepare(), see prepared_experiment.hpp.
 /// @throws ConfigError      missing, unreadable, not TOML, or wrong
 /// @throws PermissionError  the caller may not read it
 [[nodiscard]] ExperimentConfig load_experiment(const std::string& path);

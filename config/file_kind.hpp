@@ -10,7 +10,7 @@ namespace eha::config {
 enum class FileKind { rig, experiment };
 
 /// Tells a rig file from an experiment file by the keys at its top.
-/// @throws ConfigError  not TOML, or neither (or as much the one as the other)
+/// @throws ConfigError  not TOML, or neither kind, or the keys of both in equal number
 [[nodiscard]] FileKind kind_of(std::string_view text, const std::string& file_name);
 
 /// A configuration file's content.

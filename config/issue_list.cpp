@@ -11,7 +11,7 @@
 namespace eha::config {
 namespace {
 
-/// Whether `path` is `key` or lies beneath it.
+/// Whether `path` is `key` or a key below it.
 bool is_within(std::string_view path, std::string_view key) {
   if (!path.starts_with(key)) return false;
   return path.size() == key.size() || path[key.size()] == '.' || path[key.size()] == '[';

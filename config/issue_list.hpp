@@ -20,7 +20,7 @@ class IssueList {
   /// "file:line:column: key: text"
   void add_text(Position position, const std::string& key, std::string_view text);
 
-  /// Whether neither the key nor anything beneath it has a issue.
+  /// Whether neither the key nor any key below it has an issue.
   [[nodiscard]] bool clean(std::string_view key) const;
 
   /// Throws ConfigError with one line for each issue, in the order of the file, if there is any.
@@ -37,7 +37,7 @@ class IssueList {
   std::vector<Issue> issues_;
 };
 
-/// Position of a key: its own, else that of the innermost table around it that the file has.
+/// Position of a key; if the file lacks the key, of the innermost enclosing table that the file has.
 [[nodiscard]] Position position_of(const PositionMap& positions, std::string_view key);
 
 }  // namespace eha::config

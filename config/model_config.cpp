@@ -54,7 +54,7 @@ void read_parameters(Section& model, ident::StructureOptions& asked, Document& d
   }
 }
 
-/// What `structure` may be: a family, or null for a structure given term by term.
+/// A value of `structure`: a family, or null for a structure given term by term.
 using StructureChoice = std::pair<std::string_view, const ident::StructureFamily*>;
 
 std::vector<StructureChoice> structure_choices() {
@@ -104,7 +104,7 @@ void read_degrees(Section& model, const ident::StructureFamily& family, ident::S
   asked.structure = family.make(degrees);
 }
 
-/// Why a structure without degrees has no such key.
+/// The reason why a structure without degrees does not have these keys.
 std::string no_degrees() {
   std::vector<std::string> names;
   for (const ident::StructureFamily& family : ident::structure_families()) {
@@ -164,14 +164,14 @@ ident::StructureOptions read_model(Section& section, Document& document) {
   return asked;
 }
 
-/// Names of parameters, values without which they cannot be held.
+/// Checks the names of parameters, and that a held one has a value.
 void check_requests(const ident::StructureOptions& model, const std::string& path, Document& document) {
   for (std::size_t i = 0; i < model.parameters.size(); ++i) {
     ident::StructureOptions alone = model;
     alone.parameters = {model.parameters[i]};
     alone.initial_state = InitialState::automatic;
     try {
-      // What is asked of the parameters does not depend on the record's length and tick.
+      // These checks do not depend on the record's length and tick.
       (void)ident::Parametrisation::search(alone, {.duration_s = 1.0, .step_s = 0.001});
     } catch (const ConfigError& error) {
       const std::string parameter = key_of(path, fmt::format("parameter[{}]", i));
@@ -188,7 +188,7 @@ void check_initial_state(const ident::StructureOptions& model, const std::string
   }
 }
 
-/// The paper's procedure has two structures and nothing to ask for.
+/// The paper's procedure has two structures and no options.
 void check_paper(const ident::StructureOptions& model, const std::string& path, Document& document) {
   const ident::StructureParameter& delay = model.structure.delay;
   if (!ident::published_structure(model.structure)) {

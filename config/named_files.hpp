@@ -3,7 +3,7 @@
 
 namespace eha::config {
 
-/// What becomes of files that a configuration file names, such as an excitation's table of volts.
+/// Treatment of files that a configuration file names, such as an excitation's table of volts.
 enum class NamedFiles {
   read,    ///< relative to the folder of the configuration file
   refuse,  ///< the text came without them, as through the service

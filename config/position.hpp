@@ -13,7 +13,7 @@ struct Position {
   std::uint32_t column = 1;
 };
 
-/// From a key's full path ("excitation.tones[0].frequency_Hz", tables counted from 0) to the place of its value.
+/// Maps a key's full path ("excitation.tones[0].frequency_Hz", tables counted from 0) to the place of its value.
 using PositionMap = std::map<std::string, Position>;
 
 }  // namespace eha::config

@@ -10,19 +10,19 @@
 
 namespace eha::config {
 
-/// An experiment that suits a rig, with the volts to be played: made once for each run and handed on.
+/// An experiment that is valid for a rig, with its table of volts. Made once for each run.
 struct PreparedExperiment {
   ExperimentConfig config;
   Eigen::VectorXd table_V;  ///< one repetition, one voltage a tick [V]
 };
 
-/// Holds an experiment against the rig it is to run on: duration a whole number of ticks, tones and bands below the
+/// Checks an experiment against the rig that plays it: duration a whole number of ticks, tones and bands below the
 /// Nyquist frequency of the tick and of the decimated record, decimation a divisor of the samples, and the table of
 /// volts within the rig's command limits and slew limit. Cost: one excitation table.
 /// @throws ConfigError  every conflict at once, with the place in the experiment file
 [[nodiscard]] PreparedExperiment prepare(ExperimentConfig experiment, const RigConfig& rig);
 
-/// Reads an experiment file for a rig; reports what is wrong with the file and what does not suit the rig at once.
+/// Reads an experiment file for a rig; reports errors in the file and conflicts with the rig together.
 /// @throws ConfigError, PermissionError as load_experiment and prepare
 [[nodiscard]] PreparedExperiment load_prepared_experiment(const std::string& path, const RigConfig& rig);
 

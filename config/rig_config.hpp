@@ -60,7 +60,7 @@ struct RigLimits {
   std::optional<SensorBand> sensor = {};    ///< [sensor]; none: every voltage of the converter is valid
 };
 
-/// How ticks are kept.
+/// Period, scheduling and lateness limits of the tick loop.
 struct RealtimeOptions {
   double sample_period_s = 0.001;  ///< tick period [s]
   int priority = 80;               ///< SCHED_FIFO priority, 1..99
@@ -77,7 +77,7 @@ struct RigConfig {
   RealtimeOptions realtime;
   std::string file_name;  ///< as given, for messages
   std::string text;       ///< the file's content as read, for the run's manifest
-  PositionMap positions;  ///< where each key stands in the file
+  PositionMap positions;  ///< position of each key in the file
 };
 
 /// Reads a rig file.

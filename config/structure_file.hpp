@@ -9,7 +9,7 @@
 namespace eha::config {
 
 /// Reads a model structure from a TOML file: the keys of an experiment's `[[model]]` at the top level. `structure` and
-/// `name` may be left out and are "terms" then.
+/// `name` are optional (default "terms").
 /// @throws ConfigError      every fault, each with line and column
 /// @throws PermissionError  the file may not be read
 [[nodiscard]] ident::StructureOptions load_structure(const std::string& path);

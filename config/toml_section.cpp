@@ -33,13 +33,13 @@ std::string shown(const toml::node& node) {
   return "a date or time";
 }
 
-/// toml++ destroys nested tables by recursion, and each dot of a key nests one: 20 000 overflow the stack. Its own
-/// limit of 256 nested values and this one for a line keep well below.
+/// toml++ destroys nested tables by recursion, and each dot of a key nests one table: 20 000 overflow the stack. Its
+/// own limit of 256 nested values and this limit on a line prevent that.
 constexpr std::size_t kMostDots = 25;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Dots of a line but for those in numbers. A row of dotted keys that look like numbers still counts at least half.
+/// Counts the dots of a line except those in numbers. Of dotted keys that look like numbers at least half are counted.
 std::size_t count_dots(std::string_view line) {
   std::size_t count = 0;
   for (std::size_t dot = line.find('.'); dot != std::string_view::npos; dot = line.find('.', dot + 1)) {

@@ -58,7 +58,7 @@ class Section {
     if (const auto value = whole_number(key, low, high, need)) target = static_cast<Integer>(*value);
   }
 
-  /// The same for a key that may be left out and has no default.
+  /// The same for an optional key without a default.
   template <typename Integer>
   void integer(std::string_view key, std::optional<Integer>& target, std::int64_t low, std::int64_t high) {
     if (const auto value = whole_number(key, low, high, Need::optional)) target = static_cast<Integer>(*value);
@@ -80,7 +80,7 @@ class Section {
   [[nodiscard]] std::optional<Section> section(std::string_view key, Need need = Need::required);
   /// A table beneath this one, or the word "none".
   [[nodiscard]] std::optional<Section> section_or_none(std::string_view key);
-  /// An array of tables; an issue if it has none and is required.
+  /// An array of tables; an issue if it is required and has none.
   [[nodiscard]] std::vector<Section> sections(std::string_view key, Need need = Need::required);
 
   /// A table that lists its own keys, see core/keys.hpp.
@@ -107,10 +107,10 @@ class Section {
   /// Reports issues of this table's values, except of values that could not be read.
   void add_issues(const std::vector<OptionIssue>& issues);
 
-  /// Reports a key that makes no sense here, and why.
+  /// Reports a key that is not allowed here, with the reason.
   void forbid(std::string_view key, std::string_view why);
 
-  /// Accepts a key without looking at it.
+  /// Accepts a key without reading it.
   void ignore(std::string_view key) { known_.push_back(key); }
 
   /// Reports every key that was not asked for, with the nearest known one.

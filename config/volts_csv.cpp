@@ -24,7 +24,7 @@ constexpr std::string_view kVoltsColumn = "voltage_V";
 constexpr std::string_view kTimeColumn = "time_s";
 /// 2.8 hours at 1 kHz, the longest table that an experiment may have.
 constexpr std::size_t kMostRows = 10'000'000;
-/// A row may miss its place on the grid by this share of the step, for times rounded to decimals.
+/// Tolerance of a row's time against the grid, as a share of the step, for times rounded to decimals.
 constexpr double kTimeTolerance = 1e-3;
 
 std::string_view trimmed(std::string_view text) {

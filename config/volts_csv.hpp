@@ -8,8 +8,8 @@
 
 namespace eha::config {
 
-/// Reads the voltages of a CSV file: a header row with a column voltage_V, other columns ignored, lines that begin with
-/// # left out. Where there is a column time_s, its rows must be evenly spaced.
+/// Reads the voltages of a CSV file: a header row with a column voltage_V, other columns are ignored, as are lines
+/// that begin with #. If there is a column time_s, its rows must be evenly spaced.
 /// @param path  of the file   @param name  kept in the result
 /// @throws ConfigError  cannot be read, no such column, a value that is not a finite number, an uneven row; with the
 /// line

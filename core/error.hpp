@@ -69,7 +69,7 @@ class DataError : public Error {
   explicit DataError(const std::string& message) : Error(ExitCode::bad_data, message) {}
 };
 
-/// A device that is absent, refuses, or is not what the rig file says.
+/// A device that is absent, refuses a call, or does not match the rig file.
 class DeviceError : public Error {
  public:
   explicit DeviceError(const std::string& message) : Error(ExitCode::device_unavailable, message) {}
@@ -81,7 +81,7 @@ class IoError : public Error {
   explicit IoError(const std::string& message) : Error(ExitCode::io, message) {}
 };
 
-/// An operation the caller has no right to.
+/// An operation that the caller has no permission for.
 class PermissionError : public Error {
  public:
   explicit PermissionError(const std::string& message) : Error(ExitCode::permission, message) {}

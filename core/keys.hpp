@@ -7,7 +7,7 @@
 
 namespace eha {
 
-/// Whether a key may be left out.
+/// Whether a key is required.
 enum class Need { required, optional };
 
 /// Allowed values of a number. Infinite bounds are no bounds; the number itself must be finite.
@@ -37,8 +37,8 @@ struct Range {
 //     }
 //   };
 //
-// `self` is the kind, const when it is only looked at. `keys` is whatever reads, writes or counts them: the reader of a
-// configuration file, the writer of a run's manifest. It offers
+// `self` is the kind, const if it is only read. `keys` is a visitor that reads, writes or counts the keys: the reader
+// of a configuration file, the writer of a run's manifest. It has these members:
 //
 //   number(name, double&, Range, Need)          integer(name, integer&, low, high, Need)      text(name, string&)
 //   choice(name, enum&, list of {name, value})  table(name, T&), tables(name, vector<T>&)      of a T with visit_keys

@@ -6,8 +6,8 @@
 
 namespace eha {
 
-/// One option that cannot be right. `key` is the member's name, with dots for nested ones ("command.range_max_V");
-/// `message` reads on after "key: ": "expected more than 0, got -3".
+/// One invalid option. `key` is the member's name, with dots for nested ones ("command.range_max_V");
+/// `message` follows "key: ": "expected more than 0, got -3".
 struct OptionIssue {
   std::string key;
   std::string message;

@@ -10,7 +10,7 @@
 
 namespace eha {
 
-/// Text for a message: control characters and bytes beyond ASCII become '?', and what exceeds `length` becomes "...".
+/// Text for a message: control characters and bytes beyond ASCII become '?', and text beyond `length` becomes "...".
 [[nodiscard]] inline std::string shortened(std::string_view text, std::size_t length) {
   std::string result(text.substr(0, length));
   for (char& c : result) {
@@ -20,7 +20,7 @@ namespace eha {
   return result;
 }
 
-/// Single-character insertions, deletions and substitutions that make one text the other (Levenshtein).
+/// Number of single-character insertions, deletions and substitutions between two texts (Levenshtein).
 /// Cost O(|a| |b|).
 [[nodiscard]] inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -38,7 +38,7 @@ namespace eha {
 }
 
 /// The continuation of "expected a known key" for a misspelt one: ` (did you mean "duration_s"?)`, or the list of all
-/// when none comes near.
+/// keys when none is similar.
 [[nodiscard]] inline std::string suggestion(std::string_view misspelt, const std::vector<std::string_view>& known) {
   if (known.empty()) return {};
   // A key longer than this is no misspelling, and comparing it would cost its length.

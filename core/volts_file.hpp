@@ -10,8 +10,8 @@ namespace eha {
 /// Voltages of a CSV file that a configuration file names.
 struct VoltsFile {
   std::string name;              ///< as written in the configuration file
-  std::vector<double> volts_V;   ///< one a tick [V]; empty where the file was not read
-  std::optional<double> step_s;  ///< spacing of the file's column time_s [s], where it has one
+  std::vector<double> volts_V;   ///< one a tick [V]; empty if the file was not read
+  std::optional<double> step_s;  ///< spacing of the file's column time_s [s], if it has one
 };
 
 }  // namespace eha

@@ -16,7 +16,7 @@
 namespace eha::os {
 namespace {
 
-/// posix_spawn's file actions, freed in any case.
+/// Owns posix_spawn's file actions.
 class FileActions {
  public:
   explicit FileActions(const SpawnRequest& request) {
@@ -45,7 +45,7 @@ class FileActions {
   posix_spawn_file_actions_t actions_{};
 };
 
-/// posix_spawn's attributes, freed in any case.
+/// Owns posix_spawn's attributes.
 class Attributes {
  public:
   explicit Attributes(Session session) {

@@ -17,8 +17,8 @@ enum class Session {
   own,     ///< a new one: no terminal's signal reaches the child
 };
 
-/// What a child is started with. It inherits its three standard streams and no other descriptor, blocks no signal and
-/// handles every signal in the default way, whatever the thread that starts it does.
+/// Parameters of a child. The child inherits its three standard streams and no other descriptor. It blocks no signal
+/// and handles every signal in the default way, independently of the thread that starts it.
 struct SpawnRequest {
   std::vector<std::string> words;                   ///< path of the program, then its arguments
   const FileDescriptor* standard_input = nullptr;   ///< none: /dev/null
@@ -29,7 +29,7 @@ struct SpawnRequest {
 
 /// How a child ended.
 struct ChildEnd {
-  std::optional<int> status;  ///< as waitpid(2) gives it; none: the system no longer knows the child
+  std::optional<int> status;  ///< as waitpid(2) returns it; none: the system no longer knows the child
 };
 
 /// A child process, started by posix_spawn: never fork(), because the memory of the tick loop is locked and large.
@@ -40,7 +40,7 @@ class ChildProcess {
   explicit ChildProcess(const SpawnRequest& request);
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
-  /// Waits for its end. Call signal(SIGKILL) first where the child does not end by itself.
+  /// Waits for the child's end. Call signal(SIGKILL) first if the child does not end by itself.
   ~ChildProcess();
 
   /// -1 once its end was waited for.
@@ -52,7 +52,7 @@ class ChildProcess {
   /// Whether it runs: neither ended nor stopped. Costs one waitid().
   [[nodiscard]] bool runs() const noexcept;
 
-  /// How it ended, or nothing while it has not. Do not ask again after its end.
+  /// The child's end, or nothing while it runs. Do not call again after its end.
   [[nodiscard]] std::optional<ChildEnd> poll() noexcept;
 
   /// Waits for its end. A second call returns an empty status at once.

@@ -16,7 +16,7 @@ FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
 void FileDescriptor::close() noexcept {
   if (descriptor_ < 0) return;
   const int error_number = errno;
-  // Never again after EINTR: Linux has freed the number by then, see close(2).
+  // Not repeated after EINTR: Linux has already freed the number, see close(2).
   static_cast<void>(::close(std::exchange(descriptor_, -1)));
   errno = error_number;
 }

@@ -20,7 +20,7 @@ class FileDescriptor {
 
   /// Closes the descriptor now; does nothing without one. errno is as before.
   void close() noexcept;
-  /// Gives the descriptor away: the caller closes it.
+  /// Releases ownership: the caller closes the descriptor.
   [[nodiscard]] int release() noexcept;
 
  private:

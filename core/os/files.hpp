@@ -32,7 +32,7 @@ void read_in_pieces(const std::filesystem::path& path, const std::function<void(
 /// The content of a file.
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
 
-/// A file that appears under its name whole or not at all: it is written under a temporary name in the same folder,
+/// A file that appears under its name complete or not at all: it is written under a temporary name in the same folder,
 /// synchronised to the disk, then renamed. Without commit() nothing is left. Not thread-safe.
 class AtomicFile {
  public:
@@ -64,8 +64,8 @@ void create_folders(const std::filesystem::path& folder);
 /// @throws IoError  fewer than `bytes` are free for this user
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);
 
-/// Allocates `bytes` for a file of this name and removes the file again. It finds a full disk, a quota or a limit on
-/// file sizes before a library that handles them badly does. Cost: no data is written.
+/// Allocates `bytes` for a file of this name and removes the file again. This detects a full disk, a quota or a limit
+/// on file sizes before a library that handles them badly writes. Cost: no data is written.
 void try_space(const std::filesystem::path& path, std::uint64_t bytes);
 
 }  // namespace eha::os

@@ -136,7 +136,7 @@ void add_latency(CLI::App& app, LatencyCommand& latency) {
   sub->add_option("--rig", latency.rig_file, "Rig file whose period, priority and CPU apply")->type_name("RIG");
 }
 
-/// The command as a shell would read it again.
+/// The command line, quoted for a shell.
 std::string for_a_shell(int argc, const char* const* argv) {
   std::string line = "eha";
   for (int i = 1; i < argc; ++i) {

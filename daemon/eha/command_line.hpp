@@ -12,11 +12,11 @@ namespace eha::cli {
 /// A parsed command line.
 struct ParsedLine {
   ConsoleOptions console;
-  std::optional<Command> command;  ///< none when only a text was asked for
+  std::optional<Command> command;  ///< none for --help, --version and completion
   std::string text;                ///< help or version, for standard output
 };
 
-/// Reads the command line. @throws UsageError  something in it is unknown, missing, malformed or out of range
+/// Reads the command line. @throws UsageError  an option or argument is unknown, missing, malformed or out of range
 [[nodiscard]] ParsedLine parse_command_line(int argc, const char* const* argv);
 
 }  // namespace eha::cli

@@ -39,7 +39,7 @@ struct RecordOptions {
 
 /// Options on the models to fit.
 struct ModelOptions {
-  std::vector<std::string> families = {};         ///< --model, in order; with no --structure either: the experiment's
+  std::vector<std::string> families = {};         ///< --model, in order; without --structure too: the experiment's
   std::vector<std::string> structure_files = {};  ///< --structure, in order
   std::optional<int> poles = {};
   std::optional<int> zeros = {};

@@ -9,9 +9,9 @@ namespace eha::cli {
 /// Adds the command `completion SHELL`; `shell`, which must outlive the parsing, becomes "bash" or "zsh".
 void add_completion(CLI::App& app, std::string& shell);
 
-/// The completion script of `shell` ("bash" or "zsh") for every command, option and choice of `app`. What is offered as
-/// the value of an option or argument follows from its type name: the lower-case words of "free|SECONDS", files for
-/// FILE, MODEL and the like, folders for DIR, nothing for the rest.
+/// The completion script of `shell` ("bash" or "zsh") for every command, option and choice of `app`. The type name of
+/// an option or argument determines the offered values: the lower-case words of "free|SECONDS", files for FILE, MODEL
+/// and the like, folders for DIR, none for other types.
 [[nodiscard]] std::string completion_script(const CLI::App& app, const std::string& shell);
 
 }  // namespace eha::cli

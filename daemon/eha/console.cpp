@@ -38,7 +38,7 @@ void for_each_line(std::string_view text, Use&& use) {
 }
 
 void write_out(std::string_view text) {
-  // A failure stays in the stream's error flag until flush() asks.
+  // A failure stays in the stream's error flag until flush() checks it.
   static_cast<void>(std::fwrite(text.data(), 1, text.size(), stdout));
 }
 

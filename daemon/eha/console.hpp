@@ -37,7 +37,7 @@ class Console {
   /// The document of --json; prints nothing without that option.
   void print_json(const nlohmann::ordered_json& document) const;
 
-  /// Content such as CSV, to standard output whatever the options.
+  /// Prints content such as CSV to standard output, independently of the options.
   void print_content(std::string_view text) const;
 
   /// The next useful command, as the last line of a success; prints nothing with --json or --quiet.

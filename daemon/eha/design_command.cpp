@@ -21,8 +21,8 @@ namespace {
 /// The table as CSV; each time is the nearest double to a whole number of ticks.
 std::string table_csv(const Eigen::VectorXd& table_V, double step_s) {
   std::vector<double> time_s(static_cast<std::size_t>(table_V.size()));
-  // A tick is a decimal fraction of a second; dividing by its reciprocal, where that is whole, prints 0.003 and not
-  // 0.0030000000000000001.
+  // A tick is a decimal fraction of a second. If its reciprocal is a whole number, dividing by it prints 0.003 instead
+  // of 0.0030000000000000001.
   const double rate_Hz = std::round(1.0 / step_s);
   const bool whole = std::abs(rate_Hz * step_s - 1.0) < 1e-12;
   for (std::size_t k = 0; k < time_s.size(); ++k) {

@@ -32,7 +32,7 @@ void append(std::vector<Check>& checks, std::vector<Check> more) {
   checks.insert(checks.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
-/// Reads the rig file; its faults become a failed check.
+/// Reads the rig file; errors in it become a failed check.
 std::optional<config::RigConfig> load_rig(const std::optional<std::string>& file, std::vector<Check>& checks) {
   try {
     config::RigConfig rig = load_rig_or_default(file);

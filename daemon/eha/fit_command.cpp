@@ -45,7 +45,7 @@ Comparisons comparisons_for(const FitCommand& command, const Source& source) {
               command.cross_validate ? Comparisons::CrossValidation::include : Comparisons::CrossValidation::leave_out};
 }
 
-/// Does `work`. A wrong structure is a fault of the command line, unless an experiment file was named.
+/// Does `work`. A wrong structure is a usage error unless an experiment file was named.
 template <class Work>
 auto as_asked_for(const FitCommand& command, const Work& work) {
   try {
@@ -71,7 +71,7 @@ std::string next_step(const FitCommand& command, const Identification& identific
       return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[i].string());
     }
   }
-  // In front of the given words: after a `--` it would be an argument.
+  // Before the given words: after a `--` the option would be an argument.
   std::string again = command.as_given;
   return again.insert(again.find("fit") + 3, " -o models");
 }

@@ -10,12 +10,12 @@
 
 namespace eha::cli {
 
-/// Gain, phase, standard deviation and distortion at each line, each model's gain and phase beside them. Of more than
-/// 40 lines it shows every so many.
+/// A table of gain, phase, standard deviation and distortion at each line, with each model's gain and phase. Of more
+/// than 40 lines it shows every Nth.
 [[nodiscard]] std::string frequency_table(const ident::FrequencyResponse& measured,
                                           const std::vector<identify::IdentifiedModel>& models);
 
-/// The same, every line, numbers in full; a missing value is null.
+/// The same for every line with all digits; a missing value is null.
 [[nodiscard]] nlohmann::ordered_json frequency_json(const ident::FrequencyResponse& measured,
                                                     const std::vector<identify::IdentifiedModel>& models);
 

@@ -11,7 +11,7 @@
 
 namespace eha::cli {
 
-/// Prints what is to be known before a source is fitted: what limits its models, and that many rows take long.
+/// Prints the warnings before a fit: reasons why the source's models are less reliable, and a long computing time.
 void print_warnings(const identify::Source& source, int decimation, const Console& console);
 
 /// Prints an identification and the files written, as tables or as the rest of `document`.

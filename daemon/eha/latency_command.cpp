@@ -34,7 +34,7 @@ std::vector<std::string> row(const char* name, const Histogram& histogram) {
           fmt::format("{:.3f}", static_cast<double>(histogram.maximum_at_ns()) * 1e-9)};
 }
 
-/// The number of values between each two edges [us]; the last interval is open.
+/// The number of values between neighbouring edges [us]; the last interval is open.
 std::string bars(const Histogram& histogram) {
   constexpr std::size_t kEdges[] = {0, 10, 20, 50, 100, 150, 300, 500, 1000};
   constexpr std::size_t kCount = std::size(kEdges);

@@ -13,7 +13,7 @@ using eha::ExitCode;
 using eha::cli::Console;
 
 ExitCode run_program(int argc, char** argv) {
-  // A closed pipe is an error to report, not a reason to die silently.
+  // A closed pipe must give an error message, not end the process silently.
   std::signal(SIGPIPE, SIG_IGN);
   Console console({});
   try {

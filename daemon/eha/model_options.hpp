@@ -9,8 +9,8 @@
 namespace eha::cli {
 
 /// The models that a command line asks for.
-/// @param configured  those of the experiment; --model picks among them by structure, and where there is none of that
-///                    structure takes a plain one; --structure adds the one of a file; with neither, io and fo
+/// @param configured  the experiment's models; --model selects those of a structure, or a plain one if there is none;
+///                    --structure adds the one of a file; without both all of them, or io and fo if there are none
 /// @throws UsageError  a malformed NAME=VALUE, a structure asked for twice, --poles where no model has poles
 /// @throws ConfigError, PermissionError  as config::load_structure
 [[nodiscard]] std::vector<ident::StructureOptions> structures_for(

@@ -19,7 +19,7 @@ using ident::ParameterEstimate;
 using ident::Score;
 using identify::IdentifiedModel;
 
-/// A value with as many digits as its standard error gives meaning to.
+/// A value with the digits that its standard error justifies.
 std::string with_error(const ParameterEstimate& parameter) {
   // The paper's procedure gives no standard errors.
   if (parameter.fixed || std::abs(parameter.std) <= 0.0) return fmt::format("{:.6g}", parameter.value);

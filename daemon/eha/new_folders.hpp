@@ -5,8 +5,8 @@
 
 namespace eha::cli {
 
-/// Creates folders before long work, so that a folder that cannot be created fails at once, and removes them again if
-/// the work leaves them empty. Not thread-safe.
+/// Creates folders before long work, so that an error in creating them shows at once, and removes them again if the
+/// work leaves them empty. Not thread-safe.
 class NewFolders {
  public:
   /// Creates `folder` and every missing one above it. @throws IoError, PermissionError

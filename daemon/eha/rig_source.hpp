@@ -9,12 +9,12 @@
 
 namespace eha::cli {
 
-/// Rig file of a local run without --rig: /etc/ehad/rig.toml, else the simulated rig installed with the program, else
-/// the one of the source tree that the program was built in. None when there is none of these.
+/// Rig file of a local run without --rig: /etc/ehad/rig.toml, otherwise the simulated rig installed with the program,
+/// otherwise the one in the source tree of the build. None if none of these exists.
 [[nodiscard]] std::optional<std::filesystem::path> default_rig_file();
 
 /// Reads the named rig file or the default one.
-/// @throws UsageError  neither is there; ConfigError, PermissionError as config::load_rig
+/// @throws UsageError  there is none; ConfigError, PermissionError as config::load_rig
 [[nodiscard]] config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file);
 
 }  // namespace eha::cli

@@ -39,7 +39,7 @@ struct Acquired {
 /// Plays and records. The rig is idle or safe on return and after an exception.
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
                  const config::PreparedExperiment& experiment, Console& console) {
-  // Before the rig is opened, because from then on a signal must not end the process.
+  // Before the rig is opened: from then on a signal must not end the process.
   StopOnSignals stop;
   OwnedRig local(rig_config);
   if (hal::moves_machine(rig_config.backend)) require_plausible_inputs(local.rig(), rig_config);
@@ -82,7 +82,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   return {std::move(run), was_guarded};
 }
 
-/// Reports a run that did not complete or lost its guard: the cause, and what was kept.
+/// Reports a run that did not complete or lost its guard: the cause, and the kept record.
 ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   const play::FinishedRun& run = acquired.run;
   if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report));

@@ -73,7 +73,7 @@ class Follower {
         other.call("cancel", {{"entry", entry_}});
         return true;
       } catch (const Error&) {
-        // It has started since.
+        // The experiment has started in the meantime.
       }
     }
     if (state == "fitting" || state == "judging") {

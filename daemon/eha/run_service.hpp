@@ -5,7 +5,7 @@
 
 namespace eha::cli {
 
-/// `eha run` without --local: hands the experiment to ehad, shows its progress and waits for its verdict.
+/// `eha run` without --local: submits the experiment to ehad, shows its progress and waits for its verdict.
 [[nodiscard]] ExitCode run_through_service(const RunCommand& command, Console& console);
 
 }  // namespace eha::cli

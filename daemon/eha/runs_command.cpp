@@ -63,7 +63,7 @@ RunList runs_of_service(const fs::path& socket) {
   return list;
 }
 
-/// @throws IoError, PermissionError  there is none, or it cannot be looked at
+/// @throws IoError, PermissionError  the folder does not exist or cannot be read
 void require_folder(const fs::path& folder) {
   std::error_code error;
   if (fs::exists(folder, error)) return;
@@ -78,7 +78,7 @@ RunList runs_of_folder(const fs::path& folder, const Console& console) {
       const record::Manifest manifest = record::read_manifest(run);
       list.runs.push_back({run.string(), std::string(record::outcome_text(manifest)), record::models_of(manifest)});
     } catch (const Error& error) {
-      // One damaged run must not hide the others.
+      // A damaged run must not hide the others.
       console.warning(error.what());
       list.runs.push_back({run.string(), "unreadable", {}});
     }
@@ -95,7 +95,7 @@ Json to_json(const RunList& list) {
   return document;
 }
 
-/// Whether `eha runs recover` has work there; no when the folder cannot be read, because this is only for a hint.
+/// Whether `eha runs recover` has work in the folder; false if it cannot be read, because this is only for a hint.
 bool has_torn_run(const fs::path& folder) {
   try {
     return !record::find_torn_runs(folder).empty();
@@ -107,7 +107,7 @@ bool has_torn_run(const fs::path& folder) {
 }  // namespace
 
 ExitCode execute(const RunsListCommand& command, Console& console) {
-  // Without a folder: the runs made here; where there are none, those of the service.
+  // Without a folder: the runs in ./runs, or the service's if that folder does not exist.
   const fs::path here = command.folder.value_or("runs");
   std::error_code ignored;
   const bool asks_service =
@@ -166,7 +166,7 @@ ExitCode execute(const RunsRecoverCommand& command, Console& console) {
       console.print(recovery.changed ? record::describe(run, recovery)
                                      : fmt::format("{}: complete, nothing to do", run.string()));
     } catch (const Error& error) {
-      // One run that cannot be saved must not cost the others.
+      // A run that cannot be recovered must not prevent the recovery of others.
       console.error(error.what());
       document["runs"].push_back({{"folder", run.string()}, {"changed", false}, {"error", error.what()}});
       if (code == ExitCode::ok) code = error.exit_code();

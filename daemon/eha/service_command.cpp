@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using control::Client;
 
-/// The experiments that are not over, and the last few that are.
+/// The experiments that are not over, and the last few that are over.
 std::string queue_table(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
   std::vector<std::vector<std::string>> rows;
@@ -86,7 +86,7 @@ ExitCode watch_status(Client& client, Console& console) {
   return ExitCode::ok;
 }
 
-/// The name of a run's folder, however it was given.
+/// The name of a run's folder, from a name or a path.
 std::string name_of(const std::string& run) {
   const std::filesystem::path path = std::filesystem::path(run).lexically_normal();
   return (path.has_filename() ? path : path.parent_path()).filename().string();

@@ -6,7 +6,7 @@
 namespace eha::cli {
 namespace {
 
-/// Global, because a signal handler has no other access; each StopOnSignals resets it.
+/// Global, because a signal handler can reach it only so; each StopOnSignals resets it.
 std::optional<acquisition::StopRequest> stop_request;
 
 void on_signal(int) { stop_request->request(); }
@@ -26,7 +26,7 @@ StopOnSignals::StopOnSignals(Driver driver) {
 void StopOnSignals::handle(int number, void (*handler)(int)) {
   struct sigaction before {};
   sigaction(number, nullptr, &before);
-  // nohup and background shells ignore signals on purpose.
+  // A signal that nohup or a background shell ignores stays ignored.
   if (before.sa_handler == SIG_IGN) return;
   struct sigaction action {};
   action.sa_handler = handler;

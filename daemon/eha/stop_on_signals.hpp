@@ -15,10 +15,10 @@ enum class Driver {
   service,       ///< this process only watches: the terminal may end or suspend it as usual
 };
 
-/// While it lives, signals that end or suspend the process stop the tick loop instead: the first one ramps out, the
-/// second one makes the rig safe at once. These are SIGINT and SIGTERM; in a process that drives the rig also SIGHUP,
-/// SIGQUIT (Ctrl-\) and SIGTSTP (Ctrl-Z), and the terminal cannot suspend it in the background (SIGTTIN, SIGTTOU). One
-/// at a time in a process.
+/// While an object of this class lives, signals that end or suspend the process stop the tick loop instead: the first
+/// one ramps out, the second one makes the rig safe at once. These are SIGINT and SIGTERM; in a process that drives the
+/// rig also SIGHUP, SIGQUIT (Ctrl-\) and SIGTSTP (Ctrl-Z), and the terminal cannot suspend it in the background
+/// (SIGTTIN, SIGTTOU). One at a time in a process.
 class StopOnSignals {
  public:
   explicit StopOnSignals(Driver driver = Driver::this_process);

@@ -7,7 +7,7 @@
 namespace eha::cli {
 namespace {
 
-/// Characters of UTF-8 text: every byte that does not continue one.
+/// Number of characters of UTF-8 text: the bytes that are not continuation bytes.
 std::size_t characters(const std::string& text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xC0U) != 0x80U; }));

@@ -8,7 +8,7 @@ namespace eha::cli {
 
 enum class Align { left, right };
 
-/// A column of a table for people.
+/// A column of a table.
 struct Column {
   std::string title;
   Align align = Align::left;

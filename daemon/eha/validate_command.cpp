@@ -58,7 +58,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   }
   if (!model.stability) model.stability = ident::stability(model.transfer_function);
   model.validation = validation;
-  // A record of another day starts elsewhere: there the offset says nothing about the model.
+  // Another record starts at another position, so its offset says nothing about the model.
   ident::Model judged = model;
   if (validation.offset_reestimated) judged.validation->score = *validation.offset_reestimated;
   const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};

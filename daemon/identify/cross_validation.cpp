@@ -28,8 +28,8 @@ Part part_up_to(const IdentificationTask& task, std::size_t repetition, std::siz
   return part;
 }
 
-/// The structure to estimate on one repetition. Only the first one estimates an initial state: before a later one it
-/// has died away, and noise taken for it would grow without bound towards the first row.
+/// The structure to estimate on one repetition. Only the first repetition estimates an initial state: in a later one
+/// its response has decayed, and noise fitted as that response would grow without bound towards the first row.
 ident::StructureOptions structure_for(std::size_t repetition, ident::StructureOptions structure) {
   if (repetition > 0) structure.initial_state = ident::InitialState::none;
   return structure;

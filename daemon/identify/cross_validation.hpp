@@ -9,7 +9,7 @@
 namespace eha::identify {
 
 /// Estimates every structure on every repetition and scores it on the others. Each model is simulated from the record's
-/// first row on, so that no history is cut off. An initial state is estimated on the first repetition only. The
+/// first row on, so that no history is lost. An initial state is estimated on the first repetition only. The
 /// discarded time counts from the first row; an unfinished last repetition is left out.
 /// @throws DataError    fewer than two repetitions, or one too short to estimate from
 /// @throws UsageError   the task is by the paper's procedure, which has no history to keep

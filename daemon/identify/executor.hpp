@@ -7,11 +7,11 @@ namespace eha::identify {
 
 /// An executor whose threads live for one call each.
 /// @param threads  greatest number at a time, at least 1
-/// When tasks throw, the caller gets the exception of the one with the lowest index once every thread has ended; tasks
-/// that have not begun by then do not run. Thread-safe. Cost: some 20 us a thread and call.
+/// When tasks throw, the caller gets the exception of the task with the lowest index after every thread has ended;
+/// tasks that have not begun do not run. Thread-safe. Cost: about 20 us for each thread and call.
 [[nodiscard]] ident::Executor thread_executor(unsigned threads);
 
-/// One thread for each processor this process may use.
+/// An executor with one thread for each processor that this process may use.
 [[nodiscard]] ident::Executor thread_executor();
 
 }  // namespace eha::identify

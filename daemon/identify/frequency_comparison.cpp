@@ -29,13 +29,13 @@ double nearest(double angle_deg, double beside_deg) {
 
 std::string field(const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; }
 
-/// Samples of the shortest period of everything the experiment plays; 0 for none.
+/// Samples of the shortest common period of the experiment's tones and repetitions; 0 for none.
 std::size_t period_of(const Source& source, const std::vector<double>& lines_Hz) {
   const auto samples = static_cast<std::size_t>(source.record.input.size());
   const std::size_t shared = ident::common_period(lines_Hz, source.record.step_s, samples / 2);
   const std::size_t repetition = source.repetition_samples;
   if (repetition == 0 || samples < 2 * repetition) return shared;
-  // A table that is no whole number of its tones' periods jumps at its end: only repetitions are periodic.
+  // A table that does not hold whole periods of its tones jumps at its end, so only the repetitions are periodic.
   return shared > 0 && repetition % shared == 0 ? shared : repetition;
 }
 

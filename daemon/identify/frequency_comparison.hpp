@@ -18,8 +18,8 @@ inline constexpr std::string_view kFrequencyResponseFile = "frequency_response.c
 
 /// Measures the frequency response of a source whose experiment is periodic: by its tones, or by its repetitions. The
 /// period is the shortest that all lines and the repetitions share.
-/// @param notes  gets a sentence where the record does not hold two periods after the discarded time
-/// @returns nothing then, and nothing without an experiment
+/// @param notes  gets a sentence when the record does not hold two periods after the discarded time
+/// @returns nothing in that case, and nothing without an experiment
 [[nodiscard]] std::optional<ident::FrequencyResponse> frequency_response_of(const Source& source,
                                                                             const ident::FitOptions& options,
                                                                             std::vector<std::string>& notes);
@@ -31,7 +31,7 @@ struct GainAndPhase {
   std::optional<double> phase_std_deg = {};
 };
 
-/// A line of the measured response beside the models'.
+/// One line of the measured response and the models' responses at its frequency.
 struct ComparedLine {
   const ident::LineResponse* line = nullptr;  ///< of the measured response, which must outlive this
   GainAndPhase measured;
@@ -39,8 +39,8 @@ struct ComparedLine {
   std::vector<GainAndPhase> models;  ///< in the order of the models
 };
 
-/// Compares the measured response with each model's at every line. Phases have no jumps of a turn, neither from line to
-/// line nor from the measured one to a model's. Cost O(lines models).
+/// Compares the measured response with each model's at every line. Phases are unwrapped from line to line, and a
+/// model's phase lies within half a turn of the measured one. Cost O(lines models).
 [[nodiscard]] std::vector<ComparedLine> compare_lines(const ident::FrequencyResponse& measured,
                                                       const std::vector<IdentifiedModel>& models);
 

@@ -14,7 +14,7 @@
 
 namespace eha::identify {
 
-/// Which structures are sought in which record, and how.
+/// The structures to fit, the record and the options.
 struct IdentificationTask {
   const ident::Record& record;
   std::string source_name = {};  ///< for messages and the models' provenance
@@ -48,8 +48,8 @@ struct Identification {
   std::vector<IdentifiedModel> paper = {};  ///< by the paper's procedure, for comparison
   std::optional<ident::FrequencyResponse> frequency_response = {};
   std::vector<CrossValidatedModel> cross_validation = {};
-  std::vector<std::string> warnings = {};  ///< why a comparison is missing, one sentence each
-  std::vector<std::string> notes = {};     ///< why there is no frequency response
+  std::vector<std::string> warnings = {};  ///< reasons for missing comparisons, one sentence each
+  std::vector<std::string> notes = {};     ///< reasons for a missing frequency response
 };
 
 /// What is compared with the task's models.
@@ -58,7 +58,7 @@ struct Comparisons {
   enum class CrossValidation { leave_out, include } cross_validation = CrossValidation::leave_out;
 };
 
-/// A sentence for the user when comparing so many rows may take minutes (ten million took six); otherwise nothing.
+/// A warning when comparing this many rows may take minutes (ten million took six); otherwise nothing.
 [[nodiscard]] std::optional<std::string> size_warning(std::size_t rows, int decimation);
 
 /// Fits and judges each structure of the task, in order, then makes the comparisons, and measures the frequency
@@ -72,8 +72,8 @@ struct Comparisons {
 /// Fits and judges each structure, in order. @throws as identify()
 [[nodiscard]] std::vector<IdentifiedModel> fit_models(const IdentificationTask& task, const Progress& progress);
 
-/// Fits the paper's structures among the task's by the paper's procedure. Where it cannot be applied the model is left
-/// out and `warnings` says why. Empty when the task is itself by that procedure.
+/// Fits the task's structures that the paper also has, by the paper's procedure. A model to which the procedure does
+/// not apply is left out, and `warnings` gives the reason. Empty when the task itself uses that procedure.
 [[nodiscard]] std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task,
                                                                std::vector<std::string>& warnings);
 

@@ -69,7 +69,7 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
     const fs::path path = (accepted ? models_folder : rejected_folder) / file;
     os::create_folders(path.parent_path());
     os::write_file_atomically(path, ident::to_text(identified.result.model));
-    // An earlier fit may have judged otherwise; one model has one verdict.
+    // An earlier fit may have had the other verdict; only one file of a model may remain.
     std::error_code ignored;
     fs::remove((accepted ? rejected_folder : models_folder) / file, ignored);
     entry.accepted = entry.accepted || accepted;

@@ -17,9 +17,9 @@ namespace eha::identify {
 struct Source {
   std::string name;  ///< as given on the command line, for messages
   ident::Record record;
-  std::optional<config::ExperimentConfig> experiment;  ///< of the run, or the one named
+  std::optional<config::ExperimentConfig> experiment;  ///< the run's, or the named one
   std::optional<std::filesystem::path> run_folder;     ///< when it is a run
-  /// Rows of one repetition: of the run as it was played, or as the named experiment would play it; 0 when unknown.
+  /// Rows of one repetition, of the run or as the named experiment would play it; 0 when unknown.
   std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
   std::size_t interpolated_rows = 0;  ///< as record::LoadedRun; 0 for a CSV record
@@ -28,7 +28,8 @@ struct Source {
 /// The share of the rows that are interpolated, not measured [%].
 [[nodiscard]] double interpolated_percent(const Source& source);
 
-/// What limits a model of this source: a run that did not complete, rows that were not measured. One sentence each.
+/// Reasons why models of this source are less reliable: an incomplete run, rows that were not measured. One sentence
+/// each.
 [[nodiscard]] std::vector<std::string> warnings(const Source& source);
 
 /// Reads a run folder or a CSV record.

@@ -17,7 +17,7 @@ struct CommensurateSweep {
   std::optional<std::size_t> best = {};  ///< index of the point with the lowest BIC; none when no point has a model
 };
 
-/// Sweeps the task's commensurate structure, else one of two poles and no zero.
+/// Sweeps the task's commensurate structure, or one of two poles and no zero if the task has none.
 /// @param orders  values of q, see ident::order_grid
 /// @throws as ident::sweep_commensurate_order. Cost: one fit an order.
 [[nodiscard]] CommensurateSweep sweep_commensurate_order(const IdentificationTask& task,

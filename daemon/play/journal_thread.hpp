@@ -14,14 +14,15 @@
 
 namespace eha::play {
 
-/// A disk may hang for so long; then the command is ramped out and the run has failed. On the monotonic clock only.
+/// Longest time that a disk may hang; then the command is ramped out and the run has failed. On the monotonic clock
+/// only.
 inline constexpr std::chrono::seconds kWriterPatience{6};
 
 /// The thread that moves records from the loop's queue to the journal until the loop has ended. After a failure it
 /// drops records and has the queue report it to the loop, which ramps out. The public members belong to one thread.
 class JournalThread {
  public:
-  /// @param watch  its writer_turns counts the turns of the thread
+  /// @param watch  its writer_turns counts the passes of the thread's loop
   JournalThread(acquisition::RecordQueue& queue, record::JournalWriter& journal, acquisition::TimeBase time_base,
                 RunWatch& watch);
   JournalThread(const JournalThread&) = delete;
@@ -31,8 +32,8 @@ class JournalThread {
   /// Whether the thread has hung in one call for longer than kWriterPatience. Call several times a second.
   [[nodiscard]] bool hangs();
 
-  /// Writes the rest of the queue, once the loop has pushed its last record, and ends the thread.
-  /// @returns the message of what could not be written, or nothing
+  /// Writes the rest of the queue and ends the thread. Call after the loop has pushed its last record.
+  /// @returns the message of a failed write, or nothing
   std::string finish();
 
  private:

@@ -75,7 +75,7 @@ class ProgressDisplay {
   std::exception_ptr failure_;
 };
 
-/// Room for the journal, raw.h5 and the decimated data, and some to spare.
+/// Disk space for the journal, raw.h5 and the decimated data, with a reserve.
 std::uint64_t bytes_needed(const PlayRequest& request) {
   constexpr double kBytesPerTick = 64.0 + 72.0 + 8.0;
   constexpr double kSpare = 16e6;
@@ -96,7 +96,7 @@ std::unique_ptr<acquisition::Clock> make_clock(TimeBase time_base) {
   return std::make_unique<acquisition::MonotonicClock>();
 }
 
-/// What a run is made with.
+/// The objects that a run uses.
 struct RunParts {
   hal::Rig& rig;
   acquisition::StateMachine& machine;
@@ -131,8 +131,8 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   return finished;
 }
 
-/// Closes the journal and writes the files made from it. A failure is kept in `finished`, and the files that can still
-/// be written are.
+/// Closes the journal and writes the files made from it. A failure is kept in `finished`; the remaining files are
+/// written nevertheless.
 void write_files(FinishedRun& finished, record::JournalWriter& journal, record::Manifest& manifest) {
   const auto attempt = [&](const auto& work) {
     try {

@@ -26,23 +26,23 @@ struct PlayRequest {
   std::filesystem::path folder;     ///< made by record::create_run_folder
   acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
   acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
-  RunWatch* watch = nullptr;  ///< none: nobody looks on
+  RunWatch* watch = nullptr;  ///< none: nobody watches the run
 };
 
-/// What a run left behind.
+/// A run that has ended.
 struct FinishedRun {
   std::filesystem::path folder;
   acquisition::RunReport report;  ///< outcome write_failed also when only the files after the journal failed
   std::string write_error;        ///< message of the write that failed; empty when everything was written
 };
 
-/// Called some ten times a second, in the thread that called play(). When it throws, the run is ramped out, its files
-/// are written, and play() throws the same.
+/// Called about ten times a second in the thread that called play(). When it throws, the run is ramped out, its files
+/// are written, and play() throws the same exception.
 using Progress = std::function<void(const acquisition::Snapshot&)>;
 
 /// Plays an experiment on a rig and records it in the request's run folder. Blocks until the rig is idle or faulted and
-/// the files are closed: run.json, raw.ehalog, raw.h5 and data_40ms.csv. A fault, a stop or a failing disk is no
-/// exception: report.outcome says so (acquisition::describe, acquisition::exit_code) and what was recorded is kept.
+/// the files are closed: run.json, raw.ehalog, raw.h5 and data_40ms.csv. A fault, a stop or a failing disk is not
+/// thrown: report.outcome says so (acquisition::describe, acquisition::exit_code), and the record so far is kept.
 /// Equal requests in virtual time on equal rigs give byte-identical raw.ehalog, raw.h5 and data_40ms.csv.
 /// A fatal signal while the loop runs makes the rig safe before the process dies of it (acquisition::FatalSignals).
 /// The loop and the journal have a thread each, so a slow `progress` delays neither.

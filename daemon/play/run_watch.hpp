@@ -8,7 +8,7 @@
 
 namespace eha::play {
 
-/// The state of a run while play() is at it, for a watchdog and for displays. Thread-safe to read at any time.
+/// The state of a run in progress, for a watchdog and for displays. Thread-safe to read at any time.
 struct RunWatch {
   enum class Phase : std::uint8_t {
     preparing,  ///< the rig is not driven yet

@@ -135,9 +135,9 @@ class Reader {
 
   void take(std::string_view line) {
     if (line_ == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
-    // Two of them are what converting line ends twice leaves.
+    // Converting line ends twice leaves two of them.
     while (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    // libcsv would end a row there, and the fields of two rows would be taken for one.
+    // libcsv would end a row there, and the fields of both rows would be read as one.
     if (line.find('\r') != std::string_view::npos) {
       fail("a carriage return within the line; save the file with LF or CR LF at the end of each line");
     }

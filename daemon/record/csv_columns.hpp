@@ -20,7 +20,7 @@ struct CsvColumns {
   std::vector<std::pair<std::size_t, std::size_t>> line_marks;
 
   [[nodiscard]] std::size_t rows() const { return values.empty() ? 0 : values.front().size(); }
-  /// Line of the file that holds a row, both from 0 and 1 respectively. Cost O(log marks).
+  /// Line (from 1) of the file that holds a row (from 0). Cost O(log marks).
   [[nodiscard]] std::size_t line_of(std::size_t row) const;
 };
 

@@ -30,7 +30,7 @@ inline constexpr std::size_t kJournalBlockHeaderSize = 16;
 /// Appends a run to a new journal. Not thread-safe. The file is locked (flock) while this lives.
 class JournalWriter {
  public:
-  /// @param records_per_block  records that go out in one write(), the last block excepted
+  /// @param records_per_block  records that one write() takes; the last block may have fewer
   /// @throws PermissionError, IoError  the file exists or cannot be written
   JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header, std::size_t records_per_block);
 
@@ -63,10 +63,10 @@ class JournalWriter {
 /// The parts of a journal beside its records.
 struct JournalFacts {
   nlohmann::ordered_json header;
-  std::optional<nlohmann::ordered_json> end;  ///< none when the run did not end in an orderly way
+  std::optional<nlohmann::ordered_json> end;  ///< none when the process died during the run
   std::uint64_t rows = 0;
   std::uint64_t good_bytes = 0;  ///< up to the end of the last intact block
-  std::uint64_t torn_bytes = 0;  ///< after it
+  std::uint64_t torn_bytes = 0;  ///< after that end
 };
 
 /// Reads a journal up to its first damaged byte, one block at a time, in constant memory.

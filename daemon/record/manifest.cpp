@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kSchema = "eha-run/1";
 
-// The counters that people are shown; the others stay in run.json.
+// The counters that `eha` shows; the others are in run.json only.
 struct ShownCounter {
   const char* key;
   std::uint64_t LoopCounters::*member;
@@ -67,7 +67,7 @@ class Members {
     return *value;
   }
 
-  /// A member for a struct of its own; null where there is none.
+  /// A member that has its own struct; null if there is none.
   [[nodiscard]] const Json& part(const char* key) const {
     static const Json kNull;
     const auto found = object_.find(key);

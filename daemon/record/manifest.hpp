@@ -16,8 +16,8 @@ namespace eha::record {
 /// The outcome in run.json of a run that is still going, or whose process died.
 inline constexpr std::string_view kInProgress = "in_progress";
 
-// The manifest run.json as structs. `other` holds the members that a file had and its struct does not name, or all of
-// them; they survive reading and writing, in their order.
+// The manifest run.json as structs. `other` holds members of a file that its struct does not name, or all members. They
+// survive reading and writing, in their order.
 
 /// A file of the run folder.
 struct FileEntry {
@@ -31,31 +31,31 @@ struct ModelEntry {
   std::string name;
   std::string file;  ///< from the run folder
   bool accepted = false;
-  std::vector<std::string> reasons;  ///< why it was rejected, or what to know
+  std::vector<std::string> reasons;  ///< for a rejection, then notes
   std::optional<double> estimation_r2_percent = {};
-  std::optional<double> seconds = {};  ///< that the fit took
+  std::optional<double> seconds = {};  ///< duration of the fit [s]
   std::optional<double> validation_r2_percent = {};
   std::optional<double> validation_r2_percent_offset_reestimated = {};
   nlohmann::ordered_json other = nlohmann::ordered_json::object();
 };
 
-/// What the identification of a run came to.
+/// The result of a run's identification.
 struct IdentificationEntry {
   bool accepted = false;  ///< at least one model is
   std::vector<ModelEntry> models;
   std::optional<nlohmann::ordered_json> paper_procedure = {};  ///< models in the form of their files
-  std::string error = {};                                      ///< why there is none; empty when there is
+  std::string error = {};                                      ///< reason for no result; empty otherwise
   nlohmann::ordered_json other = nlohmann::ordered_json::object();
 };
 
-/// What run.json's `report` says of the run for people; all of it is describe_report().
+/// The part of run.json's `report` that `eha` shows; describe_report() writes all of it.
 struct ReportEntry {
   std::string description;  ///< of the end; empty when the run completed
   std::string write_error;  ///< of a file that could not be written; empty without
   acquisition::LoopCounters counters;
 };
 
-/// What recover_run did.
+/// The result of recover_run().
 struct RecoveryEntry {
   std::string utc;
   std::uint64_t rows = 0;
@@ -95,7 +95,7 @@ struct Manifest {
 /// The manifest of a run about to start on this host: `header`, the time of day, the host and its kernel.
 [[nodiscard]] Manifest new_manifest(const nlohmann::ordered_json& header, const std::string& utc_start);
 
-/// The manifest of a run of which only the journal is left: the members of `header`, null for those it lacks.
+/// The manifest of a run whose journal alone is left: the members of `header`, null for missing ones.
 [[nodiscard]] Manifest manifest_from_header(const nlohmann::ordered_json& header);
 
 /// Puts the report of a run that has ended into its manifest, and the time.
@@ -104,9 +104,9 @@ void put_report(Manifest& manifest, const acquisition::RunReport& report, const 
 /// @throws IoError, PermissionError; DataError  as manifest_from_json
 [[nodiscard]] Manifest read_manifest(const std::filesystem::path& folder);
 
-/// Lists every file of the folder but the manifest under `files`, with size and SHA-256, and replaces the manifest
-/// atomically. Entries of raw.ehalog and raw.h5 stay as they are: these never change once the run is over, and hashing
-/// them again would hide a change. @throws IoError, PermissionError
+/// Lists every file of the folder except the manifest under `files`, with size and SHA-256, and replaces the manifest
+/// atomically. Entries of raw.ehalog and raw.h5 are kept: these files must not change after the run, and hashing them
+/// again would hide a change. @throws IoError, PermissionError
 void write_manifest(const std::filesystem::path& folder, Manifest& manifest);
 
 /// Replaces `identification` in a run's manifest and lists its files anew. @throws as read_manifest, write_manifest

@@ -156,7 +156,7 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
                    const RecordSource& source, const std::filesystem::path& path) {
   const std::vector<Column> all = columns();
   writer.describe(writer.file(), "format", kFormat);
-  // ASCII with escapes: Octave loads neither a text marked as UTF-8 nor anything after it.
+  // ASCII with escapes: Octave does not load a text marked as UTF-8, nor the datasets after it.
   writer.write_text("header", header.dump(-1, ' ', true));
   std::vector<Hdf5Dataset> datasets;
   const Hdf5Dataset time =
@@ -257,7 +257,7 @@ RawFile read_raw_file(const std::filesystem::path& path) {
     const hssize_t points = H5Sget_simple_extent_npoints(space.get());
     if (H5Sget_simple_extent_ndims(space.get()) != 1 || points < 0) throw DataError(damaged);
     const auto rows = static_cast<std::size_t>(points);
-    // A damaged length in a small file must not allocate any amount of memory.
+    // A damaged length in a small file must not cause a huge allocation.
     if (rows > 0 && H5Dget_storage_size(dataset.get()) < rows) throw DataError(damaged);
     if (is_first) raw.records.resize(rows);
     is_first = false;

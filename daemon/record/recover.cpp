@@ -16,7 +16,7 @@ namespace {
 
 using acquisition::Outcome;
 
-/// None where it cannot be read: the journal's header says the same.
+/// None if it cannot be read; the journal's header has the same content.
 std::optional<Manifest> manifest_of(const std::filesystem::path& folder) {
   try {
     return read_manifest(folder);
@@ -70,7 +70,7 @@ Recovery recover_run(const std::filesystem::path& folder) {
 
 bool is_torn_run(const std::filesystem::path& folder) {
   const std::optional<Manifest> manifest = manifest_of(folder);
-  // After any outcome: a full disk may have let nothing but the journal be written.
+  // After any outcome: on a full disk only the journal may have been written.
   const bool is_torn = !manifest || !manifest->outcome || !std::filesystem::exists(folder / kRawFile);
   const std::filesystem::path journal = folder / kJournalFile;
   return is_torn && std::filesystem::exists(journal) && !is_being_written(journal);

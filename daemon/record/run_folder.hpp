@@ -32,19 +32,19 @@ struct LoadedRun {
   std::size_t repetitions = 0;
   /// Rows without a measurement (skipped ticks, held or lost samples); their displacement is interpolated linearly.
   std::size_t interpolated_rows = 0;
-  std::string experiment_text;  ///< the experiment file as it was run; for config::parse_experiment
-  std::string rig_text;         ///< the rig file as it was run; for config::parse_rig
+  std::string experiment_text;  ///< content of the experiment file as played; for config::parse_experiment
+  std::string rig_text;         ///< content of the rig file as used; for config::parse_rig
 };
 
 /// Creates `<UTC time>-<name>` under `runs_folder` (created too), with an empty models folder; a second run within one
-/// second gets a number behind its name. @param name  letters, digits, '-', '_' and '.', anything else becomes '-'
+/// second gets a number after its name. @param name  letters, digits, '-', '_' and '.', anything else becomes '-'
 /// @throws PermissionError, IoError
 [[nodiscard]] std::filesystem::path create_run_folder(const std::filesystem::path& runs_folder, std::string_view name);
 
 /// Whether a path is a folder that holds a manifest or a journal.
 [[nodiscard]] bool is_run_folder(const std::filesystem::path& path);
 
-/// Reads a run back: raw.h5 when it is there, otherwise the journal. A folder's `latest` link may be given.
+/// Reads a run back from raw.h5, or from the journal if there is no raw.h5. A folder's `latest` link may be given.
 /// @throws DataError  a file was changed since the run (SHA-256), is damaged, or holds no experiment row
 /// @throws IoError, PermissionError  a file is missing or cannot be read
 [[nodiscard]] LoadedRun read_run(const std::filesystem::path& folder);

@@ -21,7 +21,7 @@ struct RunDescription {
   std::string utc_start;
 };
 
-/// The header of raw.ehalog and raw.h5, part of run.json too: what is known before the first tick. It holds the
+/// The header of raw.ehalog and raw.h5, also part of run.json: all facts known before the first tick. It holds the
 /// resolved configuration, ranges, calibration, seeds and versions; on the monotonic clock also the time of day, the
 /// host and its kernel. In virtual time it holds nothing that differs between two equal runs.
 [[nodiscard]] nlohmann::ordered_json describe_run(const hal::RigCapabilities& rig, const RunDescription& run);
@@ -37,8 +37,8 @@ struct RunHeader {
   std::size_t repetitions = 0;
   std::size_t decimation = 1;  ///< at least 1
   double discard_s = 0.0;
-  std::string experiment_text;  ///< the experiment file as it was run; for config::parse_experiment
-  std::string rig_text;         ///< the rig file as it was run; for config::parse_rig
+  std::string experiment_text;  ///< content of the experiment file as played; for config::parse_experiment
+  std::string rig_text;         ///< content of the rig file as used; for config::parse_rig
 };
 
 /// @throws DataError  a member is missing or out of range; names `source` and the member

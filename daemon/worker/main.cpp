@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // eha-worker PARENT AVOIDED_CPU CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENTS...: sets the limits that only the child
-// itself can set, then becomes PROGRAM. ehad starts it; it is not for people.
+// itself can set, then becomes PROGRAM. ehad starts it; users do not.
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -24,7 +24,7 @@ constexpr int kLowestPriority = 19;
   std::_Exit(static_cast<int>(eha::ExitCode::io));
 }
 
-/// Makes the OOM killer end this process before the service.
+/// Makes the OOM killer choose this process before the service.
 void raise_oom_score() {
   std::FILE* const file = std::fopen("/proc/self/oom_score_adj", "we");
   if (file == nullptr) return;

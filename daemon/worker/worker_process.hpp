@@ -15,12 +15,12 @@
 
 namespace eha::worker {
 
-/// What an identification may use.
+/// Limits on a worker's resources.
 struct WorkerLimits {
   std::chrono::seconds cpu_time{1800};
   std::chrono::seconds wall_time{3600};
   std::uint64_t memory_bytes = std::uint64_t{4} << 30U;  ///< address space
-  std::optional<int> avoided_cpu;  ///< the tick loop's; the worker runs on the others, if there are any
+  std::optional<int> avoided_cpu;  ///< the tick loop's; the worker runs on the other CPUs, if there are any
 };
 
 /// The programs that a worker runs, see find_program().

@@ -12,14 +12,14 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
-# the synopsis is the project's description
+# The synopsis is the project's description.
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
 "A daemon and a command line for an electro-hydraulic actuator rig: they play
 an excitation through a data acquisition card every millisecond, log what
 moved, fit integer- and fractional-order transfer functions, and keep only
 what passes validation. A simulated rig is included.")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# sysusers makes the user; the report's plots are gnuplot's
+# systemd-sysusers creates the user. The package recommends gnuplot.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "systemd | systemd-standalone-sysusers")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "linux-image-rt-amd64")
@@ -27,7 +27,8 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA
   ${CMAKE_CURRENT_LIST_DIR}/postinst ${CMAKE_CURRENT_LIST_DIR}/prerm ${CMAKE_CURRENT_LIST_DIR}/postrm
   ${CMAKE_CURRENT_LIST_DIR}/conffiles)
-# The component is what only a Debian package holds: a plain `cmake --install` touches neither /etc nor Debian's own files.
+# The component `debian` holds the files of the Debian package alone: a plain `cmake --install` writes neither to /etc nor
+# Debian's own files.
 set(CPACK_INSTALL_CMAKE_PROJECTS
   "${PROJECT_BINARY_DIR};${PROJECT_NAME};ALL;/"
   "${PROJECT_BINARY_DIR};${PROJECT_NAME};debian;/")
@@ -44,7 +45,7 @@ add_custom_command(OUTPUT ${documents}/changelog.gz ${documents}/changelog.Debia
 add_custom_target(debian_documents ALL DEPENDS ${documents}/changelog.gz ${documents}/changelog.Debian.gz)
 add_custom_target(packaged DEPENDS eha eha-safe eha-worker ehad completion manual debian_documents)
 install(FILES ${PROJECT_SOURCE_DIR}/config/ehad.toml DESTINATION /etc/ehad COMPONENT debian EXCLUDE_FROM_ALL)
-# where a Debian user looks for samples
+# Samples are where Debian users expect them.
 file(CREATE_LINK ../../ehad ${documents}/examples SYMBOLIC)
 install(FILES ${CMAKE_CURRENT_LIST_DIR}/copyright ${documents}/examples ${documents}/changelog.gz ${documents}/changelog.Debian.gz
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/ehad COMPONENT debian EXCLUDE_FROM_ALL)
