@@ -7,10 +7,10 @@
 namespace eha::ident {
 
 /// Runs task(0) .. task(count - 1), each once, in any order and possibly at the same time, and returns when all
-/// are done. How many threads that takes is the caller's choice; ident has none of its own.
+/// are done. The caller chooses the number of threads; ident has none of its own.
 using Executor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& task)>;
 
-/// One after the other, in this thread.
+/// Runs the tasks one after the other in this thread.
 inline void run_in_order(std::size_t count, const std::function<void(std::size_t)>& task) {
   for (std::size_t i = 0; i < count; ++i) task(i);
 }

@@ -13,7 +13,7 @@
 namespace eha::ident {
 namespace {
 
-/// Holds the values of a kind's keys against their ranges.
+/// Checks the values of a kind's keys against their ranges.
 class RangeCheck {
  public:
   std::vector<OptionIssue> issues;
@@ -34,7 +34,7 @@ class RangeCheck {
     if (tables.empty()) add(key, "an array of at least one table", "none");
     for (std::size_t i = 0; i < tables.size(); ++i) check_beneath(fmt::format("{}[{}]", key, i), tables[i]);
   }
-  // Nothing to check in these: the reader of the file accepts no other values.
+  // Nothing to check here: the reader of the file accepts no other values.
   void text(std::string_view, const std::string&, Need = Need::required) {}
   void choice(std::string_view, const auto&, const auto&, Need = Need::required) {}
   void volts_file(std::string_view, const VoltsFile&) {}

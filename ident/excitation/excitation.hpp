@@ -20,20 +20,20 @@
 //   static void visit_keys(auto& self, auto& keys);  its keys with their ranges, see core/keys.hpp
 //   Eigen::VectorXd volts(double step_s, std::size_t samples) const;      the table, t = k step_s, without offset_V
 //
-// and, where they mean something for it:
+// and, if they apply to it:
 //
-//   std::vector<OptionIssue> check() const;                               what the keys' ranges cannot say
+//   std::vector<OptionIssue> check() const;                               conditions beyond the keys' ranges
 //   std::vector<OptionIssue> check_timing(double step_s, double duration_s) const;
-//   std::vector<double> lines_Hz(double step_s, std::size_t samples) const;   frequencies it consists of, rising
+//   std::vector<double> lines_Hz(double step_s, std::size_t samples) const;   its frequencies, rising
 //   std::vector<KeyFrequency> key_frequencies() const;                    frequencies in its keys
-//   double shortest_level_s(double duration_s) const;                     it jumps, and stays at least so long
-//   std::uint64_t seed;                                                   it is random
+//   double shortest_level_s(double duration_s) const;                     shortest time between two of its jumps
+//   std::uint64_t seed;                                                   seed of a random kind
 //
-// Add it to excitation_kind.hpp; nothing else asks for a kind's name.
+// Add it to excitation_kind.hpp; no other code depends on a kind's name.
 
 namespace eha::ident {
 
-/// What is played on the valve.
+/// The signal that is played on the valve.
 struct Excitation {
   ExcitationKind kind;
   double offset_V = 0.0;  ///< added to every sample [V]
@@ -43,11 +43,11 @@ struct Excitation {
 /// excitation gives the same table on every machine, to the rounding of sin and cos.
 /// @param step_s  tick [s], positive   @param samples  at least 1
 /// @returns [V]
-/// @throws ConfigError  an option that makes no sense for its kind, or a band that holds no line
+/// @throws ConfigError  an invalid option, or a band without a line
 /// Cost O(N log N), and O(N) for each tone that is no harmonic of the table's length. Thread-safe.
 [[nodiscard]] Eigen::VectorXd excitation(const Excitation& excitation, double step_s, std::size_t samples);
 
-/// Frequencies that an excitation consists of [Hz], rising; empty for a continuous spectrum.
+/// Frequencies of an excitation [Hz], rising; empty for a continuous spectrum.
 /// @throws as excitation()
 [[nodiscard]] std::vector<double> excited_lines(const Excitation& excitation, double step_s, std::size_t samples);
 
@@ -56,16 +56,16 @@ struct Excitation {
   return std::visit([](const auto& options) { return std::string_view(options.kName); }, kind);
 }
 
-/// Every key with a value that makes no sense; keys as beneath [excitation].
+/// Every key with an invalid value; keys as below [excitation].
 [[nodiscard]] std::vector<OptionIssue> issues_of(const Excitation& excitation);
 
-/// Every key with a time that does not suit the tick and the length of the table.
+/// Every key with a time that does not fit the tick and the length of the table.
 [[nodiscard]] std::vector<OptionIssue> timing_issues_of(const Excitation& excitation, double step_s, double duration_s);
 
 /// Frequencies in keys, for comparison with a Nyquist frequency.
 [[nodiscard]] std::vector<KeyFrequency> key_frequencies_of(const Excitation& excitation);
 
-/// Shortest time between two jumps of an excitation that jumps [s]; none of one that does not.
+/// Shortest time between two jumps [s]; none for an excitation without jumps.
 [[nodiscard]] std::optional<double> shortest_level_s(const Excitation& excitation, double duration_s);
 
 /// Seed of a random excitation.

@@ -14,7 +14,7 @@
 
 namespace eha::ident {
 
-/// Every kind of excitation that an experiment file can name; what each must provide stands in excitation.hpp.
+/// Every kind of excitation that an experiment file can name; excitation.hpp lists what each must provide.
 using ExcitationKind = std::variant<Multisine, OddRandomMultisine, Prms, Chirp, Gaussian, Step, Sine, Table>;
 
 }  // namespace eha::ident

@@ -42,7 +42,7 @@ std::vector<OptionIssue> FrequencyBand::check() const {
 
 HarmonicBand harmonics_in(const FrequencyBand& band, double step_s, std::size_t samples) {
   const double period_s = step_s * static_cast<double>(samples);
-  // A bound written as a decimal may miss its own harmonic by a rounding.
+  // A bound written as a decimal may miss its harmonic by rounding.
   constexpr double kRounding = 1e-9;
   const double lowest = std::max(1.0, std::ceil(band.min_Hz * period_s * (1.0 - kRounding)));
   const double highest = std::floor(band.max_Hz * period_s * (1.0 + kRounding));

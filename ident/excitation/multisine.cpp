@@ -10,7 +10,7 @@
 namespace eha::ident {
 namespace {
 
-/// The harmonic of the table's length that a tone is, to the rounding of the product.
+/// The harmonic of the table's length that equals a tone, to the rounding of the product.
 std::optional<std::size_t> harmonic_of(const Tone& tone, double step_s, std::size_t samples) {
   const double cycles = tone.frequency_Hz * step_s * static_cast<double>(samples);
   const double nearest = std::round(cycles);
@@ -21,7 +21,7 @@ std::optional<std::size_t> harmonic_of(const Tone& tone, double step_s, std::siz
   return static_cast<std::size_t>(nearest);
 }
 
-/// A Fourier transform costs about as much as the cosines of so many tones; fewer are summed tick by tick.
+/// A Fourier transform costs about as much as the cosines of this many tones; fewer tones are summed tick by tick.
 constexpr std::size_t kFewestTransformed = 8;
 
 }  // namespace

@@ -13,7 +13,7 @@
 namespace eha::ident {
 namespace {
 
-/// Phase draws among which the one of lowest peak is kept; more gain little (crest factors near 2).
+/// Phase draws, of which the one with the lowest peak is kept; more draws gain little (crest factors near 2).
 constexpr int kPhaseDraws = 32;
 /// Points per period of the highest line when peaks are compared.
 constexpr std::size_t kPointsPerPeriod = 8;
@@ -34,7 +34,7 @@ std::vector<std::size_t> draw_odd_harmonics(const HarmonicBand& band, PortableDr
   return excited;
 }
 
-/// The excited harmonics; the draw goes on to the phases.
+/// Draws the excited harmonics; the same generator then draws the phases.
 std::vector<std::size_t> excited_harmonics(const OddRandomMultisine& multisine, double step_s, std::size_t samples,
                                            PortableDraw& draw) {
   std::vector<std::size_t> excited = draw_odd_harmonics(harmonics_in(multisine.band, step_s, samples), draw);

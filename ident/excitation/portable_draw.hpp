@@ -8,8 +8,8 @@
 
 namespace eha::ident {
 
-/// Random numbers that are the same with every standard library: the generator is fixed by the C++ standard, the
-/// distributions are not, so they are written out here. Not thread-safe.
+/// Random numbers that are the same with every standard library: the C++ standard fixes the generator but not the
+/// distributions, which are therefore implemented here. Not thread-safe.
 class PortableDraw {
  public:
   explicit PortableDraw(std::uint64_t seed) : generator_(seed) {}
@@ -17,7 +17,7 @@ class PortableDraw {
   /// Uniform in [0, 1), a multiple of 2^-53.
   double uniform() { return static_cast<double>(generator_() >> 11U) * 0x1p-53; }
 
-  /// Uniform in 0..count-1, count of at least 1. Rejects what would favour small numbers.
+  /// Uniform in 0..count-1, count of at least 1. Rejects draws that would favour small numbers.
   std::uint64_t below(std::uint64_t count) {
     const std::uint64_t surplus = (std::mt19937_64::max() % count + 1) % count;
     std::uint64_t draw = generator_();

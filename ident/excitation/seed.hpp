@@ -6,7 +6,7 @@
 
 namespace eha::ident {
 
-/// Seed of a random excitation that names none.
+/// Default seed of a random excitation.
 inline constexpr std::uint64_t kDefaultSeed = 1;
 /// Greatest integer of a TOML file.
 inline constexpr std::int64_t kGreatestSeed = std::numeric_limits<std::int64_t>::max();

@@ -4,7 +4,7 @@
 namespace eha::ident {
 
 Eigen::VectorXd Step::volts(double step_s, std::size_t samples) const {
-  // The tick nearest to hold_s steps, whatever the rounding of k step_s.
+  // The tick nearest to hold_s, independently of the rounding of k step_s.
   return Eigen::VectorXd::NullaryExpr(static_cast<Eigen::Index>(samples), [&](Eigen::Index k) {
     return static_cast<double>(k) * step_s < hold_s - 0.5 * step_s ? 0.0 : amplitude_V;
   });

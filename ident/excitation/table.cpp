@@ -10,7 +10,7 @@
 namespace eha::ident {
 namespace {
 
-/// Relative; times in a file are rounded to decimals.
+/// Relative tolerance, because times in a file are rounded to decimals.
 constexpr double kStepTolerance = 1e-6;
 
 }  // namespace

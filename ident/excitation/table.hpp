@@ -12,8 +12,8 @@
 
 namespace eha::ident {
 
-/// Volts from a CSV file, one a tick. Nothing is resampled: as many values as the table has ticks, at the rig's tick
-/// where the file says its step.
+/// Volts from a CSV file, one a tick. Nothing is resampled: the file has one value for each tick, and its step, if
+/// given, equals the rig's tick.
 struct Table {
   static constexpr std::string_view kName = "table";
 

@@ -28,7 +28,7 @@ void add_tone(const Tone& tone, double step_s, Eigen::VectorXd& table_V);
 /// Frequencies of tones, rising [Hz].
 [[nodiscard]] std::vector<double> frequencies_of(const std::vector<Tone>& tones);
 
-/// A frequency and the key it stands in, beneath [excitation].
+/// A frequency and its key below [excitation].
 struct KeyFrequency {
   std::string key;
   double frequency_Hz = 0.0;

@@ -72,7 +72,7 @@ double chebyshev_angle(std::size_t m, std::size_t nodes) {
   return pi * (static_cast<double>(m) + 0.5) / static_cast<double>(nodes);
 }
 
-/// The matrix that turns values at Chebyshev nodes into coefficients.
+/// The matrix that maps values at Chebyshev nodes to coefficients.
 template <std::size_t Nodes>
 const Eigen::MatrixXd& chebyshev_transform() {
   static const Eigen::MatrixXd transform = Eigen::MatrixXd::NullaryExpr(
@@ -175,7 +175,7 @@ std::vector<AliasSum::Series> AliasSum::evaluate(const TransferColumns& columns,
     series.unresolved_further = last_coefficients<kFurtherNodes>(beyond);
     if (skip_first < 1) sum += nearest;
     if (skip_first < kExplicitAliases) sum += beyond;
-    // The aliases -k are the mirror image, so even terms leave their real and odd terms their imaginary part.
+    // The aliases -k are the mirror image, so the sum keeps the real part of even and the imaginary part of odd terms.
     series.a.resize(kTerms);
     for (std::size_t n = 0; n < kTerms; ++n) {
       const Complex value = sum[static_cast<Eigen::Index>(n)];

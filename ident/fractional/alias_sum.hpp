@@ -10,7 +10,7 @@
 
 namespace eha::ident {
 
-/// The part of a sampled transfer function that comes from beyond the Nyquist frequency.
+/// The contribution of frequencies above the Nyquist frequency to a sampled transfer function.
 ///
 /// With p = s h = sigma + i theta and F(p) = (G(p/h) - G(inf)) / p, sampling the step response of G at (n - x) h gives
 ///   exp(-p x) sum_k F(p + 2 pi i k) exp(-2 pi i k x)
@@ -32,12 +32,12 @@ class AliasSum {
   /// Coefficients a_n of every column.
   struct Series {
     std::vector<double> a;      ///< kTerms values
-    double unresolved_first;    ///< size of the last coefficients of |k| = 1: what a sharp resonance there leaves out
+    double unresolved_first;    ///< size of the last coefficients of |k| = 1: error from a sharp resonance there
     double unresolved_further;  ///< the same of 2 <= |k| <= 7
   };
 
   /// @param x  fractional delay in samples, -1/2..1/2
-  /// @param skip_first  leaves out |k| <= skip_first (0, 1 or 7), which the caller sums at every bin
+  /// @param skip_first  leaves out |k| <= skip_first (0, 1 or 7); the caller sums these at every bin
   [[nodiscard]] std::vector<Series> evaluate(const TransferColumns& columns, double x, int skip_first) const;
 
  private:

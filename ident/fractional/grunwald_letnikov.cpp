@@ -14,10 +14,10 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// What wraps around is damped by rho^L; what rounds is amplified by rho^-N = 10^5.5 at L = 2N.
+// The wrap-around is damped by rho^L; rounding errors are amplified by rho^-N = 10^5.5 at L = 2N.
 constexpr double kWrapAround = 1e-11;
 
-/// The input as it arrives after the delay, linear between samples.
+/// The delayed input, linear between samples.
 Eigen::VectorXd delayed(const Eigen::Ref<const Eigen::VectorXd>& input, double delay) {
   const double whole = std::floor(delay);
   const double fraction = delay - whole;
@@ -49,7 +49,7 @@ Eigen::VectorXd simulate_gl_directly(const TransferFunction& g, const Eigen::Ref
                                      double step_s) {
   const Eigen::Index n_samples = input.size();
   const Eigen::VectorXd u = delayed(input, g.delay_s / step_s);
-  // Reversed kernels turn both sums into dot products of contiguous pieces.
+  // With reversed kernels both sums are dot products of contiguous pieces.
   const Eigen::VectorXd a = gl_kernel(g.denominator, step_s, n_samples).reverse();
   const double a0 = a[n_samples - 1];
   Eigen::VectorXd forced;

@@ -18,7 +18,7 @@ namespace eha::ident {
 [[nodiscard]] Eigen::VectorXd simulate_gl_directly(const TransferFunction& g,
                                                    const Eigen::Ref<const Eigen::VectorXd>& input, double step_s);
 
-/// Backward difference formula that a convolution quadrature rests on.
+/// Backward difference formula of a convolution quadrature.
 enum class Quadrature {
   bdf1,  ///< delta(z) = 1 - z: the same numbers as Grunwald-Letnikov
   bdf2,  ///< delta(z) = 3/2 - 2 z + z^2/2
@@ -26,7 +26,7 @@ enum class Quadrature {
 
 /// Convolution quadrature of the held input's increments with the step response,
 ///   Y(z) = (1 - z)/delta(z) G(delta(z)/h) U(z),
-/// on a circle |z| < 1. Stable models only: the contour cannot see growth. Cost O(N log N).
+/// on a circle |z| < 1. Stable models only: the contour does not represent growth. Cost O(N log N).
 /// Lubich, Numer. Math. 52 (1988).
 [[nodiscard]] Eigen::VectorXd simulate_by_quadrature(const TransferFunction& g,
                                                      const Eigen::Ref<const Eigen::VectorXd>& input, double step_s,

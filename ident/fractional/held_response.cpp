@@ -12,11 +12,12 @@ namespace {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-// What wraps around is damped by rho^L; what rounds is amplified by rho^-N.
+// The wrap-around is damped by rho^L; rounding errors are amplified by rho^-N.
 constexpr double kWrapAround = 1e-10;
-// A filter's stopband is left out of the sum below this; the response has fallen by as much again there.
+// A filter's stopband below this is left out of the sum; the response there has fallen by a similar factor.
 constexpr double kStopband = 1e-6;
-constexpr double kNegligible = 1e-2;  // of what an alias may be wrong by: a coefficient of its series below is left out
+constexpr double kNegligible =
+    1e-2;  // share of an alias's allowed error; smaller coefficients of its series are left out
 
 /// Real and imaginary part of S(theta) at x = theta/pi by Clenshaw's recurrence in T_2(x), over all bins.
 void add_series(const std::vector<double>& a, std::size_t length, double negligible, std::vector<double>& re,
@@ -69,7 +70,7 @@ struct HeldResponse::Scratch {
   std::vector<double> im;
 };
 
-/// One column of F, and what its direct part does at a jump.
+/// One column of F, and its direct part at a jump.
 struct HeldResponse::Column {
   const double* re;
   const double* im;
@@ -129,7 +130,7 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     const Complex inverse = 1.0 / Complex(sigma_, theta);
     inverse_re_[j] = inverse.real();
     inverse_im_[j] = inverse.imag();
-    // The shift's angle is reduced in integers: j * first may exceed what a double's sine resolves.
+    // The shift's angle is reduced in integers: the sine of a double is not accurate for large j * first.
     const double turn = static_cast<double>((j * selection_.first) % length_) / length;
     factor[j] *= std::polar(1.0, 2.0 * pi * turn);
   }
@@ -275,7 +276,7 @@ std::vector<std::complex<double>> HeldResponse::delay_factors(double delay, doub
   return shift;
 }
 
-/// The spectrum of one response, folded to the outputs that are wanted.
+/// The spectrum of one response, folded to the requested outputs.
 void HeldResponse::fold(const Column& column, const InputSpectrum& input, const std::vector<Complex>& shift,
                         std::vector<Complex>& folded) const {
   const std::size_t short_length = short_fft_.length();
@@ -300,7 +301,7 @@ void HeldResponse::fold(const Column& column, const InputSpectrum& input, const 
     const double u_re = input[j].real();
     const double u_im = input[j].imag();
     const Complex y(f_re * u_re - f_im * u_im, f_re * u_im + f_im * u_re);
-    // Outputs `every` samples apart: bins that differ by the short length fall together, L - j by symmetry.
+    // Outputs are `every` samples apart: bins that differ by the short length coincide, L - j by symmetry.
     if (q <= short_length / 2) folded[q] += y;
     const std::size_t mirror = q == 0 ? 0 : short_length - q;
     if (j != 0 && 2 * j != length_ && mirror <= short_length / 2) folded[mirror] += std::conj(y);

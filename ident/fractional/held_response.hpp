@@ -16,17 +16,17 @@
 
 namespace eha::ident {
 
-/// Which outputs of a held-input simulation are wanted.
+/// The outputs requested of a held-input simulation.
 struct OutputSelection {
   std::size_t samples = 0;  ///< N, inputs simulated
   double step_s = 0.0;      ///< sample period [s]
-  std::size_t first = 0;    ///< first output wanted
-  std::size_t every = 1;    ///< distance of the outputs wanted [samples]
-  std::size_t count = 0;    ///< how many
+  std::size_t first = 0;    ///< first requested output
+  std::size_t every = 1;    ///< distance of the requested outputs [samples]
+  std::size_t count = 0;    ///< number of requested outputs
   /// Symmetric filter applied to the output before it is picked: taps at -m..m, odd length; empty for none.
   std::vector<double> filter_taps;
-  /// What may be left out of the aliases of a sharp resonance, relative to the response's size. A search for where to
-  /// look needs less than a report.
+  /// Allowed error in the aliases of a sharp resonance, relative to the response's size. A coarse search allows more
+  /// than a report.
   double resolved = 1e-11;
 };
 
@@ -37,7 +37,7 @@ using InputSpectrum = std::vector<std::complex<double>>;
 /// after it (the response to a state at t = 0).
 enum class AtJump { before, after };
 
-/// One response wanted: a column of TransferColumns driven by an input.
+/// A requested response: a column of TransferColumns driven by an input.
 struct ResponseRequest {
   std::size_t column;
   const InputSpectrum* input;
@@ -46,9 +46,9 @@ struct ResponseRequest {
 
 /// Exact responses of fractional transfer functions to held inputs, by the aliased sum on a circle |z| = rho < 1:
 ///   Y(z) = [F(p) + S(theta) + ...] (1 - z) U(z),  p = -ln z = sigma + i theta,
-/// inverted by one short inverse FFT a response. All that depends on the record alone is computed once, here.
-/// The models must be stable: the contour cannot see growth. Error about 1e-10 of max|y| with the default guard.
-/// Thread-safe after construction. Cost of a response O(L log L), L about guard * N.
+/// inverted by one short inverse FFT a response. Tables that depend on the record alone are computed once, here.
+/// The models must be stable: the contour does not represent growth. Error about 1e-10 of max|y| with the default
+/// guard. Thread-safe after construction. Cost of a response O(L log L), L about guard * N.
 class HeldResponse {
  public:
   /// @param guard  length of the transform over N; 2 for 1e-10, 1.5 for 1e-9

@@ -51,7 +51,7 @@ struct Sample {
   double x;
   Complex value;
   Complex slope;
-  double noise;  ///< of the value: two terms that cancel leave their rounding
+  double noise;  ///< of the value: the rounding error left by terms that cancel
 };
 
 Sample sample(const std::vector<Term>& terms, double x, double phi) {
@@ -69,8 +69,9 @@ Sample sample(const std::vector<Term>& terms, double x, double phi) {
   return {x, value, std::abs(value) > 1e-300 ? slope / value : Complex(1e300), noise};
 }
 
-/// Whether one order, or a few that almost agree, outweighs the rest from a to b, and how far that group turns: the
-/// ratio of two terms is a power of |s|, so it is largest at an end. Such a stretch may span many decades.
+/// Whether one order, or a group of almost equal ones, outweighs the rest from a to b, and the change of that group's
+/// argument. The ratio of two terms is a power of |s|, so it is largest at an end. Such an interval may span many
+/// decades.
 bool hardly_turns(const std::vector<Term>& terms, const Sample& a, const Sample& b) {
   const auto size = [](const Term& term, double x) { return std::log(std::abs(term.coefficient)) + term.order * x; };
   const Term& largest = *std::max_element(terms.begin(), terms.end(),
@@ -162,14 +163,15 @@ double least_angle_by_winding(const Polynomial& d) {
   return 0.5 * (inside + outside);
 }
 
-/// All terms of one sign and within a half plane for every s of the closed right half plane: no sum can vanish.
+/// Whether all terms have one sign and lie within a half plane for every s of the closed right half plane; their sum
+/// then never vanishes.
 bool plainly_stable(const Polynomial& d) {
   const bool positive =
       std::all_of(d.terms.begin(), d.terms.end(), [](const Term& term) { return term.coefficient > 0.0; });
   return positive && d.terms.back().order < 2.0;
 }
 
-/// Whether the orders and coefficients are of a size that the tests are made for.
+/// Whether orders and coefficients are within the range of the tests.
 bool decidable(const Polynomial& d) {
   return std::all_of(d.terms.begin(), d.terms.end(), [&](const Term& term) {
     return std::isfinite(term.coefficient) && term.order + d.removed_order <= kOrderLimit;

@@ -7,7 +7,7 @@
 namespace eha::ident {
 
 /// Number of zeros of the denominator with |arg s| < half_angle_rad on the principal sheet, a factor s^n apart, by the
-/// argument principle along the ray arg s = half_angle_rad. Orders are taken as they are, never rounded.
+/// argument principle along the ray arg s = half_angle_rad. Orders are never rounded.
 /// @param half_angle_rad  (0, pi)
 /// Cost: some hundred evaluations of the denominator.
 [[nodiscard]] int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad);

@@ -24,7 +24,7 @@ struct Block {
   double im[kBlock];
 };
 
-/// s^order; cosine and sine in loops of their own, because the compiler joins them into a call it cannot vectorise.
+/// s^order; cosine and sine have separate loops, because the compiler joins them into a call that it cannot vectorise.
 EHA_VECTOR_CLONES
 void raise(const double* log_magnitude, const double* angle, double order, std::size_t n, double* re, double* im) {
   double magnitude[kBlock];
@@ -53,7 +53,7 @@ void add_log_scaled(const Block& power, double coefficient, double log_coefficie
 
 EHA_VECTOR_CLONES
 void invert(std::size_t n, Block& value) {
-  // Scaled first: the square of a high power of s at a far point of the quadrature would overflow.
+  // Scaled first, because the square of a high power of s at a distant point of the quadrature would overflow.
   for (std::size_t i = 0; i < n; ++i) {
     const double size = 1.0 / std::max(std::abs(value.re[i]), std::abs(value.im[i]));
     const double re = value.re[i] * size;

@@ -16,7 +16,7 @@ struct LogTerm {
   double order = 0.0;
 };
 
-/// How one parameter moves G = exp(-tau s) N/D: dN, dD as polynomials with logarithms, and dtau.
+/// Derivative of G = exp(-tau s) N/D by one parameter: dN, dD as polynomials with logarithms, and dtau.
 struct Sensitivity {
   std::vector<LogTerm> numerator;
   std::vector<LogTerm> denominator;
@@ -34,7 +34,7 @@ struct LaplacePoints {
 /// A family of transfer functions that share one denominator D(s), evaluated together so that each power of s is
 /// computed once: numerators[m](s)/D(s), then for every sensitivity of G = N/D
 ///   (dN - G dD)/D - s dtau G.
-/// The factor exp(-tau s) is the caller's.
+/// The caller applies the factor exp(-tau s).
 class TransferColumns {
  public:
   /// @param numerators  each a list of terms; @param g  supplies D and the N of the sensitivities

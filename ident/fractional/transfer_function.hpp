@@ -19,7 +19,7 @@ struct TransferFunction {
   double delay_s = 0.0;  ///< transport delay [s], not negative
 };
 
-/// No plant has an order near this.
+/// Far above the order of any plant.
 constexpr double kOrderLimit = 100.0;
 
 /// Throws ConfigError unless G has terms, finite coefficients, orders of 0..kOrderLimit, a denominator that is not

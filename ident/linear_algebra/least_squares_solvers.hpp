@@ -5,8 +5,8 @@
 
 namespace eha::ident {
 
-// Eigen's decompositions behind plain functions: compiling one costs seconds of processor time, so each is compiled in
-// one source. All are thread-safe and never throw on finite numbers.
+// Eigen's decompositions as plain functions. Compiling one costs seconds of processor time, so each is compiled in one
+// source only. All are thread-safe and never throw on finite numbers.
 
 /// Overwrites `a` with its Householder QR factorisation: R in the upper triangle. Cost O(rows columns^2).
 void factorise_qr(Eigen::MatrixXd& a);
@@ -17,7 +17,7 @@ void factorise_qr(Eigen::MatrixXd& a);
 /// min |a x - b| for each column of b, by QR with column pivoting; directions of no rank get 0.
 [[nodiscard]] Eigen::MatrixXd solve_pivoted(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-/// The same for one right side and a rank that the caller decides.
+/// The same for one right side and a rank that `threshold` decides.
 /// @param threshold    a pivot below this share of the largest one does not count
 /// @param orthonormal  receives an orthonormal basis of the columns that count; null: not wanted
 [[nodiscard]] Eigen::VectorXd solve_ranked(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double threshold,

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kCoarseRows = 1000.0;      // enough to find the basin of an optimum
 constexpr double kMostCoarseRows = 4000.0;  // for a fast output
-// Share of the output's power above a fifth of the coarse Nyquist frequency that a coarse record may lose.
+// Share of the output's power, above a fifth of the coarse Nyquist frequency, that a coarse record may lose.
 constexpr double kLostPower = 1e-4;
 constexpr std::size_t kNoiseBands = 8;
 constexpr std::size_t kPopulations = 4;       // run in parallel
@@ -29,7 +29,7 @@ constexpr std::ptrdiff_t kMostCoveredWeights = 2;
 constexpr std::size_t kGuessesPolished = 6;
 constexpr double kDistinctGuess = 0.01;  // guesses may lie close: the basin of a lightly damped optimum is narrow
 constexpr double kDistinct = 0.12;       // of the search box, root mean square
-constexpr double kInfeasible = 1e3;      // logarithm of a cost no model reaches
+constexpr double kInfeasible = 1e3;      // logarithm of a cost that no model reaches
 constexpr double kLeastCost = 1e-300;    // its logarithm is finite
 constexpr double kLeastWidth = 1e-12;    // of a side of the search box
 constexpr std::array<double, 7> kScan = {0.1, 1.0, 2.5, 4.0, 5.5, 7.0, 9.0};  // weight coordinates, 1e-3 to 30
@@ -128,7 +128,7 @@ Eigen::VectorXd with_scanned_coefficients(const OutputError& problem, const Eige
   return best;
 }
 
-/// The search box, and where in it the search begins.
+/// The search box and the start inside it.
 struct Box {
   std::vector<double> lower;
   std::vector<double> upper;
@@ -195,7 +195,7 @@ std::vector<Seen> explore(const OutputError& problem, const Box& box, std::uint6
   return seen;
 }
 
-/// Those of the guesses that are stable.
+/// The stable guesses.
 std::vector<Seen> evaluated(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses) {
   std::vector<Seen> seen;
   for (const Eigen::VectorXd& theta : guesses) {
@@ -205,14 +205,14 @@ std::vector<Seen> evaluated(const OutputError& problem, const std::vector<Eigen:
   return seen;
 }
 
-/// Starts of local searches, each distinct from the others.
+/// Starts of local searches, all distinct.
 class Starts {
  public:
   explicit Starts(const Box& box) : box_(box) {}
 
   [[nodiscard]] const std::vector<Eigen::VectorXd>& all() const { return starts_; }
 
-  /// Takes the best points, as long as there are fewer than `most` starts. @param distinct  least distance of two
+  /// Takes the best points while there are fewer than `most` starts. @param distinct  least distance of two
   void take_best(std::vector<Seen>& points, std::size_t most, double distinct) {
     std::stable_sort(points.begin(), points.end(),
                      [](const Seen& a, const Seen& b) { return a.log_cost < b.log_cost; });

@@ -28,8 +28,8 @@ struct CoarseRecord {
 /// @param first, last  rows of the record that are compared
 [[nodiscard]] std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last);
 
-/// Whether there are so many coefficients to weigh that the populations of a search cover its box thinly: then more of
-/// what it finds is worth following.
+/// Whether there are so many coefficient weights that the populations of a search cover its box sparsely. More of the
+/// optima found are then worth following.
 [[nodiscard]] bool is_thinly_covered(const Parametrisation& parametrisation);
 
 struct SearchResult {

@@ -20,9 +20,10 @@ constexpr double kLeastShrinking = 1.0 / 3.0;
 constexpr double kShorterStep = 4.0;  // damping factor that shortens a step beyond what a coordinate may move
 // Marquardt's scaling may shrink slowly, so that one flat stretch does not let a coordinate move far.
 constexpr double kScaleMemory = 0.3;
-constexpr double kLeastScale = 1e-12;  // of the largest
+constexpr double kLeastScale = 1e-12;  // of the largest one
 constexpr double kTiny = 1e-300;       // against a division by 0
-// A fall of the cost that is small by more than this share of what was predicted is the end, not a bad prediction.
+// A small fall of the cost ends the search if it exceeds this share of the predicted fall; a smaller share means that
+// the prediction was bad.
 constexpr double kSettledRatio = 0.25;
 constexpr int kFeasibilityAttempts = 12;
 
@@ -105,7 +106,7 @@ Eigen::VectorXd bounded_step(const Linearised& problem, const Eigen::VectorXd& t
   return step;
 }
 
-/// The damping and how fast it grows.
+/// The damping and the rate of its growth.
 struct Damping {
   double value;
   double growth = kFirstGrowth;
@@ -135,7 +136,7 @@ bool begin(const OutputError& problem, const Eigen::VectorXd& start, const Box& 
   return first.has_value();
 }
 
-/// Iterates from a feasible point. @returns why it ended
+/// Iterates from a feasible point. @returns the reason for the end
 Termination iterate(const OutputError& problem, const Box& box, const LeastSquaresOptions& options,
                     LeastSquaresResult& result) {
   const Eigen::VectorXd max_step = problem.parametrisation().max_step();

@@ -9,7 +9,7 @@
 
 namespace eha::ident {
 
-/// Why a local search ended.
+/// Reason for the end of a local search.
 enum class Termination {
   converged,         ///< neither the cost nor the coordinates change any more
   at_bound,          ///< converged with a coordinate on a bound

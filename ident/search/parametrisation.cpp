@@ -10,7 +10,7 @@ namespace eha::ident {
 
 namespace {
 
-// How far one step may move a coordinate.
+// Largest change of a coordinate in one step.
 constexpr double kWeightStep = 2.0;  // of a logarithm
 constexpr double kOrderStep = 0.3;
 constexpr double kLeastStep = 1e-300;   // not 0

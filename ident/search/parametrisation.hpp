@@ -14,7 +14,7 @@
 
 namespace eha::ident {
 
-/// What one nonlinear coordinate moves.
+/// The quantity that one nonlinear coordinate moves.
 enum class CoordinateRole {
   denominator,           ///< coefficient of denominator term `index`
   weighted_denominator,  ///< that coefficient's weight at the reference frequency, linear when slight, else logarithmic
@@ -70,7 +70,7 @@ class Parametrisation {
   void add_input_bias(const StructureOptions& asked, double largest_input, double first_input);
 
   [[nodiscard]] const std::vector<Coordinate>& coordinates() const noexcept { return coordinates_; }
-  /// How many of them weigh coefficients.
+  /// Number of coordinates that weight coefficients.
   [[nodiscard]] std::ptrdiff_t weight_count() const;
   [[nodiscard]] std::size_t numerator_terms() const noexcept { return base_.numerator.size(); }
 
@@ -100,7 +100,7 @@ class Parametrisation {
   [[nodiscard]] Eigen::VectorXd start() const;
   [[nodiscard]] Eigen::VectorXd lower() const;
   [[nodiscard]] Eigen::VectorXd upper() const;
-  /// How far a coordinate may move in one step: beyond this a linearisation says nothing.
+  /// Largest change of a coordinate in one step; the linearisation is not valid beyond it.
   [[nodiscard]] Eigen::VectorXd max_step() const;
 
   /// See ident::must_be_strictly_proper().

@@ -63,7 +63,7 @@ std::vector<Complex> realised(const Eigen::VectorXd& h, Eigen::Index first, Eige
   return {poles.begin(), poles.end()};
 }
 
-/// The stable pole whose sampled image lies nearest.
+/// The stable pole with the nearest sampled image.
 Complex continuous(Complex z, double step_s) {
   const double fastest = std::numbers::pi / step_s;
   if (z.imag() == 0.0 && z.real() <= 0.0) return -fastest;  // no real pole has a negative image

@@ -14,10 +14,10 @@ struct PoleGuess {
   double delay_s = 0.0;
 };
 
-/// Guesses the poles of a model of integer order without a search: a long autoregression with exogenous input gives the
-/// impulse response, the singular vectors of its Hankel matrix a realisation of the order wanted, its eigenvalues the
-/// poles. Done for several spacings of the samples, because one spacing does not resolve both fast and slow poles, and,
-/// when the delay is free, also with the impulse response's quiet beginning cut off.
+/// Guesses the poles of a model of integer order without a search. A long autoregression with exogenous input gives the
+/// impulse response, the singular vectors of its Hankel matrix give a realisation of the requested order, and its
+/// eigenvalues give the poles. Several spacings of the samples are used, because one spacing does not resolve both fast
+/// and slow poles. With a free delay the quiet beginning of the impulse response is also cut off.
 /// Ho and Kalman, Regelungstechnik 14 (1966); Kung, 12th Asilomar Conf. (1978); Zhu, Control Eng. Practice 6 (1998).
 /// @param rows  rows of the record that are used, from the first on
 /// @param poles  1..10

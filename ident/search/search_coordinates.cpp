@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which coordinates a structure has, where they start and how far they reach.
+// The coordinates of a structure, their starts and their bounds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using std::numbers::pi;
 // Bounds that no real rig comes near; they keep powers finite.
 constexpr double kLeastWeight = 1e-9;     // coordinate; a term of weight 0 would have no order
 constexpr double kGreatestWeight = 40.0;  // coordinate
-// Where the global search looks.
+// The box of the global search.
 constexpr double kSearchWeightLow = 0.1;
 constexpr double kSearchWeightHigh = 12.0;
 constexpr double kWidestFrequency = 15.0;  // ln beyond the search box
@@ -38,7 +38,7 @@ constexpr double kGreatestBias = 1e3;  // times the largest input
 constexpr double kUnbounded = 1e300;
 constexpr double kFirstDeadBand = 0.03;  // of the input's range
 
-/// Narrows a coordinate to what the user asked for. `scale` turns the user's value into the coordinate's.
+/// Applies the user's requests to a coordinate. `scale` converts the user's value to the coordinate's.
 void apply(const ParameterRequest* request, Coordinate& coordinate, double (*scale)(double)) {
   if (request == nullptr) return;
   if (request->lower) coordinate.lower = std::max(coordinate.lower, scale(*request->lower));
@@ -54,7 +54,7 @@ void apply(const ParameterRequest* request, Coordinate& coordinate, double (*sca
 
 double as_is(double value) { return value; }
 
-/// What the user asked of the denominator's coefficients.
+/// The user's requests for the denominator's coefficients.
 struct CoefficientWishes {
   bool any = false;
   bool limits = false;  ///< a coefficient is held, freed or bounded, not only started somewhere
@@ -88,7 +88,7 @@ TransferFunction starting_point(const StructureOptions& asked) {
   return g;
 }
 
-/// The orders that a record may set, those of the denominator first, the highest of them first.
+/// The free orders, those of the denominator first, in descending order.
 std::vector<std::pair<const StructureParameter*, CoordinateRole>> estimated_orders(const StructureOptions& asked) {
   const Structure& structure = asked.structure;
   std::vector<std::pair<const StructureParameter*, CoordinateRole>> orders;
@@ -188,7 +188,7 @@ Parametrisation Parametrisation::search(const StructureOptions& asked, const Sca
   const double highest_rad_s = kHighestReference * pi / scale.step_s;
   p.reference_rad_s_ = std::sqrt(lowest_rad_s * std::max(highest_rad_s, lowest_rad_s));
   const CoefficientWishes wishes = coefficient_wishes(asked);
-  // A coefficient that the user holds or bounds is a coordinate of its own, whatever the orders.
+  // A coefficient that the user holds or bounds is its own coordinate, independently of the orders.
   if (wishes.limits) p.reference_rad_s_ = 1.0;
 
   const bool all_free =
@@ -270,7 +270,7 @@ void Parametrisation::add_input_bias(const StructureOptions& asked, double large
 std::optional<Eigen::VectorXd> Parametrisation::at_poles(std::vector<std::complex<double>> poles,
                                                          double delay_s) const {
   if (!integer_sections() || poles.size() + 1 != base_.denominator.size()) return {};
-  // Oscillating pairs first, then real poles, the fastest last: it is the one a section of first order takes.
+  // Oscillating pairs first, then real poles, the fastest last: a section of first order takes the last one.
   std::sort(poles.begin(), poles.end(), [](const std::complex<double>& a, const std::complex<double>& b) {
     const bool a_real = a.imag() == 0.0;
     const bool b_real = b.imag() == 0.0;

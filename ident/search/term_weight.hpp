@@ -5,10 +5,10 @@
 
 namespace eha::ident {
 
-inline constexpr double kSlightWeight = 1e-2;  ///< of a term, against one: below this its coordinate is linear
+inline constexpr double kSlightWeight = 1e-2;  ///< relative to 1: below this the coordinate is linear
 
-/// Weight of a denominator term at the reference frequency: proportional to the coordinate where the term hardly
-/// matters, so that the term can vanish and reappear; exponential above.
+/// Weight of a denominator term at the reference frequency. Small weights are proportional to the coordinate, so that
+/// the term can vanish and reappear; larger ones are exponential.
 inline double weight(double x) { return x < 1.0 ? kSlightWeight * x : kSlightWeight * std::exp(x - 1.0); }
 /// Its derivative by the coordinate.
 inline double weight_slope(double x) { return x < 1.0 ? kSlightWeight : weight(x); }

@@ -14,8 +14,8 @@ namespace eha::ident {
 /// Kaiser and Schafer, IEEE Trans. ASSP 28 (1980).
 [[nodiscard]] std::vector<double> antialias_taps(std::size_t factor);
 
-/// How many rows at the beginning of a record lie in the discarded time: the first row kept is the first one at or
-/// after discard_s. Cost O(1).
+/// Number of rows in the discarded time at the start of a record: the first kept row is the first one at or after
+/// discard_s. Cost O(1).
 [[nodiscard]] inline std::size_t discarded_rows(double discard_s, double step_s) noexcept {
   // A quotient that exceeds a whole number by less than this has been rounded.
   constexpr double kRounding = 1e-9;
@@ -35,7 +35,7 @@ struct KeptRows {
 }
 
 /// Rows of a record that are compared with a model: first, first + every, ... The filter's window lies within the
-/// record for each of them, so no sample rests on invented data.
+/// record for each of them, so no sample depends on padding.
 struct Comparison {
   std::size_t first = 0;
   std::size_t every = 1;

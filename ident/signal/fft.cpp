@@ -12,7 +12,7 @@
 namespace eha::ident {
 namespace {
 
-// FFTW's planner has global state of its own; executing plans is thread-safe, making them is not.
+// FFTW's planner has global state: executing plans is thread-safe, making them is not.
 std::mutex planner;
 // A fit needs five or six lengths, each many times.
 constexpr std::size_t kMostKept = 8;
@@ -41,7 +41,7 @@ struct RealFft::Plans {
     fftw_destroy_plan(inverse);
   }
 
-  /// Made at the first call for a length; the ones used last are kept.
+  /// Plans are made at the first call for a length; the most recently used ones are kept.
   static std::shared_ptr<const Plans> of(std::size_t length) {
     static std::vector<std::pair<std::size_t, std::shared_ptr<const Plans>>> kept;
     std::shared_ptr<const Plans> dropped;  // after the lock is released: its destructor takes it
@@ -73,7 +73,7 @@ std::size_t fast_length(std::size_t minimum, std::size_t divisor) {
 RealFft::RealFft(std::size_t length) : length_(length), plans_(Plans::of(length)) {}
 
 void RealFft::forward(std::span<const double> signal, std::span<std::complex<double>> spectrum) const {
-  // Out of place, an r2c transform leaves its input alone; FFTW's interface just does not say so.
+  // An out-of-place r2c transform does not change its input, although FFTW's interface takes it as not const.
   fftw_execute_dft_r2c(plans_->forward, const_cast<double*>(signal.data()),
                        reinterpret_cast<fftw_complex*>(spectrum.data()));
 }

@@ -14,7 +14,8 @@ namespace eha::ident {
 [[nodiscard]] std::size_t fast_length(std::size_t minimum, std::size_t divisor = 1);
 
 /// Discrete Fourier transform of real signals of one length by FFTW. Plans are estimated, never measured, so that
-/// results repeat bit for bit. Thread-safe. The first of a length costs about a millisecond, a transform O(L log L).
+/// results repeat bit for bit. Thread-safe. The first object of a length costs about a millisecond, a transform O(L log
+/// L).
 class RealFft {
  public:
   explicit RealFft(std::size_t length);

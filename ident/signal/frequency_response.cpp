@@ -18,10 +18,10 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// A line farther than this from a harmonic, in cycles over one period, is refused; rounding stays far below it.
+// A line farther than this from a harmonic, in cycles over one period, is refused; rounding errors are far smaller.
 constexpr double kOffHarmonic = 1e-3;
 constexpr double kCarriesInput = 0.1;
-// Below this share of the greatest line an input is rounding of the converter, not excitation.
+// An input below this share of the greatest line is rounding of the converter, not excitation.
 constexpr double kLeastInput = 1e-6;
 constexpr std::size_t kNeighbours = 2;
 // Silent odd lines of an odd-random multisine, one in each four, are at most seven odd lines apart.
@@ -110,7 +110,7 @@ double noise_power(const Spectra& output, const Spectra& input, Complex gain, st
   return sum / (static_cast<double>(to - from + 1) * count * (count - 1.0));
 }
 
-/// Distortion, from the lines that the input leaves silent.
+/// Distortion, from the lines that are not excited.
 class Distortion {
  public:
   Distortion(const Spectra& output, const Spectra& input, const std::vector<std::size_t>& excited,

@@ -19,8 +19,8 @@ struct LineResponse {
   double std = 0.0;               ///< of the response's error, sqrt(E |error|^2), by noise alone
   double input_amplitude = 0.0;   ///< of the cosine [input unit]
   double output_amplitude = 0.0;  ///< [output unit]
-  /// Output at the neighbouring lines that the input leaves silent, below the output at this line [dB]: what an even or
-  /// an odd nonlinearity puts there, noise included. Empty where no such line can tell.
+  /// Output at the neighbouring lines that are not excited, below the output at this line [dB]: the effect of an even
+  /// or an odd nonlinearity, noise included. Empty if there is no such line.
   std::optional<double> even_distortion_dB;
   std::optional<double> odd_distortion_dB;
 };
@@ -39,14 +39,14 @@ struct FrequencyResponse {
 /// approximation for this input.
 ///   G(j w_k) = mean_p Y_p(k) / (mean_p U_p(k) H(w_k)),  H(w) = (1 - exp(-j w h)) / (j w h)
 /// Y_p, U_p are the discrete Fourier transforms of period p, the output's drift removed (average_periods); H is the
-/// hold of the input between samples. What the plant passes above the sampling frequency folds back onto the line: a
-/// relative error of about (f h)^(1 + r), r the plant's roll-off order.
+/// hold of the input between samples. The plant's response above the sampling frequency folds back onto the line, with
+/// a relative error of about (f h)^(1 + r), r the plant's roll-off order.
 ///   std^2 = sum_p |Y_p - Y - G (U_p - U)|^2 / (count (count - 1) |U H|^2), averaged over the two harmonics on either
 ///           side too, so that a few periods do.
-/// Distortion: an even nonlinearity answers odd lines at even ones only, an odd one at odd ones only. Even distortion
-/// is given where every excited harmonic is odd, from the even harmonics beside the line; odd distortion there too,
-/// from the nearest silent odd harmonic on either side, at most 14 away. The input's own content at those harmonics is
-/// taken off with the response of the line.
+/// Distortion: with odd lines excited, an even nonlinearity responds at even harmonics only, an odd one at odd
+/// harmonics only. Both are measured only if every excited harmonic is odd: even distortion at the even harmonics
+/// beside the line, odd distortion at the nearest unexcited odd harmonic on either side, at most 14 away. The input's
+/// own content at those harmonics is subtracted with the response of the line.
 /// @param lines_Hz  excited frequencies, harmonics of the period; empty: the harmonics whose input amplitude is at
 ///                  least a tenth of the greatest
 /// @throws DataError  a line is no harmonic of the period or carries no input; the periods do not fit the record

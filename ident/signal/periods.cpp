@@ -13,7 +13,7 @@
 namespace eha::ident {
 namespace {
 
-// A period written as a decimal frequency misses whole samples and cycles by a rounding only.
+// A period from a decimal frequency misses whole samples and cycles by rounding only.
 constexpr double kWhole = 1e-6;
 constexpr std::size_t kFewestPeriods = 2;
 constexpr Eigen::Index kDriftDegree = 2;
@@ -30,7 +30,7 @@ Eigen::MatrixXd drift_basis(Eigen::Index rows) {
   return basis;
 }
 
-/// Periods side by side, each row's mean over them taken off: whatever is periodic is gone.
+/// Periods side by side, with each row's mean over them subtracted: the periodic part cancels.
 Eigen::MatrixXd spread_of(const Eigen::Ref<const Eigen::MatrixXd>& periods) {
   return periods.colwise() - periods.rowwise().mean();
 }
@@ -98,7 +98,7 @@ PeriodicSignal average_periods(const Eigen::Ref<const Eigen::VectorXd>& signal, 
   const double noise = spread.squaredNorm() / freedom;
   result.noise_std = std::sqrt(noise);
   const double power = (result.mean.array() - result.mean.mean()).square().mean();
-  // The mean period holds a share of the noise itself.
+  // The mean period also contains a share of the noise.
   const double signal_power = std::max(0.0, power - noise / static_cast<double>(count));
   result.signal_to_noise_dB =
       noise > 0.0 ? 10.0 * std::log10(signal_power / noise) : std::numeric_limits<double>::infinity();

@@ -14,17 +14,17 @@ struct Periods {
   std::size_t count = 0;
 };
 
-/// Fewest samples that hold a whole number of periods of every line.
+/// Smallest number of samples that holds whole periods of every line.
 /// @param lines_Hz  rising, above 0   @param step_s  [s]   @param longest  samples, where the search ends
 /// @returns 0 where there are none up to `longest`, or no line
 /// Cost O(lines longest lines_Hz[0] step_s).
 [[nodiscard]] std::size_t common_period(const std::vector<double>& lines_Hz, double step_s, std::size_t longest);
 
 /// The last whole periods of a record after its first `discard` rows, where the transient is smallest.
-/// @throws DataError  fewer than two of them: neither noise nor drift could be told from the response
+/// @throws DataError  fewer than two of them: noise and drift cannot be separated from the response
 [[nodiscard]] Periods last_periods(std::size_t samples, std::size_t length, std::size_t discard);
 
-/// A signal taken apart: signal = mean period, repeated + drift + noise.
+/// Decomposition of a signal: signal = mean period, repeated + drift + noise.
 struct PeriodicSignal {
   Eigen::MatrixXd periods;  ///< length x count, drift removed
   Eigen::VectorXd mean;     ///< of the periods
@@ -39,8 +39,8 @@ struct PeriodicSignal {
 enum class Drift { keep, remove };
 
 /// Averages a signal over its periods. With Drift::remove a polynomial of degree 2 in time is first estimated from the
-/// differences between periods alone, where the periodic part, whatever it is, cancels: a slow exponential, a bias into
-/// an integrator or a creeping rod then does not leak into the lines of the spectrum.
+/// differences between periods, in which the periodic part cancels. A slow exponential, a bias into an integrator or a
+/// creeping rod then does not leak into the lines of the spectrum.
 /// @param signal  finite, at least first + length count samples
 /// @returns in the signal's unit
 /// @throws DataError  the periods do not lie within the signal, or are fewer than two

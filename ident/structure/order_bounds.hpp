@@ -3,7 +3,7 @@
 
 namespace eha::ident {
 
-// Bounds of a free order that no real rig comes near; they keep powers finite.
+// Bounds of a free order, far beyond those of a real rig; they keep powers finite.
 inline constexpr double kLowestOrder = 0.05;  ///< of a denominator term
 inline constexpr double kHighestOrder = 3.0;
 

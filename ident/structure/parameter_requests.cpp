@@ -28,7 +28,7 @@ bool is_estimated(const StructureOptions& asked, const StructureParameter& param
     case Freedom::held:
       break;
   }
-  // Any wish but a value to hold it at frees it.
+  // Any request except a value to hold the parameter at frees it.
   return request != nullptr && !held && (request->fixed || request->start || request->lower || request->upper);
 }
 

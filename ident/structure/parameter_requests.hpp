@@ -7,16 +7,16 @@
 
 namespace eha::ident {
 
-/// What the user asked of one parameter; null for nothing.
+/// The user's request for a parameter; null if there is none.
 [[nodiscard]] const ParameterRequest* find_request(const StructureOptions& asked, const StructureParameter& parameter);
 
-/// Whether the record sets this parameter: the structure's choice, unless a request holds or frees it.
+/// Whether this parameter is estimated: the structure's choice, unless a request holds or frees it.
 [[nodiscard]] bool is_estimated(const StructureOptions& asked, const StructureParameter& parameter);
 
-/// The start, or held value, that the user gave; else the structure's.
+/// The start or held value of the request; otherwise the structure's.
 [[nodiscard]] double requested(const StructureOptions& asked, const StructureParameter& parameter);
 
-/// Whether the response to what came before t = 0 is that to an unknown past input.
+/// Whether the response to input before t = 0 is estimated as that to an unknown past input.
 [[nodiscard]] bool wants_past_input(const StructureOptions& asked);
 
 /// Whether the valve map's gain ratio enters the output linearly beside the gain: it is estimated, has no bounds, and

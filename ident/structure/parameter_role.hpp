@@ -7,7 +7,7 @@
 
 namespace eha::ident {
 
-/// What a parameter of a model is. Every question about a parameter is asked of its role, never of its name.
+/// The role of a model's parameter. Code depends on the role of a parameter, never on its name.
 enum class ParameterRole {
   numerator_coefficient,
   denominator_coefficient,
@@ -31,10 +31,10 @@ struct ParameterKey {
   std::size_t index = 0;  ///< which term, state or window; 0 where there is only one
 };
 
-/// Whether a parameter is an exponent of s, or scales all of them.
+/// Whether a parameter is an exponent of s, or scales all exponents.
 [[nodiscard]] bool is_order(ParameterRole role);
 
-/// Whether a parameter describes what came before t = 0: it enters the output linearly and takes no request.
+/// Whether a parameter describes the state at t = 0. It enters the output linearly and takes no request.
 [[nodiscard]] bool is_free_response(ParameterRole role);
 
 /// Whether a parameter shifts the record rather than shapes the plant: bias, the valve's null, offset, free response.
@@ -61,7 +61,7 @@ struct ParameterKey {
 [[nodiscard]] ParameterKey past_input_key(std::size_t index);
 
 /// The key of a name read from a model file. An unknown name counts as a coefficient of the denominator.
-/// @param numerator_terms  of the model: "b0" is an order beside one term, else a coefficient
+/// @param numerator_terms  of the model: "b0" is an order if there is one term, otherwise a coefficient
 [[nodiscard]] ParameterKey key_of(std::string_view name, std::size_t numerator_terms);
 
 }  // namespace eha::ident

@@ -12,14 +12,14 @@
 
 namespace eha::ident {
 
-/// Who sets the value of a structure's parameter.
+/// Where the value of a structure's parameter comes from.
 enum class Freedom {
   constant,  ///< the structure; a request for the parameter is refused
   held,      ///< the structure, until a request frees it
   free,      ///< the record, until a request holds it
 };
 
-/// One parameter of a structure: what it is, where a search for it starts and how far it may go.
+/// One parameter of a structure: role, start of the search, bounds and search box.
 struct StructureParameter {
   ParameterKey key;
   double value = 0.0;  ///< start of the search when free, else the value
@@ -31,7 +31,7 @@ struct StructureParameter {
   bool listed = true;  ///< among the parameters of a model file
 };
 
-/// coefficient * s^order. Start and search box of a coefficient are the search's own: they depend on the record.
+/// coefficient * s^order. The search chooses start and box of a coefficient, because they depend on the record.
 struct StructureTerm {
   StructureParameter coefficient;
   StructureParameter order;
@@ -56,10 +56,10 @@ struct Degrees {
   int zeros = 0;  ///< 0..poles
 };
 
-/// What a model is sought among, as data:
+/// A family of models as data:
 ///   y = initial_output + G(map(u)) + free response,  G = exp(-delay s) sum_j b_j s^be_j / sum_i a_i s^al_i.
-/// Terms stand by their order's starting value, the lowest first. The coefficient of denominator term
-/// normalised_index() is 1. A new structure is one more function of structures.hpp; no other code knows its name.
+/// Terms are sorted by their order's starting value, the lowest first. The coefficient of denominator term
+/// normalised_index() is 1. A new structure is one more function of structures.hpp; no other code depends on its name.
 struct Structure {
   std::string family;   ///< as files and the command line spell it: "io"
   std::string formula;  ///< for tables: "K/(a1 s^n1+a0)"
@@ -70,7 +70,7 @@ struct Structure {
   StructureParameter delay{.key = delay_key(), .freedom = Freedom::held};  ///< lower bound 0, upper one by the record
   InputMap input_map;
   StructureParameter initial_output{.key = initial_output_key(), .freedom = Freedom::free};
-  std::optional<Degrees> degrees;  ///< what it was made of, where the family has degrees
+  std::optional<Degrees> degrees;  ///< its degrees, if the family has degrees
 };
 
 /// Index of the denominator term whose coefficient is 1 by normalisation, that of the second lowest order.
@@ -80,16 +80,16 @@ struct Structure {
 /// Whether term k of the denominator has order k q with one q: D is then a product of sections in s^q.
 [[nodiscard]] bool has_equal_steps(const Structure& structure);
 
-/// Whether D is a polynomial in s of degree at least 1 with all its terms. Such a model has a finite state, as many
-/// states as poles, and its poles can be guessed from a record. Other models remember all of their input: an unknown
-/// past input takes the place of the initial state.
+/// Whether D is a polynomial in s of degree at least 1 with all its terms. Such a model has as many states as poles,
+/// and its poles can be guessed from a record. The output of other models depends on all past input: they have an
+/// unknown past input instead of an initial state.
 [[nodiscard]] bool has_finite_state(const Structure& structure);
 
 /// States of a structure that has a finite state.
 [[nodiscard]] std::size_t state_count(const Structure& structure);
 
-/// Whether the orders of numerator and denominator may meet during a search. The sampled response of a model with a
-/// direct part that moves with the orders is not differentiable, so such a structure must stay strictly proper.
+/// Whether the orders of numerator and denominator may become equal during a search. A direct part that changes with
+/// the orders makes the sampled response not differentiable, so such a structure must stay strictly proper.
 [[nodiscard]] bool must_be_strictly_proper(const Structure& structure);
 
 /// Parameters of the map before G, in the order of messages and files.

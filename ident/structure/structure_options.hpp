@@ -10,7 +10,7 @@
 
 namespace eha::ident {
 
-/// What the user wants of one parameter; unset members are the structure's own choice.
+/// A user's request for one parameter; for unset members the structure's choice applies.
 struct ParameterRequest {
   std::string name;           ///< as in Model::parameters: "n2", "a0", "K", "b0", "q", "delay_s", "input_bias"
   std::optional<bool> fixed;  ///< true holds it at `start`, false frees it
@@ -19,12 +19,12 @@ struct ParameterRequest {
   std::optional<double> upper;
 };
 
-/// Whether the response to what came before t = 0 is part of the model: that of an unknown state where the structure
-/// has a finite one, which automatic takes when the data ask for it; else that to an unknown past input, only when
-/// asked for.
+/// Whether the model includes the response to input before t = 0. With a finite state it is the response of an unknown
+/// state, which `automatic` takes when the data support it. Otherwise it is the response to an unknown past input, with
+/// `estimated` only.
 enum class InitialState { automatic, none, estimated };
 
-/// One model to look for.
+/// One model to fit.
 struct StructureOptions {
   std::string name = "io";  ///< file name of the model
   Structure structure = structures::io();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every named structure, as data. A new one is a function here and a row of kFamilies.
+// Every named structure as data. A new structure is a function here and a row of kFamilies.
 #include "ident/structure/structures.hpp"
 
 #include <fmt/format.h>

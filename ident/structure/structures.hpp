@@ -28,7 +28,7 @@ namespace structures {
 
 }  // namespace structures
 
-/// A name that files and the command line know, and what it stands for.
+/// A name in files and on the command line, and the structure it stands for.
 struct StructureFamily {
   std::string_view name;
   bool has_degrees = false;                ///< poles and zeros are its keys
@@ -68,21 +68,21 @@ struct TermLists {
   std::vector<TermOptions> denominator = {};             ///< the same
 };
 
-/// What is wrong with one term.
+/// An error in one term.
 struct TermFault {
   std::string place;  ///< "denominator[2].order", or "denominator"
   std::string expected;
   std::string got;
 };
 
-/// Every reason why terms() would refuse these.
+/// Every error for which structure_of_terms() would refuse these.
 [[nodiscard]] std::vector<TermFault> faults_in_terms(const TermLists& lists);
 
 /// The family name of structures given term by term.
 inline constexpr std::string_view kTermsFamily = "terms";
 
-/// A structure of any number of terms. A free order keeps within lower and upper; without them within the nearest
-/// orders that are not free, and 0.05..3 where there are none. The coefficient of the second lowest order of the
+/// A structure of any number of terms. A free order stays within lower and upper; without them between the nearest
+/// orders that are not free, or within 0.05..3 if there are none. The coefficient of the second lowest order of the
 /// denominator is 1.
 /// @throws ConfigError  the first of faults_in_terms()
 [[nodiscard]] Structure structure_of_terms(const TermLists& lists);

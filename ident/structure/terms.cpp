@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Structures given term by term.
+// Structures that are given term by term.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct Bounds {
 
 bool by_order(const TermOptions& a, const TermOptions& b) { return a.order < b.order; }
 
-/// How far the free order of a term may go before it meets one that does not move: names count from the lowest order,
+/// Range of a term's free order between the nearest orders that are not free. Names are numbered from the lowest order,
 /// so a free term and a held one must not change places.
 Bounds room(const std::vector<TermOptions>& terms, const TermOptions& term, double lowest) {
   Bounds bounds{lowest, std::max(kHighestOrder, term.order + kSearchReach)};
@@ -41,7 +41,7 @@ Bounds bounds_of(const std::vector<TermOptions>& terms, const TermOptions& term,
   return {term.lower.value_or(widest.lower), term.upper.value_or(widest.upper)};
 }
 
-/// Checks one polynomial's terms one by one.
+/// Checks the terms of one polynomial.
 class TermChecker {
  public:
   TermChecker(std::string list, const std::vector<TermOptions>& terms, double lowest, std::vector<TermFault>& faults)
@@ -107,7 +107,7 @@ class TermChecker {
   std::vector<TermFault>& faults_;
 };
 
-/// Which of the terms, as given, has the order that normalisation counts as the second lowest.
+/// Index of the given term with the second lowest order, whose coefficient normalisation sets to 1.
 std::size_t normalised_place(const std::vector<TermOptions>& terms) {
   std::vector<std::size_t> places(terms.size());
   for (std::size_t k = 0; k < places.size(); ++k) places[k] = k;

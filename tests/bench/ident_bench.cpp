@@ -80,7 +80,7 @@ void ExactWithTables(benchmark::State& state) {
 }
 BENCHMARK(ExactWithTables)->Apply(over_lengths);
 
-/// One simulation when the record's tables exist, as in a fit.
+/// One simulation with the record's tables already made, as in a fit.
 void Exact(benchmark::State& state) {
   const auto samples = static_cast<std::size_t>(state.range(0));
   const HeldResponse response({samples, 0.001, 0, 1, samples, {}});

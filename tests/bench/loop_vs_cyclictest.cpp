@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The tick loop and cyclictest (rt-tests) in turns on one machine, idle and under load: wake-up latency of both, their
-// ratios, and what a tick on the simulated rig takes. On shared machines cyclictest differs from itself by a factor of
-// two between runs, so several alternating runs are made and no figure is judged.
+// ratios, and the duration of a tick on the simulated rig. On shared machines two runs of cyclictest differ by a factor
+// of two, so several alternating runs are made and no figure is judged.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>

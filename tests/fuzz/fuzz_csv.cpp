@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The reader of CSV records: refuses with DataError, or gives an even, finite record that a file written from it gives
-// back.
+// The reader of CSV records either refuses with DataError or returns an even, finite record. A file written from that
+// record reads back as the same record.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The reader of journals, held against a second reading of the same bytes: it hands over exactly the blocks whose CRC
-// holds before the first byte that does not fit, bit for bit, and never one more. Half of the mutations have their CRCs
-// mended, or nothing would get beyond the first check.
+// The reader of journals is compared with a second reading of the same bytes: it must hand over exactly the blocks with
+// a correct CRC before the first wrong byte, bit for bit. Half of the mutations get correct CRCs; otherwise none would
+// pass the first check.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -49,7 +49,7 @@ bool has_tag(Bytes file, std::size_t offset, std::string_view tag) {
   return file.size() >= offset + tag.size() && std::memcmp(file.data() + offset, tag.data(), tag.size()) == 0;
 }
 
-/// A block or the end, as the format's text says.
+/// A block or the end, as the format is documented.
 struct Block {
   bool is_end = false;
   std::size_t size = 0;  ///< with its head
@@ -59,7 +59,7 @@ struct Block {
   std::uint32_t index = 0;
 };
 
-/// What stands at `offset` if it is whole; its CRC and index are not looked at.
+/// The block at `offset` if it is complete; its CRC and index are not checked.
 bool block_at(Bytes file, std::size_t offset, Block& block) {
   if (file.size() < offset + kJournalBlockHeaderSize) return false;
   block.is_end = has_tag(file, offset, "EHAE");
@@ -74,7 +74,7 @@ bool block_at(Bytes file, std::size_t offset, Block& block) {
   return true;
 }
 
-/// Where the blocks begin; 0 when the file has no whole header.
+/// Offset of the first block; 0 when the file has no complete header.
 std::size_t header_end(Bytes file) {
   if (file.size() < kJournalPreambleSize || !has_tag(file, 0, "EHALOG01")) return 0;
   const std::size_t length = u32_at(file, 8);
@@ -87,7 +87,7 @@ bool header_holds(Bytes file) {
          crc32c(file.subspan(8, 4), file.subspan(kJournalPreambleSize, end - kJournalPreambleSize)) == u32_at(file, 12);
 }
 
-/// Compares what the reader handed over and said with the bytes.
+/// Compares the reader's records and facts with the bytes.
 void require_same(Bytes file, const JournalFacts& facts, const std::vector<TickRecord>& records) {
   require(header_holds(file) && facts.header.is_object(), "an accepted header has its CRC");
   require(facts.rows == records.size(), "the rows counted are those handed over");
@@ -98,7 +98,7 @@ void require_same(Bytes file, const JournalFacts& facts, const std::vector<TickR
   for (Block block; !ended && block_at(file, offset, block); ++index) {
     if (block.index != index || crc32c(block.covered, block.payload) != u32_at(file, block.crc_offset)) break;
     if (block.is_end) {
-      // A CRC says nothing about JSON; an end that is none is no end.
+      // A correct CRC does not make the text JSON; an end that is not JSON does not count.
       if (!facts.end) break;
       ended = true;
     } else {
@@ -119,7 +119,7 @@ void put_u32(std::uint8_t* bytes, std::uint32_t value) {
   for (std::size_t i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
 }
 
-/// Gives the header and each whole block the CRC of what it holds.
+/// Gives the header and each complete block the correct CRC.
 void mend_crcs(std::uint8_t* data, std::size_t size) {
   const Bytes file(data, size);
   std::size_t offset = header_end(file);

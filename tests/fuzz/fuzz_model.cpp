@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The reader of model files: refuses with ConfigError, or gives a model that can be simulated and that a file written
-// from it gives back.
+// The reader of model files either refuses with ConfigError or returns a model that can be simulated. A file written
+// from that model reads back as the same model.
 #include <cstddef>
 #include <cstdint>
 #include <string>

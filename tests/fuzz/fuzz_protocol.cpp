@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What comes in at ehad's socket: whatever the bytes and however they are cut, lines stay bounded, each is a request or
-// a refusal that can be answered with one line of JSON, and nothing depends on how the bytes were cut.
+// Input of ehad's socket: for any bytes in any pieces, lines stay bounded, and each is a request or a refusal that one
+// line of JSON can answer. The result does not depend on the pieces.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Writes what the fuzz targets start from: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,toml,model,protocol}.
+// Writes the seeds of the fuzz targets: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,toml,model,protocol}.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The readers of rig and experiment files: refuse with ConfigError, or give a configuration whose limits hold, and that
-// a run's manifest can hold.
+// The readers of rig and experiment files either refuse with ConfigError or return a configuration whose limits hold
+// and that a run's manifest can store.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -24,7 +24,7 @@ using eha::config::RigConfig;
 using eha::fuzz::require;
 
 constexpr const char* kFile = "f.toml";
-/// A longer table only takes its time.
+/// A longer table only takes more time.
 constexpr double kMostTicks = 20'000.0;
 
 void require_good_refusal(const ConfigError& error) {

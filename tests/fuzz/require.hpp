@@ -8,14 +8,14 @@
 
 namespace eha::fuzz {
 
-/// Ends the process, which libFuzzer takes for a finding and keeps the input of, unless `holds`.
+/// Ends the process unless `holds`; libFuzzer reports that as a finding and keeps the input.
 inline void require(bool holds, std::string_view sentence) {
   if (holds) return;
   std::fprintf(stderr, "does not hold: %.*s\n", static_cast<int>(sentence.size()), sentence.data());
   std::abort();
 }
 
-/// What a refusal must be like: it begins with the file, each line prints on a terminal, and none is endless.
+/// Checks a refusal: it begins with the file's name, is printable, and has lines of limited length.
 inline void require_good_message(std::string_view message, std::string_view file) {
   require(message.substr(0, file.size()) == file, "a message begins with the file's name");
   const auto prints = [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `eha completion`, judged by the shells themselves.
+// `eha completion`, tested with the shells themselves.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -11,7 +11,7 @@
 namespace eha::test {
 namespace {
 
-/// What bash offers for the last of the words; its builtin compopt works in an interactive shell only.
+/// Bash's completions of the last word; its builtin compopt works in an interactive shell only.
 std::set<std::string> offered(const std::string& words) {
   std::istringstream lines(
       output_of_shell("cd '" + source_file("config").string() +

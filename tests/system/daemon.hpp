@@ -23,15 +23,15 @@ namespace eha::test {
 
 using Json = control::Json;
 
-/// For what must happen sooner or later; a test that waits longer has failed.
+/// Longest wait for an event that must happen; a test that waits longer has failed.
 inline constexpr std::chrono::seconds kGenerous{200};
 
-/// What the service has open without close-on-exec, in place of a card, which libcomedi opens in that way.
+/// A file that the service has open without close-on-exec, as libcomedi opens a card.
 inline constexpr const char* kDevice = "/dev/zero";
 inline constexpr int kDeviceDescriptor = 40;
 
 /// A built `ehad` on the simulated rig with a socket, a state folder and a service manager of its own. When it is
-/// started again it finds what the one before left.
+/// started again it finds the files of the one before.
 class Daemon {
  public:
   /// @param settings  content of ehad.toml

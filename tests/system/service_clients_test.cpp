@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Two hundred clients of every bad kind, while an experiment is on.
+// Two hundred misbehaving clients of six kinds during an experiment.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using control::Client;
 
-/// A bare connection that never blocks its owner.
+/// A plain connection whose calls never block.
 class BareClient {
  public:
   explicit BareClient(const Daemon& daemon) {
@@ -164,7 +164,7 @@ TEST(ServiceClients, OfEveryBadKindLeaveNoTraceInTheRecord) {
   EXPECT_EQ(counters.at("dropped"), 0);
   EXPECT_EQ(counters.at("skipped"), 0);
 
-  // Whoever keeps to the protocol has every answer, now or in a moment.
+  // A client that keeps to the protocol gets every answer.
   for (WellBehaved& asker : well_behaved) {
     const auto deadline = std::chrono::steady_clock::now() + kGenerous;
     const int wanted = std::max(asker.asked, 1);

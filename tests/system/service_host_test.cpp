@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the host does to the service: a log that nobody reads, user look-ups that hang, experiments that take minutes to
-// check, a suspend.
+// Disturbances by the host: a log that nobody reads, user look-ups that hang, experiments that take minutes to check, a
+// suspend.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>

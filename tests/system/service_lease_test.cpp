@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Who may do what: the lease between two users, and the queue that belongs to both.
+// Permissions: the lease between two users, and their common queue.
 #include <gtest/gtest.h>
 
 #include <csignal>

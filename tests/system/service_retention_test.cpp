@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is kept when the disk budget is passed.
+// Runs that are kept when the disk budget is exceeded.
 #include <gtest/gtest.h>
 #include <sys/inotify.h>
 #include <unistd.h>
@@ -64,7 +64,7 @@ TEST_F(ServiceRetention, RemovesTheOldestRejectedRunsBeyondTheNewestTwentyAndNoA
   ASSERT_EQ(incident.at("outcome"), "faulted");
   client_->call("arm");
   std::vector<fs::path> rejected;
-  // Their names, which begin with the clock's time, say nothing of their order to retention.
+  // Retention does not take their order from their names, which begin with the clock's time.
   for (int i = 0; i < 24; ++i) rejected.push_back(play_rejected("rejected-" + std::to_string(i)));
   EXPECT_TRUE(daemon_->logs("removed (")) << daemon_->log();
   EXPECT_FALSE(fs::exists(rejected.front())) << daemon_->log();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A thread of the service that stands still: each is halted for itself, as a debugger does it.
+// A stalled thread of the service: the test stops each thread alone, as a debugger does.
 #include <gtest/gtest.h>
 #include <sys/ptrace.h>
 #include <sys/wait.h>
@@ -111,7 +111,7 @@ TEST_F(ServiceStall, OfTheWriterForFiveSecondsCostsNoTickAndIsInTheRecord) {
   const fs::path run = over.at("folder").get<std::string>();
   const Json counters = Json::parse(content_of(run / "run.json")).at("report").at("counters");
   EXPECT_EQ(counters.at("dropped"), 0);
-  // All that the loop did meanwhile waited for the writer, which then wrote it; some ticks the machine may have cost.
+  // The records of that time waited for the writer, which then wrote them. The machine may have lost some ticks.
   EXPECT_GE(counters.at("queue_peak").get<std::int64_t>() + counters.at("skipped").get<std::int64_t>(),
             std::chrono::milliseconds(kStall - 100ms).count());
   std::int64_t rows = 0;
@@ -126,7 +126,7 @@ TEST_F(ServiceStall, OfTheLoopWithholdsTheWatchdog) {
     const Halted loop(*thread);
     if (!loop.works()) GTEST_SKIP() << "this user may not trace its own children";
     EXPECT_TRUE(daemon_.logs("the loop stands still"));
-    // Fed, it would be each second.
+    // A fed watchdog would be notified each second.
     daemon_.forget_messages();
     EXPECT_FALSE(daemon_.hears("WATCHDOG=1", std::chrono::seconds(3)));
     // Everyone is still answered.

@@ -31,7 +31,7 @@ std::string first_line(const fs::path& file) {
   return line;
 }
 
-/// Waits until something holds that gives no sign of its own.
+/// Polls until a condition holds that sends no notification.
 bool comes_true(const std::function<bool()>& condition) {
   const auto deadline = std::chrono::steady_clock::now() + kGenerous;
   while (!condition()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// systemd/ehad.service as systemd itself judges it.
+// systemd/ehad.service, checked by systemd's own tools.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -26,7 +26,7 @@ TEST(UnitFile, HasNoWordThatSystemdDoesNotKnow) {
   if (output_of_shell("command -v systemd-analyze").empty()) GTEST_SKIP() << "systemd-analyze is not installed";
   const std::string unit = source_file("systemd/ehad.service").string();
   const std::string analysis = output_of_shell("systemd-analyze verify --man=no '" + unit + "' 2>&1");
-  // That the programs are not installed where the tests run is no fault of the file.
+  // The programs need not be installed where the tests run.
   const std::regex not_installed("ehad.service: Command /usr/s?bin/(ehad|eha-safe) is not executable: [^\n]*\n");
   EXPECT_EQ(std::regex_replace(analysis, not_installed, ""), "");
 }

@@ -16,7 +16,7 @@ namespace eha::test {
 inline constexpr const char* kPci1716Rig = "/usr/share/ehad/rigs/pci1716.toml";
 
 /// A rig file for the kernel's own test board, which has no digital lines of use. `wrong_board` and `wrong_range` make
-/// it say what the board is not.
+/// it differ from the board.
 enum class RigFile { right, wrong_board, wrong_range, missing_device };
 [[nodiscard]] std::string kernel_board_rig(RigFile kind = RigFile::right);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The boards themselves: what the other tests stand on.
+// The test boards themselves, on which the other tests depend.
 #include <comedilib.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `eha doctor` before a real device file: what it finds, how it ends, and that it moves nothing.
+// `eha doctor` with a real device file: its findings and exit codes, and that it moves nothing.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The real eha on real ioctls: what it plays, what it refuses, and how it ends when the card or eha itself fails.
+// The real eha on real ioctls: runs, refusals, and the end when the card or eha itself fails.
 #include <comedilib.h>
 #include <gtest/gtest.h>
 
@@ -75,7 +75,7 @@ TEST(EhaOnTheKernelTestBoard, PlaysAMultisineAndReadsBackEveryCommand) {
   }
 }
 
-/// What eha said about a rig file that does not fit, and that it left nothing behind.
+/// eha's message about a wrong rig file; checks that no file is left behind.
 void expect_refusal(const std::string& rig_file, const std::string& reason) {
   EhaRun run(rig_file, 2000ms);
   EXPECT_EQ(run.process().wait(), 69);
@@ -160,7 +160,7 @@ TEST(EhaOnTheStandInCard, EnablesTheHydraulicsForTheRunOnlyAndBeatsItsHeartWithE
   EXPECT_TRUE(wire_is_safe());
 }
 
-/// A fault of the card mid-run and what it must come to.
+/// A fault of the card during a run and the expected end.
 struct CardFault {
   std::string name;
   std::vector<std::pair<std::string, int>> parameters;

@@ -9,7 +9,7 @@
 
 namespace eha::acquisition {
 
-/// A rod that moves at a speed proportional to the voltage while enabled, and a record of what was on the wire.
+/// A rod that moves at a speed proportional to the voltage while enabled. Records every output.
 class FakeRig final : public hal::Rig {
  public:
   struct Write {
@@ -75,7 +75,7 @@ class FakeRig final : public hal::Rig {
     return hal::RigStatus::ok;
   }
 
-  /// Everything put on the wire, in order.
+  /// Every output, in order.
   [[nodiscard]] const std::vector<Write>& writes() const { return writes_; }
   [[nodiscard]] bool is_safe() const { return std::abs(voltage_V_) < 1e-12 && !enabled_; }
   [[nodiscard]] bool enabled() const { return enabled_; }

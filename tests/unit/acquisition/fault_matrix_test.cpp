@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every fault in each phase of a run: the documented end, safe on the wire, a complete record, the right exit code.
+// Every fault in each phase of a run: the documented end, safe outputs, a complete record, the right exit code.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ using hal::FaultKind;
 
 enum class Phase { ramp, run, last_tick };
 
-/// What is injected, and what must come of it.
+/// An injected fault and the expected result.
 struct Case {
   std::string name;
   std::vector<hal::InjectedFault> faults;  ///< first_tick is filled in from the phase

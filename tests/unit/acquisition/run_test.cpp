@@ -148,7 +148,7 @@ TEST(Run, CountsEverySkippedTickOfALongStall) {
   play.on(rig);
   EXPECT_EQ(play.report.outcome, Outcome::deadline);
   EXPECT_EQ(play.report.counters.skipped, 399u);
-  // More than the loop puts down as rows; they are rows of the experiment all the same.
+  // More ticks than the loop records as rows; they still count as rows of the experiment.
   EXPECT_LT(play.count(State::running), play.table_V.size());
   EXPECT_EQ(play.report.counters.experiment_rows, play.table_V.size());
 }
@@ -436,7 +436,7 @@ TEST(Run, KeepsRealTimeOnTheMonotonicClock) {
                     play.stop, play.board);
   const std::int64_t duration_ns = clock.now_ns() - begun_ns;
   play.drain();
-  // However loaded the machine is, no tick starts before its time.
+  // Under any load, no tick starts before its time.
   EXPECT_GE(duration_ns, play.rows.back().scheduled_ns);
   for (const TickRecord& row : play.rows) EXPECT_GE(row.lateness_ns, 0);
   const RealtimeFacts& facts = play.report.realtime;

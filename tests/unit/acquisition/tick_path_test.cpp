@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the tick path must never do: allocate, lock, take a page fault.
+// The tick path must not allocate, lock or take a page fault.
 #include <gtest/gtest.h>
 #include <spawn.h>
 #include <sys/resource.h>

@@ -92,7 +92,7 @@ TEST(ChildProcess, BlocksAndIgnoresNoSignalWhateverItsStarterDoes) {
   ::signal(SIGPIPE, handler);
   ASSERT_EQ(pthread_sigmask(SIG_SETMASK, &before, nullptr), 0);
   EXPECT_EQ(std::stoull(blocked, nullptr, 16), 0u);
-  // The C library keeps 32 and 33, its own, out of every set.
+  // The C library leaves its own signals 32 and 33 out of every set.
   EXPECT_EQ(std::stoull(ignored, nullptr, 16) & 0x7fffffffU, 0u);
 }
 

@@ -79,7 +79,7 @@ TEST(GuardProcess, ActsWhenItIsDroppedWithoutAWord) {
   EXPECT_NE(::testing::internal::GetCapturedStderr().find("ended without making it safe"), std::string::npos);
 }
 
-/// What the guard of a process says that sends itself a signal and never comes back from it.
+/// Messages of the guard of a process that ends itself by a signal.
 class GuardOfAProcess : public ::testing::TestWithParam<int> {};
 
 TEST_P(GuardOfAProcess, ActsWhenThatIsKilledOrStopped) {

@@ -123,11 +123,11 @@ TEST(Cylinder, CarriesItsWeightWithBlockedPorts) {
   for (int second = 0; second < 60; ++second) cylinder.advance(5.0, Ports::blocked, 1.0);
   const CylinderState& rest = cylinder.state();
   EXPECT_LT(std::abs(rest.velocity_m_s), 1e-6);
-  // Leakage makes the pressures equal; what they carry on the rod's area alone is the weight.
+  // Leakage makes the pressures equal; acting on the rod's area alone, they carry the weight.
   const double weight_N = o.moving_mass_kg * kGravity_m_s2;
   EXPECT_NEAR(rest.cap_pressure_Pa, rest.rod_pressure_Pa, 2e3);
   EXPECT_NEAR(rest.cap_pressure_Pa * cap_area_m2(o) - rest.rod_pressure_Pa * rod_area_m2(o), weight_N, 0.5);
-  // The oil that was compressed pushes the rod out by its volume, and by no more.
+  // The compressed oil pushes the rod out by its volume only.
   const double cap_m3 = o.cap_dead_volume_cm3 * 1e-6 + cap_area_m2(o) * start.displacement_m;
   const double rod_m3 = o.rod_dead_volume_cm3 * 1e-6 + rod_area_m2(o) * (o.stroke_mm * 1e-3 - start.displacement_m);
   const double rest_Pa = weight_N / (cap_area_m2(o) - rod_area_m2(o));
@@ -138,7 +138,7 @@ TEST(Cylinder, CarriesItsWeightWithBlockedPorts) {
 }
 
 TEST(Cylinder, KeepsItsOilWhenThePortsAreBlocked) {
-  // Leakage moves oil from one chamber to the other: what the two hold together, compressed oil included, stays.
+  // Leakage moves oil from one chamber to the other; the total, compressed oil included, is constant.
   const SimOptions o;
   Cylinder cylinder(o);
   const auto oil_m3 = [&] {

@@ -38,7 +38,7 @@ TEST(SimRig, GivesTheSameCodesForTheSameSeedOnly) {
 }
 
 TEST(SimRig, GivesTheCodesThatItGaveOnEveryOtherMachine) {
-  // FNV-1a over the codes; a change of the model or of its shipped parameters changes it rightly, a compiler or a
+  // FNV-1a over the codes. A change of the model or of its shipped parameters may change it; a compiler or a
   // processor must not.
   std::uint64_t hash = 14695981039346656037U;
   for (const std::uint32_t code : square_wave_codes(SimOptions(), 3000)) hash = (hash ^ code) * 1099511628211U;

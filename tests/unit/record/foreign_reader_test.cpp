@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// raw.h5 in the hands of other programs.
+// raw.h5 read by other programs.
 #include <cstdlib>
 #include <cstring>
 

@@ -17,7 +17,7 @@
 namespace eha::record {
 namespace {
 
-/// A simulated rig that tells the parent process how far the run is.
+/// A simulated rig that reports the progress of the run to the parent process.
 class CountingRig final : public hal::Rig {
  public:
   CountingRig(hal::Rig& rig, std::atomic<std::int64_t>& ticks) : rig_(rig), ticks_(ticks) {}

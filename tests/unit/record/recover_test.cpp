@@ -19,7 +19,7 @@ using acquisition::Outcome;
 
 class Recover : public RecordTest {
  protected:
-  /// A run folder as its process would leave it behind when killed.
+  /// A run folder as a killed process leaves it.
   std::filesystem::path torn_run(std::size_t bytes_missing) {
     const play::FinishedRun finished = run();
     whole_ = read_ticks(finished.folder);

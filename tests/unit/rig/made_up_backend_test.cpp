@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A driving backend that is only added to the list gets every safety measure.
+// A driving backend that is merely added to the list gets every safety measure.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

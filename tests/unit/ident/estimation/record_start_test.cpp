@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What came before the first row: a past input, rest at a level, an initial state beside a bias.
+// The state before the first row: a past input, rest at a level, an initial state together with a bias.
 #include <gtest/gtest.h>
 
 #include <algorithm>

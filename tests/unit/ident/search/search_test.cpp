@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What records of other people's plants asked of the search: light damping, long and fast records, integrators.
+// Plants like those of foreign records that were hard to fit: light damping, long and fast records, integrators.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>

@@ -30,7 +30,7 @@ Eigen::VectorXd noise(Eigen::Index n, double correlation, std::uint64_t seed) {
   return e;
 }
 
-/// A linear regression on slow tones: what a fit near its optimum is.
+/// A linear regression on slow tones, as a fit is near its optimum.
 Eigen::MatrixXd tones(Eigen::Index n) {
   Eigen::MatrixXd columns(n, 5);
   for (Eigen::Index k = 0; k < n; ++k) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the reported uncertainty is worth, over many records of known systems. Minutes.
+// Coverage of the reported uncertainty over many records of known systems. Takes minutes.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
