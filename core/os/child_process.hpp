@@ -27,7 +27,7 @@ struct SpawnRequest {
   Session session = Session::shared;
 };
 
-/// How a child ended.
+/// The end of a child.
 struct ChildEnd {
   std::optional<int> status;  ///< as waitpid(2) returns it; none: the system no longer knows the child
 };

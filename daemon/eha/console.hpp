@@ -31,7 +31,7 @@ class Console {
   void info(std::string_view text) const;
   void debug(std::string_view text) const;
 
-  /// Results as text for people; nothing with --json. Ends what it prints with a newline.
+  /// Prints results as text, with a newline at the end; nothing with --json.
   void print(std::string_view text) const;
 
   /// The document of --json; prints nothing without that option.

@@ -9,7 +9,7 @@
 
 namespace eha::cli {
 
-/// Who drives the rig.
+/// The process that drives the rig.
 enum class Driver {
   this_process,  ///< a stopped or suspended process would leave the last voltage on the output
   service,       ///< this process only watches: the terminal may end or suspend it as usual

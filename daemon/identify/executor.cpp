@@ -11,7 +11,7 @@
 namespace eha::identify {
 namespace {
 
-/// What the threads of one call share.
+/// Data shared by the threads of one call.
 struct Batch {
   Batch(std::size_t tasks, const std::function<void(std::size_t)>& work_on) : count(tasks), task(work_on) {}
 

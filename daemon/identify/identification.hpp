@@ -52,7 +52,7 @@ struct Identification {
   std::vector<std::string> notes = {};     ///< reasons for a missing frequency response
 };
 
-/// What is compared with the task's models.
+/// The comparisons to make with the task's models.
 struct Comparisons {
   enum class Paper { leave_out, include } paper = Paper::leave_out;
   enum class CrossValidation { leave_out, include } cross_validation = CrossValidation::leave_out;

@@ -13,7 +13,7 @@ namespace eha::identify {
 [[nodiscard]] nlohmann::ordered_json to_json(const IdentifiedModel& identified);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<IdentifiedModel>& models);
 
-/// Writes DIR/<name>.json for each model, and the frequency response beside them.
+/// Writes DIR/<name>.json for each model, and the frequency response in the same folder.
 /// @returns the paths, the models' first @throws IoError, PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> write_models(const Identification& identification,
                                                               const std::filesystem::path& folder);

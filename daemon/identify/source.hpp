@@ -33,7 +33,7 @@ struct Source {
 [[nodiscard]] std::vector<std::string> warnings(const Source& source);
 
 /// Reads a run folder or a CSV record.
-/// @param experiment_file  takes the place of the run's own experiment
+/// @param experiment_file  replaces the run's own experiment
 /// @throws DataError, IoError, PermissionError, ConfigError  as record::read_run, read_record_csv, load_experiment
 [[nodiscard]] Source load_source(const std::string& name, const std::optional<std::string>& experiment_file);
 

@@ -7,7 +7,7 @@
 
 namespace eha::record {
 
-/// How a run of the tick loop ended, counters and histograms included: the member `report` of run.json.
+/// The end of a run of the tick loop, with counters and histograms: the member `report` of run.json.
 [[nodiscard]] nlohmann::ordered_json describe_report(const acquisition::RunReport& report);
 
 /// The end of the journal: outcome, fault and the main counters.

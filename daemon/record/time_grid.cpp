@@ -94,7 +94,7 @@ class Grid {
     }
   }
 
-  /// Rounding error of so many additions of a step in double precision [s].
+  /// Rounding error of this many additions of a step in double precision [s].
   [[nodiscard]] double rounding_s(std::size_t rows) const {
     const double largest = std::max(std::abs(time_s_.front()), std::abs(time_s_.back()));
     return (static_cast<double>(rows) + 4.0) * std::numeric_limits<double>::epsilon() * largest;

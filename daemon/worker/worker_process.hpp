@@ -29,7 +29,7 @@ struct WorkerPrograms {
   std::filesystem::path eha;
 };
 
-/// How a worker ended.
+/// The end of a worker.
 struct WorkerEnd {
   std::optional<int> exit_code;  ///< of eha; none: killed, or ended by a limit
   std::string text;              ///< its last messages, or what ended it
@@ -50,7 +50,7 @@ class WorkerProcess {
 
   [[nodiscard]] pid_t pid() const noexcept { return process_.pid(); }
 
-  /// How it ended, or nothing while it runs. Kills it when its wall time is over. Call on SIGCHLD and about every
+  /// The worker's end, or nothing while it runs. Kills it when its wall time is over. Call on SIGCHLD and about every
   /// second.
   [[nodiscard]] std::optional<WorkerEnd> poll();
 

@@ -19,11 +19,11 @@ struct Harmonic {
   double phase_rad = 0.0;
 };
 
-/// Sum of lines over one period of so many samples, by an inverse Fourier transform. Cost O(N log N).
+/// Sum of lines over one period of `samples` samples, by an inverse Fourier transform. Cost O(N log N).
 /// Precondition: 2 harmonic < samples.
 [[nodiscard]] Eigen::VectorXd sum_of(const std::vector<Harmonic>& lines, std::size_t samples);
 
-/// Frequencies of lines in a table of so many samples [Hz].
+/// Frequencies of lines in a table of `samples` samples [Hz].
 [[nodiscard]] std::vector<double> frequencies_of(const std::vector<Harmonic>& lines, double step_s,
                                                  std::size_t samples);
 

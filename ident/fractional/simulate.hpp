@@ -8,7 +8,7 @@
 
 namespace eha::ident {
 
-/// How a fractional transfer function is simulated.
+/// Method of simulating a fractional transfer function.
 enum class SimulationMethod {
   exact,  ///< exact for a held input: aliased sum; stable models only
   gl1,    ///< Grunwald-Letnikov, first order, as in the paper

@@ -28,7 +28,7 @@ struct SymmetricEigen {
   Eigen::VectorXd values;
   Eigen::MatrixXd vectors;
 };
-/// @param diagonal  n values; @param off  the n - 1 values beside it
+/// @param diagonal  n values; @param off  the n - 1 off-diagonal values
 [[nodiscard]] SymmetricEigen eigen_of_tridiagonal(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& off);
 
 }  // namespace eha::ident

@@ -157,7 +157,7 @@ Termination iterate(const OutputError& problem, const Box& box, const LeastSquar
     }
     const Eigen::VectorXd change = linearised.r * step;
     const double predicted = linearised.target.squaredNorm() - (linearised.target - change).squaredNorm();
-    // What the step changes in the output, against the output itself: below rounding nothing is left to gain.
+    // The step's change of the output, relative to the output: below the rounding error no progress is possible.
     if (change.squaredNorm() <= options.step_tolerance * options.step_tolerance * total) return Termination::converged;
     const auto trial = problem.evaluate(result.theta + step, OutputError::Want::value);
     ++result.evaluations;

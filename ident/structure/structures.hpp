@@ -11,7 +11,7 @@
 
 namespace eha::ident {
 
-/// Structures that the project knows by name.
+/// Named structures.
 namespace structures {
 
 /// Integer orders. @throws ConfigError  the degrees make no sense

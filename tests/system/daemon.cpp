@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
-/// How long to wait between two looks at something that gives no sign of its own.
+/// Polling interval for conditions that send no notification.
 constexpr auto kLook = std::chrono::milliseconds(5);
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {

@@ -64,7 +64,7 @@ class Daemon {
   /// Waits until the service manager is told a message that contains `text`, after the one it waited for before.
   /// @returns whether that happened in time
   bool hears(const std::string& text, std::chrono::seconds patience = kGenerous);
-  /// What it was told until now is not heard any more.
+  /// Discards the messages received so far.
   void forget_messages();
   /// Waits until the log holds `text`.
   bool logs(const std::string& text, std::chrono::seconds patience = kGenerous) const;

@@ -9,7 +9,7 @@
 
 namespace eha::test {
 
-/// How a program ended and what it said.
+/// Exit code and output of a program.
 struct Ended {
   int code = -1;  ///< exit code; 128 + the signal's number when a signal ended it
   std::string out;
@@ -29,7 +29,7 @@ struct Ended {
 /// Standard output of a command line of the shell, empty when it cannot be run.
 [[nodiscard]] std::string output_of_shell(const std::string& command);
 
-/// How many lines of a text begin with `beginning`.
+/// Number of lines of a text that begin with `beginning`.
 [[nodiscard]] std::size_t lines_beginning_with(const std::string& text, std::string_view beginning);
 
 /// The source tree's shipped file, such as "config/rigs/sim.toml".

@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 using control::Client;
 using std::chrono::steady_clock;
 
-/// How long a stop may wait for an answer while the machine is loaded.
+/// Longest wait for the answer to a stop on a loaded machine.
 constexpr std::chrono::seconds kPrompt(5);
 
 std::int64_t start_long_run(const Daemon& daemon, Client& client) {
@@ -97,7 +97,7 @@ TEST(ServiceHost, ALogThatIsReadAgainSaysHowManyMessagesWereDropped) {
   daemon.start();
   reader.fill();
   Client client(daemon.socket());
-  // Each pair makes two messages of the state, whatever the limit on those of requests.
+  // Each pair logs two messages of the state, independently of the limit on those of requests.
   for (int i = 0; i < 1000; ++i) {
     client.call("arm");
     client.call("disarm");
@@ -128,7 +128,7 @@ TEST(ServiceHost, AUserLookUpThatHangsDelaysNobody) {
   EXPECT_LT(steady_clock::now() - begun, kPrompt);
 }
 
-/// Tones off every grid, so many and so long that the table takes minutes.
+/// So many tones that are not harmonics, over so long a time that the table takes minutes.
 std::string endless_experiment_text() {
   std::string text = experiment_text("endless", 9000.0);
   const std::string key = "tones = [\n";

@@ -31,7 +31,7 @@ std::string rejected_experiment(const std::string& name) {
   return replaced(experiment_text(name), "min_validation_r2_percent = 90.0", "min_validation_r2_percent = 99.999999");
 }
 
-/// Accepted whatever comes out of such a short record.
+/// Every model of such a short record is accepted.
 std::string accepted_experiment(const std::string& name) {
   return replaced(
       replaced(experiment_text(name), "min_validation_r2_percent = 90.0", "min_validation_r2_percent = 0.0"),

@@ -92,7 +92,7 @@ TEST(Service, RampsOutOnTheFirstStopAndDisarms) {
   const Json manifest = Json::parse(content_of(fs::path(over.at("folder").get<std::string>()) / "run.json"));
   EXPECT_EQ(manifest.at("report").at("fault"), nullptr);
   EXPECT_EQ(manifest.at("report").at("safe_confirmed"), true);
-  // Whoever stopped the rig does not want the next experiment to move it.
+  // After a stop the next experiment must not move the rig.
   EXPECT_EQ(client.call("status").at("state"), "idle");
   EXPECT_EQ(entry_of(daemon, next).at("state"), "held");
 }

@@ -7,7 +7,7 @@
 
 namespace eha::test {
 
-/// Reference data that may not be copied into the project lie beside it: in $EHA_SHARED, or ../shared of the source
+/// Reference data that may not be copied into the project are outside it: in $EHA_SHARED, or ../shared of the source
 /// tree. Tests that need them skip when they are absent, saying so.
 inline std::filesystem::path shared(const std::string& name) {
   const char* set = std::getenv("EHA_SHARED");

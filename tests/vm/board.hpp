@@ -32,7 +32,7 @@ struct WireChange {
   std::int64_t value = 0;    ///< [uV], or the digital word
 };
 
-/// What the stand-in card has on its wires.
+/// The wires of the stand-in card.
 struct Wire {
   std::int64_t ao0_uV = 0;
   std::int64_t digital_outputs = 0;

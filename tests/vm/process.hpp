@@ -23,7 +23,7 @@ class Process {
   int wait();
   void signal(int number) const;
   [[nodiscard]] pid_t id() const { return id_; }
-  /// What it has written to standard output and standard error until now.
+  /// Its standard output and standard error so far.
   [[nodiscard]] std::string output() const;
 
  private:

@@ -18,7 +18,7 @@
 namespace eha::acquisition {
 namespace {
 
-/// What the parent sees of the child's rig.
+/// The child's rig as the parent sees it.
 struct Wire {
   std::atomic<double> voltage_V{0.0};
   std::atomic<bool> enabled{false};

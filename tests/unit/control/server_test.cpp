@@ -59,7 +59,7 @@ class ServerTest : public ::testing::Test {
     EXPECT_EQ(::send(descriptor, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
   }
 
-  /// What there is to read; ends with "<end>" when the connection is closed.
+  /// The text that can be read; ends with "<end>" when the connection is closed.
   static std::string hear(int descriptor) {
     std::string text;
     std::array<char, 4096> bytes;
@@ -169,7 +169,7 @@ TEST_F(ServerTest, LeavesOutWhatASlowReaderDoesNotTakeAndDropsHimInTheEnd) {
   say(client, "{\"id\":1,\"method\":\"status\"}\n");
   turn();
   const std::string line(10'000, 'x');
-  // The kernel's buffer fills; what does not fit any more is left out, not kept.
+  // The kernel's buffer fills; further lines are left out, not kept.
   for (int i = 0; i < 1000; ++i) server_->stream(peer_.client, line + "\n", Delivery::when_read);
   turn();
   EXPECT_EQ(server_->clients(), 1U);

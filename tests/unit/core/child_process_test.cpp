@@ -37,7 +37,7 @@ struct Pipe {
   FileDescriptor writing;
 };
 
-/// What a shell prints to its standard output.
+/// Standard output of a shell command.
 std::string output_of(const std::string& script, Session session = Session::shared) {
   Pipe pipe;
   ChildProcess child({.words = {"/bin/sh", "-c", script}, .standard_output = &pipe.writing, .session = session});

@@ -15,7 +15,7 @@ namespace {
 
 using hal::testing::pci1716_options;
 
-/// What the wiring of pci1716_options() needs of a card.
+/// A card that has what the wiring of pci1716_options() needs.
 hal::CardDescription pci1716() {
   using hal::AnalogReference;
   using hal::SubdeviceKind;

@@ -11,7 +11,7 @@ namespace {
 
 using testing::pci1716_options;
 
-/// What the out-of-tree driver reports of a PCI-1716.
+/// A PCI-1716 as the out-of-tree driver reports it.
 CardDescription pci1716() {
   CardDescription card;
   card.board = "pci1716";

@@ -14,7 +14,7 @@ namespace eha::identify::test {
 inline constexpr double kStep_s = 0.01;
 inline const ident::TransferFunction kLag{{{2.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
 
-/// A lag driven by tones whose common period is 10 s, played for `duration_s`, so often.
+/// A lag driven by tones with a common period of 10 s, played for `duration_s`, several times.
 inline Source source_of(double duration_s, int repetitions, const std::vector<ident::Tone>& tones) {
   Source source;
   source.name = "test";
@@ -37,7 +37,7 @@ inline ident::FitOptions discarding(double seconds) {
   return options;
 }
 
-/// What a fit would have left: the plant itself.
+/// The plant itself, in the form of a fitted model.
 inline std::vector<IdentifiedModel> the_plant() {
   std::vector<IdentifiedModel> models(1);
   models[0].result.model.name = "io";

@@ -54,7 +54,7 @@ TEST(ExperimentRows, InterpolateSkippedAndHeldTicksAndCountThem) {
   ASSERT_EQ(rows.displacement_in.size(), 4u);
   EXPECT_DOUBLE_EQ(rows.displacement_in[1], 11.0);
   EXPECT_DOUBLE_EQ(rows.displacement_in[2], 12.0);
-  EXPECT_DOUBLE_EQ(rows.voltage_V[1], 1.1);  // the voltage is known, whatever the sensor missed
+  EXPECT_DOUBLE_EQ(rows.voltage_V[1], 1.1);  // the voltage is known even where the sensor missed
   EXPECT_EQ(rows.interpolated, 2u);
 }
 

@@ -17,7 +17,7 @@
 namespace eha::hal {
 namespace {
 
-/// A rig whose snapshot no eha-safe knows, and a count of those that were opened.
+/// A rig with a snapshot that eha-safe does not support.
 class MadeUpRig final : public Rig {
  public:
   [[nodiscard]] const RigCapabilities& capabilities() const noexcept override { return capabilities_; }
@@ -104,7 +104,7 @@ TEST(MadeUpBackend, IsConfirmedBeforeItMoves) {
 }
 
 TEST(MadeUpBackend, IsNotDrivenWithoutAGuard) {
-  // The guard that is built knows no such backend, so that it does not start.
+  // The built guard does not have this backend, so it does not start.
   const std::string message = message_of([] { const OwnedRig rig(config::parse_rig(kMadeUp, "r.toml")); });
   EXPECT_NE(message.find("the guard of the rig does not start"), std::string::npos) << message;
   EXPECT_NO_THROW(OwnedRig(config::parse_rig(kSimulated, "r.toml")));

@@ -86,7 +86,7 @@ TEST(Uncertainty, NamesParametersThatCannotBeToldApart) {
   const Uncertainty known = uncertainty(columns, {"a", "b", "c", "d", "e"}, residual_model(noise(625, 0.0, 1)));
   EXPECT_EQ(known.indistinguishable, (std::vector<std::string>{"b", "d"}));
   EXPECT_TRUE(known.covariance.allFinite());
-  // What the two do together is known all the same.
+  // The combined effect of the two is determined nevertheless.
   const Eigen::VectorXd together = (Eigen::VectorXd(5) << 0.0, 1.0, 0.0, 2.0, 0.0).finished();
   const double expected = std::pow(columns.col(1).norm(), -2);
   EXPECT_NEAR(together.dot(known.covariance * together) / expected, 1.0, 0.2);

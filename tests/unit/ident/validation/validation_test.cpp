@@ -216,7 +216,7 @@ TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
   AcceptanceLimits limits;
   limits.require_stable = false;
   EXPECT_TRUE(judge(model, limits).accepted);
-  // A pole in the right half plane beside it is no integrator's.
+  // With another pole in the right half plane the model is not a mere integrator.
   model.transfer_function.denominator = {{1.0, 2.0}, {-1.0, 1.0}};
   EXPECT_NE(judge(model, {}).reasons.front().find("unstable"), std::string::npos);
 }

@@ -9,7 +9,7 @@
 
 namespace eha::hal {
 
-/// A driving backend that nothing but this list knows.
+/// A driving backend that is in this list only.
 struct MadeUpOptions {
   static constexpr std::string_view kName = "made_up";
   static constexpr bool kMovesMachine = true;
