@@ -174,7 +174,7 @@ bool plainly_stable(const Polynomial& d) {
 /// Whether orders and coefficients are within the range of the tests.
 bool decidable(const Polynomial& d) {
   return std::all_of(d.terms.begin(), d.terms.end(), [&](const Term& term) {
-    return std::isfinite(term.coefficient) && term.order + d.removed_order <= kOrderLimit;
+    return std::isfinite(term.coefficient) && std::abs(term.order + d.removed_order) <= kOrderLimit;
   });
 }
 

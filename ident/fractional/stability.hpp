@@ -13,7 +13,7 @@ namespace eha::ident {
 [[nodiscard]] int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad);
 
 /// Whether some mode of G grows: a pole with positive real part. An integrator (a pole at 0) does not grow. A G with an
-/// order above kOrderLimit counts as growing: the cost of the tests rises with the orders.
+/// order beyond +-kOrderLimit counts as growing: the cost of the tests rises with the orders.
 [[nodiscard]] bool grows(const TransferFunction& g);
 
 /// Bounded-input bounded-output stability with its margin. Orders that are multiples of one base order q with degree at

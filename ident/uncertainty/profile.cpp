@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "ident/fractional/stability.hpp"
 #include "ident/search/least_squares.hpp"
@@ -30,6 +31,24 @@ double& named(std::vector<ParameterRequest>& requests, const std::string& name) 
   return at->start.emplace();
 }
 
+/// How far the search lets a parameter go.
+Interval admissible(const ReportedOptimum& optimum, const std::vector<Coordinate>& searched, const ParameterKey& key) {
+  Interval reach{least_value(key.role), kInfinity};
+  const auto at = std::find_if(searched.begin(), searched.end(), [&](const auto& c) { return c.key.name == key.name; });
+  if (at != searched.end() && (is_order(key.role) || key.role == ParameterRole::delay)) {
+    reach = {at->lower, at->upper};
+  } else if (key.role == ParameterRole::denominator_coefficient && !optimum.structure.structure.base_order) {
+    // Weights, natural frequencies and damping ratios are positive.
+    reach.lower = 0.0;
+  }
+  for (const ParameterRequest& request : optimum.structure.parameters) {
+    if (request.name != key.name) continue;
+    reach.lower = std::max(reach.lower, request.lower.value_or(reach.lower));
+    reach.upper = std::min(reach.upper, request.upper.value_or(reach.upper));
+  }
+  return reach;
+}
+
 /// The optimum's parameters as one vector, and back.
 class Reported {
  public:
@@ -39,12 +58,25 @@ class Reported {
     std::vector<double> all(theta.begin(), theta.end());
     visit(optimum.solution, [&](const double& value) { all.push_back(value); });
     values_ = Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+    const std::vector<Coordinate> searched = Parametrisation::search(optimum.structure, optimum.scale).coordinates();
+    for (std::size_t i = 0; i < optimum.parameters.size(); ++i) {
+      Interval reach = admissible(optimum, searched, optimum.parameters[i]);
+      // An optimum on a bound may lie beyond it by rounding.
+      const double value = values_[static_cast<Eigen::Index>(i)];
+      reach = {std::min(reach.lower, value), std::max(reach.upper, value)};
+      reach_.push_back(reach);
+    }
   }
 
   [[nodiscard]] const Eigen::VectorXd& values() const { return values_; }
+  [[nodiscard]] const Interval& reach(std::size_t parameter) const { return reach_[parameter]; }
 
-  /// Sum of squares with the parameters at `values`; infinite for a model that grows.
+  /// Sum of squares with the parameters at `values`; infinite for a model that grows or is out of the search's reach.
   [[nodiscard]] double cost(const Eigen::VectorXd& values) const {
+    for (std::size_t i = 0; i < reach_.size(); ++i) {
+      const double value = values[static_cast<Eigen::Index>(i)];
+      if (value < reach_[i].lower || value > reach_[i].upper) return kInfinity;
+    }
     const Eigen::VectorXd theta = values.head(coordinates_);
     LinearSolution linear = optimum_.solution;
     Eigen::Index at = coordinates_;
@@ -71,16 +103,16 @@ class Reported {
   const ReportedOptimum& optimum_;
   Eigen::Index coordinates_ = 0;
   Eigen::VectorXd values_;
+  std::vector<Interval> reach_;  ///< one a parameter
 };
 
 /// One parameter's interval.
 class Profile {
  public:
   Profile(const ReportedOptimum& optimum, const Reported& reported, const Uncertainty& known, std::size_t parameter)
-      : optimum_(optimum), reported_(reported), key_(optimum.parameters[parameter]) {
+      : optimum_(optimum), reported_(reported), key_(optimum.parameters[parameter]), reach_(reported.reach(parameter)) {
     const auto at = static_cast<Eigen::Index>(parameter);
     value_ = reported.values()[at];
-    room_below_ = value_ - least_value(key_.role);
     const double unit_variance = known.unit_covariance(at, at);
     direction_ = known.unit_covariance.col(at) / unit_variance;
     half_width_ = known.interval_factor * std::sqrt(known.covariance(at, at));
@@ -88,19 +120,20 @@ class Profile {
   }
 
   [[nodiscard]] Interval straight() const {
-    return {value_ - std::min(half_width_, room_below_), value_ + half_width_};
+    return {std::max(reach_.lower, value_ - half_width_), std::min(reach_.upper, value_ + half_width_)};
   }
 
   /// Whether the cost rises as a parabola up to both ends of the straight interval.
   [[nodiscard]] bool is_straight() const {
     if (!(rise_ > kResolvedRise * optimum_.plain.output_energy())) return true;
+    if (value_ - half_width_ < reach_.lower || value_ + half_width_ > reach_.upper) return false;
     return std::abs(straight_rise(1.0) / rise_ - 1.0) < kStraight &&
-           (half_width_ > room_below_ || std::abs(straight_rise(-1.0) / rise_ - 1.0) < kStraight);
+           std::abs(straight_rise(-1.0) / rise_ - 1.0) < kStraight;
   }
 
   /// Where the profile has risen by rise_. @param side  -1 or 1
-  [[nodiscard]] double end(double side) const {
-    const double room = side < 0.0 ? room_below_ : kInfinity;
+  [[nodiscard]] double end(double side) {
+    const double room = side < 0.0 ? value_ - reach_.lower : reach_.upper - value_;
     double distance = std::min(half_width_, room);
     if (!(distance > 0.0)) return value_;
     double inside = 0.0;
@@ -115,7 +148,7 @@ class Profile {
       const double root = std::sqrt(std::max(0.0, rise) / rise_);
       if (std::abs(root - 1.0) < kEndTolerance) return value_ + side * distance;
       if (root < 1.0) {
-        if (distance >= room) return value_ - room;
+        if (distance >= room) return side < 0.0 ? reach_.lower : reach_.upper;
         inside = distance;
         others = start;
       } else {
@@ -129,6 +162,8 @@ class Profile {
     return std::isfinite(outside) ? value_ + side * distance : side * kInfinity;
   }
 
+  [[nodiscard]] std::size_t evaluations() const noexcept { return evaluations_; }
+
  private:
   [[nodiscard]] double straight_rise(double side) const {
     return reported_.cost(reported_.values() + side * half_width_ * direction_) - optimum_.cost;
@@ -136,7 +171,7 @@ class Profile {
 
   /// Least cost over all other parameters with this one held. @param others  where the search starts, then where it
   /// ended
-  [[nodiscard]] double least_cost(double held, Eigen::VectorXd& others) const {
+  [[nodiscard]] double least_cost(double held, Eigen::VectorXd& others) {
     StructureOptions structure = optimum_.structure;
     LinearPart linear = optimum_.linear;
     const std::size_t coordinates = optimum_.plain.parametrisation().coordinates().size();
@@ -171,6 +206,7 @@ class Profile {
     }
     const OutputError problem(optimum_.compared, parametrisation, linear);
     const LeastSquaresResult found = minimise(problem, parametrisation.start(), kCoarse);
+    evaluations_ += found.evaluations;
     if (found.termination == Termination::infeasible) return kInfinity;
     const TransferFunction g = parametrisation.transfer_function(found.theta, found.point.linear.numerator);
     std::optional<ValveMap> valve = parametrisation.valve(found.theta);
@@ -183,23 +219,26 @@ class Profile {
   const ReportedOptimum& optimum_;
   const Reported& reported_;
   ParameterKey key_;
+  Interval reach_;
   double value_ = 0.0;
   Eigen::VectorXd direction_;  ///< change of the others per unit of this one
   double half_width_ = 0.0;
   double room_below_ = 0.0;  ///< down to the least value that means anything
   double rise_ = 0.0;
+  std::size_t evaluations_ = 0;
 };
 
 }  // namespace
 
-std::vector<Interval> intervals(const ReportedOptimum& optimum, const Uncertainty& known, const Executor& executor) {
+Intervals intervals(const ReportedOptimum& optimum, const Uncertainty& known, const Executor& executor) {
   const Reported reported(optimum);
   const bool is_long = optimum.compared.measured().size() > kMostRows;
   const auto lost = [&](const std::string& name) {
     return std::find(known.indistinguishable.begin(), known.indistinguishable.end(), name) !=
            known.indistinguishable.end();
   };
-  std::vector<Interval> all;
+  Intervals found;
+  std::vector<Interval>& all = found.all;
   std::vector<std::size_t> bent;
   for (std::size_t i = 0; i < optimum.parameters.size(); ++i) {
     if (lost(optimum.parameters[i].name)) {
@@ -207,16 +246,20 @@ std::vector<Interval> intervals(const ReportedOptimum& optimum, const Uncertaint
       continue;
     }
     const Profile profile(optimum, reported, known, i);
+    found.evaluations += 2;
     all.push_back(profile.straight());
     if (!is_long && !is_free_response(optimum.parameters[i].role) && !profile.is_straight()) bent.push_back(i);
   }
+  std::vector<std::size_t> evaluations(2 * bent.size());
   executor(2 * bent.size(), [&](std::size_t task) {
     const std::size_t i = bent[task / 2];
     const bool is_lower = task % 2 == 0;
-    const double end = Profile(optimum, reported, known, i).end(is_lower ? -1.0 : 1.0);
-    (is_lower ? all[i].lower : all[i].upper) = end;
+    Profile profile(optimum, reported, known, i);
+    (is_lower ? all[i].lower : all[i].upper) = profile.end(is_lower ? -1.0 : 1.0);
+    evaluations[task] = profile.evaluations();
   });
-  return all;
+  found.evaluations = std::accumulate(evaluations.begin(), evaluations.end(), found.evaluations);
+  return found;
 }
 
 }  // namespace eha::ident

@@ -62,9 +62,9 @@ void add_free_response(std::vector<ParameterEstimate>& parameters, const Model& 
   for (std::size_t i = 0; i < model.past_input.size(); ++i) add(past_input_key(i));
 }
 
-std::vector<Interval> profile_intervals(const ReportedFit& fit, const OutputError& plain,
-                                        const std::vector<ParameterKey>& parameters, const Uncertainty& known,
-                                        const ProfileSearch& profile) {
+Intervals profile_intervals(const ReportedFit& fit, const OutputError& plain,
+                            const std::vector<ParameterKey>& parameters, const Uncertainty& known,
+                            const ProfileSearch& profile) {
   // With several numerator terms the bias does not enter linearly.
   const bool bias_coordinate =
       fit.optimum.variant.bias_coordinate || (fit.linear.solve_bias && fit.linear.numerator.size() > 1);
@@ -200,7 +200,11 @@ void fill_parameters(FitResult& result, const ReportedFit& fit, const ProfileSea
                                                      fit.optimum.free, residual.effective_samples);
 
   std::vector<Interval> reach;
-  if (profile != nullptr) reach = profile_intervals(fit, problem, estimated, known, *profile);
+  if (profile != nullptr) {
+    Intervals found = profile_intervals(fit, problem, estimated, known, *profile);
+    reach = std::move(found.all);
+    result.model.estimation->evaluations += found.evaluations;
+  }
   result.model.parameters = listed_values(fit.asked.structure, result.model);
   add_free_response(result.model.parameters, result.model);
   for (ParameterEstimate& p : result.model.parameters) {

@@ -254,7 +254,8 @@ TEST(Stability, DecidesOrdersThatAlmostAgreeAsIfTheyDid) {
 TEST(Stability, CountsWhatIsNoPlantAsGrowingAtOnce) {
   const TransferFunction steep{{{1.0, 0.0}}, {{3.03e10, 2.043e7}, {3.04e10, 2.04e7}, {1.0, 0.0}}, 0.0};
   const TransferFunction endless{{{1.0, 0.0}}, {{INFINITY, 2.1}, {1.0, 0.97}, {1.0, 0.0}}, 0.0};
-  for (const TransferFunction& g : {steep, endless}) {
+  const TransferFunction sunken{{{1.0, 0.0}}, {{8.88e-12, -5.5e8}, {1.0, 0.999}, {1.5, 0.0}}, 0.0};
+  for (const TransferFunction& g : {steep, endless, sunken}) {
     EXPECT_TRUE(grows(g));
     EXPECT_FALSE(stability(g).stable);
   }
