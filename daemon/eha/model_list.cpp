@@ -17,7 +17,10 @@ void print_model_list(const std::vector<record::ModelEntry>& models, const Conso
   };
   for (const record::ModelEntry& model : models) {
     rows.push_back({model.name, percent(model.estimation_r2_percent), percent(model.validation_r2_percent),
-                    percent(model.validation_r2_percent_offset_reestimated), model.accepted ? "accepted" : "rejected",
+                    percent(model.validation_r2_percent_offset_reestimated),
+                    !model.grade.empty() ? model.grade
+                    : model.accepted     ? "accepted"
+                                         : "rejected",
                     model.file});
   }
   if (!rows.empty()) {

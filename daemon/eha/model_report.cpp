@@ -60,7 +60,7 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
   row.push_back(again ? fmt::format("{:.2f}", again->r2_percent) : "-");
   row.push_back(again ? fmt::format("{:.2f}", again->fit_percent) : "-");
   row.emplace_back(!model.stability ? "?" : model.stability->stable ? "yes" : "no");
-  row.emplace_back(model.verdict && model.verdict->accepted ? "accepted" : "rejected");
+  row.emplace_back(model.verdict ? text(model.verdict->grade) : "-");
   row.push_back(model.estimation ? fmt::format("{:.2f}", model.estimation->seconds) : "-");
   return row;
 }
@@ -113,8 +113,8 @@ std::string notes_on(const IdentifiedModel& identified, const char* mark) {
   if (!model.estimation) return text;
   if (model.estimation->information) {
     const ident::InformationCriteria& i = *model.estimation->information;
-    text += fmt::format("  {} parameters, {:.0f} effective samples: BIC {:.1f}, AIC {:.1f}, AICc {:.1f}, FPE {:.3g}.\n",
-                        i.parameters, i.effective_samples, i.bic, i.aic, i.aicc, i.fpe);
+    text += fmt::format("  {} parameters, {} samples: AR-BIC {:.1f} (residual of order {}).\n", i.parameters, i.samples,
+                        i.ar_bic, i.ar_order);
   }
   if (model.estimation->correlation && !model.estimation->correlation->indistinguishable.empty()) {
     text += fmt::format("  The record cannot tell these apart: {}.\n",

@@ -19,7 +19,7 @@ namespace {
 
 std::string table(const std::vector<ident::SweepPoint>& sweep) {
   const std::vector<Column> columns{{"q", Align::right},         {"est. R2 %", Align::right}, {"fit %", Align::right},
-                                    {"val. R2 %", Align::right}, {"fit %", Align::right},     {"BIC", Align::right},
+                                    {"val. R2 %", Align::right}, {"fit %", Align::right},     {"AR-BIC", Align::right},
                                     {"stable", Align::left},     {"margin rad", Align::right}};
   std::vector<std::vector<std::string>> rows;
   for (const ident::SweepPoint& point : sweep) {
@@ -32,7 +32,7 @@ std::string table(const std::vector<ident::SweepPoint>& sweep) {
       };
       score(&m.estimation->score);
       score(m.validation ? &m.validation->score : nullptr);
-      row.push_back(fmt::format("{:.1f}", m.estimation->information->bic));
+      row.push_back(fmt::format("{:.1f}", m.estimation->information->ar_bic));
       row.emplace_back(m.stability->stable ? "yes" : "no");
       row.push_back(fmt::format("{:.3f}", m.stability->margin_rad));
     } else {

@@ -73,7 +73,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (validation.offset_reestimated) text += score_line("offset re-estimated", *validation.offset_reestimated, model);
   text += correlation_line("residual with itself", validation.acf, 1);
   text += correlation_line("residual with input", validation.ccf, 0);
-  text += fmt::format("{}: {}\n", model.name, model.verdict->accepted ? "accepted" : "rejected");
+  text += fmt::format("{}: {}\n", model.name, ident::text(model.verdict->grade));
   for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);
   console.print(text);
   if (!model.verdict->accepted) return ExitCode::model_rejected;

@@ -10,7 +10,6 @@
 #include "daemon/identify/executor.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "ident/estimation/paper_procedure.hpp"
-#include "ident/uncertainty/information.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::identify {
@@ -82,9 +81,6 @@ std::vector<IdentifiedModel> fit_models(const IdentificationTask& task, const Pr
       throw DataError(fmt::format("{}: {}", task.source_name, error.what()));
     }
   }
-  std::vector<ident::Model*> comparable;
-  for (IdentifiedModel& identified : models) comparable.push_back(&identified.result.model);
-  ident::compare_on_equal_terms(comparable);
   return models;
 }
 

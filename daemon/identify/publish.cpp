@@ -21,7 +21,10 @@ record::ModelEntry manifest_entry(const IdentifiedModel& identified, const fs::p
   const ident::Model& model = identified.result.model;
   record::ModelEntry entry{
       .name = model.name, .file = file.generic_string(), .accepted = is_accepted(identified), .reasons = {}};
-  if (model.verdict) entry.reasons = model.verdict->reasons;
+  if (model.verdict) {
+    entry.grade = ident::text(model.verdict->grade);
+    entry.reasons = model.verdict->reasons;
+  }
   if (model.estimation) {
     entry.estimation_r2_percent = model.estimation->score.r2_percent;
     entry.seconds = model.estimation->seconds;

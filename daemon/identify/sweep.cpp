@@ -28,7 +28,7 @@ CommensurateSweep sweep_commensurate_order(const IdentificationTask& task, const
   CommensurateSweep sweep{.structure = commensurate_structure(task.structures), .points = {}};
   if (progress) progress(0.0, fmt::format("fitting {} values of q", orders.size()));
   sweep.points = ident::sweep_commensurate_order(task.record, sweep.structure, task.options, orders, thread_executor());
-  const auto bic_of = [&](std::size_t i) { return sweep.points[i].model->estimation->information->bic; };
+  const auto bic_of = [&](std::size_t i) { return sweep.points[i].model->estimation->information->ar_bic; };
   for (std::size_t i = 0; i < sweep.points.size(); ++i) {
     if (sweep.points[i].model && (!sweep.best || bic_of(i) < bic_of(*sweep.best))) sweep.best = i;
   }

@@ -108,6 +108,7 @@ ModelEntry model_from_json(const Json& json, const std::string& place) {
       .name = members.text("name"),
       .file = members.text("file"),
       .accepted = members.flag("accepted"),
+      .grade = members.text("grade"),
       .reasons = {},
       .estimation_r2_percent = members.number("estimation_r2_percent"),
       .seconds = members.number("seconds"),
@@ -168,6 +169,7 @@ Json to_json(const ModelEntry& model) {
   json["name"] = model.name;
   json["file"] = model.file;
   json["accepted"] = model.accepted;
+  if (!model.grade.empty()) json["grade"] = model.grade;
   json["reasons"] = model.reasons;
   set(json, "estimation_r2_percent", model.estimation_r2_percent);
   set(json, "seconds", model.seconds);

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "ident/uncertainty/information.hpp"
 
 namespace eha::ident {
 
@@ -35,11 +34,6 @@ std::vector<SweepPoint> sweep_commensurate_order(const Record& record, const Str
       // The point stays without a model.
     }
   });
-  std::vector<Model*> models;
-  for (SweepPoint& point : sweep) {
-    if (point.model) models.push_back(&*point.model);
-  }
-  compare_on_equal_terms(models);
   return sweep;
 }
 
@@ -62,7 +56,8 @@ std::vector<double> order_grid(double first, double last, double step) {
 
 std::string to_csv(const std::vector<SweepPoint>& sweep) {
   std::string text =
-      "q,estimation_r2_percent,estimation_fit_percent,validation_r2_percent,validation_fit_percent,bic,stable,margin_"
+      "q,estimation_r2_percent,estimation_fit_percent,validation_r2_percent,validation_fit_percent,ar_bic,stable,"
+      "margin_"
       "rad\n";
   for (const SweepPoint& point : sweep) {
     text += fmt::format("{:.6g}", point.commensurate_order);
@@ -75,7 +70,7 @@ std::string to_csv(const std::vector<SweepPoint>& sweep) {
     text += m.validation
                 ? fmt::format(",{:.10g},{:.10g}", m.validation->score.r2_percent, m.validation->score.fit_percent)
                 : ",,";
-    text += fmt::format(",{:.10g},{},{:.10g}\n", m.estimation->information->bic, m.stability->stable ? 1 : 0,
+    text += fmt::format(",{:.10g},{},{:.10g}\n", m.estimation->information->ar_bic, m.stability->stable ? 1 : 0,
                         m.stability->margin_rad);
   }
   return text;

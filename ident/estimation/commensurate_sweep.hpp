@@ -30,7 +30,7 @@ inline constexpr int kMostSweepOrders = 1000;  ///< each is a fit
 /// @throws ConfigError  not 0 < first <= last < 2, step not positive, more than kMostSweepOrders
 [[nodiscard]] std::vector<double> order_grid(double first, double last, double step);
 
-/// The sweep as CSV text: q, R2 and fit of both parts, BIC, stability and its margin; empty fields where
+/// The sweep as CSV text: q, R2 and fit of both parts, AR-BIC, stability and its margin; empty fields where
 /// there is no stable model.
 [[nodiscard]] std::string to_csv(const std::vector<SweepPoint>& sweep);
 

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
+#include "ident/estimation/left_out.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/signal/decimation.hpp"
 #include "ident/structure/parameter_requests.hpp"
@@ -62,15 +63,15 @@ FitResult fit(const Record& record, const StructureOptions& asked, const FitOpti
   check_record(record, options);
   if (options.procedure == Procedure::paper) return fit_by_paper(record, asked, options);
   FitResult result = fit_by_default(record, asked, options, executor);
+  StructureOptions fitted = asked;
   const StructureParameter& bias = asked.structure.input_map.bias;
-  if (find_request(asked, bias) != nullptr || !is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
-    return result;
+  if (find_request(asked, bias) == nullptr && is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
+    fitted.parameters.push_back({bias.key.name, true, 0.0, {}, {}});
+    result = fit_by_default(record, fitted, options, executor);
+    result.model.provenance["input_bias"] =
+        "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
   }
-  StructureOptions without = asked;
-  without.parameters.push_back({bias.key.name, true, 0.0, {}, {}});
-  result = fit_by_default(record, without, options, executor);
-  result.model.provenance["input_bias"] =
-      "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
+  if (options.intervals == IntervalMethod::profile) note_left_out(result, record, fitted, options, executor);
   return result;
 }
 

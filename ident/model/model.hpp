@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ident/fractional/transfer_function.hpp"
@@ -42,18 +43,32 @@ struct Correlation {
   double bound99 = 0.0;
 };
 
-/// Criteria that weigh a structure's error against its number of parameters, to compare structures on one record: lower
-/// is better. n is the effective number of samples, which counts correlated residuals less; p is the number of
-/// parameters and V the mean square error:
+/// What the criterion rises by when a free order's term is left out and the rest estimated anew.
+struct LeftOut {
+  std::string order;  ///< name of the order: "n2"
+  double rise = 0.0;  ///< AR-BIC of the smaller structure less that of this one
+};
+
+/// Criteria that weigh a structure's error against its number of parameters; lower is better. Structures are compared
+/// by AR-BIC alone: it has no unit, does not depend on what else was fitted, and holds for a coloured residual. With
+/// AR(m) the autoregressive model of the residual that BIC chooses and s^2 the variance that it leaves over n rows
+/// (all but the first 10, which are its past),
+///   ar_bic = n ln(s^2 / var y) + (p + m) ln n.
+/// The others take the residual for `effective_samples` independent values of mean square V:
 ///   aic = n ln V + 2 p, aicc = aic + 2 p (p + 1)/(n - p - 1), bic = n ln V + p ln n, fpe = V (n + p)/(n - p).
 /// Akaike, IEEE Trans. AC 19 (1974); Hurvich and Tsai, Biometrika 76 (1989); Schwarz, Ann. Stat. 6 (1978).
 struct InformationCriteria {
-  std::size_t parameters = 0;  ///< estimated from the record
+  std::size_t parameters = 0;  ///< p, estimated from the record, offset and bias included
   double effective_samples = 0.0;
   double aic = 0.0;
   double aicc = 0.0;
   double bic = 0.0;
   double fpe = 0.0;  ///< [output unit^2]
+  double ar_bic = 0.0;
+  std::size_t ar_order = 0;       ///< m
+  std::size_t samples = 0;        ///< n of ar_bic
+  std::string record;             ///< identity of the rows compared: AR-BIC compares where n and record agree
+  std::vector<LeftOut> left_out;  ///< one a free order; empty where it was not determined
 };
 
 /// Correlation of the errors of the estimated parameters.
@@ -74,6 +89,20 @@ struct EstimationReport {
   bool converged = false;
 };
 
+/// A joint test of the residual, whitened by its autoregressive model.
+struct ResidualTest {
+  double statistic = 0.0;  ///< chi-squared with `degrees` of freedom for a right model
+  std::size_t degrees = 0;
+  double p = 1.0;  ///< probability of a statistic at least as large
+};
+
+/// Two joint tests in which the errors of the estimated parameters are allowed for.
+struct ResidualTests {
+  std::size_t ar_order = 0;  ///< of the residual's model
+  ResidualTest input;        ///< no correlation with the input at lags 0..20
+  ResidualTest whiteness;    ///< no correlation of what the model leaves at lags 1..20
+};
+
 /// The model held against the part of the record that did not estimate.
 struct ValidationReport {
   Score score;                              ///< bias and offset kept
@@ -81,6 +110,9 @@ struct ValidationReport {
   Correlation acf;                          ///< of the residual, lags 0..20
   Correlation ccf;                          ///< residual against input, lags -20..20
   double ljung_box_p = 0.0;                 ///< p value of the portmanteau test on 20 lags
+  std::optional<ResidualTests> tests;       ///< none where the samples are too few
+  /// Samples whose input lies outside what the estimating part saw [%]; none on another record.
+  std::optional<double> extrapolated_percent;
 };
 
 /// Frequency response of a model with first-order standard errors, one value a frequency.
@@ -98,9 +130,29 @@ struct StabilityReport {
   double margin_rad = 0.0;  ///< least |arg pole| - pi/2 on the principal sheet; at most pi/2
 };
 
+/// One thing that a model is judged by.
+struct Criterion {
+  std::string name;  ///< "validation_r2_percent", "std_n2", ...
+  double value = 0.0;
+  double limit = 0.0;
+  bool passed = false;
+};
+
+/// How far a model can be trusted.
+enum class Grade {
+  rejected,  ///< not stable, not identified, or the limits are not met
+  usable,    ///< only residual tests or extrapolation fail
+  good,      ///< every criterion passed
+};
+
+/// "good", "usable" or "rejected", as in model files.
+[[nodiscard]] std::string_view text(Grade grade);
+
 struct Verdict {
-  bool accepted = false;
+  bool accepted = false;             ///< not rejected
   std::vector<std::string> reasons;  ///< why it is rejected, then notes; one sentence each
+  Grade grade = Grade::rejected;
+  std::vector<Criterion> criteria;  ///< every one that applied
 };
 
 /// One window of the estimated input before t = 0, added to its value at rest: constant over from_s <= t < to_s <= 0.

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -186,7 +187,8 @@ Correlation read_correlation(const Node& node) {
 }
 
 InformationCriteria read_information(const Node& node) {
-  const Node object = node.object({"parameters", "effective_samples", "aic", "aicc", "bic", "fpe"});
+  const Node object = node.object({"parameters", "effective_samples", "aic", "aicc", "bic", "fpe", "ar_bic", "ar_order",
+                                   "samples", "record", "left_out"});
   InformationCriteria criteria;
   object.read("parameters", criteria.parameters);
   object.read("effective_samples", criteria.effective_samples);
@@ -194,6 +196,19 @@ InformationCriteria read_information(const Node& node) {
   object.read("aicc", criteria.aicc);
   object.read("bic", criteria.bic);
   object.read("fpe", criteria.fpe);
+  object.read("ar_bic", criteria.ar_bic);
+  object.read("ar_order", criteria.ar_order);
+  object.read("samples", criteria.samples);
+  object.read("record", criteria.record);
+  if (!object.has("left_out")) return criteria;
+  for (const Node& entry : object.at("left_out").list()) {
+    const Node left_out = entry.object({"order", "rise"});
+    LeftOut& target = criteria.left_out.emplace_back();
+    left_out.at("order").read(target.order);
+    left_out.at("rise").read(target.rise);
+    // A term without which there is no model costs without limit, which JSON writes as null.
+    if (std::isnan(target.rise)) target.rise = std::numeric_limits<double>::infinity();
+  }
   return criteria;
 }
 
@@ -222,14 +237,32 @@ EstimationReport read_estimation(const Node& node) {
   return report;
 }
 
+ResidualTest read_test(const Node& node) {
+  const Node object = node.object({"statistic", "degrees", "p"});
+  ResidualTest test;
+  object.read("statistic", test.statistic);
+  object.read("degrees", test.degrees);
+  object.read("p", test.p);
+  return test;
+}
+
 ValidationReport read_validation(const Node& node) {
-  const Node object = node.object({"r2_percent", "mse", "fit_percent", "error_min", "error_max", "samples", "acf",
-                                   "ccf", "ljung_box_p", "offset_reestimated"});
+  const Node object =
+      node.object({"r2_percent", "mse", "fit_percent", "error_min", "error_max", "samples", "acf", "ccf", "ljung_box_p",
+                   "residual_tests", "extrapolated_percent", "offset_reestimated"});
   ValidationReport report;
   report.score = read_score(object);
   if (object.has("acf")) report.acf = read_correlation(object.at("acf"));
   if (object.has("ccf")) report.ccf = read_correlation(object.at("ccf"));
   object.read("ljung_box_p", report.ljung_box_p);
+  if (object.has("residual_tests")) {
+    const Node tests = object.at("residual_tests").object({"ar_order", "input", "whiteness"});
+    report.tests.emplace();
+    tests.read("ar_order", report.tests->ar_order);
+    if (tests.has("input")) report.tests->input = read_test(tests.at("input"));
+    if (tests.has("whiteness")) report.tests->whiteness = read_test(tests.at("whiteness"));
+  }
+  if (object.has("extrapolated_percent")) object.read("extrapolated_percent", report.extrapolated_percent.emplace());
   if (object.has("offset_reestimated")) {
     report.offset_reestimated =
         read_score(object.at("offset_reestimated")
@@ -258,11 +291,32 @@ BodeCurve read_bode(const Node& node) {
   return curve;
 }
 
+Grade read_grade(const Node& node) {
+  std::string name;
+  node.read(name);
+  for (const Grade grade : {Grade::good, Grade::usable, Grade::rejected}) {
+    if (name == text(grade)) return grade;
+  }
+  node.refuse("good, usable or rejected");
+}
+
 Verdict read_verdict(const Node& node) {
-  const Node object = node.object({"accepted", "reasons"});
+  const Node object = node.object({"accepted", "grade", "criteria", "reasons"});
   Verdict verdict;
   object.at("accepted").read(verdict.accepted);
   object.read("reasons", verdict.reasons);
+  // Files of earlier versions have no grade.
+  verdict.grade = verdict.accepted ? Grade::usable : Grade::rejected;
+  if (object.has("grade")) verdict.grade = read_grade(object.at("grade"));
+  if (!object.has("criteria")) return verdict;
+  for (const Node& entry : object.at("criteria").list()) {
+    const Node criterion = entry.object({"name", "value", "limit", "passed"});
+    Criterion& target = verdict.criteria.emplace_back();
+    criterion.at("name").read(target.name);
+    criterion.read("value", target.value);
+    criterion.read("limit", target.limit);
+    criterion.at("passed").read(target.passed);
+  }
   return verdict;
 }
 

@@ -62,7 +62,14 @@ Json estimation_to_json(const EstimationReport& report) {
                              {"aic", i.aic},
                              {"aicc", i.aicc},
                              {"bic", i.bic},
-                             {"fpe", i.fpe}};
+                             {"fpe", i.fpe},
+                             {"ar_bic", i.ar_bic},
+                             {"ar_order", i.ar_order},
+                             {"samples", i.samples},
+                             {"record", i.record}};
+    Json left_out = Json::array();
+    for (const LeftOut& entry : i.left_out) left_out.push_back({{"order", entry.order}, {"rise", entry.rise}});
+    object["information"]["left_out"] = std::move(left_out);
   }
   if (report.correlation) {
     object["correlation"] = {{"names", report.correlation->names},
@@ -72,11 +79,32 @@ Json estimation_to_json(const EstimationReport& report) {
   return object;
 }
 
+Json test_to_json(const ResidualTest& test) {
+  return {{"statistic", test.statistic}, {"degrees", test.degrees}, {"p", test.p}};
+}
+
+Json verdict_to_json(const Verdict& verdict) {
+  Json criteria = Json::array();
+  for (const Criterion& c : verdict.criteria) {
+    criteria.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"passed", c.passed}});
+  }
+  return {{"accepted", verdict.accepted},
+          {"grade", text(verdict.grade)},
+          {"criteria", std::move(criteria)},
+          {"reasons", verdict.reasons}};
+}
+
 Json validation_to_json(const ValidationReport& report) {
   Json object = validation_score_to_json(report.score);
   object["acf"] = correlation_to_json(report.acf);
   object["ccf"] = correlation_to_json(report.ccf);
   object["ljung_box_p"] = report.ljung_box_p;
+  if (report.tests) {
+    object["residual_tests"] = {{"ar_order", report.tests->ar_order},
+                                {"input", test_to_json(report.tests->input)},
+                                {"whiteness", test_to_json(report.tests->whiteness)}};
+  }
+  if (report.extrapolated_percent) object["extrapolated_percent"] = *report.extrapolated_percent;
   if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);
   return object;
 }
@@ -118,7 +146,7 @@ std::string to_text(const Model& model) {
                       {"phase_deg", model.bode->phase_deg},
                       {"phase_std_deg", model.bode->phase_std_deg}};
   }
-  if (model.verdict) object["verdict"] = {{"accepted", model.verdict->accepted}, {"reasons", model.verdict->reasons}};
+  if (model.verdict) object["verdict"] = verdict_to_json(*model.verdict);
   object["procedure"] = model.procedure;
   object["provenance"] = Json::object();
   for (const auto& [key, value] : model.provenance) object["provenance"][key] = value;

@@ -59,6 +59,10 @@ bool is_order(ParameterRole role) {
          role == ParameterRole::base_order;
 }
 
+bool is_coefficient(ParameterRole role) {
+  return role == ParameterRole::numerator_coefficient || role == ParameterRole::denominator_coefficient;
+}
+
 bool is_free_response(ParameterRole role) {
   return role == ParameterRole::initial_state || role == ParameterRole::past_input;
 }

@@ -34,6 +34,9 @@ struct ParameterKey {
 /// Whether a parameter is an exponent of s, or scales all exponents.
 [[nodiscard]] bool is_order(ParameterRole role);
 
+/// Whether a parameter multiplies a power of s.
+[[nodiscard]] bool is_coefficient(ParameterRole role);
+
 /// Whether a parameter describes the state at t = 0. It enters the output linearly and takes no request.
 [[nodiscard]] bool is_free_response(ParameterRole role);
 

@@ -223,7 +223,6 @@ class Profile {
   double value_ = 0.0;
   Eigen::VectorXd direction_;  ///< change of the others per unit of this one
   double half_width_ = 0.0;
-  double room_below_ = 0.0;  ///< down to the least value that means anything
   double rise_ = 0.0;
   std::size_t evaluations_ = 0;
 };

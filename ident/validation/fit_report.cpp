@@ -11,6 +11,7 @@
 #include "ident/uncertainty/information.hpp"
 #include "ident/uncertainty/profile.hpp"
 #include "ident/validation/correlation.hpp"
+#include "ident/validation/residual_tests.hpp"
 #include "ident/validation/score.hpp"
 
 namespace eha::ident {
@@ -60,6 +61,42 @@ void add_free_response(std::vector<ParameterEstimate>& parameters, const Model& 
   };
   for (std::size_t i = 0; i < model.initial_state.size(); ++i) add(state_key(i));
   for (std::size_t i = 0; i < model.past_input.size(); ++i) add(past_input_key(i));
+}
+
+/// The covariance that a model file holds: standard errors and correlation. Parameters that the record could not tell
+/// apart are left out.
+ParameterCovariance stored_covariance(const Model& model) {
+  ParameterCovariance known;
+  if (!model.estimation || !model.estimation->correlation) return known;
+  const ParameterCorrelation& correlation = *model.estimation->correlation;
+  std::vector<std::size_t> rows;
+  std::vector<double> deviations;
+  for (std::size_t i = 0; i < std::min(correlation.names.size(), correlation.matrix.size()); ++i) {
+    const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                 [&](const ParameterEstimate& p) { return p.name == correlation.names[i]; });
+    if (at == model.parameters.end() || !std::isfinite(at->std)) continue;
+    rows.push_back(i);
+    deviations.push_back(at->std);
+    known.parameters.push_back(key_of(at->name, model.transfer_function.numerator.size()));
+  }
+  known.matrix.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::vector<double>& row = correlation.matrix[rows[i]];
+    for (std::size_t j = 0; j < rows.size(); ++j) {
+      const double r = rows[j] < row.size() && std::isfinite(row[rows[j]]) ? row[rows[j]] : (i == j ? 1.0 : 0.0);
+      known.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = r * deviations[i] * deviations[j];
+    }
+  }
+  return known;
+}
+
+/// Share of the samples after the first `estimated` whose input lies outside the range of those [%].
+double extrapolated_percent(const Eigen::VectorXd& input, Eigen::Index estimated) {
+  const Eigen::Index rest = input.size() - estimated;
+  const double lower = input.head(estimated).minCoeff();
+  const double upper = input.head(estimated).maxCoeff();
+  const auto outside = (input.tail(rest).array() < lower || input.tail(rest).array() > upper).count();
+  return 100.0 * static_cast<double>(outside) / static_cast<double>(rest);
 }
 
 Intervals profile_intervals(const ReportedFit& fit, const OutputError& plain,
@@ -172,12 +209,17 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   }
   const Eigen::Index rest = result.measured.size() - estimated;
   if (rest < 2) return;
+  const ParameterCovariance stored = stored_covariance(result.model);
   const Eigen::VectorXd measured = result.measured.tail(rest);
   const Eigen::VectorXd simulated = result.simulated.tail(rest);
   ValidationReport report = residual_report(measured, simulated, picked(record.input, comparison).tail(rest));
   ModelOutput tail{output.forced.tail(rest), Eigen::MatrixXd(output.free.rows() == 0 ? 0 : rest, output.free.cols())};
   if (output.free.cols() > 0) tail.free = output.free.bottomRows(rest);
   report.offset_reestimated = score(measured, tail.total(with_offset_fitted(result.model, tail, measured)));
+  const ParameterCovariance& known = result.covariance.parameters.empty() ? stored : result.covariance;
+  report.tests = residual_tests(
+      tested_part(result.model, record, comparison, result.estimation_samples, measured - simulated, known));
+  if (estimated > 0) report.extrapolated_percent = extrapolated_percent(picked(record.input, comparison), estimated);
   result.model.validation = report;
 }
 
@@ -196,8 +238,8 @@ void fill_parameters(FitResult& result, const ReportedFit& fit, const ProfileSea
     correlation.matrix.emplace_back(known.correlation.row(i).begin(), known.correlation.row(i).end());
   }
   correlation.indistinguishable = known.indistinguishable;
-  result.model.estimation->information = information(best.point.cost / static_cast<double>(best.point.residual.size()),
-                                                     fit.optimum.free, residual.effective_samples);
+  result.model.estimation->information =
+      information(best.point.residual, fit.compared.measured(), fit.optimum.free, residual.effective_samples);
 
   std::vector<Interval> reach;
   if (profile != nullptr) {

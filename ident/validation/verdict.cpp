@@ -8,51 +8,70 @@
 #include <cstddef>
 #include <limits>
 #include <string_view>
+#include <utility>
 
 #include "ident/fractional/stability.hpp"
 
 namespace eha::ident {
 namespace {
 
-/// Below this p value the residual is called coloured.
-constexpr double kWhitenessLevel = 0.01;
+constexpr double kResidualLevel = 0.01;       // of each residual test
+constexpr double kGreatestOrderError = 0.15;  // standard error of a free order
+constexpr double kLeastRise = 10.0;           // of AR-BIC, without an order's term
+constexpr double kMostExtrapolated_percent = 5.0;
+
+/// What a failed criterion does to the grade.
+enum class Weight { rejects, lowers };
 
 class Judgement {
  public:
+  /// @param sentence  says why, when it fails
+  void criterion(std::string name, double value, double limit, bool passed, Weight weight,
+                 const std::string& sentence) {
+    criteria_.push_back({std::move(name), value, limit, passed});
+    if (passed) return;
+    if (weight == Weight::rejects) {
+      reject(sentence);
+    } else {
+      grade_ = std::min(grade_, Grade::usable);
+      note(sentence);
+    }
+  }
   void reject(std::string_view reason) {
-    accepted_ = false;
+    grade_ = Grade::rejected;
     rejections_.emplace_back(reason);
   }
   void note(std::string_view text) { notes_.emplace_back(text); }
 
   /// Reasons for a rejection first, then notes.
   Verdict verdict() {
-    Verdict result{accepted_, std::move(rejections_)};
+    Verdict result{grade_ != Grade::rejected, std::move(rejections_), grade_, std::move(criteria_)};
     result.reasons.insert(result.reasons.end(), notes_.begin(), notes_.end());
     return result;
   }
 
  private:
-  bool accepted_ = true;
+  Grade grade_ = Grade::good;
+  std::vector<Criterion> criteria_;
   std::vector<std::string> rejections_;
   std::vector<std::string> notes_;
 };
 
 void judge_score(const Score& score, const char* part, const Model& model, const AcceptanceLimits& limits,
                  Judgement& judgement) {
-  if (!(score.r2_percent >= limits.min_validation_r2_percent)) {
-    judgement.reject(fmt::format("The {} R2 of {:.4g} % is below the limit of {:.4g} %.", part, score.r2_percent,
-                                 limits.min_validation_r2_percent));
-  }
+  judgement.criterion(fmt::format("{}_r2_percent", part), score.r2_percent, limits.min_validation_r2_percent,
+                      score.r2_percent >= limits.min_validation_r2_percent, Weight::rejects,
+                      fmt::format("The {} R2 of {:.4g} % is below the limit of {:.4g} %.", part, score.r2_percent,
+                                  limits.min_validation_r2_percent));
   const double least = std::abs(score.error_min);
   const double greatest = std::abs(score.error_max);
   const double error =
       std::isnan(greatest) ? greatest : std::max(least, greatest);  // max() would drop a NaN on its right
   // Without a limit (infinity) only a NaN fails here.
-  if (!(error <= limits.max_abs_error)) {
-    judgement.reject(fmt::format("The greatest {} error of {:.4g} {} is above the limit of {:.4g} {}.", part, error,
-                                 model.output_unit, limits.max_abs_error, model.output_unit));
-  }
+  judgement.criterion(fmt::format("{}_max_abs_error", part), error, limits.max_abs_error, error <= limits.max_abs_error,
+                      Weight::rejects,
+                      fmt::format("The greatest {} error of {:.4g} {} is above the limit of {:.4g} {}.", part, error,
+                                  model.output_unit, limits.max_abs_error, model.output_unit));
 }
 
 double lowest_order(const std::vector<Term>& terms) {
@@ -78,41 +97,45 @@ void judge_stability(const Model& model, const AcceptanceLimits& limits, Judgeme
     return;
   }
   const StabilityReport& stability = *model.stability;
-  if (limits.require_stable && !stability.stable && only_integrates(model.transfer_function)) {
-    judgement.reject(
+  const bool forbidden = limits.require_stable && !stability.stable;
+  const bool too_near = stability.stable && !(stability.margin_rad >= limits.min_stability_margin_rad);
+  std::string sentence = fmt::format("The stability margin of {:.4g} rad is below the limit of {:.4g} rad.",
+                                     stability.margin_rad, limits.min_stability_margin_rad);
+  if (forbidden && only_integrates(model.transfer_function)) {
+    sentence =
         "The model integrates, and the limits require a stable one; [acceptance] require_stable = false of an "
-        "experiment file allows it.");
-  } else if (limits.require_stable && !stability.stable) {
-    judgement.reject(
-        fmt::format("The model is unstable (test: {}, margin {:.4g} rad), and the limits require a stable one.",
-                    stability.test, stability.margin_rad));
-  } else if (stability.stable && !(stability.margin_rad >= limits.min_stability_margin_rad)) {
-    judgement.reject(fmt::format("The stability margin of {:.4g} rad is below the limit of {:.4g} rad.",
-                                 stability.margin_rad, limits.min_stability_margin_rad));
+        "experiment file allows it.";
+  } else if (forbidden) {
+    sentence = fmt::format("The model is unstable (test: {}, margin {:.4g} rad), and the limits require a stable one.",
+                           stability.test, stability.margin_rad);
   } else if (!stability.stable) {
     judgement.note(fmt::format("The model is unstable (test: {}, margin {:.4g} rad); the limits allow it.",
                                stability.test, stability.margin_rad));
   }
+  judgement.criterion("stability_margin_rad", stability.margin_rad, limits.min_stability_margin_rad,
+                      !forbidden && !too_near, Weight::rejects, sentence);
 }
 
-void note_residual(const ValidationReport& validation, const AcceptanceLimits& limits, Judgement& judgement) {
-  const Correlation& ccf = validation.ccf;
-  std::size_t outside = 0;
-  std::size_t positive = 0;
-  for (std::size_t i = 0; i < std::min(ccf.lags.size(), ccf.values.size()); ++i) {
-    if (ccf.lags[i] < 1) continue;
-    ++positive;
-    if (std::abs(ccf.values[i]) > ccf.bound99) ++outside;
+void judge_residual(const ValidationReport& validation, const AcceptanceLimits& limits, Judgement& judgement) {
+  if (validation.tests) {
+    const ResidualTest& input = validation.tests->input;
+    judgement.criterion("residual_input_p", input.p, kResidualLevel, input.p >= kResidualLevel, Weight::lowers,
+                        fmt::format("The residual correlates with past input (p = {:.2g} for lags 0 to 20 together): "
+                                    "the model may miss a part of the plant.",
+                                    input.p));
+    const ResidualTest& whiteness = validation.tests->whiteness;
+    judgement.criterion(
+        "residual_whiteness_p", whiteness.p, kResidualLevel, whiteness.p >= kResidualLevel, Weight::lowers,
+        fmt::format("The residual is no autoregressive noise of order {} (p = {:.2g} for lags 1 to 20 together).",
+                    validation.tests->ar_order, whiteness.p));
   }
-  if (outside > 0) {
-    judgement.note(
-        fmt::format("The residual correlates with past input: {} of {} positive lags are outside the 99 % "
-                    "bounds of +-{:.3g}; the model may miss a part of the plant.",
-                    outside, positive, ccf.bound99));
-  }
-  if (validation.ljung_box_p < kWhitenessLevel && validation.acf.lags.size() > 1) {
-    judgement.note(fmt::format("The residual is not white (Ljung-Box p = {:.2g} on {} lags).", validation.ljung_box_p,
-                               validation.acf.lags.size() - 1));
+  if (validation.extrapolated_percent) {
+    const double share = *validation.extrapolated_percent;
+    judgement.criterion("extrapolated_percent", share, kMostExtrapolated_percent, share <= kMostExtrapolated_percent,
+                        Weight::lowers,
+                        fmt::format("{:.3g} % of the validating samples have an input outside the range that the "
+                                    "model was estimated on, more than {:.3g} %.",
+                                    share, kMostExtrapolated_percent));
   }
   if (validation.score.r2_percent < limits.min_validation_r2_percent && validation.offset_reestimated) {
     judgement.note(fmt::format("With the offset estimated anew on the validation part R2 is {:.4g} %.",
@@ -120,12 +143,38 @@ void note_residual(const ValidationReport& validation, const AcceptanceLimits& l
   }
 }
 
-/// Notes parameters whose 95 % interval is wider than twice the value. Parameters of infinite error are named
-/// elsewhere.
-void note_undetermined(const Model& model, Judgement& judgement) {
+std::string with_error(const ParameterEstimate& p) {
+  if (!std::isfinite(p.std)) return fmt::format("{} = {:.4g} +- ?", p.name, p.value);
+  const int decimals = p.std > 0.0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(p.std))), 0, 9) : 6;
+  return fmt::format("{} = {:.{}f} +- {:.{}f}", p.name, p.value, decimals, p.std, decimals);
+}
+
+void judge_order(const ParameterEstimate& p, const std::vector<LeftOut>& left_out, Judgement& judgement) {
+  judgement.criterion("std_" + p.name, p.std, kGreatestOrderError, p.std <= kGreatestOrderError, Weight::rejects,
+                      fmt::format("{}: its standard error exceeds {}.", with_error(p), kGreatestOrderError));
+  for (const LeftOut& entry : left_out) {
+    if (entry.order != p.name) continue;
+    judgement.criterion("left_out_" + p.name, entry.rise, kLeastRise, entry.rise >= kLeastRise, Weight::rejects,
+                        fmt::format("{}: leaving its term out costs {:.1f} of AR-BIC, less than {}.", with_error(p),
+                                    entry.rise, kLeastRise));
+  }
+}
+
+/// Judges whether the record determines what the structure leaves free. The paper's procedure gives no errors.
+void judge_parameters(const Model& model, Judgement& judgement) {
+  if (!model.estimation || !model.estimation->correlation) return;
+  const auto& information = model.estimation->information;
   for (const ParameterEstimate& p : model.parameters) {
-    if (p.fixed || is_offset(p.role) || !std::isfinite(p.std)) continue;
-    if (p.upper95 - p.lower95 > 2.0 * std::abs(p.value)) {
+    if (p.fixed || is_offset(p.role)) continue;
+    if (is_order(p.role)) {
+      judge_order(p, information ? information->left_out : std::vector<LeftOut>{}, judgement);
+    } else if (is_coefficient(p.role)) {
+      // The end of the interval that lies nearer to 0, from its side of 0.
+      const double distance = p.value < 0.0 ? -p.upper95 : p.lower95;
+      judgement.criterion("interval_" + p.name, distance, 0.0, distance > 0.0, Weight::lowers,
+                          fmt::format("{}: its 95 % interval, {:.3g} to {:.3g}, does not exclude 0.", with_error(p),
+                                      p.lower95, p.upper95));
+    } else if (std::isfinite(p.std) && p.upper95 - p.lower95 > 2.0 * std::abs(p.value)) {
       judgement.note(fmt::format("The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}.", p.name,
                                  p.lower95, p.upper95));
     }
@@ -134,20 +183,34 @@ void note_undetermined(const Model& model, Judgement& judgement) {
 
 }  // namespace
 
+std::string_view text(Grade grade) {
+  switch (grade) {
+    case Grade::good:
+      return "good";
+    case Grade::usable:
+      return "usable";
+    case Grade::rejected:
+      break;
+  }
+  return "rejected";
+}
+
 Verdict judge(const Model& model, const AcceptanceLimits& limits, double interpolated_percent) {
   Judgement judgement;
-  if (!(interpolated_percent <= kMostInterpolated_percent)) {
-    judgement.reject(
-        fmt::format("{:.3g} % of the record was not measured but interpolated, which is above the limit of {:.3g} %.",
-                    interpolated_percent, kMostInterpolated_percent));
-  }
-  if (model.estimation && !model.estimation->converged) {
-    judgement.reject(fmt::format("The estimation did not converge: it ended after {} evaluations with \"{}\".",
-                                 model.estimation->evaluations, model.estimation->termination));
+  judgement.criterion(
+      "interpolated_percent", interpolated_percent, kMostInterpolated_percent,
+      interpolated_percent <= kMostInterpolated_percent, Weight::rejects,
+      fmt::format("{:.3g} % of the record was not measured but interpolated, which is above the limit of {:.3g} %.",
+                  interpolated_percent, kMostInterpolated_percent));
+  if (model.estimation) {
+    judgement.criterion("converged", model.estimation->converged ? 1.0 : 0.0, 1.0, model.estimation->converged,
+                        Weight::rejects,
+                        fmt::format("The estimation did not converge: it ended after {} evaluations with \"{}\".",
+                                    model.estimation->evaluations, model.estimation->termination));
   }
   if (model.validation) {
     judge_score(model.validation->score, "validation", model, limits, judgement);
-    note_residual(*model.validation, limits, judgement);
+    judge_residual(*model.validation, limits, judgement);
   } else if (model.estimation) {
     judge_score(model.estimation->score, "estimation", model, limits, judgement);
     judgement.note("Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
@@ -155,7 +218,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, double interpo
     judgement.reject("The model was neither estimated nor validated here.");
   }
   judge_stability(model, limits, judgement);
-  note_undetermined(model, judgement);
+  judge_parameters(model, judgement);
   return judgement.verdict();
 }
 

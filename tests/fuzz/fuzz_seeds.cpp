@@ -79,7 +79,7 @@ void write_models(const path& folder) {
   model.validation->acf = {{0, 1}, {1.0, 0.5}, 0.0877, 0.115};
   model.validation->ccf = {{-1, 0, 1}, {0.1, 0.2, 0.3}, 0.2, 0.25};
   model.stability = eha::ident::StabilityReport{true, "argument_principle", 0.3};
-  model.verdict = eha::ident::Verdict{true, {"The residual is not white."}};
+  model.verdict = eha::ident::Verdict{true, {"The residual is not white."}, eha::ident::Grade::usable, {}};
   model.provenance = {{"normalisation", "a1 = 1"}, {"seed", "1"}};
   write_file_atomically(folder / "full", eha::ident::to_text(model));
 }

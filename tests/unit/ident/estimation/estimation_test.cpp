@@ -296,7 +296,7 @@ TEST(CommensurateSweep, FindsTheBaseOrderThatMadeTheRecord) {
   for (std::size_t k = 0; k < sweep.size(); ++k) {
     ASSERT_TRUE(sweep[k].model) << sweep[k].commensurate_order;
     EXPECT_EQ(value(*sweep[k].model, "q"), sweep[k].commensurate_order);
-    const auto bic = [&](std::size_t i) { return sweep[i].model->estimation->information->bic; };
+    const auto bic = [&](std::size_t i) { return sweep[i].model->estimation->information->ar_bic; };
     if (bic(k) < bic(best)) best = k;
   }
   EXPECT_NEAR(sweep[best].commensurate_order, 0.8, 1e-9);
@@ -322,6 +322,37 @@ TEST(Fit, CountsWhatItEstimatedAndWhatThatCosts) {
   ASSERT_TRUE(result.model.estimation->correlation);
   EXPECT_EQ(result.model.estimation->correlation->names.size(), 7U);
   EXPECT_TRUE(result.model.estimation->correlation->indistinguishable.empty());
+}
+
+TEST(Criterion, HasNoUnitAndDoesNotDependOnWhatElseWasFitted) {
+  Record record = record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.02, 5);
+  const auto criterion = [&](Structure structure) {
+    return fit(record, asked_for(std::move(structure)), {}).model.estimation->information.value();
+  };
+  const InformationCriteria fo = criterion(structures::fo());
+  const InformationCriteria io = criterion(structures::io({2, 0}));
+  EXPECT_EQ(fo.samples, 490U);
+  EXPECT_EQ(fo.record, io.record);
+  EXPECT_LT(fo.ar_bic, io.ar_bic - 10.0);
+  record.output *= 1000.0;
+  const InformationCriteria scaled_fo = criterion(structures::fo());
+  const InformationCriteria scaled_io = criterion(structures::io({2, 0}));
+  EXPECT_NEAR(scaled_fo.ar_bic, fo.ar_bic, 0.01);
+  EXPECT_NEAR(scaled_io.ar_bic, io.ar_bic, 0.01);
+  EXPECT_NE(scaled_fo.record, fo.record);
+}
+
+TEST(Criterion, CostsMuchToLeaveOutATermThatIsThereAndNothingToLeaveOutAnother) {
+  const FitResult there =
+      fit(record_of(fractional(0.6, 1.75, 0.9, 0.3, 0.46), 0.05, 0.01, 5), asked_for(structures::fo()), {});
+  ASSERT_EQ(there.model.estimation->information->left_out.size(), 2U);
+  for (const LeftOut& entry : there.model.estimation->information->left_out)
+    EXPECT_GT(entry.rise, 100.0) << entry.order;
+  Model lag;
+  lag.transfer_function = {{{1.0, 0.0}}, {{1.0, 1.0}, {1.5, 0.0}}, 0.0};
+  const FitResult absent = fit(record_of(lag, 0.05, 0.01, 5), asked_for(structures::fo()), {});
+  for (const LeftOut& entry : absent.model.estimation->information->left_out)
+    EXPECT_LT(entry.rise, 10.0) << entry.order;
 }
 
 TEST(PaperProcedure, ComesOutWithOrdersTooHighAsMeasured) {

@@ -31,22 +31,28 @@ Model full_model() {
   model.initial_state = {0.1, -1.0 / 3.0};
   model.past_input = {{-0.5, 0.0, 1.0 / 3.0}, {-1.0, -0.5, -2.0}};
   model.parameters = {{"a2", 0.61, 0.01, 0.59, 0.63, false}, {"n0", 0.0, 0.0, 0.0, 0.0, true}};
-  model.estimation = EstimationReport{{99.5, 1e-4, 93.0, 0.0, 0.0, 500},
-                                      InformationCriteria{7, 66.5, -601.0, -599.5, -585.0, 1.2e-4},
-                                      ParameterCorrelation{{"a2", "n2"}, {{1.0, -0.3}, {-0.3, 1.0}}, {"n2"}},
-                                      27,
-                                      0.4,
-                                      "converged",
-                                      true};
+  model.estimation = EstimationReport{
+      {99.5, 1e-4, 93.0, 0.0, 0.0, 500},
+      InformationCriteria{7, 66.5, -601.0, -599.5, -585.0, 1.2e-4, -3400.5, 1, 490, "0123456789abcdef", {{"n2", 40.5}}},
+      ParameterCorrelation{{"a2", "n2"}, {{1.0, -0.3}, {-0.3, 1.0}}, {"n2"}},
+      27,
+      0.4,
+      "converged",
+      true};
   ValidationReport validation;
   validation.score = {99.1, 2e-4, 90.5, -0.03, 0.04, 500};
   validation.offset_reestimated = Score{99.2, 1.9e-4, 91.0, -0.02, 0.03, 500};
   validation.acf = {{0, 1}, {1.0, 0.5}, 0.0877, 0.115};
   validation.ccf = {{-1, 0, 1}, {0.1, 0.2, 0.3}, 0.2, 0.25};
   validation.ljung_box_p = 1e-17;
+  validation.tests = ResidualTests{2, {20.5, 21, 0.49}, {40.5, 18, 0.0018}};
+  validation.extrapolated_percent = 1.5;
   model.validation = validation;
   model.stability = StabilityReport{true, "argument_principle", 0.3};
-  model.verdict = Verdict{true, {"The residual is not white."}};
+  model.verdict = Verdict{true,
+                          {"The residual is not white."},
+                          Grade::usable,
+                          {{"validation_r2_percent", 99.1, 90.0, true}, {"residual_whiteness_p", 1e-3, 0.01, false}}};
   model.procedure = "paper";
   model.provenance = {{"normalisation", "a1 = 1"}, {"seed", "1"}};
   return model;
@@ -87,6 +93,11 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.validation->offset_reestimated->samples, 500U);
   EXPECT_EQ(read.provenance, model.provenance);
   EXPECT_EQ(read.procedure, "paper");
+  EXPECT_EQ(read.verdict->grade, Grade::usable);
+  EXPECT_EQ(read.verdict->criteria.at(1).name, "residual_whiteness_p");
+  EXPECT_FALSE(read.verdict->criteria.at(1).passed);
+  EXPECT_EQ(read.estimation->information->left_out.at(0).rise, 40.5);
+  EXPECT_EQ(read.validation->tests->whiteness.degrees, 18U);
 }
 
 TEST(ModelFile, HoldsAnInputMapOrABiasButNotBoth) {

@@ -165,6 +165,8 @@ Model good_model() {
   validation.acf = {{0, 1}, {1.0, 0.01}, 0.09, 0.12};
   validation.ccf = {{-1, 0, 1, 2}, {0.9, 0.0, 0.01, 0.02}, 0.09, 0.12};
   validation.ljung_box_p = 0.4;
+  validation.tests = ResidualTests{1, {20.0, 21, 0.5}, {19.0, 19, 0.5}};
+  validation.extrapolated_percent = 0.0;
   model.validation = validation;
   model.stability = StabilityReport{true, "matignon", 0.5};
   return model;
@@ -173,7 +175,9 @@ Model good_model() {
 TEST(Verdict, AcceptsWithoutAWordWhatMeetsEveryLimit) {
   const Verdict verdict = judge(good_model(), AcceptanceLimits{});
   EXPECT_TRUE(verdict.accepted);
+  EXPECT_EQ(verdict.grade, Grade::good);
   EXPECT_TRUE(verdict.reasons.empty());
+  for (const Criterion& c : verdict.criteria) EXPECT_TRUE(c.passed) << c.name;
 }
 
 TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
@@ -252,16 +256,67 @@ TEST(Verdict, DoesNotLetAFigureThatIsNotANumberPass) {
   EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
 }
 
-TEST(Verdict, NotesCorrelationWithPastInputAndColourWithoutRejecting) {
+TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
   Model model = good_model();
+  // Single lags out of their bounds and colour say nothing: the joint tests do.
   model.validation->ccf.values = {0.9, 0.5, 0.3, -0.4};
   model.validation->ljung_box_p = 1e-5;
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+  model.validation->tests->input.p = 0.009;
+  model.validation->tests->whiteness.p = 1e-5;
   const Verdict verdict = judge(model, AcceptanceLimits{});
   EXPECT_TRUE(verdict.accepted);
-  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{
-                                 "The residual correlates with past input: 2 of 2 positive lags are outside the 99 % "
-                                 "bounds of +-0.12; the model may miss a part of the plant.",
-                                 "The residual is not white (Ljung-Box p = 1e-05 on 1 lags)."}));
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_EQ(verdict.reasons,
+            (std::vector<std::string>{
+                "The residual correlates with past input (p = 0.009 for lags 0 to 20 together): the model may miss a "
+                "part of the plant.",
+                "The residual is no autoregressive noise of order 1 (p = 1e-05 for lags 1 to 20 together)."}));
+}
+
+TEST(Verdict, GradesExtrapolationAsUsable) {
+  Model model = good_model();
+  model.validation->extrapolated_percent = 5.1;
+  EXPECT_EQ(judge(model, {}).grade, Grade::usable);
+}
+
+/// A model of two free orders and one free coefficient, all of them determined.
+Model identified_model() {
+  Model model = good_model();
+  model.parameters = {{"a2", 0.6, 0.01, 0.58, 0.62, false, ParameterRole::denominator_coefficient},
+                      {"n2", 1.75, 0.15, 1.45, 2.05, false, ParameterRole::denominator_order},
+                      {"n1", 0.9, 0.01, 0.88, 0.92, false, ParameterRole::denominator_order}};
+  model.estimation->correlation = ParameterCorrelation{};
+  model.estimation->information = InformationCriteria{};
+  model.estimation->information->left_out = {{"n2", 10.0}, {"n1", 10.0}};
+  return model;
+}
+
+TEST(Verdict, NamesTheOrderThatARecordDoesNotDetermine) {
+  EXPECT_EQ(judge(identified_model(), {}).grade, Grade::good);
+  Model model = identified_model();
+  model.parameters[1].value = 2.49;
+  model.parameters[1].std = 0.70;
+  Verdict verdict = judge(model, {});
+  EXPECT_FALSE(verdict.accepted);
+  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{"n2 = 2.49 +- 0.70: its standard error exceeds 0.15."}));
+  model = identified_model();
+  model.estimation->information->left_out[1].rise = -3.21;
+  verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::rejected);
+  EXPECT_EQ(
+      verdict.reasons,
+      (std::vector<std::string>{"n1 = 0.900 +- 0.010: leaving its term out costs -3.2 of AR-BIC, less than 10."}));
+}
+
+TEST(Verdict, GradesACoefficientThatMayBe0AsUsable) {
+  Model model = identified_model();
+  model.parameters[0].lower95 = 0.0;
+  EXPECT_EQ(judge(model, {}).grade, Grade::usable);
+  EXPECT_EQ(judge(model, {}).reasons.front(), "a2 = 0.600 +- 0.010: its 95 % interval, 0 to 0.62, does not exclude 0.");
+  // A coefficient that the structure or a request holds is not asked.
+  model.parameters[0].fixed = true;
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
 }
 
 TEST(Verdict, JudgesAModelWithoutValidationByItsEstimationAndSaysSo) {

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/uncertainty/autoregression.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+namespace eha::ident {
+namespace {
+
+constexpr double kTiny = 1e-300;
+
+}  // namespace
+
+Autoregression autoregression(const Eigen::VectorXd& residual) {
+  const Eigen::Index n = residual.size() - kHighestAutoregression;
+  const Eigen::Index highest = std::clamp<Eigen::Index>(n / 3, 0, kHighestAutoregression);
+  const Eigen::VectorXd target = residual.tail(n);
+  Eigen::MatrixXd past(n, highest);
+  for (Eigen::Index lag = 1; lag <= highest; ++lag) {
+    past.col(lag - 1) = residual.segment(kHighestAutoregression - lag, n);
+  }
+  // One factorisation serves every order: what the first p columns leave of the target is the tail of Q'y.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(past);
+  const Eigen::VectorXd rotated = qr.householderQ().adjoint() * target;
+  const auto samples = static_cast<double>(n);
+  Autoregression model;
+  model.samples = static_cast<std::size_t>(n);
+  Eigen::Index order = 0;
+  double least = 0.0;
+  for (Eigen::Index p = 0; p <= highest; ++p) {
+    const double variance = rotated.tail(n - p).squaredNorm() / samples;
+    const double bic = samples * std::log(std::max(variance, kTiny)) + static_cast<double>(p) * std::log(samples);
+    if (p > 0 && !(bic < least)) continue;
+    least = bic;
+    order = p;
+    model.variance = variance;
+  }
+  model.coefficients =
+      qr.matrixQR().topLeftCorner(order, order).triangularView<Eigen::Upper>().solve(rotated.head(order));
+  return model;
+}
+
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& columns, const Autoregression& model) {
+  const Eigen::Index n = columns.rows() - kHighestAutoregression;
+  Eigen::MatrixXd innovations = columns.bottomRows(n);
+  for (Eigen::Index j = 0; j < model.coefficients.size(); ++j) {
+    innovations -= model.coefficients[j] * columns.middleRows(kHighestAutoregression - 1 - j, n);
+  }
+  return innovations;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+
+namespace eha::ident {
+
+/// Highest order of the residual's model, and the rows at its beginning that only serve as its past.
+inline constexpr Eigen::Index kHighestAutoregression = 10;
+
+/// Autoregressive model of a residual, e_k = sum_j c_j e_{k-j} + w_k.
+struct Autoregression {
+  Eigen::VectorXd coefficients;  ///< c_1, c_2, ...; empty for white
+  double variance = 0.0;         ///< mean w^2 over the rows from kHighestAutoregression on
+  std::size_t samples = 0;       ///< how many rows these are
+};
+
+/// By least squares. Of the orders 0..10 takes the one of the least n ln(variance) + order ln(n); every order is judged
+/// by the same rows. Fewer orders are tried where there are not three rows for each.
+/// @param residual  more than kHighestAutoregression rows
+/// Cost O(n). Schwarz, Ann. Stat. 6 (1978).
+[[nodiscard]] Autoregression autoregression(const Eigen::VectorXd& residual);
+
+/// The rows from kHighestAutoregression on with each column's past taken off: of the residual, w.
+[[nodiscard]] Eigen::MatrixXd whitened(const Eigen::MatrixXd& columns, const Autoregression& model);
+
+}  // namespace eha::ident

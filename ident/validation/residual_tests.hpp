@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "ident/model/model.hpp"
+#include "ident/record.hpp"
+#include "ident/signal/decimation.hpp"
+#include "ident/uncertainty/bode_curve.hpp"
+
+namespace eha::ident {
+
+/// Part of a record that a model is tested on. All rows are compared ones.
+struct TestedPart {
+  Eigen::VectorXd residual;         ///< n samples [output unit]
+  Eigen::MatrixXd past_input;       ///< n by lags, the input at lags 0, 1, ... of each sample
+  Eigen::MatrixXd parameter_error;  ///< n by p: derivatives by the parameters times a root of their covariance
+};
+
+/// Tests a residual e of a model whose parameters were estimated elsewhere, all lags at once. With A the residual's
+/// autoregressive model, w = A e, U and J the input's lags and the derivatives filtered alike, all without their means,
+/// P the covariance of the parameters and Q an orthonormal basis of U:
+///   input:     (Q'w)' (s^2 I + Q'J P J'Q)^-1 Q'w, chi-squared with rank(U) degrees of freedom;
+///   whiteness: n (n + 2) sum_k (r_k - d_k)^2 / (n - k), k = 1..20, chi-squared with 20 less the order of A; d_k is
+///              what J P J' adds to the autocorrelation r_k on average.
+/// A correct model alarms at the level, whatever autoregression of order up to 10 the noise is.
+/// @returns nothing where there are not three samples for each lag
+/// Bohlin, IEEE Trans. AC 16 (1971), for tests with the model's own covariance; Ljung and Box, Biometrika 65 (1978).
+[[nodiscard]] std::optional<ResidualTests> residual_tests(const TestedPart& part);
+
+/// The part of a record from compared row `first` on, with what the parameters' errors do to the model there, by
+/// differences of simulations. Of a delay or order that the covariance makes larger than a hundredth the first
+/// hundredth counts.
+/// Cost: a simulation a parameter.
+[[nodiscard]] TestedPart tested_part(const Model& model, const Record& record, const Comparison& comparison,
+                                     std::size_t first, const Eigen::VectorXd& residual,
+                                     const ParameterCovariance& known);
+
+}  // namespace eha::ident
