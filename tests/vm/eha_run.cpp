@@ -78,6 +78,13 @@ travel_max_in = 5.75
 stopping_deceleration_in_per_s2 = 200.0
 velocity_limit_in_per_s = 20.0
 frozen_sensor_s = 0.5
+# The board's input is its output: its position follows the voltage, which no rod does.
+[following]
+gain_positive_in_per_V_s = 0.1
+gain_negative_in_per_V_s = 0.1
+null_V = 0.0
+dead_band_V = 4.5
+limit_in = 2.5
 [realtime]
 sample_period_s = 0.001
 priority = 80
