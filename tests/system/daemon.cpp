@@ -177,7 +177,7 @@ std::string experiment_text(const std::string& name, double duration_s) {
   text = replaced(text, "discard_s = 10.0", "discard_s = 0.4");
   // One model: these tests are about the service.
   const std::size_t second = text.find("# K s^b0");
-  const std::size_t end = text.find("# What a model must reach");
+  const std::size_t end = text.find("[acceptance]");
   if (second == std::string::npos || end == std::string::npos) throw std::runtime_error("the experiment has changed");
   return text.erase(second, end - second);
 }

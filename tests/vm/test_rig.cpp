@@ -220,7 +220,7 @@ TEST_F(ComediRigOnTheStandInCard, RefusesToWriteWhatIsNoVoltage) {
   EXPECT_EQ(read_wire().ao0_uV, before);
 }
 
-TEST_F(ComediRigOnTheStandInCard, WritesTheSafeVoltageThenSwitchesTheEnableOff) {
+TEST_F(ComediRigOnTheStandInCard, SwitchesTheEnableOffThenWritesTheSafeVoltage) {
   ASSERT_EQ(rig->set_enable(true), RigStatus::ok);
   ASSERT_EQ(rig->command(3.0, applied), RigStatus::ok);
   const std::size_t before = read_wire().changes.size();
@@ -228,7 +228,8 @@ TEST_F(ComediRigOnTheStandInCard, WritesTheSafeVoltageThenSwitchesTheEnableOff) 
   expect_safe_wire();
   const Wire wire = read_wire();
   ASSERT_GE(wire.changes.size(), before + 2);
-  EXPECT_EQ(wire.changes[before].wire, "ao0");
+  EXPECT_EQ(wire.changes[before].wire, "do");
+  EXPECT_EQ(wire.changes[before + 1].wire, "ao0");
 }
 
 TEST_F(ComediRigOnTheStandInCard, ReportsRemoval) {
