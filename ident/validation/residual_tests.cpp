@@ -163,7 +163,8 @@ TestedPart tested_part(const Model& model, const Record& record, const Compariso
     move(moved, key, step);
     derivatives.col(i) = (output_at(moved, record, comparison).total(moved).tail(rows) - here) / step;
   }
-  part.parameter_error = derivatives * root_of(known.matrix);
+  // A model written by hand, or fitted by the paper's procedure, has no covariance.
+  part.parameter_error = derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * root_of(known.matrix)) : derivatives;
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
   return part;
 }
