@@ -31,8 +31,8 @@ struct ModelEntry {
   std::string name;
   std::string file;  ///< from the run folder
   bool accepted = false;
-  std::string grade = {};            ///< "good", "usable", "rejected"; empty in a manifest of an earlier version
-  std::vector<std::string> reasons;  ///< for a rejection, then notes
+  std::string grade = {};                 ///< "good", "usable", "rejected"; empty in a manifest of an earlier version
+  std::vector<std::string> reasons = {};  ///< for a rejection, then notes
   std::optional<double> estimation_r2_percent = {};
   std::optional<double> seconds = {};  ///< duration of the fit [s]
   std::optional<double> validation_r2_percent = {};

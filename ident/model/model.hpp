@@ -149,10 +149,10 @@ enum class Grade {
 [[nodiscard]] std::string_view text(Grade grade);
 
 struct Verdict {
-  bool accepted = false;             ///< not rejected
-  std::vector<std::string> reasons;  ///< why it is rejected, then notes; one sentence each
+  bool accepted = false;                  ///< not rejected
+  std::vector<std::string> reasons = {};  ///< why it is rejected, then notes; one sentence each
   Grade grade = Grade::rejected;
-  std::vector<Criterion> criteria;  ///< every one that applied
+  std::vector<Criterion> criteria = {};  ///< every one that applied
 };
 
 /// One window of the estimated input before t = 0, added to its value at rest: constant over from_s <= t < to_s <= 0.
