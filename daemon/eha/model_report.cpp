@@ -29,10 +29,12 @@ std::string with_error(const ParameterEstimate& parameter) {
   return fmt::format("{:.{}f} +- {:.{}f}", parameter.value, decimals, parameter.std, decimals);
 }
 
-std::string orders_text(const Model& model) {
+std::string orders_text(const Model& model, const ident::Structure& structure) {
   std::vector<std::string> parts;
   for (const ParameterEstimate& parameter : model.parameters) {
-    if (is_order(parameter.role)) parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
+    // Whole orders that the structure itself gives have no names worth a column.
+    if (!is_order(parameter.role) || has_finite_state(structure)) continue;
+    parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
   }
   if (parts.empty()) {
     for (const ident::Term& term : model.transfer_function.denominator) parts.push_back(fmt::format("{}", term.order));
@@ -53,7 +55,8 @@ void add_score(std::vector<std::string>& row, const std::optional<Score>& score)
 
 std::vector<std::string> row_for(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
-  std::vector<std::string> row{model.name + mark, identified.structure.structure.formula, orders_text(model)};
+  std::vector<std::string> row{model.name + mark, identified.structure.structure.formula,
+                               orders_text(model, identified.structure.structure)};
   add_score(row, model.estimation ? std::optional(model.estimation->score) : std::nullopt);
   add_score(row, model.validation ? std::optional(model.validation->score) : std::nullopt);
   const auto again = model.validation ? model.validation->offset_reestimated : std::nullopt;

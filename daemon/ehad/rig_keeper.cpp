@@ -90,6 +90,7 @@ void RigKeeper::arm(Done done) {
 
 void RigKeeper::reconfigure(Config config, Done done) {
   const bool is_new = config->text != config_->text;
+  ++reconfiguring_;
   ++reopening_;
   thread_->ask(
       [this, config, is_new] {
@@ -98,6 +99,7 @@ void RigKeeper::reconfigure(Config config, Done done) {
         open(*config);
       },
       [this, config, done = std::move(done)](std::future<void> opened) {
+        --reconfiguring_;
         --reopening_;
         std::promise<void> outcome;
         try {

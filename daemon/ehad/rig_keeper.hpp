@@ -51,7 +51,7 @@ class RigKeeper {
   [[nodiscard]] bool is_armed() const noexcept { return machine_.state() == acquisition::State::armed; }
 
   /// Opens a suspect card anew, checks its limits and inputs (daemon/rig/arming.hpp) and arms, unless cancel_arming()
-  /// came first. Only while no run is on.
+  /// came first. Only while no run is on and no configuration is being taken.
   /// @param done  with DeviceError, PermissionError, ConfigError as OwnedRig, or as require_protecting_limits and
   ///              require_plausible_inputs; the rig is not armed then
   void arm(Done done);
@@ -61,6 +61,8 @@ class RigKeeper {
   bool rearm() noexcept { return machine_.arm(); }
   void disarm() noexcept { machine_.disarm(); }
 
+  /// Whether a configuration is being taken: it is not in config() yet, so the rig must not be armed with it.
+  [[nodiscard]] bool is_reconfiguring() const noexcept { return reconfiguring_ > 0; }
   /// Takes another configuration: closes and opens the rig where the file's text differs. The configuration stays as it
   /// was when that fails; the rig is opened anew before it is armed.
   void reconfigure(Config config, Done done);
@@ -93,6 +95,7 @@ class RigKeeper {
   std::unique_ptr<OwnedRig> card_;  ///< none for a simulated rig
   bool is_suspect_ = false;
   bool arming_ = false;
+  int reconfiguring_ = 0;
   int reopening_ = 0;  ///< tasks that may replace card_: the main thread leaves it alone meanwhile
   acquisition::StateMachine machine_;
   std::unique_ptr<Background> thread_;

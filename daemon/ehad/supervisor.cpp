@@ -115,6 +115,8 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
   if (shutting_down_) throw DeviceError("ehad is stopping; try again once it has restarted");
   require_lease(peer, "not armed");
   if (rig_.is_arming()) throw DeviceError("the rig is being armed already; see eha status");
+  // Its limits are checked with the configuration that the runs will have.
+  if (rig_.is_reconfiguring()) throw DeviceError("the configuration is being reloaded; try again");
   const bool was_held = lease_.is_held_by(peer.uid);
   if (lease_.holder() && !was_held) {
     spdlog::warn("the lease of {} is taken over by {} (uid {}, pid {})", lease_.holder()->user, peer.user, peer.uid,

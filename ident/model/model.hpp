@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -114,6 +115,13 @@ struct ValidationReport {
   /// Samples whose input lies outside what the estimating part saw [%]; none on another record.
   std::optional<double> extrapolated_percent;
 };
+
+/// A statistic of one number by its name in model files, whose reader and writer take all of them from this list.
+struct NamedStatistic {
+  const char* name;
+  double ValidationReport::*value;
+};
+inline constexpr std::array kValidationStatistics{NamedStatistic{"ljung_box_p", &ValidationReport::ljung_box_p}};
 
 /// Frequency response of a model with first-order standard errors, one value a frequency.
 struct BodeCurve {

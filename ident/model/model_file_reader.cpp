@@ -247,14 +247,17 @@ ResidualTest read_test(const Node& node) {
 }
 
 ValidationReport read_validation(const Node& node) {
-  const Node object =
-      node.object({"r2_percent", "mse", "fit_percent", "error_min", "error_max", "samples", "acf", "ccf", "ljung_box_p",
-                   "residual_tests", "extrapolated_percent", "offset_reestimated"});
+  std::vector<std::string_view> keys{
+      "r2_percent",        "mse", "fit_percent", "error_min",      "error_max",
+      "samples",           "acf", "ccf",         "residual_tests", "extrapolated_percent",
+      "offset_reestimated"};
+  for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
+  const Node object = node.object(keys);
   ValidationReport report;
   report.score = read_score(object);
   if (object.has("acf")) report.acf = read_correlation(object.at("acf"));
   if (object.has("ccf")) report.ccf = read_correlation(object.at("ccf"));
-  object.read("ljung_box_p", report.ljung_box_p);
+  for (const NamedStatistic& statistic : kValidationStatistics) object.read(statistic.name, report.*statistic.value);
   if (object.has("residual_tests")) {
     const Node tests = object.at("residual_tests").object({"ar_order", "input", "whiteness"});
     report.tests.emplace();

@@ -98,7 +98,7 @@ Json validation_to_json(const ValidationReport& report) {
   Json object = validation_score_to_json(report.score);
   object["acf"] = correlation_to_json(report.acf);
   object["ccf"] = correlation_to_json(report.ccf);
-  object["ljung_box_p"] = report.ljung_box_p;
+  for (const NamedStatistic& statistic : kValidationStatistics) object[statistic.name] = report.*statistic.value;
   if (report.tests) {
     object["residual_tests"] = {{"ar_order", report.tests->ar_order},
                                 {"input", test_to_json(report.tests->input)},

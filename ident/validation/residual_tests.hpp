@@ -30,9 +30,8 @@ struct TestedPart {
 [[nodiscard]] std::optional<ResidualTests> residual_tests(const TestedPart& part);
 
 /// The part of a record from compared row `first` on, with what the parameters' errors do to the model there, by
-/// differences of simulations. Of a delay or order that the covariance makes larger than a hundredth the first
-/// hundredth counts.
-/// Cost: a simulation a parameter.
+/// differences of simulations. A step of a difference is a hundredth of the standard error, at most 0.01 for an order
+/// and 1 % of any other value. Cost: a simulation a parameter.
 [[nodiscard]] TestedPart tested_part(const Model& model, const Record& record, const Comparison& comparison,
                                      std::size_t first, const Eigen::VectorXd& residual,
                                      const ParameterCovariance& known);

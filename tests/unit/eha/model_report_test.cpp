@@ -23,5 +23,14 @@ TEST(ModelReport, ShowsOrdersWithTheDigitsThatTheirErrorsLeave) {
   EXPECT_NE(text.find("A sentence about it."), std::string::npos) << text;
 }
 
+TEST(ModelReport, GivesTheWholeOrdersOfAStructureAsNumbers) {
+  auto whole = model_that(Came::accepted);
+  whole.structure.structure = ident::structures::io();
+  whole.result.model.transfer_function.denominator = {{2.0, 2.0}, {1.0, 1.0}, {0.5, 0.0}};
+  const std::string text = model_report({whole}, {});
+  EXPECT_NE(text.find(" 2, 1, 0 "), std::string::npos) << text;
+  EXPECT_EQ(text.find("n2 "), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace eha::cli

@@ -94,7 +94,9 @@ TEST_F(RigKeeperTest, TakesAnotherConfigurationOnceTheRigIsOpen) {
   std::optional<std::string> answer;
   rig_.reconfigure(other, [&](std::future<void> done) { answer = message_of(std::move(done)); });
   EXPECT_NE(rig_.config()->name, "other");
+  EXPECT_TRUE(rig_.is_reconfiguring()) << "armed now, it would be judged by the configuration that goes";
   await(answer);
+  EXPECT_FALSE(rig_.is_reconfiguring());
   EXPECT_EQ(rig_.config()->name, "other");
 }
 
@@ -108,6 +110,7 @@ TEST_F(RigKeeperTest, KeepsItsConfigurationWhenTheNewRigDoesNotOpen) {
   rig_.reconfigure(other, [&](std::future<void> done) { answer = message_of(std::move(done)); });
   await(answer);
   EXPECT_NE(*answer, "");
+  EXPECT_FALSE(rig_.is_reconfiguring());
   EXPECT_FALSE(hal::moves_machine(rig_.config()->backend));
   EXPECT_EQ(arm(), "");
 }
