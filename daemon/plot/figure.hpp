@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace eha::plot {
+
+/// Ways to draw a series.
+enum class Mark {
+  line,
+  points,
+  impulses,    ///< a stem from 0 to each value
+  error_bars,  ///< a point with a bar from `lower` to `upper`
+  band,        ///< the area between `lower` and `upper`; not drawn in characters
+  area,        ///< the inside of the polygon; not drawn in characters
+};
+
+/// One curve. x and y have one length; a value that is not finite interrupts the curve.
+struct Series {
+  std::string label;  ///< in the key; empty: not listed
+  std::vector<double> x = {};
+  std::vector<double> y = {};  ///< unused by a band
+  std::vector<double> lower = {};
+  std::vector<double> upper = {};
+  Mark mark = Mark::line;
+  /// 0: a broad grey line, for measured data. 1: solid black, for the model that matters most. 2 and more: dashes of
+  /// their own, told apart without colour. Areas and bands take the style's colour, lightened.
+  int style = 1;
+};
+
+/// A line across the whole panel.
+struct Rule {
+  double at = 0.0;
+  bool vertical = false;
+};
+
+/// A part of the x axis with a grey background.
+struct Shade {
+  double from = 0.0;
+  double to = 0.0;
+};
+
+/// Text in a panel, centred on a point.
+struct Caption {
+  double x = 0.0;
+  double y = 0.0;
+  std::string text;
+};
+
+/// A tick mark with its own text.
+struct Tick {
+  double at = 0.0;
+  std::string text;
+};
+
+/// One pair of axes. Empty ranges are chosen by the values.
+struct Panel {
+  std::string x_label;
+  std::string y_label;
+  std::vector<Series> series = {};
+  std::vector<Rule> rules = {};
+  std::vector<Shade> shades = {};
+  std::vector<Caption> captions = {};
+  std::vector<Tick> x_ticks = {};  ///< instead of the numbers of the x axis
+  std::optional<std::pair<double, double>> x_range = {};
+  std::optional<std::pair<double, double>> y_range = {};
+  bool log_x = false;
+  bool is_map = false;  ///< equal scales and no axes; needs both ranges
+};
+
+/// Panels below one another, their left and right edges aligned.
+struct Figure {
+  std::string title;  ///< read out by screen readers; drawn in characters only
+  std::vector<Panel> panels;
+};
+
+}  // namespace eha::plot

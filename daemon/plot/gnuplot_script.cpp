@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <string_view>
+
+#include "daemon/plot/gnuplot.hpp"
+
+namespace eha::plot {
+namespace {
+
+/// Colour, dashes, width and point of a style. The colours differ in lightness, the dashes in length.
+struct Style {
+  const char* colour;
+  const char* dashes;
+  double width;
+  int point;
+};
+constexpr std::array<Style, 7> kStyles{{{"#9a9a9a", "solid", 3.5, 6},
+                                        {"#000000", "solid", 1.4, 2},
+                                        {"#0060a8", "(9,4)", 2.0, 4},
+                                        {"#b03000", "(2,3)", 2.0, 8},
+                                        {"#2d7000", "(11,3,2,3)", 2.0, 12},
+                                        {"#7a2a90", "(5,5)", 1.6, 1},
+                                        {"#8a6a00", "(14,4,2,4,2,4)", 1.6, 10}}};
+
+const Style& style_of(int style) {
+  const std::size_t last = kStyles.size() - 1;
+  const auto index = static_cast<std::size_t>(std::max(0, style));
+  return kStyles[index <= last ? index : 2 + (index - 2) % (last - 1)];
+}
+
+/// Number of bytes of the UTF-8 character that begins at `at`; 0 when there is none.
+std::size_t character_length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned first = byte(at);
+  const std::size_t length = first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+  if (length == 0 || first > 0xF4 || at + length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(at + i) & 0xC0U) != 0x80) return 0;
+  }
+  return length;
+}
+
+bool is_drawn(const Series& series, bool in_characters) {
+  const bool has_area = series.mark == Mark::band || series.mark == Mark::area;
+  return !series.x.empty() && !(in_characters && has_area);
+}
+
+/// The points as a named block. Everything in it is a number.
+void add_data(std::string& script, const std::string& name, const Series& series) {
+  fmt::format_to(std::back_inserter(script), "{} << EOD\n", name);
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const double y = series.mark == Mark::band ? series.lower[i] : series.y[i];
+    const bool has_range = series.mark == Mark::band || series.mark == Mark::error_bars;
+    const double low = has_range ? series.lower[i] : 0.0;
+    const double high = has_range ? series.upper[i] : 0.0;
+    if (!std::isfinite(series.x[i]) || !std::isfinite(y) || !std::isfinite(low) || !std::isfinite(high)) {
+      script += "\n";  // interrupts the curve
+    } else if (has_range) {
+      fmt::format_to(std::back_inserter(script), "{:.7g} {:.7g} {:.7g} {:.7g}\n", series.x[i], y, low, high);
+    } else {
+      fmt::format_to(std::back_inserter(script), "{:.7g} {:.7g}\n", series.x[i], y);
+    }
+  }
+  script += "EOD\n";
+}
+
+std::string plotted(const std::string& data, const Series& series, bool in_characters) {
+  const Style& style = style_of(series.style);
+  const std::string title = series.label.empty() ? "notitle" : "title " + quoted(series.label);
+  if (in_characters) {
+    const char* with = series.mark == Mark::line ? "lines" : series.mark == Mark::impulses ? "impulses" : "points";
+    return fmt::format("{} using 1:2 with {} lt {} {}", data, with, std::max(series.style, 0) + 1, title);
+  }
+  const std::string colour = fmt::format("lc rgb '{}'", style.colour);
+  switch (series.mark) {
+    case Mark::line:
+      return fmt::format("{} using 1:2 with lines {} dt {} lw {} {}", data, colour, style.dashes, style.width, title);
+    case Mark::points:
+      return fmt::format("{} using 1:2 with points {} pt {} ps 0.9 lw 1.6 {}", data, colour, style.point, title);
+    case Mark::impulses:
+      return fmt::format("{} using 1:2 with impulses {} lw 2.5 {}", data, colour, title);
+    case Mark::error_bars:
+      return fmt::format("{} using 1:2:3:4 with yerrorbars {} pt {} ps 0.9 lw 1.6 {}", data, colour, style.point,
+                         title);
+    case Mark::band:
+      return fmt::format("{} using 1:3:4 with filledcurves {} fs transparent solid 0.22 noborder {}", data, colour,
+                         title);
+    case Mark::area:
+      return fmt::format("{} using 1:2 with filledcurves closed {} fs transparent solid 0.22 noborder {}", data, colour,
+                         title);
+  }
+  return {};
+}
+
+void add_range(std::string& script, const char* axis, const std::optional<std::pair<double, double>>& range) {
+  if (range && std::isfinite(range->first) && std::isfinite(range->second) && range->first < range->second) {
+    fmt::format_to(std::back_inserter(script), "set {}range [{:.7g}:{:.7g}]\n", axis, range->first, range->second);
+  } else {
+    fmt::format_to(std::back_inserter(script), "set {}range [*:*]\n", axis);
+  }
+}
+
+void add_decoration(std::string& script, const Panel& panel, bool in_characters) {
+  script += "unset arrow\nunset object\nunset label\n";
+  for (const Shade& shade : panel.shades) {
+    if (in_characters || !(shade.from < shade.to) || !std::isfinite(shade.from) || !std::isfinite(shade.to)) continue;
+    fmt::format_to(std::back_inserter(script),
+                   "set object rectangle from first {:.7g}, graph 0 to first {:.7g}, graph 1 behind fc rgb '#e4e4e4' "
+                   "fs solid noborder\n",
+                   shade.from, shade.to);
+  }
+  for (const Rule& rule : panel.rules) {
+    if (!std::isfinite(rule.at)) continue;
+    const std::string from =
+        rule.vertical ? fmt::format("first {:.7g}, graph 0", rule.at) : fmt::format("graph 0, first {:.7g}", rule.at);
+    const std::string to =
+        rule.vertical ? fmt::format("first {:.7g}, graph 1", rule.at) : fmt::format("graph 1, first {:.7g}", rule.at);
+    fmt::format_to(std::back_inserter(script), "set arrow from {} to {} nohead dt (4,4) lw 1 lc rgb '#505050'\n", from,
+                   to);
+  }
+  for (const Caption& caption : panel.captions) {
+    fmt::format_to(std::back_inserter(script), "set label {} at first {:.7g}, first {:.7g} center front\n",
+                   quoted(caption.text), caption.x, caption.y);
+  }
+}
+
+void add_axes(std::string& script, const Panel& panel) {
+  fmt::format_to(std::back_inserter(script), "set xlabel {}\nset ylabel {}\n", quoted(panel.x_label),
+                 quoted(panel.y_label));
+  script += panel.log_x ? "set logscale x\n" : "unset logscale\n";
+  script += panel.log_x ? "set format x '%g'\n" : "set format x\n";
+  add_range(script, "x", panel.x_range);
+  add_range(script, "y", panel.y_range);
+  if (panel.is_map) {
+    script += "unset border\nunset tics\nunset grid\nset size ratio -1\n";
+    return;
+  }
+  script += "set border 3\nset tics nomirror out\nset grid lc rgb '#d0d0d0' lw 0.5 dt solid\nset size noratio\n";
+  if (panel.x_ticks.empty()) {
+    script += "set xtics autofreq\n";
+    return;
+  }
+  script += "set xtics (";
+  for (const Tick& tick : panel.x_ticks) {
+    fmt::format_to(std::back_inserter(script), "{}{} {:.7g}", &tick == &panel.x_ticks.front() ? "" : ", ",
+                   quoted(tick.text), tick.at);
+  }
+  script += ")\n";
+}
+
+}  // namespace
+
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = character_length(text, at);
+    if (length == 0) {
+      result += '?';
+    } else if (length == 1) {
+      const char c = text[at];
+      const bool is_control = static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+      // gnuplot 5.4 misreads a doubled quote at the beginning of a constant.
+      result += c == '\'' ? std::string("\xE2\x80\x99") : std::string(1, is_control ? ' ' : c);
+    } else {
+      result.append(text, at, length);
+    }
+    at += std::max<std::size_t>(length, 1);
+  }
+  return result + "'";
+}
+
+std::string script_of(const Figure& figure, bool in_characters) {
+  std::string script = "set encoding utf8\n";
+  if (in_characters) script += fmt::format("set title {}\n", quoted(figure.title));
+  script += "set key outside top left horizontal Left reverse samplen 3 spacing 1.1\n";
+  if (!in_characters) script += "set lmargin 10\nset rmargin 2.5\nset bmargin 3.2\n";
+  if (figure.panels.size() > 1) script += fmt::format("set multiplot layout {},1\n", figure.panels.size());
+  std::size_t block = 0;
+  for (const Panel& panel : figure.panels) {
+    std::string plots;
+    for (const Series& series : panel.series) {
+      if (!is_drawn(series, in_characters)) continue;
+      const std::string name = fmt::format("$d{}", block++);
+      add_data(script, name, series);
+      plots += (plots.empty() ? "" : ", \\\n  ") + plotted(name, series, in_characters);
+    }
+    add_axes(script, panel);
+    add_decoration(script, panel, in_characters);
+    // An empty panel keeps its axes.
+    script += "plot " + (plots.empty() ? "[0:1] NaN notitle" : plots) + "\n";
+    if (in_characters) script += "unset title\n";
+  }
+  if (figure.panels.size() > 1) script += "unset multiplot\n";
+  return script;
+}
+
+}  // namespace eha::plot

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "daemon/plot/envelope.hpp"
+#include "daemon/plot/gnuplot.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace {
+
+using namespace eha::plot;
+
+Figure ramp(const std::string& title, const std::string& label) {
+  Series series{.label = label};
+  for (int i = 0; i < 20; ++i) {
+    series.x.push_back(i);
+    series.y.push_back(0.1 * i);
+  }
+  return {.title = title, .panels = {{.x_label = "time in s", .y_label = "displacement in in", .series = {series}}}};
+}
+
+/// A figure that gnuplot refuses.
+Figure undrawable() {
+  Figure figure = ramp("nothing", "nothing");
+  Series& series = figure.panels[0].series[0];
+  std::fill(series.y.begin(), series.y.end(), std::numeric_limits<double>::quiet_NaN());
+  return figure;
+}
+
+std::set<std::string> ids_of(const std::string& svg) {
+  std::set<std::string> ids;
+  for (std::size_t at = svg.find(" id="); at != std::string::npos; at = svg.find(" id=", at + 1)) {
+    const std::size_t begin = at + 5;
+    ids.insert(svg.substr(begin, svg.find(svg[at + 4], begin) - begin));
+  }
+  return ids;
+}
+
+TEST(Quoted, IsAConstantInWhichNothingIsExpanded) {
+  EXPECT_EQ(quoted("it's"), "'it\xE2\x80\x99s'");
+  EXPECT_EQ(quoted("a\nplot x\tb"), "'a plot x b'");
+  EXPECT_EQ(quoted("\xC2\xB5m \xFF \xC3"), "'\xC2\xB5m ? ?'");
+}
+
+TEST(Gnuplot, TakesNoLabelForACommand) {
+  const eha::test::TemporaryFolder folder;
+  const std::string file = (folder.path() / "made").string();
+  for (const std::string& label :
+       std::vector<std::string>{"'; system('touch " + file + "'); set title '", "`touch " + file + "`",
+                                "\n!touch " + file + "\n", "@made \\", "EOD\n!touch " + file}) {
+    const InlineFigure figure = draw_inline({ramp(label, label)}).front();
+    EXPECT_EQ(figure.error, "") << label;
+    EXPECT_FALSE(std::filesystem::exists(file)) << label;
+  }
+}
+
+TEST(Gnuplot, EscapesLabelsForTheirPage) {
+  const std::string svg = draw_inline({ramp("a < b & c", "<script>alert(1)</script>")}).front().svg;
+  EXPECT_EQ(svg.find("<script"), std::string::npos);
+  EXPECT_NE(svg.find("a &lt; b &amp; c"), std::string::npos);
+}
+
+TEST(Gnuplot, GivesTheFiguresOfAPageDifferentIds) {
+  const auto figures = draw_inline({ramp("one", "a"), ramp("two", "b")});
+  ASSERT_EQ(figures.size(), 2U);
+  const std::set<std::string> first = ids_of(figures[0].svg);
+  const std::set<std::string> second = ids_of(figures[1].svg);
+  ASSERT_FALSE(first.empty());
+  for (const std::string& id : first) EXPECT_EQ(second.count(id), 0U) << id;
+}
+
+TEST(Gnuplot, LeavesOutTheFigureThatFailsAlone) {
+  const auto figures = draw_inline({ramp("one", "a"), undrawable(), ramp("three", "c")});
+  ASSERT_EQ(figures.size(), 3U);
+  EXPECT_EQ(figures[0].error, "");
+  EXPECT_NE(figures[1].error, "");
+  EXPECT_EQ(figures[1].svg, "");
+  EXPECT_NE(figures[2].svg.find("<title id=\"f3-title\">three</title>"), std::string::npos);
+}
+
+TEST(Gnuplot, NamesThePackageWhereItIsMissing) {
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", "/nowhere", 1);
+  try {
+    (void)draw(ramp("a", "b"), Format::svg);
+    ADD_FAILURE() << "drew without gnuplot";
+  } catch (const PlotError& error) {
+    EXPECT_NE(std::string(error.what()).find("apt install gnuplot-nox"), std::string::npos) << error.what();
+  }
+  setenv("PATH", path.c_str(), 1);
+}
+
+TEST(Gnuplot, DrawsPicturesOfEveryFormat) {
+  EXPECT_EQ(draw(ramp("a", "b"), Format::png).substr(1, 3), "PNG");
+  EXPECT_EQ(draw(ramp("a", "b"), Format::pdf).substr(0, 4), "%PDF");
+  EXPECT_NE(draw(ramp("a", "b"), Format::svg).find("<svg"), std::string::npos);
+}
+
+TEST(Gnuplot, KeepsCharactersWithinTheTerminal) {
+  const std::string text = draw_in_characters(ramp("a ramp", "measured"), {.columns = 60, .rows = 20});
+  EXPECT_NE(text.find("measured"), std::string::npos);
+  std::size_t lines = 0;
+  for (std::size_t at = 0; at < text.size(); ++lines) {
+    const std::size_t end = text.find('\n', at);
+    EXPECT_LE(end - at, 60U);
+    at = end + 1;
+  }
+  EXPECT_LE(lines, 20U);
+}
+
+TEST(Envelope, KeepsEveryPeakOfALongSignal) {
+  std::vector<double> x(100'000);
+  std::vector<double> y(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    x[i] = static_cast<double>(i);
+    y[i] = std::sin(1e-3 * x[i]);
+  }
+  y[77'777] = 5.0;
+  y[12'345] = -5.0;
+  const Points points = envelope(x, y, 300);
+  EXPECT_LE(points.x.size(), 600U);
+  EXPECT_EQ(*std::max_element(points.y.begin(), points.y.end()), 5.0);
+  EXPECT_EQ(*std::min_element(points.y.begin(), points.y.end()), -5.0);
+  EXPECT_TRUE(std::is_sorted(points.x.begin(), points.x.end()));
+}
+
+TEST(Envelope, LeavesAShortSignalAlone) {
+  const std::vector<double> x{0, 1, 2};
+  const std::vector<double> y{3, 4, 5};
+  EXPECT_EQ(envelope(x, y, 2).y, y);
+}
+
+}  // namespace
