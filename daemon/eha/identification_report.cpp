@@ -7,6 +7,7 @@
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/model_report.hpp"
 #include "daemon/identify/publish.hpp"
+#include "daemon/record/manifest.hpp"
 
 namespace eha::cli {
 
@@ -22,6 +23,7 @@ void print_identification(const identify::Identification& identification,
   for (const std::string& sentence : identification.warnings) console.warning(sentence);
   for (const std::string& sentence : identification.notes) console.info(sentence);
   document["models"] = identify::to_json(identification.models);
+  document["recommendation"] = record::to_json(identification.recommendation);
   document["paper_procedure"] = identify::to_json(identification.paper);
   if (identification.frequency_response) {
     document["frequency_response"] = frequency_json(*identification.frequency_response, identification.models);
@@ -34,6 +36,7 @@ void print_identification(const identify::Identification& identification,
   document["exit_code"] = static_cast<int>(identify::exit_code(identification.models));
   console.print_json(document);
   console.print(model_report(identification.models, identification.paper));
+  console.print(sentence(identification.recommendation));
   if (identification.frequency_response) {
     console.print(frequency_table(*identification.frequency_response, identification.models));
   }

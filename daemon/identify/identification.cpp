@@ -60,6 +60,7 @@ std::optional<std::string> size_warning(std::size_t rows, int decimation) {
 Identification identify(const Source& source, const IdentificationTask& task, const Comparisons& comparisons,
                         const Progress& progress) {
   Identification identification{.models = fit_models(task, progress)};
+  identification.recommendation = recommend(identification.models, task);
   if (comparisons.paper == Comparisons::Paper::include) {
     identification.paper = fit_as_in_the_paper(task, identification.warnings);
   }
@@ -102,6 +103,12 @@ std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task, std::v
     }
   }
   return models;
+}
+
+ident::Recommendation recommend(const std::vector<IdentifiedModel>& models, const IdentificationTask& task) {
+  std::vector<const ident::Model*> all;
+  for (const IdentifiedModel& identified : models) all.push_back(&identified.result.model);
+  return ident::recommend(all, task.acceptance, task.interpolated_percent);
 }
 
 bool is_accepted(const IdentifiedModel& identified) {

@@ -11,6 +11,7 @@
 #include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/signal/frequency_response.hpp"
+#include "ident/validation/recommendation.hpp"
 
 namespace eha::identify {
 
@@ -45,7 +46,8 @@ struct CrossValidatedModel {
 /// Everything that was identified from one record.
 struct Identification {
   std::vector<IdentifiedModel> models;
-  std::vector<IdentifiedModel> paper = {};  ///< by the paper's procedure, for comparison
+  ident::Recommendation recommendation = {};  ///< of one of the models
+  std::vector<IdentifiedModel> paper = {};    ///< by the paper's procedure, for comparison
   std::optional<ident::FrequencyResponse> frequency_response = {};
   std::vector<CrossValidatedModel> cross_validation = {};
   std::vector<std::string> warnings = {};  ///< reasons for missing comparisons, one sentence each
@@ -76,6 +78,10 @@ struct Comparisons {
 /// not apply is left out, and `warnings` gives the reason. Empty when the task itself uses that procedure.
 [[nodiscard]] std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task,
                                                                std::vector<std::string>& warnings);
+
+/// The one of the task's models to take; see ident::recommend().
+[[nodiscard]] ident::Recommendation recommend(const std::vector<IdentifiedModel>& models,
+                                              const IdentificationTask& task);
 
 [[nodiscard]] bool is_accepted(const IdentifiedModel& identified);
 

@@ -64,7 +64,8 @@ std::vector<fs::path> write_models(const Identification& identification, const f
 std::vector<fs::path> publish(const Identification& identification, const fs::path& run_folder) {
   const fs::path models_folder = run_folder / record::kModelsFolder;
   const fs::path rejected_folder = models_folder / "rejected";
-  record::IdentificationEntry entry{.models = {}, .paper_procedure = to_json(identification.paper)};
+  record::IdentificationEntry entry{
+      .models = {}, .recommendation = identification.recommendation, .paper_procedure = to_json(identification.paper)};
   std::vector<fs::path> written;
   for (const IdentifiedModel& identified : identification.models) {
     const std::string file = identified.result.model.name + ".json";

@@ -119,6 +119,14 @@ ModelEntry model_from_json(const Json& json, const std::string& place) {
   return model;
 }
 
+ident::Recommendation recommendation_from_json(const Json& json, const std::string& place) {
+  const Members members(json, place);
+  return {.model = members.text("model"),
+          .reason = members.text("reason"),
+          .runner_up = members.text("runner_up"),
+          .validation_chose = members.flag("needs_fresh_record")};
+}
+
 IdentificationEntry identification_from_json(const Json& json, const std::string& place) {
   const Members members(json, place);
   IdentificationEntry identification{.accepted = members.flag("accepted"),
@@ -126,6 +134,10 @@ IdentificationEntry identification_from_json(const Json& json, const std::string
                                      .paper_procedure = members.find<Json>("paper_procedure", "a list"),
                                      .error = members.text("error"),
                                      .other = json};
+  if (!members.part("recommendation").is_null()) {
+    identification.recommendation =
+        recommendation_from_json(members.part("recommendation"), members.place_of("recommendation"));
+  }
   return identification;
 }
 
@@ -182,6 +194,7 @@ Json to_json(const IdentificationEntry& identification) {
   Json json = identification.other;
   json["accepted"] = identification.accepted;
   json["models"] = to_json(identification.models);
+  if (identification.recommendation) json["recommendation"] = record::to_json(*identification.recommendation);
   set(json, "paper_procedure", identification.paper_procedure);
   if (!identification.error.empty()) json["error"] = identification.error;
   return json;
@@ -229,6 +242,14 @@ Json to_json(const std::vector<ModelEntry>& models) { return list_of(models); }
 
 std::vector<ModelEntry> models_from_json(const Json& list, const std::string& source) {
   return read_list(list, source, model_from_json);
+}
+
+Json to_json(const ident::Recommendation& recommendation) {
+  const auto name = [](const std::string& model) { return model.empty() ? Json() : Json(model); };
+  return {{"model", name(recommendation.model)},
+          {"reason", recommendation.reason},
+          {"runner_up", name(recommendation.runner_up)},
+          {"needs_fresh_record", recommendation.validation_chose}};
 }
 
 Json to_json(const Manifest& manifest) {

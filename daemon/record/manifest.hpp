@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/acquisition/run.hpp"
+#include "ident/validation/recommendation.hpp"
 
 namespace eha::record {
 
@@ -44,6 +45,7 @@ struct ModelEntry {
 struct IdentificationEntry {
   bool accepted = false;  ///< at least one model is
   std::vector<ModelEntry> models;
+  std::optional<ident::Recommendation> recommendation = {};
   std::optional<nlohmann::ordered_json> paper_procedure = {};  ///< models in the form of their files
   std::string error = {};                                      ///< reason for no result; empty otherwise
   nlohmann::ordered_json other = nlohmann::ordered_json::object();
@@ -87,6 +89,10 @@ struct Manifest {
 /// The members in the order of run.json.
 [[nodiscard]] nlohmann::ordered_json to_json(const Manifest& manifest);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ModelEntry>& models);
+
+/// {"model", "reason", "runner_up", "needs_fresh_record"}; model and runner_up are null where there is none. The same
+/// in run.json and in what `eha fit --json` prints.
+[[nodiscard]] nlohmann::ordered_json to_json(const ident::Recommendation& recommendation);
 
 /// @throws DataError  not a manifest, or a member has the wrong type; names `source`
 [[nodiscard]] Manifest manifest_from_json(nlohmann::ordered_json document, const std::string& source);

@@ -22,7 +22,8 @@ constexpr const char* kWhole = R"({
     "accepted": true,
     "models": [{"name": "io", "file": "models/io.json", "accepted": true, "reasons": ["It is white."],
                 "estimation_r2_percent": 99.5, "seconds": 0.25, "validation_r2_percent": null, "grade": "good"}],
-    "paper_procedure": [], "recommendation": {"model": "io"}},
+    "recommendation": {"model": "io", "reason": "It is the only one.", "runner_up": null, "needs_fresh_record": false},
+    "paper_procedure": [], "of_a_later_version": {"model": "io"}},
   "recovery": {"utc": "2026-11-22T00:00:00Z", "rows": 5, "torn_bytes": 6, "end": {"outcome": "completed"}}})";
 
 TEST(Manifest, KeepsEveryMemberAndItsOrder) {
@@ -43,6 +44,9 @@ TEST(Manifest, NamesTheMembersThatTheProgramsUse) {
   EXPECT_EQ(models[0].estimation_r2_percent, 99.5);
   EXPECT_FALSE(models[0].validation_r2_percent);
   EXPECT_EQ(models[0].reasons, std::vector<std::string>{"It is white."});
+  ASSERT_TRUE(manifest.identification->recommendation);
+  EXPECT_EQ(manifest.identification->recommendation->model, "io");
+  EXPECT_EQ(manifest.identification->recommendation->runner_up, "");
 }
 
 TEST(Manifest, WritesANewIdentificationInTheOrderOfTheFile) {

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/recommendation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "ident/validation/verdict.hpp"
+
+namespace eha::ident {
+namespace {
+
+using Models = std::vector<const Model*>;
+
+double ar_bic(const Model& model) { return model.estimation->information->ar_bic; }
+
+bool is_comparable(const Model& model, const Model& with) {
+  if (model.procedure != with.procedure || !model.estimation || !model.estimation->information) return false;
+  const InformationCriteria& a = *model.estimation->information;
+  const InformationCriteria& b = *with.estimation->information;
+  return a.record == b.record && a.samples == b.samples && std::isfinite(a.ar_bic);
+}
+
+/// Those that can be compared with the first one that has a criterion, the least AR-BIC first.
+Models compared(const Models& models) {
+  const auto first = std::find_if(models.begin(), models.end(), [](const Model* model) {
+    return model->estimation && model->estimation->information && std::isfinite(ar_bic(*model));
+  });
+  Models kept;
+  if (first == models.end()) return kept;
+  std::copy_if(models.begin(), models.end(), std::back_inserter(kept),
+               [&](const Model* model) { return is_comparable(*model, **first); });
+  std::stable_sort(kept.begin(), kept.end(), [](const Model* a, const Model* b) { return ar_bic(*a) < ar_bic(*b); });
+  return kept;
+}
+
+bool is_accepted(const Model& model) { return model.verdict && model.verdict->accepted; }
+
+std::string first_reason(const Model& model) {
+  return !model.verdict || model.verdict->reasons.empty() ? "It is rejected." : model.verdict->reasons.front();
+}
+
+/// What a model of estimated order must gain on the others is taken off its AR-BIC.
+double handicapped(const Model& model) { return ar_bic(model) + (has_estimated_order(model) ? kFractionalGain : 0.0); }
+
+/// The best of one kind; null without one. @param all  the least AR-BIC first
+const Model* best(const Models& all, bool with_estimated_order) {
+  const auto found = std::find_if(
+      all.begin(), all.end(), [&](const Model* model) { return has_estimated_order(*model) == with_estimated_order; });
+  return found == all.end() ? nullptr : *found;
+}
+
+/// Whether the model is of integer order, or gains enough on every model of integer order.
+bool may_be_picked(const Models& all, const Model& model) {
+  const Model* integer = best(all, false);
+  return !has_estimated_order(model) || integer == nullptr || handicapped(model) <= ar_bic(*integer);
+}
+
+/// The identified models in the order in which they are preferred. One of estimated order that does not gain enough on
+/// every model of integer order comes last.
+Models preferred(const Models& all, Models identified) {
+  std::stable_sort(identified.begin(), identified.end(), [&](const Model* a, const Model* b) {
+    if (may_be_picked(all, *a) != may_be_picked(all, *b)) return may_be_picked(all, *a);
+    return handicapped(*a) < handicapped(*b);
+  });
+  return identified;
+}
+
+/// @param all  the least AR-BIC first
+std::string reason_for(const Model& picked, const Models& all, const Model* runner_up) {
+  if (all.size() == 1) return "it is the only model compared";
+  const bool is_least = all.front() == &picked;
+  std::string text = fmt::format("its AR-BIC of {:.1f} is the least {}", ar_bic(picked),
+                                 is_least ? fmt::format("of {} models", all.size()) : "of those that may be picked");
+  const auto apart = [&](const Model& other) {
+    return fmt::format("{:.1f} {} that of {}", std::abs(ar_bic(other) - ar_bic(picked)),
+                       ar_bic(other) < ar_bic(picked) ? "above" : "below", other.name);
+  };
+  if (runner_up != nullptr) text += ", " + apart(*runner_up);
+  const Model* other = best(all, !has_estimated_order(picked));
+  if (other == nullptr) return text;
+  if (other != runner_up) text += " and " + apart(*other);
+  return text +
+         (has_estimated_order(picked)
+              ? fmt::format(", and estimated orders must gain {:g} on every model of integer order", kFractionalGain)
+              : fmt::format(", and estimated orders must gain {:g}", kFractionalGain));
+}
+
+}  // namespace
+
+bool has_estimated_order(const Model& model) {
+  return std::any_of(model.parameters.begin(), model.parameters.end(),
+                     [](const ParameterEstimate& p) { return is_order(p.role) && !p.fixed; });
+}
+
+Recommendation recommend(const std::vector<const Model*>& models, const AcceptanceLimits& limits,
+                         double interpolated_percent) {
+  const Models all = compared(models);
+  Models identified;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(identified), [&](const Model* model) {
+    Model unvalidated = *model;
+    unvalidated.validation.reset();
+    return judge(unvalidated, limits, interpolated_percent).accepted;
+  });
+  Recommendation result;
+  if (all.empty()) {
+    result.reason = "no model has a criterion to compare it by";
+    return result;
+  }
+  if (identified.empty()) {
+    result.reason = fmt::format("none is stable and identified; {} has the least AR-BIC: {}", all.front()->name,
+                                first_reason(*all.front()));
+    return result;
+  }
+  const Models order = preferred(all, identified);
+  const auto picked = std::find_if(order.begin(), order.end(), [&](const Model* model) {
+    return is_accepted(*model) && may_be_picked(all, *model);
+  });
+  if (picked == order.end()) {
+    result.reason = fmt::format("{}, the best of the identified ones, is rejected: {}", order.front()->name,
+                                first_reason(*order.front()));
+    return result;
+  }
+  const auto other = std::find_if(order.begin(), order.end(), [&](const Model* model) { return model != *picked; });
+  const Model* runner_up = other == order.end() ? nullptr : *other;
+  result.model = (*picked)->name;
+  result.runner_up = runner_up == nullptr ? std::string() : runner_up->name;
+  result.reason = reason_for(**picked, all, runner_up);
+  result.validation_chose = picked != order.begin();
+  if (result.validation_chose) {
+    result.reason += fmt::format(
+        "; {}, which the estimation part prefers, fails validation, so only a fresh record can "
+        "confirm this choice",
+        order.front()->name);
+  }
+  return result;
+}
+
+std::string sentence(const Recommendation& recommendation) {
+  if (recommendation.model.empty()) return fmt::format("No model is recommended: {}", recommendation.reason);
+  const std::string runner_up =
+      recommendation.runner_up.empty() ? "" : fmt::format(" (runner-up {})", recommendation.runner_up);
+  return fmt::format("Recommended: {}{}: {}.", recommendation.model, runner_up, recommendation.reason);
+}
+
+}  // namespace eha::ident

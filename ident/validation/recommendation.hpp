@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ident/estimation/fit_options.hpp"
+#include "ident/model/model.hpp"
+
+namespace eha::ident {
+
+/// The model to take of those that were fitted to one record.
+struct Recommendation {
+  std::string model = {};      ///< name; empty: none can be recommended
+  std::string reason = {};     ///< one sentence
+  std::string runner_up = {};  ///< name of the next best; empty: there is none
+  /// The validation part took part in the choice, because the best model by the estimation part failed there. Only a
+  /// fresh record can then say how well the model predicts.
+  bool validation_chose = false;
+};
+
+/// What AR-BIC must fall by before a model of fractional order is recommended instead of every one of integer order.
+inline constexpr double kFractionalGain = 10.0;
+
+/// Whether an order of the model was estimated.
+[[nodiscard]] bool has_estimated_order(const Model& model);
+
+/// Picks a model by the estimation part alone: of those that the verdict would accept without looking at the validation
+/// part, the one of least AR-BIC. One with an estimated order is picked only if its AR-BIC is less than that of every
+/// model of integer order by kFractionalGain. If the verdict rejects the picked model, the next accepted one is taken
+/// and `validation_chose` set; without one, none.
+/// @param models  fitted to the same rows of one record, each with its verdict; one without AR-BIC, of other rows or by
+///                the paper's procedure takes no part
+/// @param limits, interpolated_percent  as judge()
+[[nodiscard]] Recommendation recommend(const std::vector<const Model*>& models, const AcceptanceLimits& limits,
+                                       double interpolated_percent = 0.0);
+
+/// "Recommended: io_valve (runner-up fo): least AR-BIC ...", or "No model is recommended: ...".
+[[nodiscard]] std::string sentence(const Recommendation& recommendation);
+
+}  // namespace eha::ident

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/recommendation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "ident/validation/verdict.hpp"
+
+namespace eha::ident {
+namespace {
+
+enum class Order { whole, estimated };
+enum class Figures { good, bad_validation, unconverged };
+
+Model model_of(const std::string& name, double ar_bic, Order order = Order::whole, Figures figures = Figures::good) {
+  Model model;
+  model.name = name;
+  model.estimation.emplace();
+  model.estimation->converged = figures != Figures::unconverged;
+  model.estimation->score.r2_percent = 99.0;
+  model.estimation->correlation.emplace();
+  model.estimation->information.emplace();
+  model.estimation->information->ar_bic = ar_bic;
+  model.estimation->information->samples = 490;
+  model.estimation->information->record = "one record";
+  const double std = 0.01;
+  model.parameters.push_back(
+      {"a2", 1.0, std, 1.0 - 2.0 * std, 1.0 + 2.0 * std, false, ParameterRole::denominator_coefficient});
+  if (order == Order::estimated) {
+    model.parameters.push_back(
+        {"n2", 1.8, std, 1.8 - 2.0 * std, 1.8 + 2.0 * std, false, ParameterRole::denominator_order});
+  }
+  model.validation.emplace();
+  model.validation->score.r2_percent = figures == Figures::bad_validation ? 20.0 : 99.0;
+  model.stability = StabilityReport{.stable = true, .test = "matignon", .margin_rad = 0.1};
+  model.verdict = judge(model, {});
+  return model;
+}
+
+Recommendation recommended(const std::vector<Model>& models) {
+  std::vector<const Model*> all;
+  for (const Model& model : models) all.push_back(&model);
+  return recommend(all, {});
+}
+
+TEST(Recommendation, TakesTheLeastCriterionAndNamesTheRunnerUp) {
+  const Recommendation found = recommended({model_of("io", -100.0), model_of("io3", -107.0), model_of("io1", -90.0)});
+  EXPECT_EQ(found.model, "io3");
+  EXPECT_EQ(found.runner_up, "io");
+  EXPECT_FALSE(found.validation_chose);
+  EXPECT_EQ(found.reason, "its AR-BIC of -107.0 is the least of 3 models, 7.0 below that of io");
+  EXPECT_EQ(sentence(found), "Recommended: io3 (runner-up io): " + found.reason + ".");
+}
+
+TEST(Recommendation, TakesEstimatedOrdersOnlyWhereTheyGainTenOnEveryModelOfIntegerOrder) {
+  EXPECT_EQ(recommended({model_of("io", -100.0), model_of("fo", -109.9, Order::estimated)}).model, "io");
+  EXPECT_EQ(recommended({model_of("io", -100.0), model_of("fo", -110.1, Order::estimated)}).model, "fo");
+  // A model of integer order that is rejected itself counts all the same.
+  EXPECT_EQ(recommended({model_of("io", -100.0), model_of("fo", -120.0, Order::estimated),
+                         model_of("io3", -111.0, Order::whole, Figures::unconverged)})
+                .model,
+            "io");
+  EXPECT_EQ(recommended({model_of("fo", -109.0, Order::estimated)}).model, "fo");
+}
+
+TEST(Recommendation, SaysWhatEstimatedOrdersWouldHaveHadToGain) {
+  const Recommendation found = recommended({model_of("io", -100.0), model_of("fo", -104.0, Order::estimated)});
+  EXPECT_EQ(found.model, "io");
+  EXPECT_EQ(found.runner_up, "fo");
+  EXPECT_NE(found.reason.find("4.0 above that of fo, and estimated orders must gain 10"), std::string::npos)
+      << found.reason;
+}
+
+TEST(Recommendation, LeavesOutWhatTheEstimationPartAlreadyRejects) {
+  const Recommendation found =
+      recommended({model_of("io", -100.0), model_of("io3", -120.0, Order::whole, Figures::unconverged)});
+  EXPECT_EQ(found.model, "io");
+  EXPECT_EQ(found.runner_up, "");
+}
+
+TEST(Recommendation, LetsTheEstimationPartChooseAndSaysWhereTheValidationPartHadTo) {
+  const Recommendation found =
+      recommended({model_of("io", -100.0), model_of("io3", -120.0, Order::whole, Figures::bad_validation)});
+  EXPECT_EQ(found.model, "io");
+  EXPECT_EQ(found.runner_up, "io3");
+  EXPECT_TRUE(found.validation_chose);
+  EXPECT_NE(found.reason.find("only a fresh record can confirm"), std::string::npos) << found.reason;
+  // A good validation does not make up for a worse criterion.
+  EXPECT_EQ(recommended({model_of("io", -100.0), model_of("io3", -101.0)}).model, "io3");
+}
+
+TEST(Recommendation, IsNoneWithTheReasonWhereNothingIsAccepted) {
+  const Recommendation rejected = recommended({model_of("io", -100.0, Order::whole, Figures::bad_validation)});
+  EXPECT_EQ(rejected.model, "");
+  EXPECT_NE(rejected.reason.find("validation R2 of 20 %"), std::string::npos) << rejected.reason;
+  EXPECT_EQ(sentence(rejected).rfind("No model is recommended: ", 0), 0U);
+  EXPECT_EQ(recommended({}).model, "");
+}
+
+TEST(Recommendation, ComparesModelsOfTheSameRowsOnly) {
+  Model other = model_of("io3", -500.0);
+  other.estimation->information->record = "another record";
+  EXPECT_EQ(recommended({model_of("io", -100.0), other}).model, "io");
+}
+
+}  // namespace
+}  // namespace eha::ident
