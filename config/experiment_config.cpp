@@ -56,6 +56,8 @@ void read_acceptance(Section& root, ident::AcceptanceLimits& acceptance) {
   section->boolean("require_stable", acceptance.require_stable, Need::optional);
   section->number("min_stability_margin_rad", acceptance.min_stability_margin_rad,
                   Range::between(0.0, std::numbers::pi / 2.0), Need::optional);
+  section->number("usable_gain_error_dB", acceptance.usable_gain_error_dB, Range::above(0.0), Need::optional);
+  section->number("usable_phase_error_deg", acceptance.usable_phase_error_deg, Range::above(0.0), Need::optional);
   section->finish();
 }
 

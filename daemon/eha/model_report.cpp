@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/eha/text_table.hpp"
+#include "ident/uncertainty/usable_band.hpp"
 
 namespace eha::cli {
 namespace {
@@ -106,12 +107,26 @@ std::string formula(const Model& model) {
   return text + fmt::format(", initial output {:.5g} {}", model.initial_output, model.output_unit);
 }
 
+/// Where the model may be used, and what it does not tell.
+std::string usable_band_text(const Model& model) {
+  if (!model.verdict->usable_band)
+    return "Usable in no band: the record determines the response at no excited frequency.";
+  const ident::FrequencyInterval& band = *model.verdict->usable_band;
+  std::string text = fmt::format("Usable from {:.3g} to {:.3g} Hz", band.lowest_Hz, band.highest_Hz);
+  const auto peak_Hz = ident::resonance_Hz(model, band);
+  const bool inside = peak_Hz && *peak_Hz >= band.lowest_Hz && *peak_Hz <= band.highest_Hz;
+  if (inside) return text + fmt::format(", its resonance at {:.3g} Hz included.", *peak_Hz);
+  if (peak_Hz) return text + fmt::format("; says nothing of its resonance at {:.3g} Hz.", *peak_Hz);
+  return text + fmt::format("; says nothing of a resonance above {:.3g} Hz.", band.highest_Hz);
+}
+
 std::string notes_on(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
   const std::string name = model.name + mark;
   std::string text = fmt::format("{}: {}\n", name, formula(model));
   if (model.verdict) {
     for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);
+    if (model.verdict->accepted) text += fmt::format("  {}\n", usable_band_text(model));
   }
   if (!model.estimation) return text;
   if (model.estimation->information) {

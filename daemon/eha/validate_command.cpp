@@ -62,7 +62,10 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model judged = model;
   if (validation.offset_reestimated) judged.validation->score = *validation.offset_reestimated;
   const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};
-  model.verdict = ident::judge(judged, limits, identify::interpolated_percent(source));
+  // The band belongs to the record that the model was estimated on.
+  const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
+  model.verdict = ident::judge(judged, limits, {.interpolated_percent = identify::interpolated_percent(source)});
+  model.verdict->usable_band = band;
 
   nlohmann::ordered_json document{{"schema", "eha-validation/1"}, {"source", command.source}};
   document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));

@@ -5,11 +5,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/executor.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "ident/estimation/paper_procedure.hpp"
+#include "ident/excitation/excitation.hpp"
+#include "ident/uncertainty/usable_band.hpp"
+#include "ident/validation/measured_noise.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::identify {
@@ -17,13 +21,36 @@ namespace {
 
 constexpr std::size_t kQuicklyCompared_rows = 1'000'000;
 
+/// Where the input moves that a model was estimated from.
+std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task, const ident::FitResult& result) {
+  if (task.excited) return task.excited;
+  const auto rows = static_cast<Eigen::Index>(result.estimation_samples);
+  if (rows < 1 || result.time_s.size() < rows) return {};
+  const double last = std::round((result.time_s[rows - 1] - task.record.start_s) / task.record.step_s);
+  return ident::excited_band(task.record.input.head(static_cast<Eigen::Index>(last) + 1), task.record.step_s);
+}
+
+/// Lowest and highest line of the source's experiment, if it has lines.
+std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
+  if (!source.experiment) return {};
+  const auto samples = static_cast<std::size_t>(source.record.input.size());
+  const std::size_t table = source.repetition_samples > 0 ? source.repetition_samples : samples;
+  const std::vector<double> lines_Hz = ident::excited_lines(source.experiment->excitation, source.record.step_s, table);
+  if (lines_Hz.empty()) return {};
+  return ident::FrequencyInterval{lines_Hz.front(), lines_Hz.back()};
+}
+
 IdentifiedModel identify_one(const IdentificationTask& task, const ident::StructureOptions& structure) {
   const auto begin = std::chrono::steady_clock::now();
   IdentifiedModel identified{structure, ident::fit(task.record, structure, task.options, thread_executor())};
   ident::Model& model = identified.result.model;
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   if (model.estimation) model.estimation->seconds = taken.count();
-  model.verdict = ident::judge(model, task.acceptance, task.interpolated_percent);
+  model.verdict = ident::judge(model, task.acceptance,
+                               {.interpolated_percent = task.interpolated_percent, .noise_std = task.noise_std});
+  if (const auto excited = excited_by(task, identified.result)) {
+    model.verdict->usable_band = ident::usable_band(model, identified.result.covariance, *excited, task.acceptance);
+  }
   model.provenance["record"] = task.source_name;
   model.provenance["seed"] = fmt::format("{}", task.options.seed);
   model.provenance["decimation"] = fmt::format("{}", task.options.decimation);
@@ -59,15 +86,22 @@ std::optional<std::string> size_warning(std::size_t rows, int decimation) {
 
 Identification identify(const Source& source, const IdentificationTask& task, const Comparisons& comparisons,
                         const Progress& progress) {
-  Identification identification{.models = fit_models(task, progress)};
+  Identification identification;
+  IdentificationTask known = task;
+  known.excited = excited_lines_of(source);
+  identification.frequency_response = frequency_response_of(source, task.options, identification.notes);
+  if (identification.frequency_response) {
+    known.noise_std = ident::measured_noise(source.record.output, identification.frequency_response->periods,
+                                            task.options.decimation);
+  }
+  identification.models = fit_models(known, progress);
   identification.recommendation = recommend(identification.models, task);
   if (comparisons.paper == Comparisons::Paper::include) {
-    identification.paper = fit_as_in_the_paper(task, identification.warnings);
+    identification.paper = fit_as_in_the_paper(known, identification.warnings);
   }
   if (comparisons.cross_validation == Comparisons::CrossValidation::include) {
     identification.cross_validation = cross_validate(task, progress);
   }
-  identification.frequency_response = frequency_response_of(source, task.options, identification.notes);
   return identification;
 }
 

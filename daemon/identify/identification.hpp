@@ -24,6 +24,10 @@ struct IdentificationTask {
   ident::AcceptanceLimits acceptance = {};
   double interpolated_percent = 0.0;   ///< of the record's rows [%]
   std::size_t repetition_samples = 0;  ///< rows of one repetition; 0 when unknown
+  /// Where the input moves, as the experiment says; none: its spectrum decides.
+  std::optional<ident::FrequencyInterval> excited = {};
+  /// Noise of a compared output sample, see ident::measured_noise() [output unit]; none where nothing repeats.
+  std::optional<double> noise_std = {};
 };
 
 /// The task that a source's own experiment sets. Without an experiment it has the defaults and no structures.

@@ -24,6 +24,9 @@ record::ModelEntry manifest_entry(const IdentifiedModel& identified, const fs::p
   if (model.verdict) {
     entry.grade = ident::text(model.verdict->grade);
     entry.reasons = model.verdict->reasons;
+    if (const auto& band = model.verdict->usable_band) {
+      entry.usable_band_Hz = {band->lowest_Hz, band->highest_Hz};
+    }
   }
   if (model.estimation) {
     entry.estimation_r2_percent = model.estimation->score.r2_percent;

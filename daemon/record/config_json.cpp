@@ -130,7 +130,9 @@ Json to_json(const config::ExperimentConfig& experiment) {
            {{"min_validation_r2_percent", experiment.acceptance.min_validation_r2_percent},
             {"max_abs_error_in", finite_or_null(experiment.acceptance.max_abs_error)},
             {"require_stable", experiment.acceptance.require_stable},
-            {"min_stability_margin_rad", experiment.acceptance.min_stability_margin_rad}}},
+            {"min_stability_margin_rad", experiment.acceptance.min_stability_margin_rad},
+            {"usable_gain_error_dB", experiment.acceptance.usable_gain_error_dB},
+            {"usable_phase_error_deg", experiment.acceptance.usable_phase_error_deg}}},
           {"text", experiment.text}};
 }
 

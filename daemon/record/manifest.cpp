@@ -114,6 +114,7 @@ ModelEntry model_from_json(const Json& json, const std::string& place) {
       .seconds = members.number("seconds"),
       .validation_r2_percent = members.number("validation_r2_percent"),
       .validation_r2_percent_offset_reestimated = members.number("validation_r2_percent_offset_reestimated"),
+      .usable_band_Hz = members.find<std::vector<double>>("usable_band_Hz", "a list of two numbers"),
       .other = json};
   model.reasons = members.find<std::vector<std::string>>("reasons", "a list of texts").value_or(model.reasons);
   return model;
@@ -187,6 +188,7 @@ Json to_json(const ModelEntry& model) {
   set(json, "seconds", model.seconds);
   set(json, "validation_r2_percent", model.validation_r2_percent);
   set(json, "validation_r2_percent_offset_reestimated", model.validation_r2_percent_offset_reestimated);
+  set(json, "usable_band_Hz", model.usable_band_Hz);
   return json;
 }
 

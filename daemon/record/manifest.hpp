@@ -38,6 +38,7 @@ struct ModelEntry {
   std::optional<double> seconds = {};  ///< duration of the fit [s]
   std::optional<double> validation_r2_percent = {};
   std::optional<double> validation_r2_percent_offset_reestimated = {};
+  std::optional<std::vector<double>> usable_band_Hz = {};  ///< lowest and highest frequency
   nlohmann::ordered_json other = nlohmann::ordered_json::object();
 };
 

@@ -39,6 +39,9 @@ struct AcceptanceLimits {
   double max_abs_error = std::numeric_limits<double>::infinity();  ///< [output unit]
   bool require_stable = true;
   double min_stability_margin_rad = 0.0;
+  // Greatest standard errors of gain and phase in the usable band.
+  double usable_gain_error_dB = 1.0;
+  double usable_phase_error_deg = 10.0;
 };
 
 }  // namespace eha::ident

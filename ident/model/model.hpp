@@ -156,11 +156,19 @@ enum class Grade {
 /// "good", "usable" or "rejected", as in model files.
 [[nodiscard]] std::string_view text(Grade grade);
 
+/// lowest_Hz <= f <= highest_Hz.
+struct FrequencyInterval {
+  double lowest_Hz = 0.0;
+  double highest_Hz = 0.0;
+};
+
 struct Verdict {
   bool accepted = false;                  ///< not rejected
   std::vector<std::string> reasons = {};  ///< why it is rejected, then notes; one sentence each
   Grade grade = Grade::rejected;
   std::vector<Criterion> criteria = {};  ///< every one that applied
+  /// Where the record's input moved and the model's response is known; see usable_band(). None: nowhere, or unknown.
+  std::optional<FrequencyInterval> usable_band = {};
 };
 
 /// One window of the estimated input before t = 0, added to its value at rest: constant over from_s <= t < to_s <= 0.

@@ -304,13 +304,21 @@ Grade read_grade(const Node& node) {
 }
 
 Verdict read_verdict(const Node& node) {
-  const Node object = node.object({"accepted", "grade", "criteria", "reasons"});
+  const Node object = node.object({"accepted", "grade", "criteria", "reasons", "usable_band_Hz"});
   Verdict verdict;
   object.at("accepted").read(verdict.accepted);
   object.read("reasons", verdict.reasons);
   // Files of earlier versions have no grade.
   verdict.grade = verdict.accepted ? Grade::usable : Grade::rejected;
   if (object.has("grade")) verdict.grade = read_grade(object.at("grade"));
+  if (object.has("usable_band_Hz")) {
+    std::vector<double> ends;
+    object.read("usable_band_Hz", ends);
+    if (ends.size() != 2 || !(ends[0] > 0.0) || !(ends[1] >= ends[0])) {
+      object.at("usable_band_Hz").refuse("two rising frequencies above 0");
+    }
+    verdict.usable_band = {ends[0], ends[1]};
+  }
   if (!object.has("criteria")) return verdict;
   for (const Node& entry : object.at("criteria").list()) {
     const Node criterion = entry.object({"name", "value", "limit", "passed"});

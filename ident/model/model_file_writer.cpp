@@ -88,10 +88,14 @@ Json verdict_to_json(const Verdict& verdict) {
   for (const Criterion& c : verdict.criteria) {
     criteria.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"passed", c.passed}});
   }
-  return {{"accepted", verdict.accepted},
-          {"grade", text(verdict.grade)},
-          {"criteria", std::move(criteria)},
-          {"reasons", verdict.reasons}};
+  Json object = {{"accepted", verdict.accepted},
+                 {"grade", text(verdict.grade)},
+                 {"criteria", std::move(criteria)},
+                 {"reasons", verdict.reasons}};
+  if (verdict.usable_band) {
+    object["usable_band_Hz"] = {verdict.usable_band->lowest_Hz, verdict.usable_band->highest_Hz};
+  }
+  return object;
 }
 
 Json validation_to_json(const ValidationReport& report) {

@@ -103,7 +103,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   std::copy_if(all.begin(), all.end(), std::back_inserter(identified), [&](const Model* model) {
     Model unvalidated = *model;
     unvalidated.validation.reset();
-    return judge(unvalidated, limits, interpolated_percent).accepted;
+    return judge(unvalidated, limits, {.interpolated_percent = interpolated_percent}).accepted;
   });
   Recommendation result;
   if (all.empty()) {

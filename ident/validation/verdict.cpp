@@ -143,6 +143,17 @@ void judge_residual(const ValidationReport& validation, const AcceptanceLimits& 
   }
 }
 
+/// Compares the residual with the noise that the record's own repetitions show.
+void judge_noise(const Model& model, double noise_std, Judgement& judgement) {
+  const double error = std::sqrt(model.validation->score.mse);
+  const double ratio = error / noise_std;
+  judgement.criterion(
+      "error_over_noise", ratio, kGreatestErrorOverNoise, ratio <= kGreatestErrorOverNoise, Weight::lowers,
+      fmt::format("The validation error of {:.3g} {} (rms) is {:.3g} times the noise of {:.3g} {} that differs between "
+                  "the record's periods, more than {:.3g}: the model misses a part of the plant.",
+                  error, model.output_unit, ratio, noise_std, model.output_unit, kGreatestErrorOverNoise));
+}
+
 std::string with_error(const ParameterEstimate& p) {
   if (!std::isfinite(p.std)) return fmt::format("{} = {:.4g} +- ?", p.name, p.value);
   const int decimals = p.std > 0.0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(p.std))), 0, 9) : 6;
@@ -195,13 +206,13 @@ std::string_view text(Grade grade) {
   return "rejected";
 }
 
-Verdict judge(const Model& model, const AcceptanceLimits& limits, double interpolated_percent) {
+Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts) {
   Judgement judgement;
   judgement.criterion(
-      "interpolated_percent", interpolated_percent, kMostInterpolated_percent,
-      interpolated_percent <= kMostInterpolated_percent, Weight::rejects,
+      "interpolated_percent", facts.interpolated_percent, kMostInterpolated_percent,
+      facts.interpolated_percent <= kMostInterpolated_percent, Weight::rejects,
       fmt::format("{:.3g} % of the record was not measured but interpolated, which is above the limit of {:.3g} %.",
-                  interpolated_percent, kMostInterpolated_percent));
+                  facts.interpolated_percent, kMostInterpolated_percent));
   if (model.estimation) {
     judgement.criterion("converged", model.estimation->converged ? 1.0 : 0.0, 1.0, model.estimation->converged,
                         Weight::rejects,
@@ -211,6 +222,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, double interpo
   if (model.validation) {
     judge_score(model.validation->score, "validation", model, limits, judgement);
     judge_residual(*model.validation, limits, judgement);
+    if (facts.noise_std && *facts.noise_std > 0.0) judge_noise(model, *facts.noise_std, judgement);
   } else if (model.estimation) {
     judge_score(model.estimation->score, "estimation", model, limits, judgement);
     judgement.note("Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");

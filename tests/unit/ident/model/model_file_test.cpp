@@ -52,7 +52,8 @@ Model full_model() {
   model.verdict = Verdict{true,
                           {"The residual is not white."},
                           Grade::usable,
-                          {{"validation_r2_percent", 99.1, 90.0, true}, {"residual_whiteness_p", 1e-3, 0.01, false}}};
+                          {{"validation_r2_percent", 99.1, 90.0, true}, {"residual_whiteness_p", 1e-3, 0.01, false}},
+                          FrequencyInterval{0.05, 0.65}};
   model.procedure = "paper";
   model.provenance = {{"normalisation", "a1 = 1"}, {"seed", "1"}};
   return model;
@@ -96,6 +97,7 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.verdict->grade, Grade::usable);
   EXPECT_EQ(read.verdict->criteria.at(1).name, "residual_whiteness_p");
   EXPECT_FALSE(read.verdict->criteria.at(1).passed);
+  EXPECT_EQ(read.verdict->usable_band->highest_Hz, 0.65);
   EXPECT_EQ(read.estimation->information->left_out.at(0).rise, 40.5);
   EXPECT_EQ(read.validation->tests->whiteness.degrees, 18U);
 }
@@ -238,6 +240,8 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"/validation/acf/values", "[1]", "validation.acf: expected as many values as lags, got 1 and 2"},
         Fault{"/estimation/samples", "-3", "estimation.samples: expected a whole number of at least 0, got -3"},
         Fault{"/verdict/reasons/0", "7", "verdict.reasons[0]: expected a string, got 7"},
+        Fault{"/verdict/usable_band_Hz/0", "0.7",
+              "verdict.usable_band_Hz: expected two rising frequencies above 0, got an array"},
         Fault{"/stability/stable", "\"yes\"", "stability.stable: expected true or false, got \"yes\""},
         Fault{"/parameters/0/name", "", "parameters[0].name: expected a value, got no such field"},
         Fault{"/provenance", "1", "provenance: expected an object, got 1"}));

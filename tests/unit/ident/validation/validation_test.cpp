@@ -181,11 +181,23 @@ TEST(Verdict, AcceptsWithoutAWordWhatMeetsEveryLimit) {
 }
 
 TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
-  EXPECT_TRUE(judge(good_model(), {}, kMostInterpolated_percent).accepted);
-  const Verdict verdict = judge(good_model(), {}, 62.1);
+  EXPECT_TRUE(judge(good_model(), {}, {.interpolated_percent = kMostInterpolated_percent}).accepted);
+  const Verdict verdict = judge(good_model(), {}, {.interpolated_percent = 62.1});
   EXPECT_FALSE(verdict.accepted);
   EXPECT_EQ(verdict.reasons.front(),
             "62.1 % of the record was not measured but interpolated, which is above the limit of 1 %.");
+}
+
+TEST(Verdict, LowersWhatErrsMoreThanTheMeasuredNoise) {
+  Model model = good_model();
+  model.validation->score.mse = 0.04;
+  EXPECT_EQ(judge(model, {}, {.noise_std = 0.07}).grade, Grade::good);
+  const Verdict verdict = judge(model, {}, {.noise_std = 0.05});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_EQ(verdict.reasons.front(),
+            "The validation error of 0.2 in (rms) is 4 times the noise of 0.05 in that differs between the record's "
+            "periods, more than 3: the model misses a part of the plant.");
+  EXPECT_EQ(judge(model, {}).grade, Grade::good) << "without a measured noise nothing is compared";
 }
 
 TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/uncertainty/usable_band.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "ident/signal/fft.hpp"
+#include "ident/structure/structure.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kCarries = 0.1;    // of the greatest amplitude
+constexpr double kHalfLobe = 1.65;  // of a Hann window's main lobe where it falls to kCarries [1/T]
+constexpr std::size_t kPadding = 4;
+constexpr Eigen::Index kFewestRows = 8;
+constexpr std::size_t kPoints = 200;
+constexpr double kFarAway = 100.0;  // how far beyond the band a resonance is looked for
+
+std::vector<double> logarithmic(double lowest_Hz, double highest_Hz) {
+  if (!(highest_Hz > lowest_Hz)) return {lowest_Hz};
+  std::vector<double> grid;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(kPoints - 1);
+    grid.push_back(lowest_Hz * std::pow(highest_Hz / lowest_Hz, share));
+  }
+  grid.back() = highest_Hz;
+  return grid;
+}
+
+bool moves_g(ParameterRole role) { return is_coefficient(role) || is_order(role) || role == ParameterRole::delay; }
+
+bool is_undetermined(const Model& model) {
+  return std::any_of(model.parameters.begin(), model.parameters.end(),
+                     [](const ParameterEstimate& p) { return !p.fixed && moves_g(p.role) && !std::isfinite(p.std); });
+}
+
+}  // namespace
+
+std::optional<FrequencyInterval> excited_band(const Eigen::Ref<const Eigen::VectorXd>& input, double step_s) {
+  const Eigen::Index rows = input.size();
+  if (rows < kFewestRows) return {};
+  const RealFft fft(fast_length(kPadding * static_cast<std::size_t>(rows)));
+  std::vector<double> signal(fft.length(), 0.0);
+  const double mean = input.mean();
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const double turn = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(rows);
+    signal[static_cast<std::size_t>(k)] = (input[k] - mean) * 0.5 * (1.0 - std::cos(turn));
+  }
+  std::vector<std::complex<double>> spectrum(fft.bins());
+  fft.forward(signal, spectrum);
+  double greatest = 0.0;
+  for (const auto& bin : spectrum) greatest = std::max(greatest, std::abs(bin));
+  if (!(greatest > 1e-12 * static_cast<double>(rows) * input.cwiseAbs().maxCoeff())) return {};
+  const auto carries = [&](const std::complex<double>& bin) { return std::abs(bin) >= kCarries * greatest; };
+  const auto first = std::find_if(spectrum.begin(), spectrum.end(), carries) - spectrum.begin();
+  const auto behind = std::find_if(spectrum.rbegin(), spectrum.rend(), carries).base() - spectrum.begin();
+  const double bin_Hz = 1.0 / (static_cast<double>(fft.length()) * step_s);
+  const double period_Hz = 1.0 / (static_cast<double>(rows) * step_s);
+  const double lobe_Hz = kHalfLobe * period_Hz;
+  FrequencyInterval band{static_cast<double>(first) * bin_Hz + lobe_Hz,
+                         static_cast<double>(behind - 1) * bin_Hz - lobe_Hz};
+  // A line's lobe that reaches down to 0 does not show its own middle.
+  if (first == 0) band.lowest_Hz = period_Hz;
+  band.highest_Hz = std::max(band.highest_Hz, band.lowest_Hz);
+  return band;
+}
+
+std::optional<FrequencyInterval> usable_band(const Model& model, const ParameterCovariance& known,
+                                             const FrequencyInterval& excited, const AcceptanceLimits& limits) {
+  if (known.parameters.empty() || is_undetermined(model)) return {};
+  const std::vector<double> grid = logarithmic(excited.lowest_Hz, excited.highest_Hz);
+  const BodeCurve curve = bode_curve(model, grid, known);
+  std::optional<FrequencyInterval> widest;
+  std::optional<FrequencyInterval> band;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    const bool is_known =
+        curve.gain_std_dB[i] <= limits.usable_gain_error_dB && curve.phase_std_deg[i] <= limits.usable_phase_error_deg;
+    if (!is_known) {
+      band.reset();
+      continue;
+    }
+    if (!band) band = {grid[i], grid[i]};
+    band->highest_Hz = grid[i];
+    const auto ratio = [](const FrequencyInterval& b) { return b.highest_Hz / b.lowest_Hz; };
+    if (!widest || ratio(*band) > ratio(*widest)) widest = band;
+  }
+  return widest;
+}
+
+std::optional<double> resonance_Hz(const Model& model, const FrequencyInterval& band) {
+  const std::vector<double> grid = logarithmic(band.lowest_Hz / kFarAway, band.highest_Hz * kFarAway);
+  const BodeCurve curve = bode_curve(model, grid, {});
+  std::optional<std::size_t> highest;
+  for (std::size_t i = 1; i + 1 < grid.size(); ++i) {
+    const bool is_peak = curve.gain_dB[i] > curve.gain_dB[i - 1] && curve.gain_dB[i] > curve.gain_dB[i + 1];
+    if (is_peak && (!highest || curve.gain_dB[i] > curve.gain_dB[*highest])) highest = i;
+  }
+  if (!highest) return {};
+  return grid[*highest];
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "ident/estimation/fit_options.hpp"
+#include "ident/model/model.hpp"
+#include "ident/uncertainty/bode_curve.hpp"
+
+namespace eha::ident {
+
+/// The frequencies at which an input moves: between the lowest and the highest at which its Hann-windowed spectrum
+/// reaches a tenth of its greatest amplitude, less the width of the window's main lobe at that level, and not below one
+/// period of the record.
+/// @param input  at least 8 rows spaced step_s [input unit]
+/// @returns nothing for a constant input. Cost O(N log N).
+[[nodiscard]] std::optional<FrequencyInterval> excited_band(const Eigen::Ref<const Eigen::VectorXd>& input,
+                                                            double step_s);
+
+/// The part of an excited band in which a model's gain and phase are known: the widest one, on a logarithmic scale, in
+/// which their standard errors are at most `limits.usable_gain_error_dB` and `limits.usable_phase_error_deg`.
+/// @param known  as fitted
+/// @returns nothing where there is none: no frequency is known well, the errors are not known, or the record does not
+///          determine a parameter of G
+[[nodiscard]] std::optional<FrequencyInterval> usable_band(const Model& model, const ParameterCovariance& known,
+                                                           const FrequencyInterval& excited,
+                                                           const AcceptanceLimits& limits);
+
+/// The frequency of a model's resonance: its highest gain that exceeds the gain on both sides of it, from a hundredth
+/// of the band's lower end to a hundred times its upper one. Nothing for a model without a resonance there.
+[[nodiscard]] std::optional<double> resonance_Hz(const Model& model, const FrequencyInterval& band);
+
+}  // namespace eha::ident

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "ident/signal/periods.hpp"
+
+namespace eha::ident {
+
+/// Standard deviation of what differs between the periods of an output, after the anti-alias filter and at every
+/// `decimation`th row, as a model is compared with it. Drift is removed; white and coloured noise are both measured.
+/// @param output  N samples [output unit], at least periods.first + length count
+/// @returns [output unit]; 0 where too few rows are left behind the filter
+/// @throws DataError  as average_periods(). Cost O(N).
+[[nodiscard]] double measured_noise(const Eigen::Ref<const Eigen::VectorXd>& output, const Periods& periods,
+                                    int decimation);
+
+}  // namespace eha::ident
