@@ -25,6 +25,22 @@ void synchronise(const FileDescriptor& file, const std::filesystem::path& path) 
   if (::fsync(file.get()) != 0) throw_system_error("write", path, errno);
 }
 
+/// Calls read_some(done) until `size` bytes are read or the file ends.
+template <typename ReadSome>
+std::size_t read_all(ReadSome&& read_some, std::size_t size, const std::filesystem::path& path) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t count = read_some(done);
+    if (count < 0) {
+      if (errno == EINTR) continue;
+      throw_system_error("read", path, errno);
+    }
+    if (count == 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  return done;
+}
+
 }  // namespace
 
 void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number) {
@@ -42,17 +58,16 @@ FileDescriptor open_file(const std::filesystem::path& path, int flags, unsigned 
 }
 
 std::size_t read_up_to(const FileDescriptor& file, char* bytes, std::size_t size, const std::filesystem::path& path) {
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t count = ::read(file.get(), bytes + done, size - done);
-    if (count < 0) {
-      if (errno == EINTR) continue;
-      throw_system_error("read", path, errno);
-    }
-    if (count == 0) break;
-    done += static_cast<std::size_t>(count);
-  }
-  return done;
+  return read_all([&](std::size_t done) { return ::read(file.get(), bytes + done, size - done); }, size, path);
+}
+
+std::size_t read_up_to_at(const FileDescriptor& file, char* bytes, std::size_t size, std::uint64_t offset,
+                          const std::filesystem::path& path) {
+  return read_all(
+      [&](std::size_t done) {
+        return ::pread(file.get(), bytes + done, size - done, static_cast<off_t>(offset + done));
+      },
+      size, path);
 }
 
 void read_in_pieces(const std::filesystem::path& path, const std::function<void(std::string_view)>& consume) {

@@ -26,6 +26,10 @@ namespace eha::os {
 [[nodiscard]] std::size_t read_up_to(const FileDescriptor& file, char* bytes, std::size_t size,
                                      const std::filesystem::path& path);
 
+/// The same from an offset of the file; its own position is neither used nor changed.
+[[nodiscard]] std::size_t read_up_to_at(const FileDescriptor& file, char* bytes, std::size_t size, std::uint64_t offset,
+                                        const std::filesystem::path& path);
+
 /// Reads a whole file, and hands it over in pieces of at most 64 KiB.
 void read_in_pieces(const std::filesystem::path& path, const std::function<void(std::string_view)>& consume);
 

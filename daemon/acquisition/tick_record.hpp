@@ -49,6 +49,7 @@ enum TickFlag : std::uint16_t {
   kCommandHeld = 1u << 5,    ///< the write did not happen; the output holds its last voltage
   kFeedbackRail = 1u << 6,   ///< the code was 0 or full scale
   kEmergencyStop = 1u << 7,  ///< the emergency-stop circuit was open
+  kLost = 1u << 8,           ///< the tick ran, but damage to the journal took its row; volts and displacement are NaN
 };
 
 /// One tick as recorded: the displacement was sampled, then the command was applied and held to the next tick.

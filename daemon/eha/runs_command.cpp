@@ -142,6 +142,10 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
   if (manifest.recovery) {
     console.print(fmt::format("         {} rows recovered from the journal, {} torn bytes left out",
                               manifest.recovery->rows, manifest.recovery->torn_bytes));
+    for (const record::JournalGap& gap : manifest.recovery->gaps) {
+      console.print(fmt::format("         {} rows lost at {:.3f} s, where the journal is damaged", gap.rows,
+                                static_cast<double>(gap.at_ns) * 1e-9));
+    }
   }
   if (manifest.report) show_report(*manifest.report, console);
   print_model_list(record::models_of(manifest), console);
@@ -162,6 +166,8 @@ ExitCode execute(const RunsRecoverCommand& command, Console& console) {
                                   {"changed", recovery.changed},
                                   {"outcome", acquisition::to_text(recovery.outcome)},
                                   {"rows", recovery.rows},
+                                  {"lost_rows", recovery.lost_rows},
+                                  {"gaps", recovery.gaps},
                                   {"torn_bytes", recovery.torn_bytes}});
       console.print(recovery.changed ? record::describe(run, recovery)
                                      : fmt::format("{}: complete, nothing to do", run.string()));

@@ -59,7 +59,8 @@ std::vector<std::string> warnings(const Source& source) {
   if (source.interpolated_rows > 0) {
     sentences.push_back(
         fmt::format("{} of {} displacements ({:.3g} %) were not measured (late ticks, samples that the device did not "
-                    "deliver) and are interpolated; raw.h5 flags them, `eha runs show {}` counts them",
+                    "deliver, rows lost from a damaged journal) and are interpolated; raw.h5 flags them, `eha runs "
+                    "show {}` counts them",
                     source.interpolated_rows, source.record.output.size(), interpolated_percent(source), source.name));
   }
   return sentences;

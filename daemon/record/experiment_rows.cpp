@@ -11,8 +11,17 @@ void ExperimentRows::add(std::span<const acquisition::TickRecord> ticks) {
     if (!has_first_) first_sequence_ = tick.sequence;
     has_first_ = true;
     const std::uint32_t row = tick.sequence - first_sequence_;
-    while (next_row_ < row) add_unmeasured(last_V_);
-    last_V_ = tick.applied_V;
+    while (next_row_ < row) {
+      add_unmeasured(last_V_);
+      if (without_V_ > 0) ++without_V_;
+    }
+    if ((tick.flags & acquisition::kLost) != 0) {
+      add_unmeasured(tick.applied_V);
+      ++without_V_;
+      ++lost_;
+      continue;
+    }
+    learn_voltage(tick.applied_V);
     const bool is_measured =
         (tick.flags & (acquisition::kSkipped | acquisition::kFeedbackHeld)) == 0 && std::isfinite(tick.displacement_in);
     if (is_measured) {
@@ -24,6 +33,7 @@ void ExperimentRows::add(std::span<const acquisition::TickRecord> ticks) {
 }
 
 void ExperimentRows::finish() {
+  learn_voltage(last_V_);
   if (has_measured_) release(last_in_);
 }
 
@@ -39,6 +49,16 @@ void ExperimentRows::add_unmeasured(double voltage_V) {
   waiting_V_.push_back(voltage_V);
   ++next_row_;
   ++interpolated_;
+}
+
+void ExperimentRows::learn_voltage(double voltage_V) {
+  const std::size_t first = waiting_V_.size() - without_V_;
+  for (std::size_t i = 0; i < without_V_; ++i) {
+    const double share = static_cast<double>(i + 1) / static_cast<double>(without_V_ + 1);
+    waiting_V_[first + i] = last_V_ + share * (voltage_V - last_V_);
+  }
+  without_V_ = 0;
+  last_V_ = voltage_V;
 }
 
 void ExperimentRows::release(double until_in) {

@@ -11,20 +11,23 @@
 #include <boost/crc.hpp>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <string_view>
+#include <utility>
 
 #include "core/error.hpp"
 
 namespace eha::record {
 namespace {
 
+using acquisition::State;
 using acquisition::TickRecord;
 
 constexpr std::string_view kMagic = "EHALOG01";
 constexpr std::string_view kBlockTag = "EHAB";
 constexpr std::string_view kEndTag = "EHAE";
-constexpr std::uint32_t kLongestText = 64u << 20;  // two configuration files are far shorter
-constexpr std::uint32_t kMostRecordsPerBlock = 1u << 20;
+constexpr std::uint32_t kLongestText = 64u << 20;         // two configuration files are far shorter
+constexpr std::uint32_t kMostRecordsPerBlock = 1u << 14;  // a block is 0.1 s or less: 1000 records at 0.1 ms
 
 /// CRC-32C (Castagnoli), as in iSCSI, RFC 3720.
 class Crc32c {
@@ -62,24 +65,217 @@ void append_block(std::string& text, std::string_view tag, std::uint32_t count, 
   text.append(payload);
 }
 
-nlohmann::ordered_json read_header(const os::FileDescriptor& file, std::uint64_t file_size,
-                                   const std::filesystem::path& path) {
-  std::array<char, kJournalPreambleSize> preamble;
-  if (os::read_up_to(file, preamble.data(), preamble.size(), path) != preamble.size() ||
-      std::string_view(preamble.data(), kMagic.size()) != kMagic) {
-    throw DataError(path.string() + ": not a journal of a run (it does not begin with " + std::string(kMagic) + ")");
+/// A part of a journal with a correct CRC.
+struct Block {
+  bool is_end = false;
+  std::uint32_t index = 0;
+  std::uint64_t size = 0;  ///< in the file, tag included
+};
+
+/// Reads a journal's parts at any offset.
+class JournalFile {
+ public:
+  explicit JournalFile(const std::filesystem::path& path) : path_(path), file_(os::open_file(path, O_RDONLY)) {
+    struct stat status {};
+    if (::fstat(file_.get(), &status) != 0) os::throw_system_error("look at", path, errno);
+    if (S_ISDIR(status.st_mode)) throw IoError("cannot read " + path.string() + ": it is a folder");
+    size_ = static_cast<std::uint64_t>(status.st_size);
   }
-  const std::uint32_t length = u32_at(preamble.data() + 8);
-  const std::uint32_t crc = u32_at(preamble.data() + 12);
-  const std::string damaged = path.string() + ": the journal's header is damaged; nothing in it can be trusted";
-  if (length > kLongestText || length > file_size) throw DataError(damaged);
-  std::string text(length, '\0');
-  if (os::read_up_to(file, text.data(), length, path) != length) throw DataError(damaged);
-  if (Crc32c().add(preamble.data() + 8, 4).add(text.data(), length).value() != crc) throw DataError(damaged);
-  nlohmann::ordered_json header = nlohmann::ordered_json::parse(text, nullptr, false);
-  if (!header.is_object()) throw DataError(damaged);
-  return header;
+
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  [[nodiscard]] const std::vector<TickRecord>& records() const { return records_; }  ///< of the last block read
+
+  /// @param end  set to the offset after the header when it is intact   @returns null when it is damaged
+  [[nodiscard]] nlohmann::ordered_json header(std::uint64_t& end) {
+    std::array<char, kJournalPreambleSize> preamble;
+    if (!read(0, preamble.data(), preamble.size())) return nullptr;
+    if (std::string_view(preamble.data(), kMagic.size()) != kMagic) return nullptr;
+    const std::uint32_t length = u32_at(preamble.data() + 8);
+    if (length > kLongestText || length > size_) return nullptr;
+    text_.resize(length);
+    if (!read(preamble.size(), text_.data(), length)) return nullptr;
+    if (Crc32c().add(preamble.data() + 8, 4).add(text_.data(), length).value() != u32_at(preamble.data() + 12)) {
+      return nullptr;
+    }
+    nlohmann::ordered_json header = nlohmann::ordered_json::parse(text_, nullptr, false);
+    if (!header.is_object()) return nullptr;
+    end = preamble.size() + length;
+    return header;
+  }
+
+  /// The block or end that begins at an offset; none unless it is intact.
+  [[nodiscard]] std::optional<Block> block_at(std::uint64_t offset) {
+    std::array<char, kJournalBlockHeaderSize> head;
+    if (!read(offset, head.data(), head.size())) return std::nullopt;
+    const std::string_view tag(head.data(), kBlockTag.size());
+    const std::uint32_t count = u32_at(head.data() + 4);
+    Block block{.is_end = tag == kEndTag, .index = u32_at(head.data() + 8)};
+    if (!block.is_end && tag != kBlockTag) return std::nullopt;
+    if (count > (block.is_end ? kLongestText : kMostRecordsPerBlock)) return std::nullopt;
+    const std::uint64_t payload_size = block.is_end ? count : count * std::uint64_t{sizeof(TickRecord)};
+    block.size = kJournalBlockHeaderSize + payload_size;
+    if (block.size > size_ - offset) return std::nullopt;
+    char* payload = nullptr;
+    if (block.is_end) {
+      text_.resize(count);
+      payload = text_.data();
+    } else {
+      records_.resize(count);
+      payload = reinterpret_cast<char*>(records_.data());
+    }
+    if (!read(offset + kJournalBlockHeaderSize, payload, payload_size)) return std::nullopt;
+    const std::uint32_t crc = Crc32c().add(head.data() + 4, 8).add(payload, payload_size).value();
+    if (crc != u32_at(head.data() + 12)) return std::nullopt;
+    return block;
+  }
+
+  /// The JSON of an end that block_at() has just read; none when it is none.
+  [[nodiscard]] std::optional<nlohmann::ordered_json> end() const {
+    nlohmann::ordered_json end = nlohmann::ordered_json::parse(text_, nullptr, false);
+    if (!end.is_object()) return std::nullopt;
+    return end;
+  }
+
+  /// The offset of the first tag at or after an offset; the file's size without one.
+  [[nodiscard]] std::uint64_t next_tag(std::uint64_t offset) {
+    constexpr std::string_view kTagStart = "EHA";
+    static_assert(kBlockTag.substr(0, 3) == kTagStart && kEndTag.substr(0, 3) == kTagStart);
+    for (;;) {
+      if (offset < window_at_ || offset + kBlockTag.size() > window_at_ + window_.size()) {
+        window_.resize(kWindow);
+        window_at_ = offset;
+        window_.resize(os::read_up_to_at(file_, window_.data(), window_.size(), offset, path_));
+      }
+      const std::string_view rest = std::string_view(window_).substr(offset - window_at_);
+      if (rest.size() < kBlockTag.size()) return size_;
+      const std::size_t found = rest.find(kTagStart);
+      if (found == std::string_view::npos) {
+        offset += rest.size() - (kTagStart.size() - 1);
+        continue;
+      }
+      offset += found;
+      const std::string_view tag = rest.substr(found, kBlockTag.size());
+      if (tag == kBlockTag || tag == kEndTag) return offset;
+      if (tag.size() == kBlockTag.size()) ++offset;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kWindow = 1u << 16;
+
+  [[nodiscard]] bool read(std::uint64_t offset, char* bytes, std::size_t size) const {
+    return offset < size_ && size <= size_ - offset && os::read_up_to_at(file_, bytes, size, offset, path_) == size;
+  }
+
+  const std::filesystem::path& path_;
+  os::FileDescriptor file_;
+  std::uint64_t size_ = 0;
+  std::vector<TickRecord> records_;
+  std::string text_;
+  std::string window_;
+  std::uint64_t window_at_ = 0;
+};
+
+/// Wraps around for the tick numbers and periods of a damaged file.
+std::int64_t scheduled_ns(std::uint32_t sequence, std::int64_t period_ns) {
+  return static_cast<std::int64_t>(std::uint64_t{sequence} * static_cast<std::uint64_t>(period_ns));
 }
+
+/// A row of which nothing but its number is known.
+TickRecord lost_row(std::uint32_t sequence, std::int64_t scheduled_ns, State state) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  TickRecord row{};
+  row.sequence = sequence;
+  row.scheduled_ns = scheduled_ns;
+  row.state = state;
+  row.flags = acquisition::kLost;
+  row.requested_V = kUnknown;
+  row.applied_V = kUnknown;
+  row.displacement_in = kUnknown;
+  return row;
+}
+
+/// Reads a journal's blocks in order and keeps account of its gaps.
+class BlockReader {
+ public:
+  BlockReader(const std::filesystem::path& path, const std::function<void(std::span<const TickRecord>)>& consume)
+      : file_(path), consume_(consume) {}
+
+  JournalFacts read() {
+    facts_.header = file_.header(facts_.good_bytes);
+    std::uint64_t offset = facts_.good_bytes;
+    while (offset < file_.size() && !facts_.end) {
+      const std::optional<Block> block = file_.block_at(offset);
+      if (block && take(*block, offset)) {
+        offset += block->size;
+        facts_.good_bytes = offset;
+      } else {
+        offset = file_.next_tag(offset + 1);
+      }
+    }
+    facts_.torn_bytes = file_.size() - facts_.good_bytes;
+    return std::move(facts_);
+  }
+
+  [[nodiscard]] bool found_any() const { return next_index_ > 0; }
+
+ private:
+  /// @returns false when the block is none that may follow those read
+  bool take(const Block& block, std::uint64_t offset) {
+    const bool is_next = block.index == next_index_ && offset == facts_.good_bytes;
+    if (block.index < next_index_) return false;
+    if (block.is_end) {
+      facts_.end = file_.end();
+      if (!facts_.end) return false;
+      if (!is_next) add_gap(block.index, offset, nullptr);
+    } else {
+      const std::vector<TickRecord>& records = file_.records();
+      if (!is_next) {
+        // A block of another run, in the space of the disk that this journal now has, goes on at another tick.
+        if (records.empty() || (facts_.rows > 0 && records.front().sequence <= last_.sequence)) return false;
+        add_gap(block.index, offset, &records.front());
+      }
+      consume_(records);
+      facts_.rows += records.size();
+      if (!records.empty()) last_ = records.back();
+    }
+    next_index_ = block.index + 1;
+    return true;
+  }
+
+  /// Marks the rows between the last block read and the block at `offset`.
+  /// @param after  the first row of that block; none at the end
+  void add_gap(std::uint32_t index, std::uint64_t offset, const TickRecord* after) {
+    JournalGap gap{.blocks = index - next_index_, .bytes = offset - facts_.good_bytes};
+    // A damaged header alone has cost no row.
+    if (gap.blocks == 0 && facts_.rows == 0) return;
+    const std::uint64_t heads = std::uint64_t{gap.blocks} * kJournalBlockHeaderSize;
+    std::uint64_t rows = gap.bytes > heads ? (gap.bytes - heads) / sizeof(TickRecord) : 0;
+    const std::uint32_t first = facts_.rows > 0 ? last_.sequence + 1 : 0;
+    if (after != nullptr) rows = std::min<std::uint64_t>(rows, after->sequence - first);
+    const TickRecord& timed = after != nullptr ? *after : last_;
+    const std::int64_t period_ns = timed.sequence > 0 ? timed.scheduled_ns / timed.sequence : 0;
+    const State before = facts_.rows > 0 ? last_.state : State::armed;
+    const State next = after != nullptr ? after->state : State::ramp_out;
+    const State state = before == State::running ? next : before;
+    gap.rows = rows;
+    gap.at_ns = scheduled_ns(first, period_ns);
+    for (std::uint64_t i = 0; i < rows; ++i) {
+      const std::uint32_t sequence = first + static_cast<std::uint32_t>(i);
+      const TickRecord row = lost_row(sequence, scheduled_ns(sequence, period_ns), state);
+      consume_({&row, 1});
+    }
+    facts_.rows += rows;
+    facts_.lost_rows += rows;
+    facts_.gaps.push_back(gap);
+  }
+
+  JournalFile file_;
+  const std::function<void(std::span<const TickRecord>)>& consume_;
+  JournalFacts facts_;
+  TickRecord last_{};
+  std::uint32_t next_index_ = 0;
+};
 
 }  // namespace
 
@@ -152,50 +348,12 @@ void JournalWriter::finish(const nlohmann::ordered_json& end) {
 
 JournalFacts read_journal(const std::filesystem::path& path,
                           const std::function<void(std::span<const TickRecord>)>& consume) {
-  const os::FileDescriptor file = os::open_file(path, O_RDONLY);
-  struct stat status {};
-  if (::fstat(file.get(), &status) != 0) os::throw_system_error("look at", path, errno);
-  if (S_ISDIR(status.st_mode)) throw IoError("cannot read " + path.string() + ": it is a folder");
-  const auto file_size = static_cast<std::uint64_t>(status.st_size);
-  JournalFacts facts;
-  facts.header = read_header(file, file_size, path);
-  facts.good_bytes = static_cast<std::uint64_t>(::lseek(file.get(), 0, SEEK_CUR));
-
-  std::vector<TickRecord> records;
-  std::string text;
-  for (std::uint32_t index = 0;; ++index) {
-    std::array<char, kJournalBlockHeaderSize> head;
-    if (os::read_up_to(file, head.data(), head.size(), path) != head.size()) break;
-    const std::string_view tag(head.data(), kBlockTag.size());
-    const std::uint32_t count = u32_at(head.data() + 4);
-    const std::uint32_t crc = u32_at(head.data() + 12);
-    const bool is_end = tag == kEndTag;
-    if ((!is_end && tag != kBlockTag) || u32_at(head.data() + 8) != index) break;
-    if (count > (is_end ? kLongestText : kMostRecordsPerBlock)) break;
-    const std::uint64_t size = is_end ? count : count * std::uint64_t{sizeof(TickRecord)};
-    if (size > file_size) break;
-    char* payload = nullptr;
-    if (is_end) {
-      text.resize(count);
-      payload = text.data();
-    } else {
-      records.resize(count);
-      payload = reinterpret_cast<char*>(records.data());
-    }
-    if (os::read_up_to(file, payload, size, path) != size) break;
-    if (Crc32c().add(head.data() + 4, 8).add(payload, size).value() != crc) break;
-    if (is_end) {
-      nlohmann::ordered_json end = nlohmann::ordered_json::parse(text, nullptr, false);
-      if (!end.is_object()) break;
-      facts.end = std::move(end);
-      facts.good_bytes += kJournalBlockHeaderSize + size;
-      break;
-    }
-    consume(records);
-    facts.rows += count;
-    facts.good_bytes += kJournalBlockHeaderSize + size;
+  BlockReader reader(path, consume);
+  JournalFacts facts = reader.read();
+  if (facts.header.is_null() && !reader.found_any()) {
+    throw DataError(path.string() + ": not a journal of a run (it does not begin with " + std::string(kMagic) +
+                    " and an intact header, and holds no intact block)");
   }
-  facts.torn_bytes = file_size - std::min(file_size, facts.good_bytes);
   return facts;
 }
 

@@ -22,8 +22,8 @@ namespace eha::record {
 ///     "EHAB"      u32 count   u32 index u32 crc   count x 64-byte TickRecord      (blocks, index from 0)
 ///     "EHAE"      u32 length  u32 index u32 crc   JSON of that length             (once, at an orderly end)
 ///
-/// Each CRC-32C covers the bytes between the tag and the CRC, and the payload. Blocks before the first damaged byte are
-/// good; nothing after it is used.
+/// Each CRC-32C covers the bytes between the tag and the CRC, and the payload. A reader finds the next intact block
+/// after damage by its tag, index and CRC.
 inline constexpr std::size_t kJournalPreambleSize = 16;
 inline constexpr std::size_t kJournalBlockHeaderSize = 16;
 
@@ -60,18 +60,31 @@ class JournalWriter {
   std::string buffer_;
 };
 
+/// Damage within a journal.
+struct JournalGap {
+  std::int64_t at_ns = 0;    ///< scheduled time of its first marked row, from the run's first tick [ns]
+  std::uint64_t rows = 0;    ///< rows handed over with the flag kLost in place of the lost ones
+  std::uint32_t blocks = 0;  ///< blocks lost
+  std::uint64_t bytes = 0;   ///< bytes not used
+};
+
 /// The parts of a journal beside its records.
 struct JournalFacts {
-  nlohmann::ordered_json header;
+  nlohmann::ordered_json header;              ///< null: damaged; run.json has the same content
   std::optional<nlohmann::ordered_json> end;  ///< none when the process died during the run
-  std::uint64_t rows = 0;
-  std::uint64_t good_bytes = 0;  ///< up to the end of the last intact block
+  std::uint64_t rows = 0;                     ///< handed over, those with the flag kLost included
+  std::uint64_t lost_rows = 0;                ///< rows with the flag kLost
+  std::vector<JournalGap> gaps;
+  std::uint64_t good_bytes = 0;  ///< up to the end of the last intact block, gaps included
   std::uint64_t torn_bytes = 0;  ///< after that end
 };
 
-/// Reads a journal up to its first damaged byte, one block at a time, in constant memory.
-/// @param consume  called with the records of each intact block, in order
-/// @throws DataError  not a journal, or its header is damaged
+/// Reads a journal one block at a time, in constant memory. After damage it goes on at the next intact block whose
+/// index and tick numbers are greater than those read. The rows between are handed over with the flag kLost: their
+/// number and time are known, their volts and displacement are NaN. They belong to the experiment only when the rows on
+/// both sides do.
+/// @param consume  called with the records of each intact block and of each gap, in order
+/// @throws DataError  neither the header nor any block is intact
 /// @throws PermissionError, IoError  cannot be read
 JournalFacts read_journal(const std::filesystem::path& path,
                           const std::function<void(std::span<const acquisition::TickRecord>)>& consume);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <utility>
 
@@ -23,6 +24,7 @@ using acquisition::LoopCounters;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kSchema = "eha-run/1";
+constexpr double kNanosecondsPerSecond = 1e9;
 
 // The counters that `eha` shows; the others are in run.json only.
 struct ShownCounter {
@@ -152,12 +154,21 @@ ReportEntry report_from_json(const Json& json, const std::string& place) {
   return report;
 }
 
+JournalGap gap_from_json(const Json& json, const std::string& place) {
+  const Members members(json, place);
+  return {.at_ns = std::llround(members.number("at_s").value_or(0.0) * kNanosecondsPerSecond),
+          .rows = members.count("rows"),
+          .blocks = static_cast<std::uint32_t>(members.count("blocks")),
+          .bytes = members.count("bytes")};
+}
+
 RecoveryEntry recovery_from_json(const Json& json, const std::string& place) {
   const Members members(json, place);
   return {.utc = members.text("utc"),
           .rows = members.count("rows"),
           .torn_bytes = members.count("torn_bytes"),
-          .end = members.part("end")};
+          .end = members.part("end"),
+          .gaps = read_list(members.part("gaps"), members.place_of("gaps"), gap_from_json)};
 }
 
 /// Sets a member, or leaves it out where there is no value and the file had none.
@@ -175,6 +186,13 @@ Json to_json(const FileEntry& file) {
   json["path"] = file.path;
   json["sha256"] = file.sha256;
   return json;
+}
+
+Json to_json(const JournalGap& gap) {
+  return {{"at_s", static_cast<double>(gap.at_ns) / kNanosecondsPerSecond},
+          {"rows", gap.rows},
+          {"blocks", gap.blocks},
+          {"bytes", gap.bytes}};
 }
 
 Json to_json(const ModelEntry& model) {
@@ -265,6 +283,7 @@ Json to_json(const Manifest& manifest) {
                         {"rows", manifest.recovery->rows},
                         {"torn_bytes", manifest.recovery->torn_bytes},
                         {"end", manifest.recovery->end}};
+    if (!manifest.recovery->gaps.empty()) json["recovery"]["gaps"] = list_of(manifest.recovery->gaps);
   }
   return json;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/acquisition/run.hpp"
+#include "daemon/record/journal.hpp"
 #include "ident/validation/recommendation.hpp"
 
 namespace eha::record {
@@ -62,9 +63,10 @@ struct ReportEntry {
 /// The result of recover_run().
 struct RecoveryEntry {
   std::string utc;
-  std::uint64_t rows = 0;
+  std::uint64_t rows = 0;  ///< intact ones
   std::uint64_t torn_bytes = 0;
   nlohmann::ordered_json end = nullptr;  ///< the journal's, if it had been written
+  std::vector<JournalGap> gaps = {};     ///< damage within the journal
 };
 
 /// run.json.

@@ -47,7 +47,7 @@ std::vector<Column> columns() {
       EHA_COLUMN(digital_inputs, "", H5T_STD_U32LE, "raw digital input word"),
       EHA_COLUMN(flags, "", H5T_STD_U16LE,
                  "1 late, 2 skipped, 4 clamped, 8 slew limited, 16 feedback held, 32 command held, 64 rail, 128 "
-                 "emergency stop"),
+                 "emergency stop, 256 lost from a damaged journal"),
       EHA_COLUMN(state, "", H5T_STD_U8LE,
                  "0 faulted, 1 idle, 2 armed, 3 ramp in, 4 running (the experiment), 5 ramp out, 6 safe stop"),
       EHA_COLUMN(fault, "", H5T_STD_U8LE, "first fault of the run so far, 0 none"),
@@ -175,7 +175,8 @@ void write_content(Writer& writer, const nlohmann::ordered_json& header, std::ui
     times_s.resize(records.size());
     for (std::size_t i = 0; i < records.size(); ++i) {
       times_s[i] = (static_cast<double>(records[i].scheduled_ns) - static_cast<double>(zero_ns)) / 1e9;
-      if ((records[i].flags & acquisition::kSkipped) != 0) continue;
+      if ((records[i].flags & acquisition::kLost) != 0) next_sequence = records[i].sequence + 1;
+      if ((records[i].flags & (acquisition::kSkipped | acquisition::kLost)) != 0) continue;
       latency.add(lateness_ns(records[i], next_sequence), records[i].scheduled_ns);
       next_sequence = records[i].sequence + 1;
       execution.add(records[i].execution_ns, records[i].scheduled_ns);

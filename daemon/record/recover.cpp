@@ -32,8 +32,16 @@ bool is_complete(const std::filesystem::path& folder, const std::optional<Manife
 
 /// From the journal's end; without one, from the manifest if it was written after the run.
 Outcome outcome_of(const JournalFacts& facts, const Manifest& manifest, const std::string& source) {
-  if (facts.end) return outcome_from_text(facts.end->value("outcome", ""), source);
-  return manifest.outcome.value_or(Outcome::recovered);
+  const Outcome outcome = facts.end ? outcome_from_text(facts.end->value("outcome", ""), source)
+                                    : manifest.outcome.value_or(Outcome::recovered);
+  return outcome == Outcome::completed && !facts.gaps.empty() ? Outcome::recovered : outcome;
+}
+
+void count_rows(Recovery& recovery, const JournalFacts& facts) {
+  recovery.rows = facts.rows - facts.lost_rows;
+  recovery.lost_rows = facts.lost_rows;
+  recovery.gaps = facts.gaps.size();
+  recovery.torn_bytes = facts.torn_bytes;
 }
 
 }  // namespace
@@ -50,19 +58,21 @@ Recovery recover_run(const std::filesystem::path& folder) {
   Recovery recovery;
   if (is_complete(folder, old_manifest)) {
     const JournalFacts facts = read_journal(journal, [](auto) {});
-    recovery.rows = facts.rows;
-    recovery.torn_bytes = facts.torn_bytes;
+    count_rows(recovery, facts);
     recovery.outcome = *old_manifest->outcome;
     return recovery;
   }
   const JournalFacts facts = write_files_from_journal(folder);
   Manifest manifest = old_manifest ? *old_manifest : manifest_from_header(facts.header);
   recovery.changed = true;
-  recovery.rows = facts.rows;
-  recovery.torn_bytes = facts.torn_bytes;
+  count_rows(recovery, facts);
   recovery.outcome = outcome_of(facts, manifest, journal.string());
   manifest.outcome = recovery.outcome;
-  manifest.recovery = {utc_now(), facts.rows, facts.torn_bytes, facts.end.value_or(nullptr)};
+  manifest.recovery = {.utc = utc_now(),
+                       .rows = recovery.rows,
+                       .torn_bytes = facts.torn_bytes,
+                       .end = facts.end.value_or(nullptr),
+                       .gaps = facts.gaps};
   manifest.files.clear();
   write_manifest(folder, manifest);
   return recovery;
@@ -85,8 +95,11 @@ std::vector<std::filesystem::path> find_torn_runs(const std::filesystem::path& r
 }
 
 std::string describe(const std::filesystem::path& folder, const Recovery& recovery) {
-  return fmt::format("{}: recovered: {} rows kept, {} torn bytes left out, outcome {}", folder.string(), recovery.rows,
-                     recovery.torn_bytes, acquisition::to_text(recovery.outcome));
+  const std::string lost = recovery.gaps == 0 ? ""
+                                              : fmt::format(" {} rows lost in {} damaged {},", recovery.lost_rows,
+                                                            recovery.gaps, recovery.gaps == 1 ? "place" : "places");
+  return fmt::format("{}: recovered: {} rows kept,{} {} torn bytes left out, outcome {}", folder.string(),
+                     recovery.rows, lost, recovery.torn_bytes, acquisition::to_text(recovery.outcome));
 }
 
 void recover_torn_runs(const std::filesystem::path& runs_folder, const RecoveryMessages& messages) {

@@ -17,13 +17,15 @@ struct Recovery {
   bool changed = false;  ///< false: the run had ended by itself and its files are complete
   acquisition::Outcome outcome = acquisition::Outcome::recovered;
   std::size_t rows = 0;          ///< intact rows in the journal
+  std::size_t lost_rows = 0;     ///< rows lost to damage before the last intact block; raw.h5 marks them
+  std::size_t gaps = 0;          ///< places of such damage
   std::uint64_t torn_bytes = 0;  ///< bytes after the last intact block, not used
 };
 
 /// Completes a run whose process died: writes raw.h5 and the decimated data from the journal's intact blocks, and the
-/// manifest with outcome `recovered`, or with the journal's own outcome if its end was written. Never alters the
-/// journal; may be repeated.
-/// @throws DataError  the journal's header is damaged
+/// manifest with outcome `recovered`, or with the journal's own outcome if its end was written and, for a completed
+/// run, no row was lost. Never alters the journal; may be repeated.
+/// @throws DataError  the journal's header is damaged and the manifest, too
 /// @throws IoError    no journal, a run still in progress in another process, or a file cannot be written
 Recovery recover_run(const std::filesystem::path& folder);
 

@@ -9,9 +9,11 @@
 
 namespace eha::record {
 
-/// Makes raw.h5 and the decimated data of a folder from the intact part of its journal.
-/// Reads the journal three times, in constant memory.
-/// @throws DataError  the journal's header is damaged   @throws IoError, PermissionError
+/// Makes raw.h5 and the decimated data of a folder from the intact blocks of its journal. A damaged header is taken
+/// from run.json. Reads the journal three times, in constant memory.
+/// @returns the journal's facts; the header is never null
+/// @throws DataError  the journal's header is damaged, and run.json too; or no journal   @throws IoError,
+/// PermissionError
 JournalFacts write_files_from_journal(const std::filesystem::path& folder);
 
 /// "data_40ms.csv" for a spacing of 0.04 s.

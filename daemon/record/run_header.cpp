@@ -21,6 +21,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kSchema = "eha-journal/1";
+
 Json versions() {
   unsigned major = 0;
   unsigned minor = 0;
@@ -58,7 +60,7 @@ Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
   const bool is_virtual = run.time_base == acquisition::TimeBase::virtual_time;
   const std::optional<std::uint64_t> excitation_seed = ident::seed_of(experiment.excitation);
   const std::optional<std::uint64_t> noise_seed = hal::seed_of(run.rig.backend);
-  Json header{{"schema", "eha-journal/1"},
+  Json header{{"schema", kSchema},
               {"name", experiment.name},
               {"time_base", is_virtual ? "virtual" : "monotonic"},
               {"sample_period_s", run.rig.realtime.sample_period_s},
@@ -87,6 +89,19 @@ Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
     header["utc_start"] = run.utc_start;
     header["host"] = host_name();
     header["kernel"] = describe_kernel();
+  }
+  return header;
+}
+
+Json header_from_manifest(const Json& manifest) {
+  Json header{{"schema", kSchema}};
+  const bool is_virtual = manifest.value("time_base", "") == "virtual";
+  for (const auto& [key, value] : manifest.items()) {
+    const bool is_of_the_end = key == "outcome" || key == "utc_end" || key == "files" || key == "report" ||
+                               key == "identification" || key == "recovery";
+    const bool is_of_the_clock = key == "utc_start" || key == "host" || key == "kernel";
+    if (key == "schema" || is_of_the_end || value.is_null() || (is_virtual && is_of_the_clock)) continue;
+    header[key] = value;
   }
   return header;
 }

@@ -26,6 +26,9 @@ struct RunDescription {
 /// host and its kernel. In virtual time it holds nothing that differs between two equal runs.
 [[nodiscard]] nlohmann::ordered_json describe_run(const hal::RigCapabilities& rig, const RunDescription& run);
 
+/// The header that a manifest was made from (manifest_from_header): its members, in the order of run.json.
+[[nodiscard]] nlohmann::ordered_json header_from_manifest(const nlohmann::ordered_json& manifest);
+
 /// The host's name and the kernel it runs.
 [[nodiscard]] std::string host_name();
 [[nodiscard]] nlohmann::ordered_json describe_kernel();

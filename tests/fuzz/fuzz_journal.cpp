@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The reader of journals is compared with a second reading of the same bytes: it must hand over exactly the blocks with
-// a correct CRC before the first wrong byte, bit for bit. Half of the mutations get correct CRCs; otherwise none would
-// pass the first check.
+// a correct CRC and rising indexes, bit for bit, and marks for what lay between. Half of the mutations get correct
+// CRCs; otherwise none would pass the first check.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -87,32 +87,72 @@ bool header_holds(Bytes file) {
          crc32c(file.subspan(8, 4), file.subspan(kJournalPreambleSize, end - kJournalPreambleSize)) == u32_at(file, 12);
 }
 
+bool is_intact(Bytes file, const Block& block) {
+  return crc32c(block.covered, block.payload) == u32_at(file, block.crc_offset);
+}
+
+bool is_object(Bytes text) {
+  return nlohmann::ordered_json::parse(text.begin(), text.end(), nullptr, false).is_object();
+}
+
+/// What has been compared so far.
+struct Compared {
+  std::size_t row = 0;
+  std::size_t gap = 0;
+  std::uint32_t next_index = 0;
+  std::uint32_t last_sequence = 0;
+};
+
+/// Whether a block whose place is not the next one is taken.
+bool may_follow(const Block& block, const Compared& so_far) {
+  if (block.index < so_far.next_index) return false;
+  if (block.is_end) return true;
+  return !block.payload.empty() && (so_far.row == 0 || u32_at(block.payload, 8) > so_far.last_sequence);
+}
+
 /// Compares the reader's records and facts with the bytes.
 void require_same(Bytes file, const JournalFacts& facts, const std::vector<TickRecord>& records) {
-  require(header_holds(file) && facts.header.is_object(), "an accepted header has its CRC");
   require(facts.rows == records.size(), "the rows counted are those handed over");
-  std::size_t offset = header_end(file);
-  std::size_t row = 0;
-  std::uint32_t index = 0;
+  require(facts.header.is_object() ? header_holds(file) : facts.header.is_null(), "an accepted header has its CRC");
+  std::size_t good = facts.header.is_null() ? 0 : header_end(file);
+  Compared so_far;
   bool ended = false;
-  for (Block block; !ended && block_at(file, offset, block); ++index) {
-    if (block.index != index || crc32c(block.covered, block.payload) != u32_at(file, block.crc_offset)) break;
-    if (block.is_end) {
-      // A correct CRC does not make the text JSON; an end that is not JSON does not count.
-      if (!facts.end) break;
-      ended = true;
-    } else {
-      const std::size_t count = block.payload.size() / kRecordSize;
-      require(row + count <= records.size(), "every intact block is handed over");
-      require(count == 0 || std::memcmp(records.data() + row, block.payload.data(), block.payload.size()) == 0,
-              "records are handed over bit for bit");
-      row += count;
+  for (std::size_t offset = good; !ended && offset < file.size();) {
+    Block block;
+    const bool is_block = block_at(file, offset, block) && is_intact(file, block);
+    const bool is_next = is_block && offset == good && block.index == so_far.next_index;
+    if (!is_block || (!is_next && !may_follow(block, so_far)) || (block.is_end && !is_object(block.payload))) {
+      ++offset;
+      continue;
     }
+    if (!is_next && (block.index > so_far.next_index || so_far.row > 0)) {
+      require(so_far.gap < facts.gaps.size(), "damage between two blocks is a gap");
+      const eha::record::JournalGap& gap = facts.gaps[so_far.gap++];
+      require(gap.bytes == offset - good && gap.blocks == block.index - so_far.next_index, "a gap has its size");
+      require(gap.rows * kRecordSize <= gap.bytes, "no more rows are marked than the damaged bytes held");
+      for (std::size_t i = 0; i < gap.rows; ++i) {
+        require(records.at(so_far.row + i).flags == eha::acquisition::kLost, "the rows of a gap are marked");
+      }
+      so_far.row += gap.rows;
+    }
+    if (block.is_end) {
+      ended = true;
+    } else if (!block.payload.empty()) {
+      const std::size_t count = block.payload.size() / kRecordSize;
+      require(so_far.row + count <= records.size(), "every intact block is handed over");
+      require(std::memcmp(records.data() + so_far.row, block.payload.data(), block.payload.size()) == 0,
+              "records are handed over bit for bit");
+      so_far.row += count;
+      so_far.last_sequence = u32_at(block.payload, block.payload.size() - kRecordSize + 8);
+    }
+    so_far.next_index = block.index + 1;
     offset += block.size;
+    good = offset;
   }
-  require(row == records.size(), "no record comes from a block that is not intact");
+  require(so_far.row == records.size(), "no record comes from a block that is not intact");
+  require(so_far.gap == facts.gaps.size(), "there is no gap without damage");
   require(ended == facts.end.has_value(), "an end is read where there is one");
-  require(facts.good_bytes == offset && facts.torn_bytes == file.size() - offset, "good and torn bytes make the file");
+  require(facts.good_bytes == good && facts.torn_bytes == file.size() - good, "good and torn bytes make the file");
 }
 
 void put_u32(std::uint8_t* bytes, std::uint32_t value) {

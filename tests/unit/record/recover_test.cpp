@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/recover.hpp"
 
+#include <algorithm>
+#include <cstring>
 #include <fstream>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/raw_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
 #include "tests/unit/record/record_fixture.hpp"
@@ -111,6 +114,95 @@ TEST_F(Recover, TakesHostKernelAndTimeOfARealRunFromItsJournal) {
   EXPECT_EQ(manifest["host"], "rig");
   EXPECT_EQ(manifest["kernel"]["release"], "6.1.0-rt");
   EXPECT_EQ(manifest["utc_start"], "2026-01-02T03:04:05Z");
+}
+
+TEST_F(Recover, LosesAtMostThreeHundredRowsToOneFlippedBitAnywhere) {
+  set_duration(10.0);
+  const std::filesystem::path folder = torn_run(0);
+  const std::filesystem::path journal = folder / kJournalFile;
+  const std::string whole = os::read_file(journal);
+  std::fstream file(journal, std::ios::binary | std::ios::in | std::ios::out);
+  const auto put = [&](std::size_t offset, char byte) {
+    file.seekp(static_cast<std::streamoff>(offset));
+    file.put(byte);
+    file.flush();
+  };
+  const std::string manifest = os::read_file(folder / kManifestFile);
+  std::size_t worst = 0;
+  for (std::size_t i = 0; i < whole.size(); i += 1000) {
+    put(i, static_cast<char>(static_cast<unsigned char>(whole[i]) ^ (1U << (i / 1000 % 8))));
+    std::size_t intact = 0;
+    std::size_t at = 0;
+    const JournalFacts facts = read_journal(journal, [&](std::span<const acquisition::TickRecord> ticks) {
+      for (const acquisition::TickRecord& tick : ticks) {
+        const bool is_whole = std::memcmp(&tick, &whole_.at(at++), sizeof tick) == 0;
+        ASSERT_NE(is_whole, (tick.flags & acquisition::kLost) != 0) << "byte " << i;
+        intact += is_whole ? 1 : 0;
+      }
+    });
+    ASSERT_EQ(facts.rows, whole_.size()) << "byte " << i;
+    worst = std::max(worst, whole_.size() - intact);
+    ASSERT_LE(worst, 300u) << "byte " << i;
+    // The files are made again from some of them, header and end among them.
+    if (i % 50'000 == 0 || i + 1000 >= whole.size()) {
+      const Recovery recovery = recover_run(folder);
+      EXPECT_EQ(recovery.rows, intact) << "byte " << i;
+      EXPECT_GE(read_run(folder).record.input.size(), 10'000 - 300) << "byte " << i;
+      std::filesystem::remove(folder / kRawFile);
+      os::write_file_atomically(folder / kManifestFile, manifest);
+    }
+    put(i, whole[i]);
+  }
+  EXPECT_GT(worst, 0u);
+}
+
+TEST_F(Recover, MarksWhatWasLostAndTakesNoSuchRunForACompletedOne) {
+  set_duration(10.0);
+  const std::filesystem::path folder = torn_run(0);
+  {
+    std::fstream file(folder / kJournalFile, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(folder / kJournalFile) / 2));
+    file.put('\x5a');
+    file.put('\xa5');
+  }
+  const Recovery recovery = recover_run(folder);
+  EXPECT_EQ(recovery.outcome, Outcome::recovered) << "only a completed run is fitted by itself";
+  EXPECT_EQ(recovery.gaps, 1u);
+  EXPECT_EQ(recovery.lost_rows, 100u);
+  EXPECT_EQ(recovery.rows + recovery.lost_rows, whole_.size());
+  const std::vector<acquisition::TickRecord> ticks = read_ticks(folder);
+  ASSERT_EQ(ticks.size(), whole_.size());
+  const LoadedRun loaded = read_run(folder);
+  EXPECT_EQ(loaded.interpolated_rows, 100u);
+  ASSERT_EQ(loaded.record.input.size(), 10'000);
+  ASSERT_EQ(loaded.manifest.recovery->gaps.size(), 1u);
+  EXPECT_EQ(loaded.manifest.recovery->gaps[0].rows, 100u);
+  // The sine between two known voltages of a tenth of a second: at most A w^2 T^2 / 8.
+  const auto first = static_cast<Eigen::Index>(
+      std::find_if(ticks.begin(), ticks.end(), [](const auto& t) { return (t.flags & acquisition::kLost) != 0; }) -
+      std::find_if(ticks.begin(), ticks.end(), [](const auto& t) { return t.state == acquisition::State::running; }));
+  for (Eigen::Index k = first - 1; k < first + 101; ++k) {
+    EXPECT_NEAR(loaded.record.input[k], table_V_[static_cast<std::size_t>(k)], 0.02) << "row " << k;
+  }
+  EXPECT_NE(os::read_file(folder / "data_40ms.csv").find("# 100 ticks from "), std::string::npos);
+}
+
+TEST_F(Recover, TakesTheHeaderFromTheManifestWhenTheJournalsIsDamaged) {
+  const std::filesystem::path folder = torn_run(0);
+  const nlohmann::ordered_json header = read_journal(folder / kJournalFile, [](auto) {}).header;
+  {
+    std::fstream file(folder / kJournalFile, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekp(100);
+    file.put('\x01');
+  }
+  const Recovery recovery = recover_run(folder);
+  EXPECT_EQ(recovery.outcome, Outcome::completed) << "no row was lost";
+  EXPECT_EQ(recovery.rows, whole_.size());
+  const nlohmann::json taken = read_raw_file(folder / kRawFile).header;
+  EXPECT_EQ(taken, nlohmann::json(header));
+  std::filesystem::remove(folder / kRawFile);
+  std::filesystem::remove(folder / kManifestFile);
+  EXPECT_THROW(recover_run(folder), DataError) << "nobody knows the experiment any more";
 }
 
 TEST_F(Recover, IsNotStoppedByAManifestWithFieldsOfTheWrongKind) {
