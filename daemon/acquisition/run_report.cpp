@@ -129,7 +129,7 @@ std::string describe(const RunReport& report) {
   } else if (report.outcome == Outcome::interrupted) {
     text = "interrupted by a stop request; the command was ramped out";
   } else if (report.outcome == Outcome::write_failed) {
-    text = "the record could not be kept; the command was ramped out and what was written before is kept";
+    text = "the record could not be kept; the command was ramped out";
   }
   if (report.counters.dropped > 0) {
     text += fmt::format("{}{} records were lost because the writer was too slow", text.empty() ? "" : "; ",

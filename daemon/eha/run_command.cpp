@@ -89,7 +89,9 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
   std::error_code unknown;
-  if (!fs::exists(run.folder / record::kRawFile, unknown)) {
+  if (!fs::exists(run.folder / record::kJournalFile, unknown)) {
+    console.info(fmt::format("nothing of this run is in {}", folder));
+  } else if (!fs::exists(run.folder / record::kRawFile, unknown)) {
     console.info(fmt::format("what was recorded is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, folder));
   } else {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/play/journal_thread.hpp"
 
+#include <fmt/format.h>
 #include <pthread.h>
 
 #include <exception>
+#include <utility>
 
 #include "daemon/acquisition/fatal_signals.hpp"
 
@@ -19,9 +21,11 @@ constexpr auto kPollVirtual = std::chrono::microseconds(200);
 
 }  // namespace
 
-JournalThread::JournalThread(RecordQueue& queue, record::JournalWriter& journal, TimeBase time_base, RunWatch& watch)
+JournalThread::JournalThread(RecordQueue& queue, record::JournalWriter& journal, const record::FolderWatch& folder,
+                             TimeBase time_base, RunWatch& watch)
     : queue_(queue),
       journal_(journal),
+      folder_(folder),
       time_base_(time_base),
       watch_(watch),
       batch_(RecordQueue::kCapacity / 8),
@@ -52,7 +56,8 @@ void JournalThread::run() {
     watch_.writer_turns.fetch_add(1, std::memory_order_relaxed);
     const bool was_last = loop_ended_.load(std::memory_order_acquire);
     const std::size_t count = queue_.pop(batch_.data(), batch_.size());
-    if (error_.empty()) write(count);
+    if (journal_is_sound_) write(count);
+    if (error_.empty()) look_at_folder();
     if (count > 0) continue;
     if (was_last) return;
     if (time_base_ == TimeBase::monotonic) {
@@ -73,9 +78,26 @@ void JournalThread::write(std::size_t count) {
       synchronised_ = now;
     }
   } catch (const std::exception& error) {
-    error_ = error.what();
-    queue_.report_writer_failure();
+    journal_is_sound_ = false;
+    fail(fmt::format("{}: the {} rows before are kept, as far as they reached the disk; later ones are lost",
+                     error.what(), journal_.rows()));
   }
+}
+
+void JournalThread::look_at_folder() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - looked_ < kFolderInterval) return;
+  looked_ = now;
+  try {
+    folder_.check(journal_.rows());
+  } catch (const std::exception& error) {
+    fail(error.what());
+  }
+}
+
+void JournalThread::fail(std::string message) {
+  if (error_.empty()) error_ = std::move(message);
+  queue_.report_writer_failure();
 }
 
 }  // namespace eha::play

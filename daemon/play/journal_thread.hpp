@@ -10,6 +10,7 @@
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/record_queue.hpp"
 #include "daemon/play/run_watch.hpp"
+#include "daemon/record/folder_watch.hpp"
 #include "daemon/record/journal.hpp"
 
 namespace eha::play {
@@ -18,13 +19,17 @@ namespace eha::play {
 /// only.
 inline constexpr std::chrono::seconds kWriterPatience{6};
 
-/// The thread that moves records from the loop's queue to the journal until the loop has ended. After a failure it
-/// drops records and has the queue report it to the loop, which ramps out. The public members belong to one thread.
+/// How often the run folder is looked at: a deleted one is noticed within this time and a call on the disk.
+inline constexpr std::chrono::milliseconds kFolderInterval{250};
+
+/// The thread that moves records from the loop's queue to the journal until the loop has ended. After a failed write it
+/// drops records; when the run folder is gone or takes no files it goes on writing as long as the journal lets it. In
+/// both cases it has the queue report it to the loop, which ramps out. The public members belong to one thread.
 class JournalThread {
  public:
   /// @param watch  its writer_turns counts the passes of the thread's loop
-  JournalThread(acquisition::RecordQueue& queue, record::JournalWriter& journal, acquisition::TimeBase time_base,
-                RunWatch& watch);
+  JournalThread(acquisition::RecordQueue& queue, record::JournalWriter& journal, const record::FolderWatch& folder,
+                acquisition::TimeBase time_base, RunWatch& watch);
   JournalThread(const JournalThread&) = delete;
   JournalThread& operator=(const JournalThread&) = delete;
   ~JournalThread() { finish(); }
@@ -33,21 +38,29 @@ class JournalThread {
   [[nodiscard]] bool hangs();
 
   /// Writes the rest of the queue and ends the thread. Call after the loop has pushed its last record.
-  /// @returns the message of a failed write, or nothing
+  /// @returns the message of a failed write or a lost folder, or nothing
   std::string finish();
+
+  /// After finish(): every write to the journal succeeded.
+  [[nodiscard]] bool journal_is_sound() const noexcept { return journal_is_sound_; }
 
  private:
   void run();
   void write(std::size_t count);
+  void look_at_folder();
+  void fail(std::string message);
 
   acquisition::RecordQueue& queue_;
   record::JournalWriter& journal_;
+  const record::FolderWatch& folder_;
   acquisition::TimeBase time_base_;
   RunWatch& watch_;
   std::uint64_t turns_seen_ = 0;
   std::chrono::steady_clock::time_point turned_ = std::chrono::steady_clock::now();
   std::vector<acquisition::TickRecord> batch_;
   std::chrono::steady_clock::time_point synchronised_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
+  bool journal_is_sound_ = true;
   std::string error_;
   std::atomic<bool> loop_ended_{false};
   std::thread thread_;

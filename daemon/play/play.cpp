@@ -106,8 +106,10 @@ struct RunParts {
 };
 
 /// Runs the tick loop and the journal's thread until both have ended.
+/// @param is_journal_sound  set: every write to the journal succeeded
 /// @throws as acquisition::run, before the first tick
-FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, ProgressDisplay& display) {
+FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, ProgressDisplay& display,
+                       bool& is_journal_sound) {
   const PlayRequest& request = run.request;
   const std::unique_ptr<acquisition::Clock> clock = make_clock(request.time_base);
   const auto queue = std::make_unique<acquisition::RecordQueue>();
@@ -115,7 +117,8 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   const acquisition::FatalSignals fatal_signals(run.rig, run.stop,
                                                 std::llround(request.rig.realtime.sample_period_s * 1e9));
   run.watch.phase = RunWatch::Phase::playing;
-  JournalThread writer(*queue, journal, request.time_base, run.watch);
+  const record::FolderWatch folder(request.folder);
+  JournalThread writer(*queue, journal, folder, request.time_base, run.watch);
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
     acquisition::TableSource source(request.table_V, static_cast<std::uint32_t>(request.experiment.repetitions));
     return acquisition::run(run.rig, run.machine, source, request.rig.limits, request.rig.realtime,
@@ -128,12 +131,14 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   FinishedRun finished{.folder = request.folder, .report = loop.get(), .write_error = {}};
   run.watch.phase = RunWatch::Phase::draining;
   finished.write_error = writer.finish();
+  is_journal_sound = writer.journal_is_sound();
   return finished;
 }
 
 /// Closes the journal and writes the files made from it. A failure is kept in `finished`; the remaining files are
 /// written nevertheless.
-void write_files(FinishedRun& finished, record::JournalWriter& journal, record::Manifest& manifest) {
+/// @param journal  none: it cannot be closed
+void write_files(FinishedRun& finished, record::JournalWriter* journal, record::Manifest& manifest) {
   const auto attempt = [&](const auto& work) {
     try {
       work();
@@ -141,7 +146,7 @@ void write_files(FinishedRun& finished, record::JournalWriter& journal, record::
       if (finished.write_error.empty()) finished.write_error = error.what();
     }
   };
-  if (finished.write_error.empty()) attempt([&] { journal.finish(record::describe_end(finished.report)); });
+  if (journal != nullptr) attempt([&] { journal->finish(record::describe_end(finished.report)); });
   attempt([&] { record::write_files_from_journal(finished.folder); });
   Outcome& outcome = finished.report.outcome;
   if (!finished.write_error.empty() && (outcome == Outcome::completed || outcome == Outcome::interrupted)) {
@@ -173,11 +178,12 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
   const auto own_watch = std::make_unique<RunWatch>();
   RunWatch& watch = request.watch != nullptr ? *request.watch : *own_watch;
   ProgressDisplay display(progress, watch, stop);
-  FinishedRun finished = record_run({rig, machine, request, stop, watch}, journal, display);
+  bool is_journal_sound = true;
+  FinishedRun finished = record_run({rig, machine, request, stop, watch}, journal, display, is_journal_sound);
   remover.run_has_begun();
   watch.phase = RunWatch::Phase::closing;
   display.show();
-  write_files(finished, journal, manifest);
+  write_files(finished, is_journal_sound ? &journal : nullptr, manifest);
   display.rethrow_failure();
   return finished;
 }
