@@ -36,6 +36,7 @@ void read_record(Section& root, ident::FitOptions& fit) {
   section->number("discard_s", fit.discard_s, Range::between(0.0, kLongestRun_s), Need::optional);
   section->integer("decimation", fit.decimation, 1, 100'000, Need::optional);
   section->number("split", fit.split, Range{.low = 0.0, .high = 1.0, .low_excluded = true}, Need::optional);
+  section->number("input_before_V", fit.input_before, Range::any());
   section->finish();
 }
 

@@ -35,6 +35,7 @@ struct RecordOptions {
   std::optional<int> decimation = {};
   std::optional<double> discard_s = {};
   std::optional<double> split = {};
+  std::optional<double> input_before = {};
 };
 
 /// Options on the models to fit.

@@ -47,7 +47,8 @@ std::string summary(const ident::FrequencyResponse& measured, const ident::Model
 std::string frequency_table(const ident::FrequencyResponse& measured,
                             const std::vector<identify::IdentifiedModel>& models) {
   std::vector<Column> columns{{"line Hz", Align::right}, {"gain dB", Align::right}, {"phase deg", Align::right},
-                              {"std %", Align::right},   {"even dB", Align::right}, {"odd dB", Align::right}};
+                              {"std %", Align::right},   {"even dB", Align::right}, {"odd dB", Align::right},
+                              {"noise dB", Align::right}};
   for (const identify::IdentifiedModel& identified : models) {
     columns.push_back({identified.result.model.name + " dB", Align::right});
     columns.push_back({"+-", Align::right});
@@ -61,7 +62,8 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
     const identify::ComparedLine& row = rows[i];
     cells.push_back({fmt::format("{:.5g}", row.line->frequency_Hz), fmt::format("{:.2f}", row.measured.gain_dB),
                      fmt::format("{:.1f}", row.measured.phase_deg), fmt::format("{:.2g}", row.std_percent),
-                     cell(row.line->even_distortion_dB), cell(row.line->odd_distortion_dB)});
+                     cell(row.line->even_distortion_dB), cell(row.line->odd_distortion_dB),
+                     fmt::format("{:.1f}", row.line->noise_dB)});
     for (const identify::GainAndPhase& model : row.models) {
       cells.back().push_back(fmt::format("{:.2f}", model.gain_dB));
       cells.back().push_back(std_cell(model.gain_std_dB));
@@ -72,7 +74,8 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
   std::string text = summary(measured, models.empty() ? nullptr : &models.front().result.model);
   text += text_table(columns, cells);
   text +=
-      "std: of the gain, by noise alone; even, odd: distortion beside the line, below its output; +-: standard error\n";
+      "std: of the gain, by noise alone; even, odd: distortion beside the line, below its output; noise: the same of "
+      "noise alone; +-: standard error\n";
   for (const identify::IdentifiedModel& identified : models) text += bounds_of_the_linear_part(identified.result.model);
   if (every > 1)
     text += fmt::format("one line in {} of {}; {} and --json have them all\n", every, rows.size(),
@@ -92,7 +95,8 @@ nlohmann::ordered_json frequency_json(const ident::FrequencyResponse& measured,
                                  {"input_amplitude", row.line->input_amplitude},
                                  {"output_amplitude", row.line->output_amplitude},
                                  {"even_distortion_dB", number_or_null(row.line->even_distortion_dB)},
-                                 {"odd_distortion_dB", number_or_null(row.line->odd_distortion_dB)}};
+                                 {"odd_distortion_dB", number_or_null(row.line->odd_distortion_dB)},
+                                 {"noise_dB", number_or_null(row.line->noise_dB)}};
     for (std::size_t m = 0; m < models.size(); ++m) {
       entry["models"][models[m].result.model.name] = {{"gain_dB", number_or_null(row.models[m].gain_dB)},
                                                       {"gain_std_dB", number_or_null(row.models[m].gain_std_dB)},

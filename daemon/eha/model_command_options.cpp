@@ -28,6 +28,7 @@ Examples:
   eha fit runs/latest --cross-validate
   eha fit record.csv --model io --poles 3 --zeros 1 --delay free --split 0.5
   eha fit record.csv --model io --input-map valve -o models
+  eha fit step.csv --model io --input-before 0 -o models
   eha fit record.csv --structure five_terms.toml --model io -o models
   eha fit record.csv --sweep commensurate --poles 2 -o models
   eha fit record.csv --model fo --fix n1=0.9 --bound n2=1.5:2 --decimate 40 -o models)";
@@ -128,6 +129,11 @@ void add_fit(CLI::App& app, FitCommand& fit) {
                   "(default 0.5, or the experiment's)")
       ->type_name("FRACTION")
       ->check(finite_number("a fraction above 0, at most 1", [](double x) { return x > 0.0 && x <= 1.0; }));
+  sub->add_option("--input-before", fit.record.input_before,
+                  "Input before the first row, at which the plant is at rest; for a step at the first row (default 0, "
+                  "or the experiment's)")
+      ->type_name("VOLTS")
+      ->check(finite_number("a finite number", [](double) { return true; }));
   sub->add_option("--seed", fit.seed, "Seed of the search's starting points (default 1, or the experiment's)")
       ->type_name("N")
       // Without this a sign would wrap around to a huge seed.

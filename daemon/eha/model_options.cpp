@@ -194,6 +194,7 @@ ident::FitOptions with(ident::FitOptions options, const RecordOptions& record) {
   options.decimation = record.decimation.value_or(options.decimation);
   options.discard_s = record.discard_s.value_or(options.discard_s);
   options.split = record.split.value_or(options.split);
+  if (record.input_before) options.input_before = record.input_before;
   return options;
 }
 

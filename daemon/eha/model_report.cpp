@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/eha/text_table.hpp"
+#include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/usable_band.hpp"
 
 namespace eha::cli {
@@ -19,6 +20,16 @@ using ident::Model;
 using ident::ParameterEstimate;
 using ident::Score;
 using identify::IdentifiedModel;
+
+/// The structure's formula, without the numerator's order where that is held at 0.
+std::string formula_of(const ident::StructureOptions& asked) {
+  std::string formula = asked.structure.formula;
+  const ident::StructureParameter& order = asked.structure.numerator.front().order;
+  if (ident::is_estimated(asked, order) || ident::requested(asked, order) > 0.0) return formula;
+  const std::string power = " s^" + order.key.name;
+  if (const auto at = formula.find(power); at != std::string::npos) formula.erase(at, power.size());
+  return formula;
+}
 
 /// A value with the digits that its standard error justifies.
 std::string with_error(const ParameterEstimate& parameter) {
@@ -35,6 +46,8 @@ std::string orders_text(const Model& model, const ident::Structure& structure) {
   for (const ParameterEstimate& parameter : model.parameters) {
     // Whole orders that the structure itself gives have no names worth a column.
     if (!is_order(parameter.role) || has_finite_state(structure)) continue;
+    const bool is_numerator = parameter.role == ident::ParameterRole::numerator_order;
+    if (is_numerator && parameter.fixed && !(parameter.value > 0.0)) continue;
     parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
   }
   if (parts.empty()) {
@@ -56,7 +69,7 @@ void add_score(std::vector<std::string>& row, const std::optional<Score>& score)
 
 std::vector<std::string> row_for(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
-  std::vector<std::string> row{model.name + mark, identified.structure.structure.formula,
+  std::vector<std::string> row{model.name + mark, formula_of(identified.structure),
                                orders_text(model, identified.structure.structure)};
   add_score(row, model.estimation ? std::optional(model.estimation->score) : std::nullopt);
   add_score(row, model.validation ? std::optional(model.validation->score) : std::nullopt);

@@ -122,6 +122,7 @@ std::vector<IdentifiedModel> fit_models(const IdentificationTask& task, const Pr
 std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task, std::vector<std::string>& warnings) {
   if (task.options.procedure == ident::Procedure::paper) return {};
   task.options.procedure = ident::Procedure::paper;
+  task.options.input_before.reset();
   std::vector<IdentifiedModel> models;
   for (const ident::StructureOptions& structure : task.structures) {
     const auto published = ident::published_structure(structure.structure);

@@ -66,8 +66,11 @@ Rows rows_of(const Record& record, const FitOptions& options) {
   return rows;
 }
 
-/// The level that a step test starts from at rest, unless an initial state is asked for.
-std::optional<double> rest_level(const Record& record, const StructureOptions& asked, const Rows& rows) {
+/// The level at which the plant is at rest before the record: as given, or of a step test that shows it, unless an
+/// initial state is asked for.
+std::optional<double> rest_level(const Record& record, const StructureOptions& asked, const FitOptions& options,
+                                 const Rows& rows) {
+  if (options.input_before) return options.input_before;
   if (asked.initial_state == InitialState::estimated) return std::nullopt;
   const auto seen = static_cast<Eigen::Index>(rows.last) + 1;
   return rest_of_step_test(record.input.head(seen), record.output.head(seen));
@@ -81,7 +84,7 @@ class DefaultFit {
         options_(options),
         executor_(executor),
         rows_(rows_of(record, options)),
-        rest_(rest_level(record, asked, rows_)),
+        rest_(rest_level(record, asked, options, rows_)),
         bias_asked_(find_request(asked, asked.structure.input_map.bias) != nullptr),
         behind_valve_(asked_behind_valve(asked)),
         asked_(with_bias_at_rest(without_valve(asked))),
@@ -324,7 +327,8 @@ class DefaultFit {
                                         (lowest_is_0 ? ", lowest order of the denominator 0" : "");
     if (behind_valve_) return;
     if (rest_ && !bias_asked_) {
-      model.provenance["input_bias"] = "fixed: a step test that starts at rest at that level";
+      model.provenance["input_bias"] = options_.input_before ? "fixed: at rest at the input given for before the record"
+                                                             : "fixed: a step test that starts at rest at that level";
     } else if (!bias_asked_ && !reported.solve_bias && reported.fixed_bias == 0.0) {
       model.provenance["input_bias"] =
           "fixed at 0: with an initial state a constant input cannot be told apart from offset and state";

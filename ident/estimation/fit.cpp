@@ -17,6 +17,8 @@
 namespace eha::ident {
 namespace {
 
+bool is_constant(const Eigen::VectorXd& v) { return (v.array() == v[0]).all(); }
+
 void check_record(const Record& record, const FitOptions& options) {
   if (record.input.size() != record.output.size()) throw DataError("record: input and output differ in length");
   if (!record.input.allFinite() || !record.output.allFinite()) throw DataError("record: expected finite samples");
@@ -30,17 +32,33 @@ void check_record(const Record& record, const FitOptions& options) {
     throw DataError(
         fmt::format("record: {} rows are too few to fit; expected at least {}", record.input.size(), kFewestRows));
   }
-  const auto constant = [](const Eigen::VectorXd& v) { return (v.array() == v[0]).all(); };
-  if (constant(record.input)) {
-    throw DataError(
-        fmt::format("record: the input is constant at {} {}; a model needs an input that moves (a step at "
-                    "the start needs rows from before it)",
-                    record.input[0], record.input_channel.unit));
-  }
-  if (constant(record.output)) {
+  if (is_constant(record.output)) {
     throw DataError(fmt::format("record: the output is constant at {} {}; a model needs an output that moves",
                                 record.output[0], record.output_channel.unit));
   }
+}
+
+void check_input(const Record& record, const StructureOptions& asked, const FitOptions& options) {
+  if (options.input_before && !std::isfinite(*options.input_before)) {
+    throw ConfigError(fmt::format("input_before: expected a finite input, got {}", *options.input_before));
+  }
+  if (options.input_before && find_request(asked, asked.structure.input_map.bias) != nullptr) {
+    throw ConfigError(fmt::format(
+        "model {}: input_before makes the bias {}, so that the plant begins at rest; leave out one of input_before and "
+        "the request for {}",
+        asked.name, -*options.input_before, asked.structure.input_map.bias.key.name));
+  }
+  if (!is_constant(record.input)) return;
+  const std::string& unit = record.input_channel.unit;
+  const std::string input = fmt::format("record: the input is constant at {} {}", record.input[0], unit);
+  if (options.input_before && *options.input_before == record.input[0]) {
+    throw DataError(fmt::format("{}, which input_before gives too; a model needs an input that moves", input));
+  }
+  if (options.input_before || asked.initial_state == InitialState::estimated) return;
+  throw DataError(
+      fmt::format("{}; a model needs an input that moves. If it stepped at the first row, give its value before: "
+                  "--input-before VOLTS (input_before_V in an experiment's [record])",
+                  input));
 }
 
 // Of max |u|. A record that starts at rest at its largest input has a bias of that size.
@@ -61,7 +79,14 @@ bool is_bias_lost(const Model& model, double largest_input) {
 FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options,
               const Executor& executor) {
   check_record(record, options);
-  if (options.procedure == Procedure::paper) return fit_by_paper(record, asked, options);
+  check_input(record, asked, options);
+  if (options.procedure == Procedure::paper) {
+    if (options.input_before) {
+      throw ConfigError(
+          "input_before: the paper's procedure begins each part with zero history; leave out one of the two");
+    }
+    return fit_by_paper(record, asked, options);
+  }
   FitResult result = fit_by_default(record, asked, options, executor);
   StructureOptions fitted = asked;
   const StructureParameter& bias = asked.structure.input_map.bias;

@@ -31,7 +31,8 @@ class NoStableModel : public DataError {
   using DataError::DataError;
 };
 
-/// Estimates one structure from one record by output error.
+/// Estimates one structure from one record by output error. A record of constant input is refused unless the response
+/// to earlier input shows: `input_before` is given and another value, or an initial state is asked for.
 /// @throws DataError    the record is too short, constant, or not finite; as NoStableModel, nothing stable was found
 /// @throws ConfigError  the structure or a parameter request makes no sense
 /// Deterministic for a given seed, whatever the executor.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "ident/structure/structure_options.hpp"
 
@@ -31,6 +32,9 @@ struct FitOptions {
   double discard_s = 0.0;  ///< not compared, though simulated [s]
   double split = 0.5;      ///< share of the compared samples that estimates; 1 leaves no validation
   std::uint64_t seed = 1;
+  /// The input before the first row, at which the plant is at rest [input unit]; none: 0, or what the record shows.
+  /// Needed for a record whose input steps at its first row.
+  std::optional<double> input_before = {};
 };
 
 /// What a model must reach to be written to disk as accepted.

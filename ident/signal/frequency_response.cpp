@@ -203,8 +203,10 @@ FrequencyResponse measure_frequency_response(const Record& record, const Periods
     line.response = gains[i] / held;
     line.input_amplitude = std::abs(input.mean[row]);
     line.output_amplitude = std::abs(output.mean[row]);
-    line.std = std::sqrt(noise_power(output, input, gains[i], line.harmonic, highest(periods))) /
-               (line.input_amplitude * std::abs(held));
+    const double noise = noise_power(output, input, gains[i], line.harmonic, highest(periods));
+    // Half of the error's power lies along the response, where it changes the gain.
+    line.std = std::sqrt(noise / 2.0) / (line.input_amplitude * std::abs(held));
+    line.noise_dB = 10.0 * std::log10(noise / std::norm(output.mean[row]));
     line.even_distortion_dB = distortion.even(i);
     line.odd_distortion_dB = distortion.odd(i);
     result.lines.push_back(line);

@@ -16,13 +16,14 @@ struct LineResponse {
   double frequency_Hz = 0.0;
   std::size_t harmonic = 0;       ///< of the period
   std::complex<double> response;  ///< G(j 2 pi f) [output unit / input unit]
-  double std = 0.0;               ///< of the response's error, sqrt(E |error|^2), by noise alone
+  double std = 0.0;               ///< of the gain, sqrt(E |error|^2 / 2), by noise alone [output unit / input unit]
   double input_amplitude = 0.0;   ///< of the cosine [input unit]
   double output_amplitude = 0.0;  ///< [output unit]
   /// Output at the neighbouring lines that are not excited, below the output at this line [dB]: the effect of an even
   /// or an odd nonlinearity, noise included. Empty if there is no such line.
   std::optional<double> even_distortion_dB;
   std::optional<double> odd_distortion_dB;
+  double noise_dB = 0.0;  ///< noise at such a line, below the output: a distortion near it is noise
 };
 
 /// The nonparametric frequency response of a record.
@@ -41,7 +42,7 @@ struct FrequencyResponse {
 /// Y_p, U_p are the discrete Fourier transforms of period p, the output's drift removed (average_periods); H is the
 /// hold of the input between samples. The plant's response above the sampling frequency folds back onto the line, with
 /// a relative error of about (f h)^(1 + r), r the plant's roll-off order.
-///   std^2 = sum_p |Y_p - Y - G (U_p - U)|^2 / (count (count - 1) |U H|^2), averaged over the two harmonics on either
+///   std^2 = sum_p |Y_p - Y - G (U_p - U)|^2 / (2 count (count - 1) |U H|^2), averaged over the two harmonics on either
 ///           side too, so that a few periods do.
 /// Distortion: with odd lines excited, an even nonlinearity responds at even harmonics only, an odd one at odd
 /// harmonics only. Both are measured only if every excited harmonic is odd: even distortion at the even harmonics

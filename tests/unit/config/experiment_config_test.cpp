@@ -72,6 +72,16 @@ std::vector<std::string> faults_of(const std::string& text) {
   return {};
 }
 
+TEST(ExperimentConfig, TakesTheInputBeforeTheRecordAndTheLimitsOfTheUsableBand) {
+  std::string text = edited(kExperiment, "split = 0.75", "split = 0.75\ninput_before_V = -0.25");
+  text = edited(text, "min_validation_r2_percent = 95.0",
+                "min_validation_r2_percent = 95.0\nusable_gain_error_dB = 2\nusable_phase_error_deg = 15");
+  const ExperimentConfig experiment = parse_prepared_experiment(text, "e.toml", rig()).config;
+  EXPECT_EQ(experiment.fit.input_before, -0.25);
+  EXPECT_EQ(experiment.acceptance.usable_gain_error_dB, 2.0);
+  EXPECT_EQ(experiment.acceptance.usable_phase_error_deg, 15.0);
+}
+
 TEST(ExperimentConfig, TakesEveryKeyToItsPlace) {
   const ExperimentConfig experiment = parse_prepared_experiment(kExperiment, "e.toml", rig()).config;
   EXPECT_EQ(experiment.name, "bench-3");
@@ -164,8 +174,8 @@ INSTANTIATE_TEST_SUITE_P(
              {"12:2: recrod: expected a known key (did you mean \"record\"?), got an unknown one"}},
         Edit{"split = 0.75",
              "gargantuan_nonsense = 1",
-             {"15:1: record.gargantuan_nonsense: expected a known key (one of discard_s, decimation, split), got an "
-              "unknown one"}},
+             {"15:1: record.gargantuan_nonsense: expected a known key (one of discard_s, decimation, split, "
+              "input_before_V), got an unknown one"}},
         Edit{"discard_s = 5.0",
              "discard = 5.0",
              {"13:1: record.discard: expected a known key (did you mean \"discard_s\"?), got an unknown one"}},

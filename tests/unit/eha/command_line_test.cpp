@@ -80,11 +80,38 @@ TEST(CommandLine, ReadsQueue) {
 }
 
 TEST(CommandLine, ReadsFit) {
-  const auto fit = command_of<FitCommand>(
-      {"fit",        "--model", "io",        "--model",     "fo",      "r.csv", "--poles", "3",     "--zeros",
-       "1",          "--delay", "free",      "--procedure", "paper",   "--fix", "a=1",     "--fix", "b=-2",
-       "--decimate", "40",      "--discard", "10",          "--split", "1",     "--seed",  "7",     "--initial-state",
-       "none",       "-o",      "out"});
+  const auto fit = command_of<FitCommand>({"fit",
+                                           "--model",
+                                           "io",
+                                           "--model",
+                                           "fo",
+                                           "r.csv",
+                                           "--poles",
+                                           "3",
+                                           "--zeros",
+                                           "1",
+                                           "--delay",
+                                           "free",
+                                           "--procedure",
+                                           "paper",
+                                           "--fix",
+                                           "a=1",
+                                           "--fix",
+                                           "b=-2",
+                                           "--decimate",
+                                           "40",
+                                           "--discard",
+                                           "10",
+                                           "--split",
+                                           "1",
+                                           "--seed",
+                                           "7",
+                                           "--initial-state",
+                                           "none",
+                                           "-o",
+                                           "out",
+                                           "--input-before",
+                                           "-0.5"});
   EXPECT_EQ(fit.source, "r.csv");
   EXPECT_EQ(fit.models.families, (std::vector<std::string>{"io", "fo"}));
   EXPECT_EQ(fit.models.poles, 3);
@@ -95,6 +122,7 @@ TEST(CommandLine, ReadsFit) {
   EXPECT_EQ(fit.record.decimation, 40);
   EXPECT_EQ(fit.record.discard_s, 10.0);
   EXPECT_EQ(fit.record.split, 1.0);
+  EXPECT_EQ(fit.record.input_before, -0.5);
   EXPECT_EQ(fit.seed, 7U);
   EXPECT_EQ(fit.models.initial_state, ident::InitialState::none);
   EXPECT_EQ(fit.output, "out");

@@ -56,12 +56,11 @@ TEST(FrequencyComparison, IsWrittenAsOneRowForEachLine) {
   const auto path = write_frequency_response(*measured, the_plant(), folder.path());
   const std::string text = content_of(path);
   EXPECT_EQ(path.filename(), "frequency_response.csv");
-  EXPECT_EQ(
-      text.rfind(
-          "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,io_gain_dB,io_gain_std_dB,"
-          "io_phase_deg,io_phase_std_deg\n0.1,",
-          0),
-      0U)
+  EXPECT_EQ(text.rfind("frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,noise_dB,io_gain_"
+                       "dB,io_gain_std_dB,"
+                       "io_phase_deg,io_phase_std_deg\n0.1,",
+                       0),
+            0U)
       << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
 }

@@ -52,6 +52,72 @@ Record cut_record(double noise) {
   return record;
 }
 
+/// A step from `before` at the first row of a plant that was at rest.
+Record step_at_the_first_row(double before, double after, double noise) {
+  const Model model = fractional(0.3, 2.0, 1.0, 0.5, 0.46);
+  Record record;
+  record.step_s = 0.02;
+  record.input.setConstant(1500, after);
+  record.output = simulate(model, (record.input.array() - before).matrix(), record.step_s).array() + 3.0;
+  std::mt19937_64 generator(8);
+  for (double& y : record.output) y += noise * normal(generator);
+  return record;
+}
+
+TEST(InputBefore, MakesAStepAtTheFirstRowARecord) {
+  const Record record = step_at_the_first_row(0.5, 2.0, 1e-3);
+  FitOptions options;
+  options.input_before = 0.5;
+  const Model model = fit(record, asked_for(structures::io()), options).model;
+  EXPECT_NEAR(value(model, "a2"), 0.3, 0.02);
+  EXPECT_NEAR(value(model, "a0"), 0.5, 0.02);
+  EXPECT_NEAR(value(model, "K"), 0.46, 0.01);
+  EXPECT_DOUBLE_EQ(model.input_bias, -0.5);
+  EXPECT_NEAR(model.initial_output, 3.0, 0.01);
+}
+
+TEST(InputBefore, IsOfferedByTheRefusalOfAConstantInput) {
+  const Record record = step_at_the_first_row(0.0, 2.0, 1e-3);
+  const auto refusal = [&](const FitOptions& options, const StructureOptions& asked) -> std::string {
+    try {
+      (void)fit(record, asked, options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  StructureOptions asked = asked_for(structures::io());
+  EXPECT_NE(refusal({}, asked).find("--input-before VOLTS (input_before_V"), std::string::npos);
+  FitOptions same;
+  same.input_before = 2.0;
+  EXPECT_NE(refusal(same, asked).find("input_before gives too"), std::string::npos);
+  FitOptions paper;
+  paper.input_before = 0.0;
+  paper.procedure = Procedure::paper;
+  EXPECT_NE(refusal(paper, asked).find("paper's procedure"), std::string::npos);
+  paper.procedure = Procedure::standard;
+  asked.parameters.push_back({"input_bias", true, 0.1, {}, {}});
+  EXPECT_NE(refusal(paper, asked).find("input_bias"), std::string::npos);
+}
+
+TEST(InitialState, IsEstimatedUnderAConstantInput) {
+  // The plant returns to rest: its poles show, its gain does not.
+  const Model model = fractional(0.3, 2.0, 1.0, 0.5, 0.46);
+  Eigen::VectorXd whole = Eigen::VectorXd::Zero(2000);
+  whole.head(500).setConstant(2.0);
+  Record record;
+  record.step_s = 0.02;
+  record.input = whole.tail(1500);
+  record.output = simulate(model, whole, record.step_s).tail(1500);
+  std::mt19937_64 generator(8);
+  for (double& y : record.output) y += 1e-3 * normal(generator);
+  StructureOptions asked = asked_for(structures::io());
+  asked.initial_state = InitialState::estimated;
+  const Model fitted = fit(record, asked, {}).model;
+  EXPECT_NEAR(value(fitted, "a2"), 0.3, 0.03);
+  EXPECT_NEAR(value(fitted, "a0"), 0.5, 0.03);
+}
+
 TEST(PastInput, OfAnotherRecordExplainsNothing) {
   Model model = fractional(0.6, 1.75, 0.9, 0.04, 1e-6);
   model.past_input = {{-1.0, 0.0, 1e5}, {-9.0, -1.0, -1e5}};

@@ -126,7 +126,7 @@ TEST(FrequencyResponse, StatesStandardDeviationsThatItsErrorsHave) {
       const FrequencyResponse measured = measure_frequency_response(noisy, periods, lines_of(options));
       for (std::size_t i = 0; i < measured.lines.size(); ++i) {
         share += std::norm(measured.lines[i].response - truth.lines[i].response) /
-                 (measured.lines[i].std * measured.lines[i].std);
+                 (2.0 * measured.lines[i].std * measured.lines[i].std);
         lines += 1.0;
       }
     }
@@ -135,6 +135,33 @@ TEST(FrequencyResponse, StatesStandardDeviationsThatItsErrorsHave) {
     const double freedom = 10.0 * static_cast<double>(count - 1);
     EXPECT_NEAR(share / lines, freedom / (freedom - 2.0), 0.17) << count << " periods";
   }
+}
+
+TEST(FrequencyResponse, StatesTheScatterOfTheGain) {
+  const Excitation options = odd_random(2.0);
+  const Record clean =
+      record_of([](const Eigen::VectorXd& u) { return simulate(kFractional, u, kStep_s); }, 9, options);
+  const Periods periods{3 * kLength, kLength, 6};
+  const FrequencyResponse truth = measure_frequency_response(clean, periods, lines_of(options));
+  double gain = 0.0;
+  double stated = 0.0;
+  double floor = 0.0;
+  constexpr std::size_t kLine = 5;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    PortableDraw draw(seed);
+    Record noisy = clean;
+    for (double& y : noisy.output) y += 0.05 * draw.normal();
+    const LineResponse line = measure_frequency_response(noisy, periods, lines_of(options)).lines[kLine];
+    gain += std::pow(std::abs(line.response) - std::abs(truth.lines[kLine].response), 2);
+    stated += line.std * line.std;
+    floor += line.noise_dB / 200.0;
+  }
+  // The ratio of two variances of 200 draws scatters by 10 %.
+  EXPECT_NEAR(gain / stated, 1.0, 0.3);
+  // White noise of variance s^2 leaves 4 s^2 / N in the square of an amplitude from N samples.
+  const double amplitude = truth.lines[kLine].output_amplitude;
+  const double expected = 4.0 * 0.05 * 0.05 / (6.0 * static_cast<double>(kLength) * amplitude * amplitude);
+  EXPECT_NEAR(floor, 10.0 * std::log10(expected), 1.0);
 }
 
 /// Lines where each kind of distortion is above -100 dB.
