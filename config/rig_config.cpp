@@ -39,6 +39,7 @@ void read_realtime(Section& root, RealtimeOptions& realtime) {
   section->integer("cpu", realtime.cpu, 0, 1023);
   section->integer("abort_consecutive_late", realtime.abort_consecutive_late, 1, 1'000'000, Need::optional);
   section->integer("abort_total_late", realtime.abort_total_late, 1, 1'000'000, Need::optional);
+  section->number("stall_limit_s", realtime.stall_limit_s, Range::between(0.01, 1.0));
   section->finish();
 }
 

@@ -63,10 +63,13 @@ struct RigLimits {
 /// Period, scheduling and lateness limits of the tick loop.
 struct RealtimeOptions {
   double sample_period_s = 0.001;  ///< tick period [s]
-  int priority = 80;               ///< SCHED_FIFO priority, 1..99
+  int priority = 80;               ///< SCHED_FIFO priority, 1..99; the loop takes kHighestLoopPriority at most
   std::optional<int> cpu;          ///< CPU the loop is bound to
   int abort_consecutive_late = 5;  ///< consecutive late or skipped ticks that end a run
   int abort_total_late = 50;       ///< leaky total of late or skipped ticks that ends a run
+  /// A loop that stands still for longer has its hydraulics switched off by the guard [s]; none: by the kernel's kind,
+  /// acquisition::stall_limit_ns
+  std::optional<double> stall_limit_s = {};
 };
 
 /// A whole rig.toml.

@@ -25,10 +25,12 @@ class FileActions {
     copy(request.standard_error, STDERR_FILENO);
     copy(request.standard_output, STDOUT_FILENO);
     copy(request.standard_input, STDIN_FILENO);
+    copy(request.shared, kSharedDescriptor);
     if (request.standard_input == nullptr) open_null(STDIN_FILENO, O_RDONLY);
     if (request.standard_output == nullptr) open_null(STDOUT_FILENO, O_WRONLY);
     // A descriptor without close-on-exec, such as one a library opened, would keep a device or its lock.
-    posix_spawn_file_actions_addclosefrom_np(&actions_, STDERR_FILENO + 1);
+    posix_spawn_file_actions_addclosefrom_np(&actions_,
+                                             request.shared != nullptr ? kSharedDescriptor + 1 : STDERR_FILENO + 1);
   }
   FileActions(const FileActions&) = delete;
   FileActions& operator=(const FileActions&) = delete;

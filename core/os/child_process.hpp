@@ -17,13 +17,17 @@ enum class Session {
   own,     ///< a new one: no terminal's signal reaches the child
 };
 
-/// Parameters of a child. The child inherits its three standard streams and no other descriptor. It blocks no signal
-/// and handles every signal in the default way, independently of the thread that starts it.
+inline constexpr int kSharedDescriptor = 3;
+
+/// Parameters of a child. The child inherits its three standard streams, the shared file if there is one, and no other
+/// descriptor. It blocks no signal and handles every signal in the default way, independently of the thread that starts
+/// it.
 struct SpawnRequest {
   std::vector<std::string> words;                   ///< path of the program, then its arguments
   const FileDescriptor* standard_input = nullptr;   ///< none: /dev/null
   const FileDescriptor* standard_output = nullptr;  ///< none: /dev/null
   const FileDescriptor* standard_error = nullptr;   ///< none: this process's
+  const FileDescriptor* shared = nullptr;           ///< becomes the child's descriptor kSharedDescriptor
   Session session = Session::shared;
 };
 

@@ -2,6 +2,7 @@
 #include "daemon/acquisition/loop.hpp"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <limits>
@@ -9,6 +10,8 @@
 
 namespace eha::acquisition {
 namespace {
+
+static_assert(sizeof(TickRecord) == GuardPage::kRowSize && GuardPage::kRows > RecordQueue::kCapacity);
 
 constexpr std::int64_t kMostSkippedRows = 256;  // bounds the work of a tick; beyond it the gap shows in `sequence`
 
@@ -31,13 +34,26 @@ class ThreadUsage {
 }  // namespace
 
 void Loop::run() noexcept {
+  // In virtual time nothing is driven, and a tick takes as long as it takes.
+  const bool is_watched = page_ != nullptr && !clock_.is_virtual();
+  if (is_watched) page_->begin_drive(gettid(), stall_limit_ns_);
+  play();
+  if (is_watched) page_->end_drive();
+}
+
+void Loop::play() noexcept {
   const ThreadUsage usage;
   const std::int64_t ticks_per_second = std::max<std::int64_t>(1, 1'000'000'000 / period_ns_);
   const std::int64_t origin_ns = clock_.now_ns() + period_ns_;
   for (std::int64_t k = 0; !engine_.finished(); ++k) {
+    rest_if_the_card_does_not_answer(origin_ns + k * period_ns_);
     clock_.sleep_until(origin_ns + k * period_ns_);
     TickInputs inputs;
     inputs.woken_ns = clock_.now_ns();
+    if (page_ != nullptr) {
+      page_->beat();
+      inputs.guard_has_tripped = page_->has_tripped();
+    }
     const std::int64_t behind_ns = std::max<std::int64_t>(0, inputs.woken_ns - (origin_ns + k * period_ns_));
     const std::int64_t skipped = behind_ns / period_ns_;
     for (std::int64_t i = 0; i < std::min(skipped, kMostSkippedRows); ++i) {
@@ -66,6 +82,14 @@ void Loop::run() noexcept {
   report_.outcome = outcome();
 }
 
+void Loop::rest_if_the_card_does_not_answer(std::int64_t deadline_ns) noexcept {
+  if (clock_.is_virtual() || machine_.state() != State::safe_stop) return;
+  // Calls that wait busily for a second each leave no time to sleep. Without a sleep the system ends a real-time thread
+  // after some seconds (RLIMIT_RTTIME), and the process with it.
+  const std::int64_t now_ns = clock_.now_ns();
+  if (now_ns > deadline_ns) clock_.sleep_until(now_ns + period_ns_);
+}
+
 void Loop::tick(const TickInputs& inputs, std::int64_t behind_ns) noexcept {
   const TickRecord row = engine_.tick(inputs);
   keep(row);
@@ -75,7 +99,11 @@ void Loop::tick(const TickInputs& inputs, std::int64_t behind_ns) noexcept {
 }
 
 void Loop::keep(const TickRecord& row) noexcept {
-  if (!queue_.push(row)) ++dropped_;
+  if (!queue_.push(row)) {
+    ++dropped_;
+  } else if (page_ != nullptr) {
+    page_->keep(&row);
+  }
   queue_peak_ = std::max<std::uint64_t>(queue_peak_, queue_.fill());
 }
 

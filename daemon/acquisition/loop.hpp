@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "core/guard_page.hpp"
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/record_queue.hpp"
 #include "daemon/acquisition/run.hpp"
@@ -19,6 +20,8 @@ struct LoopLinks {
   RecordQueue& queue;
   const StopRequest& stop;
   StatusBoard& board;
+  GuardPage* page = nullptr;        ///< shared with the guard; none: there is no guard
+  std::int64_t stall_limit_ns = 0;  ///< for the guard, see GuardPage::begin_drive
 };
 
 /// The tick loop of one run. Each period, on a grid that never shifts, it sleeps to the absolute deadline, records the
@@ -34,6 +37,8 @@ class Loop {
         queue_(links.queue),
         stop_(links.stop),
         board_(links.board),
+        page_(links.page),
+        stall_limit_ns_(links.stall_limit_ns),
         report_(report) {}
 
   /// Runs in the calling thread until the engine has finished, and fills in the report, all but `realtime`.
@@ -41,6 +46,8 @@ class Loop {
   void run() noexcept;
 
  private:
+  void play() noexcept;
+  void rest_if_the_card_does_not_answer(std::int64_t deadline_ns) noexcept;
   void tick(const TickInputs& inputs, std::int64_t behind_ns) noexcept;
   void keep(const TickRecord& row) noexcept;
   void publish(const TickInputs& inputs) noexcept;
@@ -56,6 +63,8 @@ class Loop {
   RecordQueue& queue_;
   const StopRequest& stop_;
   StatusBoard& board_;
+  GuardPage* page_;
+  std::int64_t stall_limit_ns_;
   RunReport& report_;
   TickRecord last_{};
   LoopCounters usage_;

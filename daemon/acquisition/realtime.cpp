@@ -11,15 +11,24 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
 #include <system_error>
 
+#include "core/priorities.hpp"
+
 namespace eha::acquisition {
 namespace {
+
+// Measured on an ordinary kernel under load: 1 false alarm in 180 s at 0.05 s, on a virtual machine that loses its
+// processors for up to 0.101 s at a time.
+constexpr double kStallLimit_s = 0.1;
+constexpr double kStallLimitPreemptRt_s = 0.02;
 
 constexpr std::size_t kPrefaultedStack = 128 * 1024;
 // glibc's defaults, to go back to once no loop runs.
@@ -54,6 +63,11 @@ KernelFacts kernel_facts() {
   facts.preempt_rt = (flag >> value && value == 1) || facts.version.find("PREEMPT_RT") != std::string::npos ||
                      facts.version.find("PREEMPT RT") != std::string::npos;
   return facts;
+}
+
+std::int64_t stall_limit_ns(const config::RealtimeOptions& options, const KernelFacts& kernel) {
+  const double limit_s = options.stall_limit_s.value_or(kernel.preempt_rt ? kStallLimitPreemptRt_s : kStallLimit_s);
+  return std::llround((options.sample_period_s + limit_s) * 1e9);
 }
 
 RealtimeProcess::RealtimeProcess(RealtimeFacts& facts) {
@@ -101,11 +115,17 @@ void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts
     }
   }
   sched_param parameter{};
-  parameter.sched_priority = options.priority;
+  const int priority = std::min(options.priority, kHighestLoopPriority);
+  if (priority < options.priority) {
+    facts.refused.push_back("realtime.priority = " + std::to_string(options.priority) + " is limited to " +
+                            std::to_string(priority) + ": the guard runs at " + std::to_string(kGuardPriority) +
+                            " and must be able to preempt the loop; set at most " + std::to_string(priority));
+  }
+  parameter.sched_priority = priority;
   const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
   facts.fifo = error == 0;
   if (error != 0) {
-    facts.refused.push_back("SCHED_FIFO " + std::to_string(options.priority) + " is refused: " + reason(error) +
+    facts.refused.push_back("SCHED_FIFO " + std::to_string(priority) + " is refused: " + reason(error) +
                             " (LimitRTPRIO, or rtprio in /etc/security/limits.d, mends it)");
   }
   prefault_stack();

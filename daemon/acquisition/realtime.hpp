@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "config/rig_config.hpp"
@@ -18,6 +19,10 @@ struct KernelFacts {
 
 [[nodiscard]] KernelFacts kernel_facts();
 
+/// How long the loop may stand still before the guard acts [ns]: a period, in which it sleeps, and the rig file's
+/// stall_limit_s, without which it is 0.1 s, or 0.02 s where the kernel is PREEMPT_RT.
+[[nodiscard]] std::int64_t stall_limit_ns(const config::RealtimeOptions& options, const KernelFacts& kernel);
+
 /// Keeps a whole process ready for a real-time thread while it lives: memory locked, heap never given back, no
 /// transparent huge pages, no deep CPU sleep. What the system refuses is put down, not thrown. Not thread-safe.
 class RealtimeProcess {
@@ -32,7 +37,8 @@ class RealtimeProcess {
   os::FileDescriptor dma_latency_;  ///< holds off deep CPU sleep while it is open
 };
 
-/// Makes the calling thread a real-time one: CPU, SCHED_FIFO, stack paged in. What the system refuses is put down.
+/// Makes the calling thread a real-time one: CPU, SCHED_FIFO with at most kHighestLoopPriority, stack paged in. What
+/// the system refuses, and a priority that was limited, is put down.
 void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts);
 
 }  // namespace eha::acquisition

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "config/rig_config.hpp"
+#include "core/guard_page.hpp"
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/command_source.hpp"
 #include "daemon/acquisition/record_queue.hpp"
@@ -29,11 +30,12 @@ enum class NonRealtime : std::uint8_t {
 /// that moves nothing they are only counted, except in virtual time, where they can only be injected. See
 /// tick_engine.hpp for what a tick does.
 /// @param machine  must be armed; is idle afterwards, or faulted
+/// @param page     shared with the rig's guard; none: there is no guard
 /// @throws ConfigError      limits that contradict each other or the rig, a source without rows; nothing was written
 /// @throws PermissionError  the privileges are missing and NonRealtime::refuse; nothing was written
 [[nodiscard]] RunReport run(hal::Rig& rig, StateMachine& machine, CommandSource& source,
                             const config::RigLimits& limits, const config::RealtimeOptions& realtime,
                             NonRealtime non_realtime, Clock& clock, RecordQueue& queue, const StopRequest& stop,
-                            StatusBoard& board);
+                            StatusBoard& board, GuardPage* page = nullptr);
 
 }  // namespace eha::acquisition

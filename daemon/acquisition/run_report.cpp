@@ -81,6 +81,12 @@ std::string describe_fault(const FaultReport& report) {
       return fmt::format(
           "the displacement sensor gives {:.3f} V, beyond the {:.3f} V of a sound one; check the sensor and its cable",
           value, limit);
+    case Fault::loop_stalled:
+      return fmt::format(
+          "the loop stood still for {:.3f} s, and the guard switched the hydraulics off; look for a process of a "
+          "higher "
+          "real-time priority or a host that takes the processor away: eha doctor and eha latency",
+          value);
   }
   return "unknown fault";
 }

@@ -69,6 +69,7 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
     // The device may answer no more: the only calls still made are those that make it safe.
     raise_flag(row, kFeedbackHeld);
   } else {
+    if (inputs.guard_has_tripped) trip(Fault::loop_stalled, static_cast<double>(inputs.skipped * period_ns_) * 1e-9);
     if (missed.fault != Fault::none) trip(missed.fault, missed.value, missed.limit);
     sample(inputs, row);
     decide(inputs);

@@ -22,12 +22,13 @@ namespace eha::acquisition {
 /// What the loop tells one tick.
 struct TickInputs {
   std::uint32_t sequence = 0;
-  std::int64_t scheduled_ns = 0;  ///< from the run's first tick [ns]
-  std::int64_t woken_ns = 0;      ///< on the engine's clock [ns]
-  std::int64_t lateness_ns = 0;   ///< 0 up to a period [ns]
-  std::uint32_t skipped = 0;      ///< grid ticks lost just before this one
-  int stops = 0;                  ///< stop requests so far
-  bool sink_failing = false;      ///< records can no longer be kept, or soon not
+  std::int64_t scheduled_ns = 0;   ///< from the run's first tick [ns]
+  std::int64_t woken_ns = 0;       ///< on the engine's clock [ns]
+  std::int64_t lateness_ns = 0;    ///< 0 up to a period [ns]
+  std::uint32_t skipped = 0;       ///< grid ticks lost just before this one
+  int stops = 0;                   ///< stop requests so far
+  bool sink_failing = false;       ///< records can no longer be kept, or soon not
+  bool guard_has_tripped = false;  ///< the guard found the loop standing still and switched the hydraulics off
   /// Read again just before each write: a fatal-signal handler may have taken the outputs since the tick began.
   const StopRequest* stop = nullptr;
 };

@@ -37,6 +37,7 @@ enum class Fault : std::uint8_t {
   not_following,       ///< the sensor shows less motion than the command must have made
   unexplained_motion,  ///< the sensor shows more motion than the command can have made, or the wrong way
   feedback_band,       ///< the sensor's voltage is none of a sound sensor
+  loop_stalled,        ///< the loop stood still, and the guard switched the hydraulics off
 };
 
 /// Bits of TickRecord::flags.

@@ -57,10 +57,10 @@ Check check_board(const hal::ComediOptions& options, const hal::CardDescription&
             fmt::format("{} by {}, channels, ranges and resolution as the rig file says", card.board, card.driver));
 }
 
-Check check_line(const char* name, const char* without, const std::optional<hal::DigitalLine>& line) {
+Check check_line(const char* name, const char* without, const char* what, const std::optional<hal::DigitalLine>& line) {
   if (!line) {
     return warn(name, fmt::format("none, as the rig file says: {}", without),
-                fmt::format("wire one and describe it in [comedi.{}], see eha-rig(5)", name));
+                fmt::format("wire {} and describe it in [comedi.{}], see eha-rig(5)", what, name));
   }
   return ok(name, fmt::format("subdevice {}, channel {}, active {}", line->subdevice, line->channel,
                               line->active == hal::ActiveLevel::high ? "high" : "low"));
@@ -101,10 +101,16 @@ std::vector<Check> check_card(const hal::ComediOptions& options, const CardFindi
 }
 
 std::vector<Check> check_lines(const hal::ComediOptions& options) {
-  return {check_line("emergency_stop", "a person can only stop the rig by its mains", options.emergency_stop),
-          check_line("enable", "nothing switches the hydraulics off when the program or the valve amplifier fails",
-                     options.enable),
-          check_line("heartbeat", "nothing notices a kernel that hangs or a process that is stuck", options.heartbeat)};
+  return {
+      check_line("emergency_stop", "a person can only stop the rig by its mains", "one", options.emergency_stop),
+      check_line("enable", "nothing switches the hydraulics off when the program or the valve amplifier fails", "one",
+                 options.enable),
+      check_line("heartbeat",
+                 "a call that hangs in the card's driver, or a kernel that hangs, leaves the hydraulics on; no "
+                 "program can switch them off then",
+                 "a relay that drops the hydraulics' contactor when the line stops toggling (its longest drop time: "
+                 "docs/safety.md)",
+                 options.heartbeat)};
 }
 
 }  // namespace eha::doctor

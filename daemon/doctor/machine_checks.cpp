@@ -9,6 +9,8 @@
 #include <string>
 #include <system_error>
 
+#include "core/priorities.hpp"
+
 namespace eha::doctor {
 namespace {
 
@@ -47,9 +49,16 @@ Check check_rtprio(const Privileges& privileges, int priority, Stakes stakes) {
   const std::string found = privileges.rtprio_limit == Privileges::kUnlimited
                                 ? "unlimited"
                                 : fmt::format("RLIMIT_RTPRIO is {}", privileges.rtprio_limit);
-  if (privileges.rtprio_limit >= static_cast<std::uint64_t>(priority)) return ok("rtprio", found);
-  return missing("rtprio", fmt::format("{}, the loop asks for {}", found, priority),
-                 raise_limit(fmt::format("rtprio {}", priority)), stakes);
+  const std::string remedy = raise_limit(fmt::format("rtprio {}", kGuardPriority));
+  if (privileges.rtprio_limit < static_cast<std::uint64_t>(priority)) {
+    return missing("rtprio", fmt::format("{}, the loop asks for {}", found, priority), remedy, stakes);
+  }
+  const bool guard_may = privileges.rtprio_limit >= static_cast<std::uint64_t>(kGuardPriority);
+  if (stakes == Stakes::simulated || guard_may) return ok("rtprio", found);
+  return warn(
+      "rtprio",
+      fmt::format("{}, the guard asks for {}: what starves the loop may starve the guard, too", found, kGuardPriority),
+      remedy);
 }
 
 Check check_memlock(const Privileges& privileges, Stakes stakes) {
@@ -120,9 +129,10 @@ Check check_clock(const SystemFiles& files) {
 }  // namespace
 
 std::vector<Check> check_machine(const Machine& machine, const config::RealtimeOptions& realtime, Stakes stakes) {
+  const int priority = std::min(realtime.priority, kHighestLoopPriority);
   return {check_kernel(machine.kernel),
-          check_scheduling(machine.privileges, realtime.priority, stakes),
-          check_rtprio(machine.privileges, realtime.priority, stakes),
+          check_scheduling(machine.privileges, priority, stakes),
+          check_rtprio(machine.privileges, priority, stakes),
           check_memlock(machine.privileges, stakes),
           check_governor(machine.files.governors),
           check_cpus(machine.files, realtime.cpu, stakes),

@@ -11,6 +11,8 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/program_path.hpp"
@@ -34,16 +36,21 @@ std::string describe(const os::ChildEnd& end) {
 
 }  // namespace
 
-GuardProcess::GuardProcess(const std::filesystem::path& program, const std::filesystem::path& snapshot) {
+GuardProcess::GuardProcess(const std::filesystem::path& program, const std::filesystem::path& snapshot,
+                           const os::FileDescriptor* page) {
   std::array<int, 2> ends{};
   // A socket and not two pipes: it has the same end-of-file, and a write to a dead guard is an error, not a signal.
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) fail(program, std::strerror(errno));
   stream_ = os::FileDescriptor(ends[0]);
   os::FileDescriptor guards_end(ends[1]);
+  std::vector<std::string> words{program.string(), "--guard"};
+  if (!snapshot.empty()) words.push_back(std::filesystem::absolute(snapshot));
+  if (page != nullptr) words.push_back("--page=/proc/self/fd/" + std::to_string(os::kSharedDescriptor));
   try {
-    process_.emplace(os::SpawnRequest{.words = {program.string(), "--guard", std::filesystem::absolute(snapshot)},
+    process_.emplace(os::SpawnRequest{.words = std::move(words),
                                       .standard_input = &guards_end,
                                       .standard_output = &guards_end,
+                                      .shared = page,
                                       .session = os::Session::own});
   } catch (const IoError& error) {
     throw DeviceError(std::string(error.what()) + "; nothing is driven without the guard of the rig");
@@ -83,6 +90,24 @@ os::ChildEnd GuardProcess::finish() noexcept {
 GuardProcess::~GuardProcess() { finish(); }
 
 bool GuardProcess::watches() const noexcept { return process_ && process_->runs(); }
+
+void GuardProcess::hold(const os::FileDescriptor& journal) noexcept {
+  char end_of_line = '\n';
+  iovec place{.iov_base = &end_of_line, .iov_len = 1};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+  msghdr message{};
+  message.msg_iov = &place;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  cmsghdr* const header = CMSG_FIRSTHDR(&message);
+  header->cmsg_level = SOL_SOCKET;
+  header->cmsg_type = SCM_RIGHTS;
+  header->cmsg_len = CMSG_LEN(sizeof(int));
+  const int descriptor = journal.get();
+  std::memcpy(CMSG_DATA(header), &descriptor, sizeof descriptor);
+  static_cast<void>(sendmsg(stream_.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT));
+}
 
 void GuardProcess::done() {
   if (pid() < 0) return;

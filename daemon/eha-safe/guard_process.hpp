@@ -11,7 +11,13 @@
 
 namespace eha {
 
+/// Memory shared with the guard (GuardPage) that the service leaves, beside the snapshot; in its folder of /run.
+inline constexpr const char* kPageFile = "guard.page";
+inline constexpr const char* kServicePage = "/run/ehad/guard.page";
+
 /// A process that makes the rig safe when this one ends without sending `done`, SIGKILL included: `eha-safe --guard`.
+/// With a page it also switches the hydraulics off when the loop stands still, and saves the rows that were not yet
+/// written when this process died.
 ///
 /// Start it after the rig is open and its snapshot is written, before the enable line is switched on. It holds one end
 /// of a stream, this process the other (close-on-exec): end-of-file without the line `done` makes it act. It has its
@@ -21,8 +27,11 @@ class GuardProcess {
  public:
   /// Returns once the guard has read the snapshot and waits.
   /// @param program   path of eha-safe, see guard_program()
+  /// @param snapshot  empty: no machine is driven, and the guard only saves rows
+  /// @param page      memory that holds a GuardPage; none: neither beats nor rows are watched
   /// @throws DeviceError  the guard does not start; drive nothing without it
-  GuardProcess(const std::filesystem::path& program, const std::filesystem::path& snapshot);
+  GuardProcess(const std::filesystem::path& program, const std::filesystem::path& snapshot,
+               const os::FileDescriptor* page = nullptr);
   GuardProcess(const GuardProcess&) = delete;
   GuardProcess& operator=(const GuardProcess&) = delete;
 
@@ -33,6 +42,10 @@ class GuardProcess {
   /// second time.
   /// @throws DeviceError  the guard had ended before, or ended with an error
   void done();
+
+  /// Gives the guard the journal of the run that begins, whose lock it then shares until the page says that the journal
+  /// has ended. Without effect on a guard that has died.
+  void hold(const os::FileDescriptor& journal) noexcept;
 
   [[nodiscard]] pid_t pid() const noexcept { return process_ ? process_->pid() : -1; }
 

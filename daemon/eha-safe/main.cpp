@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <signal.h>
+#include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "core/error.hpp"
+#include "core/guard_page.hpp"
+#include "core/os/file_descriptor.hpp"
+#include "core/os/shared_memory.hpp"
+#include "daemon/eha-safe/guard_process.hpp"
 #include "daemon/eha-safe/local_snapshots.hpp"
+#include "daemon/eha-safe/save_rows.hpp"
 #include "daemon/eha-safe/watch_parent.hpp"
 #include "hal/backend.hpp"
 #include "hal/snapshot_file.hpp"
@@ -42,36 +50,122 @@ void tell_safe(const eha::hal::SafeAction& rig, const std::string& done) {
 
 /// Says why the guard acted; only afterwards, because a write to a stopped terminal may block.
 void tell_why(const eha::hal::SafeAction& rig, eha::WatchEnd end) {
-  std::cerr << "eha-safe: the program that drove " << rig.device
-            << (end == eha::WatchEnd::kill ? " was stopped and has been killed\n" : " ended without making it safe\n");
+  const char* why = " ended without making it safe\n";
+  if (end == eha::WatchEnd::stop) why = " was stopped and has been killed\n";
+  if (end == eha::WatchEnd::stall) why = " stood still and has been killed\n";
+  std::cerr << "eha-safe: the program that drove " << rig.device << why;
 }
 
-int guard(const std::string& file) {
-  const eha::hal::SafeAction rig = load_action(file);
+/// The memory that the driving program shares, and who owns it.
+class Page {
+ public:
+  /// @throws IoError, PermissionError  not a page, or one of another version of the program
+  explicit Page(const std::string& file) : memory_(eha::os::SharedMemory::open(file, sizeof(eha::GuardPage))) {
+    if (!get().is_of_this_version()) throw eha::IoError(file + ": not the memory of a program of this version");
+    struct stat facts {};
+    fstat(memory_.file().get(), &facts);
+    owner_ = facts.st_uid;
+  }
+  [[nodiscard]] eha::GuardPage& get() { return *static_cast<eha::GuardPage*>(memory_.data()); }
+
+  /// Saves the rows of a program that has died. Says what happened; a failure keeps nothing else from being done.
+  /// @param journal  as the program handed it over; none: the one that the page names
+  void save_rows(eha::os::FileDescriptor journal = {}) noexcept {
+    try {
+      if (!journal) journal = eha::open_journal(get(), owner_);
+      if (!journal) return;
+      const std::uint64_t rows = eha::save_rows(get(), journal);
+      if (rows > 0) std::cerr << "eha-safe: " << get().journal_path() << ": the last " << rows << " rows are saved\n";
+    } catch (const std::exception& error) {
+      std::cerr << "eha-safe: error: the last rows of the run are lost: " << error.what() << "\n";
+    }
+  }
+
+ private:
+  eha::os::SharedMemory memory_;
+  uid_t owner_ = 0;
+};
+
+/// Makes the rig of a dead program safe and saves its rows, which a card that does not answer may delay by one try
+/// only.
+/// @returns what was done
+std::string act(const eha::hal::SafeAction& rig, std::optional<Page>& page, eha::os::FileDescriptor journal = {}) {
+  std::optional<std::string> done;
+  try {
+    done = rig.make_safe(std::chrono::milliseconds(0));
+  } catch (const eha::Error&) {
+    // Tried again below.
+  }
+  if (page) page->save_rows(std::move(journal));
+  return done ? *done : rig.make_safe(kReleaseLimit);
+}
+
+/// @param file  empty: the program drives no machine, only its rows are saved
+int guard(const std::string& file, std::optional<Page>& page) {
+  std::optional<eha::hal::SafeAction> rig;
+  if (!file.empty()) rig = load_action(file);
   ignore_group_signals();
+  eha::Watched watched;
+  watched.page = page ? &page->get() : nullptr;
+  watched.drives_machine = rig.has_value();
+  if (rig) {
+    watched.switch_off = rig->switch_off;
+    eha::become_guard();
+  }
   std::cout << "ready" << std::endl;
-  const eha::WatchEnd end = eha::watch_parent();
+  const eha::WatchEnd end = eha::watch_parent(watched);
   if (end == eha::WatchEnd::done) return 0;
+  if (!rig) {
+    page->save_rows(std::move(watched.journal));
+    return 0;
+  }
   std::string done;
   try {
-    done = rig.make_safe(kReleaseLimit);
+    done = act(*rig, page, std::move(watched.journal));
   } catch (const eha::Error&) {
-    tell_why(rig, end);
+    tell_why(*rig, end);
     throw;
   }
-  tell_why(rig, end);
-  tell_safe(rig, done);
+  tell_why(*rig, end);
+  tell_safe(*rig, done);
   return 0;
+}
+
+/// The page that the service left, if it did.
+std::optional<Page> service_page() {
+  std::optional<Page> page;
+  try {
+    if (std::filesystem::exists(eha::kServicePage)) page.emplace(eha::kServicePage);
+  } catch (const std::exception& error) {
+    std::cerr << "eha-safe: " << error.what() << "\n";
+  }
+  return page;
 }
 
 int make_safe(const std::string& file) {
   const eha::hal::SafeAction rig = load_action(file);
   tell_safe(rig, rig.make_safe(kReleaseLimit));
-  // Only here, not in a guard: after the service's guard ExecStopPost=eha-safe still needs the file.
-  if (file == eha::hal::kServiceSnapshot) {
-    std::error_code ignored;  // making a safe rig safe again does no harm
-    std::filesystem::remove(file, ignored);
+  return 0;
+}
+
+/// What systemd runs after the service: makes its card safe, if it had one, and saves the rows that its guard has not.
+int follow_service() {
+  std::optional<Page> page = service_page();
+  if (nothing_is_driven()) {
+    std::cerr << "eha-safe: " << eha::hal::kServiceSnapshot
+              << " is not there: the service drives no card, or it has been made safe\n";
+    if (page) page->save_rows();
+    for (const std::filesystem::path& other : eha::find_local_snapshots()) {
+      std::cerr << "eha-safe: a run by `eha run --local` is on, or left " << other.string()
+                << " when it was killed with its guard: in the second case run eha-safe " << other.string() << "\n";
+    }
+    return 0;
   }
+  const eha::hal::SafeAction rig = load_action(eha::hal::kServiceSnapshot);
+  tell_safe(rig, act(rig, page));
+  // Only here, not in a guard: after the service's guard ExecStopPost=eha-safe still needs the file.
+  std::error_code ignored;  // making a safe rig safe again does no harm
+  std::filesystem::remove(eha::hal::kServiceSnapshot, ignored);
   return 0;
 }
 
@@ -81,26 +175,29 @@ int main(int argc, char** argv) {
   CLI::App app("Makes a rig safe without its rig file: writes the safe voltage and switches the hydraulics off.",
                "eha-safe");
   std::string file = eha::hal::kServiceSnapshot;
+  std::string page_file;
   bool is_guard = false;
   const CLI::Option* named =
       app.add_option("SNAPSHOT", file, "file that the program that opened the rig wrote")->capture_default_str();
-  app.add_flag("--guard", is_guard,
-               "print `ready`, then act at the end of standard input unless the line `done` came first");
+  CLI::Option* const guards = app.add_flag(
+      "--guard", is_guard, "print `ready`, then act at the end of standard input unless the line `done` came first");
+  app.add_option("--page", page_file,
+                 "memory that the watched program shares: switch off when its loop stands still, save its last rows "
+                 "when it dies; without SNAPSHOT only the rows")
+      ->needs(guards);
   app.set_version_flag("--version", EHA_VERSION);
   app.footer(
       "Exit status: 0 safe, or nothing to do; 2 usage; 69 NOT safe; 74, 78 the snapshot cannot be read; "
       "77 no right to open the card.");
   try {
     app.parse(argc, argv);
-    if (named->empty() && nothing_is_driven()) {
-      std::cerr << "eha-safe: " << file << " is not there: the service drives no card, or it has been made safe\n";
-      for (const std::filesystem::path& other : eha::find_local_snapshots()) {
-        std::cerr << "eha-safe: a run by `eha run --local` is on, or left " << other.string()
-                  << " when it was killed with its guard: in the second case run eha-safe " << other.string() << "\n";
-      }
-      return 0;
+    if (is_guard) {
+      std::optional<Page> page;
+      if (!page_file.empty()) page.emplace(page_file);
+      if (named->empty() && !page) throw CLI::RequiredError("SNAPSHOT or --page");
+      return guard(named->empty() ? "" : file, page);
     }
-    return is_guard ? guard(file) : make_safe(file);
+    return named->empty() || file == eha::hal::kServiceSnapshot ? follow_service() : make_safe(file);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(eha::ExitCode::usage);
   } catch (const eha::Error& error) {

@@ -52,7 +52,9 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .table_V = {experiment.table_V.data(), static_cast<std::size_t>(experiment.table_V.size())},
       .folder = record::create_run_folder(command.output, experiment.config.name),
       .time_base = command.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
-      .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse};
+      .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse,
+      .page = &local.page(),
+      .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); }};
   const double step_s = rig_config.realtime.sample_period_s;
   bool was_guarded = true;
   const auto miss_guard = [&](const char* consequence) {

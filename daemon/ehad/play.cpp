@@ -4,16 +4,15 @@
 #include <optional>
 
 #include "config/prepared_experiment.hpp"
-#include "daemon/rig/owned_rig.hpp"
 
 namespace eha::service {
 
 play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
-                       hal::Rig* rig, acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
-                       acquisition::StopRequest& stop, play::RunWatch& watch) {
+                       OwnedRig* card, const std::filesystem::path& snapshot, acquisition::NonRealtime non_realtime,
+                       acquisition::StateMachine& machine, acquisition::StopRequest& stop, play::RunWatch& watch) {
   const config::PreparedExperiment prepared = config::parse_prepared_experiment(entry.experiment, entry.file, config);
   std::optional<OwnedRig> simulated;
-  if (rig == nullptr) simulated.emplace(config);
+  OwnedRig& rig = card != nullptr ? *card : simulated.emplace(config, snapshot);
   const play::PlayRequest request{
       .rig = config,
       .experiment = prepared.config,
@@ -21,8 +20,10 @@ play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, 
       .folder = folder,
       .time_base = entry.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = non_realtime,
-      .watch = &watch};
-  return play::play(rig != nullptr ? *rig : simulated->rig(), machine, request, stop);
+      .watch = &watch,
+      .page = &rig.page(),
+      .share_journal = [&rig](const os::FileDescriptor& journal) { rig.hold(journal); }};
+  return play::play(rig.rig(), machine, request, stop);
 }
 
 }  // namespace eha::service

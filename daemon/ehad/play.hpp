@@ -9,17 +9,19 @@
 #include "daemon/acquisition/stop_request.hpp"
 #include "daemon/ehad/queue.hpp"
 #include "daemon/play/play.hpp"
-#include "hal/rig.hpp"
+#include "daemon/rig/owned_rig.hpp"
 
 namespace eha::service {
 
 /// Plays a queued experiment into its run folder; blocks. The rig is idle or faulted afterwards.
-/// @param rig    the card that is open; none: a simulated one is opened, so that equal experiments give equal records
+/// @param card     the one that is open; none: a simulated rig is opened, so that equal experiments give equal records
+/// @param snapshot  beside it is the page of a simulated rig, see OwnedRig
 /// @param machine must be armed
 /// @throws as play::play
 [[nodiscard]] play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder,
-                                     const config::RigConfig& config, hal::Rig* rig,
-                                     acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
-                                     acquisition::StopRequest& stop, play::RunWatch& watch);
+                                     const config::RigConfig& config, OwnedRig* card,
+                                     const std::filesystem::path& snapshot, acquisition::NonRealtime non_realtime,
+                                     acquisition::StateMachine& machine, acquisition::StopRequest& stop,
+                                     play::RunWatch& watch);
 
 }  // namespace eha::service

@@ -67,12 +67,14 @@ class RigKeeper {
   /// was when that fails; the rig is opened anew before it is armed.
   void reconfigure(Config config, Done done);
 
+  /// Where eha-safe finds what makes the card safe.
+  [[nodiscard]] const std::filesystem::path& snapshot() const noexcept { return snapshot_; }
+
   /// Runs `play(card, machine)` in the rig's thread; the state belongs to it until `then` is called with its outcome.
-  /// @param play  gets the card, nullptr for a simulated rig, which is opened anew for each run
+  /// @param play  gets the card (OwnedRig*), nullptr for a simulated rig, which is opened anew for each run
   template <typename Play, typename Then>
   void play(Play play, Then then) {
-    thread_->ask([this, play = std::move(play)]() mutable { return play(card_ ? &card_->rig() : nullptr, machine_); },
-                 std::move(then));
+    thread_->ask([this, play = std::move(play)]() mutable { return play(card_.get(), machine_); }, std::move(then));
   }
 
   /// Has the card opened anew, with a new guard, before the rig is armed again.

@@ -82,8 +82,8 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
   active_->playing = true;
   rig_.play(
       [this, entry, folder, config = rig_.config(), watch = active_->watch, stop = active_->stop](
-          hal::Rig* card, acquisition::StateMachine& machine) {
-        return play(entry, folder, *config, card, options_.non_realtime, machine, *stop, *watch);
+          OwnedRig* card, acquisition::StateMachine& machine) {
+        return play(entry, folder, *config, card, rig_.snapshot(), options_.non_realtime, machine, *stop, *watch);
       },
       [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
 }

@@ -122,7 +122,7 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
     acquisition::TableSource source(request.table_V, static_cast<std::uint32_t>(request.experiment.repetitions));
     return acquisition::run(run.rig, run.machine, source, request.rig.limits, request.rig.realtime,
-                            request.non_realtime, *clock, *queue, run.stop, run.watch.board);
+                            request.non_realtime, *clock, *queue, run.stop, run.watch.board, request.page);
   });
   while (loop.wait_for(kProgressInterval) != std::future_status::ready) {
     display.show();
@@ -171,7 +171,8 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
                                            .utc_start = record::utc_now()};
   const nlohmann::ordered_json header = record::describe_run(rig.capabilities(), description);
   record::JournalWriter journal(request.folder / record::kJournalFile, header,
-                                rows_per_block(request.rig.realtime.sample_period_s));
+                                rows_per_block(request.rig.realtime.sample_period_s), request.page);
+  if (request.share_journal) request.share_journal(journal.file());
   record::Manifest manifest = record::new_manifest(header, description.utc_start);
   record::write_manifest(request.folder, manifest);
 

@@ -8,6 +8,8 @@
 
 #include "config/experiment_config.hpp"
 #include "config/rig_config.hpp"
+#include "core/guard_page.hpp"
+#include "core/os/file_descriptor.hpp"
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/run.hpp"
 #include "daemon/acquisition/state_machine.hpp"
@@ -27,6 +29,9 @@ struct PlayRequest {
   acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
   acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
   RunWatch* watch = nullptr;  ///< none: nobody watches the run
+  GuardPage* page = nullptr;  ///< shared with the rig's guard; none: a killed process costs up to 0.2 s of the record
+  /// Gives the guard the journal, whose lock it shares; called once, before the rig is driven.
+  std::function<void(const os::FileDescriptor& journal)> share_journal = {};
 };
 
 /// A run that has ended.

@@ -8,62 +8,32 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/crc.hpp>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <limits>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/journal_block.hpp"
 
 namespace eha::record {
 namespace {
 
 using acquisition::State;
 using acquisition::TickRecord;
+using journal::append_block;
+using journal::append_u32;
+using journal::Crc32c;
+using journal::kBlockTag;
+using journal::kEndTag;
+using journal::kMostRecordsPerBlock;
+using journal::u32_at;
 
 constexpr std::string_view kMagic = "EHALOG01";
-constexpr std::string_view kBlockTag = "EHAB";
-constexpr std::string_view kEndTag = "EHAE";
-constexpr std::uint32_t kLongestText = 64u << 20;         // two configuration files are far shorter
-constexpr std::uint32_t kMostRecordsPerBlock = 1u << 14;  // a block is 0.1 s or less: 1000 records at 0.1 ms
-
-/// CRC-32C (Castagnoli), as in iSCSI, RFC 3720.
-class Crc32c {
- public:
-  Crc32c& add(const void* data, std::size_t size) {
-    crc_.process_bytes(data, size);
-    return *this;
-  }
-  [[nodiscard]] std::uint32_t value() const { return static_cast<std::uint32_t>(crc_.checksum()); }
-
- private:
-  boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true> crc_;
-};
-
-void append_u32(std::string& text, std::uint32_t value) {
-  std::array<char, sizeof value> bytes;
-  std::memcpy(bytes.data(), &value, sizeof value);
-  text.append(bytes.data(), bytes.size());
-}
-
-std::uint32_t u32_at(const char* bytes) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes, sizeof value);
-  return value;
-}
-
-/// Tag, count, index, CRC over count, index and payload, payload.
-void append_block(std::string& text, std::string_view tag, std::uint32_t count, std::uint32_t index,
-                  std::string_view payload) {
-  text.append(tag);
-  const std::size_t covered = text.size();
-  append_u32(text, count);
-  append_u32(text, index);
-  append_u32(text, Crc32c().add(text.data() + covered, 8).add(payload.data(), payload.size()).value());
-  text.append(payload);
-}
+constexpr std::uint32_t kLongestText = 64u << 20;  // two configuration files are far shorter
 
 /// A part of a journal with a correct CRC.
 struct Block {
@@ -280,9 +250,10 @@ class BlockReader {
 }  // namespace
 
 JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header,
-                             std::size_t records_per_block)
+                             std::size_t records_per_block, GuardPage* page)
     : path_(path),
-      file_(os::open_file(path, O_WRONLY | O_CREAT | O_EXCL)),
+      file_(os::open_file(path, O_RDWR | O_CREAT | O_EXCL)),
+      page_(page),
       records_per_block_(std::clamp<std::size_t>(records_per_block, 1, kMostRecordsPerBlock)) {
   // Only is_being_written() in another process can hold the lock, and only for a moment.
   while (::flock(file_.get(), LOCK_EX) != 0) {
@@ -296,6 +267,20 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::
   buffer_.append(text);
   write_out();
   synchronise();
+  begin_in_page();
+}
+
+JournalWriter::~JournalWriter() {
+  if (page_ != nullptr) page_->end_journal();
+}
+
+void JournalWriter::begin_in_page() {
+  if (page_ == nullptr) return;
+  struct stat facts {};
+  if (::fstat(file_.get(), &facts) != 0) os::throw_system_error("look at", path_, errno);
+  // A path beyond the page's room is none that open() would take.
+  static_cast<void>(page_->begin_journal(std::filesystem::absolute(path_).c_str(), facts.st_dev, facts.st_ino,
+                                         {.bytes = good_size_, .rows = 0, .index = 0}));
 }
 
 void JournalWriter::append(std::span<const TickRecord> records) {
@@ -315,6 +300,7 @@ void JournalWriter::write_block() {
   ++next_index_;
   rows_ += count;
   pending_.clear();
+  if (page_ != nullptr) page_->set_position({.bytes = good_size_, .rows = rows_, .index = next_index_});
 }
 
 void JournalWriter::write_out() {
@@ -326,6 +312,8 @@ void JournalWriter::write_out() {
       const int error_number = errno;
       // Removes a half-written block, so that the file ends with a good one. Reading works without this.
       if (::ftruncate(file_.get(), static_cast<off_t>(good_size_)) != 0) errno = error_number;
+      // What follows is dropped, so that the rows in the page do not continue the file.
+      if (page_ != nullptr) page_->end_journal();
       os::throw_system_error("write", path_, error_number);
     }
     rest.remove_prefix(static_cast<std::size_t>(written));
@@ -344,6 +332,7 @@ void JournalWriter::finish(const nlohmann::ordered_json& end) {
   append_block(buffer_, kEndTag, static_cast<std::uint32_t>(text.size()), next_index_, text);
   write_out();
   synchronise();
+  if (page_ != nullptr) page_->end_journal();
 }
 
 JournalFacts read_journal(const std::filesystem::path& path,
@@ -358,10 +347,16 @@ JournalFacts read_journal(const std::filesystem::path& path,
 }
 
 bool is_being_written(const std::filesystem::path& path) {
+  constexpr std::chrono::seconds kGuardsTime(1);
   const os::FileDescriptor file = os::open_file(path, O_RDONLY);
-  if (::flock(file.get(), LOCK_SH | LOCK_NB) == 0) return false;
-  if (errno == EWOULDBLOCK) return true;
-  os::throw_system_error("lock", path, errno);
+  const auto deadline = std::chrono::steady_clock::now() + kGuardsTime;
+  while (::flock(file.get(), LOCK_SH | LOCK_NB) != 0) {
+    if (errno == EINTR) continue;
+    if (errno != EWOULDBLOCK) os::throw_system_error("lock", path, errno);
+    if (std::chrono::steady_clock::now() > deadline) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
 }
 
 }  // namespace eha::record

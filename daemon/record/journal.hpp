@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "core/guard_page.hpp"
+#include "core/journal_block.hpp"
 #include "core/os/files.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 
@@ -25,14 +27,20 @@ namespace eha::record {
 /// Each CRC-32C covers the bytes between the tag and the CRC, and the payload. A reader finds the next intact block
 /// after damage by its tag, index and CRC.
 inline constexpr std::size_t kJournalPreambleSize = 16;
-inline constexpr std::size_t kJournalBlockHeaderSize = 16;
+inline constexpr std::size_t kJournalBlockHeaderSize = journal::kBlockHeaderSize;
 
 /// Appends a run to a new journal. Not thread-safe. The file is locked (flock) while this lives.
 class JournalWriter {
  public:
   /// @param records_per_block  records that one write() takes; the last block may have fewer
+  /// @param page  gets the position after each block, so that the guard can add the rows that the process leaves there
+  ///              when it is killed; none: those rows are lost
   /// @throws PermissionError, IoError  the file exists or cannot be written
-  JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header, std::size_t records_per_block);
+  JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header, std::size_t records_per_block,
+                GuardPage* page = nullptr);
+  JournalWriter(const JournalWriter&) = delete;
+  JournalWriter& operator=(const JournalWriter&) = delete;
+  ~JournalWriter();
 
   /// Collects records and writes every full block. @throws IoError  the blocks written before stay good
   void append(std::span<const acquisition::TickRecord> records);
@@ -45,13 +53,17 @@ class JournalWriter {
   void finish(const nlohmann::ordered_json& end);
 
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
+  /// Open for reading and writing.
+  [[nodiscard]] const os::FileDescriptor& file() const noexcept { return file_; }
 
  private:
   void write_block();
   void write_out();
+  void begin_in_page();
 
   std::filesystem::path path_;
   os::FileDescriptor file_;
+  GuardPage* page_;
   std::size_t records_per_block_;
   std::uint32_t next_index_ = 0;
   std::uint64_t rows_ = 0;       ///< in blocks handed to the system
@@ -89,7 +101,8 @@ struct JournalFacts {
 JournalFacts read_journal(const std::filesystem::path& path,
                           const std::function<void(std::span<const acquisition::TickRecord>)>& consume);
 
-/// Whether another process is writing this journal now. @throws PermissionError, IoError
+/// Whether another process is writing this journal now. Waits up to a second for a guard that adds the last rows of a
+/// process that was killed. @throws PermissionError, IoError
 [[nodiscard]] bool is_being_written(const std::filesystem::path& path);
 
 }  // namespace eha::record

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/error.hpp"
+#include "core/priorities.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
 #include "hal/backend.hpp"
 
@@ -109,6 +110,12 @@ ArmingFindings arming_findings(const config::RigConfig& rig) {
     findings.warnings.emplace_back(
         "NO [following] IN THE RIG FILE: a dead sensor is found late or, in slow motion, not at all, and the rod may "
         "meet its end stop; commission the rig, see FOLLOWING in eha-rig(5)");
+  }
+  if (rig.realtime.priority > kHighestLoopPriority) {
+    findings.warnings.push_back(fmt::format(
+        "realtime.priority = {} is limited to {}: the guard runs at {} and must be able to preempt the loop; "
+        "set at most {}",
+        rig.realtime.priority, kHighestLoopPriority, kGuardPriority, kHighestLoopPriority));
   }
   return findings;
 }

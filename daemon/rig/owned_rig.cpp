@@ -3,10 +3,12 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <new>
 #include <string>
 #include <system_error>
 #include <utility>
 
+#include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha-safe/local_snapshots.hpp"
 #include "hal/backend.hpp"
@@ -24,17 +26,29 @@ fs::path create_private_folder() {
   return name;
 }
 
+fs::path beside(const fs::path& snapshot) { return snapshot.parent_path() / kPageFile; }
+
 }  // namespace
 
-OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot) {
+OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot)
+    : moves_machine_(hal::moves_machine(config.backend)),
+      memory_(os::SharedMemory::create(sizeof(GuardPage), snapshot.empty() ? snapshot : beside(snapshot))),
+      page_(new (memory_.data()) GuardPage) {
+  page_->mark_version();
   std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
-  if (hal::moves_machine(config.backend)) {
+  if (moves_machine_) {
     if (snapshot.empty()) {
       private_folder_ = create_private_folder();
       snapshot = private_folder_ / kLocalSnapshot;
     }
     hal::write_safe_snapshot(rig->safe_snapshot(), snapshot);
-    guard_.emplace(guard_program(), snapshot);
+    guard_.emplace(guard_program(), snapshot, &memory_.file());
+  } else {
+    try {
+      guard_.emplace(guard_program(), fs::path(), &memory_.file());
+    } catch (const DeviceError&) {
+      // Only the last rows are at stake, and only when this process is killed.
+    }
   }
   rig_ = std::move(rig);
 }
@@ -47,7 +61,12 @@ OwnedRig::~OwnedRig() {
 }
 
 void OwnedRig::made_safe() {
-  if (guard_) guard_->done();
+  if (!guard_) return;
+  try {
+    guard_->done();
+  } catch (const DeviceError&) {
+    if (moves_machine_) throw;
+  }
 }
 
 }  // namespace eha

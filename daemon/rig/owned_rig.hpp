@@ -6,19 +6,24 @@
 #include <optional>
 
 #include "config/rig_config.hpp"
+#include "core/guard_page.hpp"
+#include "core/os/shared_memory.hpp"
 #include "daemon/eha-safe/guard_process.hpp"
 #include "hal/rig.hpp"
 
 namespace eha {
 
-/// A rig opened in this process. One that moves a machine gets a guard: a process that makes it safe if this one is
-/// killed.
+/// A rig opened in this process, with a guard: a process that saves the last rows of a run if this one is killed, and
+/// makes a rig that moves a machine safe then or when the loop stands still.
 /// Not thread-safe.
 class OwnedRig {
  public:
-  /// @param snapshot  file for eha-safe (Rig::safe_snapshot), which stays; empty: a private file, removed with this
-  ///                  object
+  /// A rig that moves no machine opens without a guard when none starts.
+  /// @param snapshot  file for eha-safe (Rig::safe_snapshot), which stays, as does the page beside it (kPageFile);
+  /// empty:
+  ///                  a private file, removed with this object, and memory without a name
   /// @throws DeviceError, PermissionError, ConfigError as hal::open, GuardProcess
+  /// @throws IoError  no memory for the page
   explicit OwnedRig(const config::RigConfig& config, std::filesystem::path snapshot = {});
   OwnedRig(const OwnedRig&) = delete;
   OwnedRig& operator=(const OwnedRig&) = delete;
@@ -26,17 +31,27 @@ class OwnedRig {
   ~OwnedRig();
 
   [[nodiscard]] hal::Rig& rig() noexcept { return *rig_; }
+  /// What the loop and the journal share with the guard.
+  [[nodiscard]] GuardPage& page() noexcept { return *page_; }
+
+  /// Shares the journal of the run that begins with the guard, see GuardProcess::hold.
+  void hold(const os::FileDescriptor& journal) noexcept {
+    if (guard_) guard_->hold(journal);
+  }
 
   /// Whether the guard has died, so that nobody would make the rig safe if this process were killed. Never true of a
   /// rig that moves no machine.
-  [[nodiscard]] bool is_unguarded() const noexcept { return guard_ && !guard_->watches(); }
+  [[nodiscard]] bool is_unguarded() const noexcept { return moves_machine_ && !guard_->watches(); }
 
   /// Tells the guard that the device has confirmed the safe output. Drive nothing afterwards.
-  /// @throws DeviceError  the guard had died
+  /// @throws DeviceError  the guard had died; not for a rig that moves no machine
   void made_safe();
 
  private:
+  bool moves_machine_;
   std::filesystem::path private_folder_;
+  os::SharedMemory memory_;
+  GuardPage* page_;  ///< in memory_
   std::optional<GuardProcess> guard_;
   std::unique_ptr<hal::Rig> rig_;  // after guard_: closed before the guard may act
 };

@@ -17,6 +17,8 @@ std::unique_ptr<Rig> open_rig(const ComediOptions& options, double) { refuse(opt
 
 CardDescription describe_card(const std::string& device) { refuse(device); }
 
+bool switch_off_from_snapshot(const SafeSnapshot&) noexcept { return false; }
+
 void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::milliseconds) { refuse(snapshot.device); }
 
 }  // namespace eha::hal

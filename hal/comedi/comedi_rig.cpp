@@ -188,9 +188,12 @@ class CardRig final : public Rig {
   }
 
   void lock() {
+    // No subdevice of an output line: another process must be able to switch the hydraulics off while this one stands
+    // still, and a write to one line leaves the others alone.
     std::set<unsigned> used = {options_.feedback.subdevice, options_.command.subdevice};
-    for (const auto* line : {&options_.emergency_stop, &options_.enable, &options_.heartbeat}) {
-      if (*line) used.insert((*line)->subdevice);
+    if (options_.emergency_stop) used.insert(options_.emergency_stop->subdevice);
+    for (const auto* line : {&options_.enable, &options_.heartbeat}) {
+      if (*line) used.erase((*line)->subdevice);
     }
     for (const unsigned subdevice : used) {
       if (comedi_lock(device_.get(), subdevice) != 0) {

@@ -10,8 +10,9 @@
 
 namespace eha::hal {
 
-/// Opens a card through libcomedi, locks every subdevice it uses and leaves it safe: enable line off, then the
-/// output at the safe voltage (the first write to a range may pass through its lower end, so it comes second).
+/// Opens a card through libcomedi, locks its inputs and the analogue output (not the output lines, so that the guard
+/// can switch the hydraulics off) and leaves it safe: enable line off, then the output at the safe voltage (the first
+/// write to a range may pass through its lower end, so it comes second).
 ///
 /// read() samples the feedback (select, settle, convert) and the digital inputs in one instruction list; command()
 /// writes the output and the toggled heartbeat in another. One kernel call may take up to a second when the card does

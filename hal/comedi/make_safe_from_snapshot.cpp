@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <exception>
 #include <string>
 #include <thread>
 
@@ -49,13 +50,29 @@ ComediDevice opened(const std::string& path, std::chrono::steady_clock::time_poi
   }
 }
 
+bool is_the_board(const ComediDevice& device, const SafeSnapshot& snapshot) {
+  const char* board = comedi_get_board_name(device.get());
+  return board != nullptr && board == snapshot.board;
+}
+
 }  // namespace
+
+bool switch_off_from_snapshot(const SafeSnapshot& snapshot) noexcept {
+  if (!snapshot.enable) return false;
+  try {
+    const ComediDevice device(snapshot.device);
+    return is_the_board(device, snapshot) && switch_off(device.get(), *snapshot.enable) == RigStatus::ok;
+  } catch (const std::exception&) {
+    // It does not open: the guard tries again.
+    return false;
+  }
+}
 
 void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::milliseconds patience) {
   const auto deadline = std::chrono::steady_clock::now() + patience;
   const ComediDevice device = opened(snapshot.device, deadline);
-  const char* board = comedi_get_board_name(device.get());
-  if (!board || board != snapshot.board) {
+  if (!is_the_board(device, snapshot)) {
+    const char* board = comedi_get_board_name(device.get());
     throw DeviceError(snapshot.device + ": expected the board \"" + snapshot.board + "\", found \"" +
                       (board ? board : "") + "\"; nothing was written: make the rig safe by hand");
   }

@@ -78,12 +78,15 @@ SafeSnapshot safe_snapshot_from_text(std::string_view text, std::string_view fil
 
 SafeAction ComediOptions::safe_action(std::string_view snapshot, std::string_view file_name) {
   const SafeSnapshot read = safe_snapshot_from_text(snapshot, file_name);
-  return {.device = read.device, .make_safe = [read](std::chrono::milliseconds patience) {
-            make_safe_from_snapshot(read, patience);
-            std::ostringstream done;
-            done << "output at " << read.safe_V << " V, " << (read.enable ? "hydraulics off" : "no enable line");
-            return done.str();
-          }};
+  SafeAction action{.device = read.device, .make_safe = [read](std::chrono::milliseconds patience) {
+                      make_safe_from_snapshot(read, patience);
+                      std::ostringstream done;
+                      done << "output at " << read.safe_V << " V, "
+                           << (read.enable ? "hydraulics off" : "no enable line");
+                      return done.str();
+                    }};
+  if (read.enable) action.switch_off = [read] { return switch_off_from_snapshot(read); };
+  return action;
 }
 
 }  // namespace eha::hal

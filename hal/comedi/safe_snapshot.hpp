@@ -40,4 +40,9 @@ struct SafeSnapshot {
 /// @throws PermissionError  the device node may not be opened
 void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::milliseconds patience);
 
+/// Switches the enable line off in one try. The driving process locks no output line's subdevice, so that this works
+/// beside it; it waits for a call of that process which is under way in the kernel.
+/// @returns whether the line is off; false also without one
+[[nodiscard]] bool switch_off_from_snapshot(const SafeSnapshot& snapshot) noexcept;
+
 }  // namespace eha::hal

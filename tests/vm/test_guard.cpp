@@ -48,10 +48,9 @@ std::unique_ptr<hal::Rig> open_and_drive() {
   return rig;
 }
 
-bool driven() {
-  const Wire wire = read_wire();
-  return wire.ao0_uV > 2'900'000 && (wire.digital_outputs & kEnableBit) != 0;
-}
+bool valve_driven() { return read_wire().ao0_uV > 2'900'000; }
+bool enabled() { return (read_wire().digital_outputs & kEnableBit) != 0; }
+bool driven() { return valve_driven() && enabled(); }
 
 bool safe() {
   const Wire wire = read_wire();
@@ -131,14 +130,15 @@ TEST(Guard, LeavesARigAloneThatItIsToldIsSafe) {
   EXPECT_EQ(read_wire().changes.size(), before);
 }
 
-TEST(EhaSafe, WaitsForTheLockAndThenMakesTheRigSafe) {
+TEST(EhaSafe, SwitchesOffAtOnceAndWritesTheSafeVoltageAfterTheLock) {
   const Board board("pci1716_card");
   const pid_t driver = start_driver(Guarded::no);
   ASSERT_TRUE(driven());
   Process helper({"eha-safe", kSnapshot});
+  EXPECT_TRUE(wait_until([] { return !enabled(); }));
   // Time for attempts, each of which the lock must refuse.
   usleep(200'000);
-  EXPECT_TRUE(driven());
+  EXPECT_TRUE(valve_driven());
   end(driver);
   EXPECT_EQ(helper.wait(), 0) << helper.output();
   EXPECT_TRUE(safe());
@@ -150,7 +150,8 @@ TEST(EhaSafe, FailsLoudlyWhenTheLockIsNeverReleased) {
   Process helper({"eha-safe", kSnapshot});
   EXPECT_EQ(helper.wait(), 69);
   EXPECT_NE(helper.output().find("NOT SAFE"), std::string::npos) << helper.output();
-  EXPECT_TRUE(driven());
+  EXPECT_TRUE(valve_driven());
+  EXPECT_FALSE(enabled());
 }
 
 TEST(EhaSafe, WritesNothingToAnotherBoard) {

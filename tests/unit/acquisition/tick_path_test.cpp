@@ -30,10 +30,12 @@ std::pair<long, long> trapped_run(Play& play, hal::Rig& rig) {
   play.machine.arm();
   TableSource source(play.table_V, play.repetitions);
   TickEngine engine(rig, play.machine, source, play.limits, play.realtime, LatePolicy::abort, play.clock);
+  const auto page = std::make_unique<GuardPage>();
   std::pair<long, long> seen;
   {
     const Trap trap;
-    Loop(engine, play.machine, 1'000'000, {play.clock, *play.queue, play.stop, play.board}, play.report).run();
+    const LoopLinks links{play.clock, *play.queue, play.stop, play.board, page.get()};
+    Loop(engine, play.machine, 1'000'000, links, play.report).run();
     seen = {Trap::allocations(), Trap::locks()};
   }
   play.drain();

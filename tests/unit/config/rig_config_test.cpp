@@ -133,6 +133,7 @@ TEST(RigConfig, TakesEveryKeyOfASimulatedRigToItsPlace) {
   EXPECT_EQ(rig.realtime.cpu, 1);
   EXPECT_EQ(rig.realtime.abort_consecutive_late, 3);
   EXPECT_EQ(rig.realtime.abort_total_late, 30);
+  EXPECT_EQ(rig.realtime.stall_limit_s, std::nullopt);
   hal::SimOptions sim;
   sim.bore_mm = 50.0;
   sim.seed = 12;
@@ -251,7 +252,11 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{&kSim,
              "abort_total_late = 30",
              "abort_total_late = 0",
-             {"19:20: realtime.abort_total_late: expected an integer from 1 to 1000000, got 0"}}));
+             {"19:20: realtime.abort_total_late: expected an integer from 1 to 1000000, got 0"}},
+        Edit{&kSim,
+             "abort_total_late = 30",
+             "abort_total_late = 30\nstall_limit_s = 0",
+             {"20:17: realtime.stall_limit_s: expected a number from 0.01 to 1, got 0"}}));
 
 INSTANTIATE_TEST_SUITE_P(
     Simulated, FaultyRig,

@@ -105,6 +105,8 @@ TEST(MachineChecks, WarnAboutWhatMakesTicksLate) {
   };
   EXPECT_EQ(level_after("kernel", [](Machine& machine) { machine.kernel.preempt_rt = false; }), Level::warn);
   EXPECT_EQ(level_after("governor", [](Machine& machine) { machine.files.governors = {"powersave"}; }), Level::warn);
+  EXPECT_EQ(level_after("rtprio", [](Machine& machine) { machine.privileges.rtprio_limit = 80; }), Level::warn)
+      << "enough for the loop, not for its guard";
   EXPECT_EQ(level_after("governor",
                         [](Machine& machine) {
                           machine.files.governors = {"performance", "schedutil"};

@@ -77,6 +77,15 @@ TEST(Arming, WarnsOfWhatIsNotKnown) {
   EXPECT_NO_THROW(require_protecting_limits(rig)) << "a rig file that was armed before is armed still";
 }
 
+TEST(Arming, WarnsOfAPriorityThatTheGuardCouldNotPreempt) {
+  config::RigConfig rig = card();
+  rig.realtime.priority = 90;
+  EXPECT_TRUE(arming_findings(rig).warnings.empty());
+  rig.realtime.priority = 91;
+  ASSERT_EQ(arming_findings(rig).warnings.size(), 1U);
+  EXPECT_NE(arming_findings(rig).warnings.front().find("realtime.priority = 91 is limited to 90"), std::string::npos);
+}
+
 TEST(Arming, AsksNothingOfARigThatMovesNoMachine) {
   config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
   rig.limits.following.reset();
