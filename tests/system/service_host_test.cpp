@@ -25,6 +25,7 @@
 #include "core/error.hpp"
 #include "tests/system/daemon.hpp"
 #include "tests/system/program.hpp"
+#include "tests/system/stalled_reader.hpp"
 
 namespace eha::test {
 namespace {
@@ -42,38 +43,6 @@ std::int64_t start_long_run(const Daemon& daemon, Client& client) {
   follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
   return entry;
 }
-
-/// A pipe with a name whose reader has stopped reading.
-class StalledReader {
- public:
-  explicit StalledReader(const fs::path& path) : path_(path) {
-    if (mkfifo(path.c_str(), 0600) != 0) throw std::runtime_error("cannot make a pipe");
-    descriptor_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  }
-  StalledReader(const StalledReader&) = delete;
-  StalledReader& operator=(const StalledReader&) = delete;
-  ~StalledReader() { close(descriptor_); }
-
-  void fill() const {
-    const std::array<char, 1024> bytes{};
-    while (write(descriptor_, bytes.data(), bytes.size()) > 0) {
-    }
-    while (write(descriptor_, bytes.data(), 1) > 0) {
-    }
-  }
-  [[nodiscard]] std::string drain() const {
-    std::string text;
-    std::array<char, 4096> bytes{};
-    for (ssize_t count = 0; (count = read(descriptor_, bytes.data(), bytes.size())) > 0;) {
-      text.append(bytes.data(), static_cast<std::size_t>(count));
-    }
-    return text;
-  }
-
- private:
-  fs::path path_;
-  int descriptor_ = -1;
-};
 
 TEST(ServiceHost, AStalledReaderOfTheLogDelaysNeitherAStopNorTheEnd) {
   Daemon daemon;
