@@ -203,7 +203,7 @@ void check_paper(const ident::StructureOptions& model, const std::string& path, 
 
 std::vector<ident::StructureOptions> read_models(Section& root, Document& document) {
   std::vector<ident::StructureOptions> models;
-  for (Section& section : root.sections("model")) {
+  for (Section& section : root.sections("model", Need::optional)) {
     ident::StructureOptions model = read_model(section, document);
     const auto same_name = [&](const ident::StructureOptions& other) { return other.name == model.name; };
     if (!model.name.empty() && std::any_of(models.begin(), models.end(), same_name)) {

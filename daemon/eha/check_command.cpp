@@ -35,10 +35,13 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
       {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
   if (rig_file) document["rig"] = *rig_file;
   console.print_json(document);
-  console.print(fmt::format(
-      "{}: a valid experiment, \"{}\": {:g} s, {} repetition{}, {} model{}{}", command.file, experiment.name,
-      experiment.duration_s, experiment.repetitions, experiment.repetitions == 1 ? "" : "s", experiment.models.size(),
-      experiment.models.size() == 1 ? "" : "s", rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
+  const std::size_t count = experiment.models.size();
+  const std::string models =
+      count == 0 ? "the ladder of models" : fmt::format("{} model{}", count, count == 1 ? "" : "s");
+  console.print(fmt::format("{}: a valid experiment, \"{}\": {:g} s, {} repetition{}, {}{}", command.file,
+                            experiment.name, experiment.duration_s, experiment.repetitions,
+                            experiment.repetitions == 1 ? "" : "s", models,
+                            rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
   if (!rig_file) console.warning("no rig file to check the experiment against; name one with --rig");
   const std::string rig = command.rig_file ? fmt::format(" --rig {}", *command.rig_file) : "";
   console.next_step(fmt::format("eha run {} --local --fast{}", command.file, rig));

@@ -29,6 +29,7 @@ using identify::Source;
 IdentificationTask task_for(const FitCommand& command, const Source& source) {
   IdentificationTask task = identify::task_of(source);
   task.structures = structures_for(command.models, task.structures);
+  task.ladder = ladder_for(command.models);
   task.options = with(task.options, command.record);
   task.options.procedure = command.procedure.value_or(task.options.procedure);
   task.options.seed = command.seed.value_or(task.options.seed);
@@ -39,10 +40,14 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
   return task;
 }
 
+/// Models named on the command line are meant; those of an experiment may be replaced by others.
+bool names_models(const ModelOptions& options) { return !options.families.empty() || !options.structure_files.empty(); }
+
 Comparisons comparisons_for(const FitCommand& command, const Source& source) {
   return {.paper = source.run_folder ? Comparisons::Paper::include : Comparisons::Paper::leave_out,
           .cross_validation =
-              command.cross_validate ? Comparisons::CrossValidation::include : Comparisons::CrossValidation::leave_out};
+              command.cross_validate ? Comparisons::CrossValidation::include : Comparisons::CrossValidation::leave_out,
+          .ladder = names_models(command.models) ? Comparisons::Ladder::leave_out : Comparisons::Ladder::include};
 }
 
 /// Does `work`. A wrong structure is a usage error unless an experiment file was named.
@@ -99,6 +104,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
   if (code == ExitCode::ok) console.next_step(next_step(command, identification, written));
+  if (const auto next = identify::next_experiment_file(written)) {
+    console.next_step(fmt::format("eha run {}", next->string()));
+  }
   return code;
 }
 

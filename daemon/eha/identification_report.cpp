@@ -24,6 +24,8 @@ void print_identification(const identify::Identification& identification,
   for (const std::string& sentence : identification.notes) console.info(sentence);
   document["models"] = identify::to_json(identification.models);
   document["recommendation"] = record::to_json(identification.recommendation);
+  document["rounds"] = identify::to_json(identification.rounds);
+  document["refused"] = identify::to_json(identification.refused);
   document["paper_procedure"] = identify::to_json(identification.paper);
   if (identification.frequency_response) {
     document["frequency_response"] = frequency_json(*identification.frequency_response, identification.models);
@@ -37,6 +39,14 @@ void print_identification(const identify::Identification& identification,
   console.print_json(document);
   console.print(model_report(identification.models, identification.paper));
   console.print(sentence(identification.recommendation));
+  for (const ident::Refusal& refusal : identification.refused)
+    console.print(fmt::format("Left out: {}.", refusal.reason));
+  for (const identify::Round& round : identification.rounds) {
+    if (!round.reason.empty()) console.print(fmt::format("Tried {}, because {}", round.what, round.reason));
+  }
+  if (identification.next_experiment) {
+    console.print(fmt::format("Next experiment: {}.", identification.next_experiment->reason));
+  }
   if (identification.frequency_response) {
     console.print(frequency_table(*identification.frequency_response, identification.models));
   }

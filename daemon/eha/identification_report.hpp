@@ -15,8 +15,8 @@ namespace eha::cli {
 void print_warnings(const identify::Source& source, int decimation, const Console& console);
 
 /// Prints an identification and the files written, as tables or as the rest of `document`.
-/// @param document  for --json: the command's own members; `models`, `paper_procedure`, `frequency_response`,
-///                  `cross_validation`, `files` and `exit_code` are added
+/// @param document  for --json: the command's own members; `models`, `recommendation`, `rounds`, `refused`,
+///                  `paper_procedure`, `frequency_response`, `cross_validation`, `files` and `exit_code` are added
 void print_identification(const identify::Identification& identification,
                           const std::vector<std::filesystem::path>& written, nlohmann::ordered_json document,
                           const Console& console);

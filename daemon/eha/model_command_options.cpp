@@ -19,12 +19,15 @@ Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s
 (with --input-map valve: null, dead_band [input unit], negative_gain_ratio), initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders).
 With -o DIR each model of a CSV record is written to DIR/<model>.json, whatever its verdict; without -o nothing is
 written.
+Without --model and without models of an experiment the ladder of structures is climbed, each without and with a valve's
+map, and one is recommended; see eha(1).
 Where the experiment names tones or has repetitions, the measured frequency response is printed beside the models' and
 written to frequency_response.csv; see eha(1).
 Exit code 0: a model accepted; 3: all rejected; 4: none converged.
 
 Examples:
   eha fit runs/latest
+  eha fit record.csv -o models
   eha fit runs/latest --cross-validate
   eha fit record.csv --model io --poles 3 --zeros 1 --delay free --split 0.5
   eha fit record.csv --model io --input-map valve -o models
@@ -92,7 +95,7 @@ void add_fit(CLI::App& app, FitCommand& fit) {
              "How to fit; paper is the published procedure to the letter");
   const std::vector<std::string> families = family_names();
   sub->add_option("--model", fit.models.families,
-                  "What to fit; may be repeated (default io and fo, or the experiment's)")
+                  "What to fit; may be repeated (default: the ladder of all, or the experiment's)")
       ->type_name(fmt::format("{}", fmt::join(families, "|")))
       ->allow_extra_args(false)
       ->check(CLI::IsMember(families).description(""));

@@ -93,6 +93,17 @@ std::string names_with_degrees() {
   return fmt::format("{}", fmt::join(names, " and "));
 }
 
+/// The degrees with those that the options give. @throws UsageError  more zeros than poles
+ident::Degrees with_options(ident::Degrees degrees, const ModelOptions& options) {
+  degrees.poles = options.poles.value_or(degrees.poles);
+  degrees.zeros = options.zeros.value_or(degrees.zeros);
+  if (degrees.zeros > degrees.poles) {
+    throw UsageError(
+        fmt::format("--zeros: expected at most {} as there are so many poles, got {}", degrees.poles, degrees.zeros));
+  }
+  return degrees;
+}
+
 void apply_degrees(const ModelOptions& options, std::vector<StructureOptions>& structures) {
   if (!options.poles && !options.zeros) return;
   const auto has_degrees = [](const StructureOptions& asked) { return asked.structure.degrees.has_value(); };
@@ -102,13 +113,7 @@ void apply_degrees(const ModelOptions& options, std::vector<StructureOptions>& s
   }
   for (StructureOptions& asked : structures) {
     if (!has_degrees(asked)) continue;
-    ident::Degrees degrees = *asked.structure.degrees;
-    degrees.poles = options.poles.value_or(degrees.poles);
-    degrees.zeros = options.zeros.value_or(degrees.zeros);
-    if (degrees.zeros > degrees.poles) {
-      throw UsageError(
-          fmt::format("--zeros: expected at most {} as there are so many poles, got {}", degrees.poles, degrees.zeros));
-    }
+    const ident::Degrees degrees = with_options(*asked.structure.degrees, options);
     const Structure before = asked.structure;
     asked.structure = ident::structure_family(asked.structure.family).make(degrees);
     asked.structure.delay = before.delay;
@@ -116,27 +121,29 @@ void apply_degrees(const ModelOptions& options, std::vector<StructureOptions>& s
   }
 }
 
-void apply_delay(const std::string& text, Structure& structure) {
+void apply_delay(const std::string& text, ident::StructureParameter& delay) {
   const bool free = text == "free";
-  structure.delay.freedom = free ? ident::Freedom::free : ident::Freedom::held;
+  delay.freedom = free ? ident::Freedom::free : ident::Freedom::held;
   if (free) return;
-  structure.delay.value = number(text, "--delay", text);
-  if (structure.delay.value < 0.0) {
-    throw UsageError(fmt::format("--delay: expected free or seconds >= 0, got {}", text));
-  }
+  delay.value = number(text, "--delay", text);
+  if (delay.value < 0.0) throw UsageError(fmt::format("--delay: expected free or seconds >= 0, got {}", text));
+}
+
+const ident::InputMapKind& input_map_kind(const std::string& name) {
+  const auto kinds = ident::input_map_kinds();
+  return *std::find_if(kinds.begin(), kinds.end(), [&](const auto& kind) { return kind.name == name; });
 }
 
 /// A model that the option puts behind a map, or frees of one, is another model than the one its name says.
 void apply_input_map(const std::string& name, StructureOptions& asked) {
   const ident::InputMapKind& before = ident::input_map_kind_of(asked.structure);
   if (before.name == name) return;
-  const auto kinds = ident::input_map_kinds();
-  const auto kind = std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.name == name; });
-  asked.structure = kind->put_before(std::move(asked.structure));
+  const ident::InputMapKind& kind = input_map_kind(name);
+  asked.structure = kind.put_before(std::move(asked.structure));
   if (!before.suffix.empty() && asked.name.ends_with(before.suffix)) {
     asked.name.resize(asked.name.size() - before.suffix.size());
   }
-  asked.name += kind->suffix;
+  asked.name += kind.suffix;
 }
 
 /// Those of the experiment that belong to the family, else a plain one.
@@ -149,10 +156,7 @@ void choose(const std::string& family, const std::vector<StructureOptions>& conf
 }
 
 std::vector<StructureOptions> chosen(const ModelOptions& options, const std::vector<StructureOptions>& configured) {
-  if (options.families.empty() && options.structure_files.empty()) {
-    if (!configured.empty()) return configured;
-    return {plain(ident::structures::io()), plain(ident::structures::fo())};
-  }
+  if (options.families.empty() && options.structure_files.empty()) return configured;
   std::vector<StructureOptions> structures;
   for (auto family = options.families.begin(); family != options.families.end(); ++family) {
     if (std::find(options.families.begin(), family, *family) != family) {
@@ -180,14 +184,30 @@ std::vector<StructureOptions> chosen(const ModelOptions& options, const std::vec
 std::vector<StructureOptions> structures_for(const ModelOptions& options,
                                              const std::vector<StructureOptions>& configured) {
   std::vector<StructureOptions> structures = chosen(options, configured);
+  if (structures.empty()) return structures;
   apply_degrees(options, structures);
   for (StructureOptions& asked : structures) {
-    if (options.delay) apply_delay(*options.delay, asked.structure);
+    if (options.delay) apply_delay(*options.delay, asked.structure.delay);
     if (options.input_map) apply_input_map(*options.input_map, asked);
     asked.initial_state = options.initial_state.value_or(asked.initial_state);
     apply_parameters(options, asked);
   }
   return structures;
+}
+
+ident::LadderOptions ladder_for(const ModelOptions& options) {
+  StructureOptions common;
+  apply_parameters(options, common);
+  ident::LadderOptions ladder;
+  ladder.parameters = std::move(common.parameters);
+  ladder.initial_state = options.initial_state.value_or(ladder.initial_state);
+  ladder.io = with_options(ladder.io, options);
+  if (options.delay) {
+    ladder.delay = ident::Structure().delay;
+    apply_delay(*options.delay, *ladder.delay);
+  }
+  if (options.input_map) ladder.input_map = &input_map_kind(*options.input_map);
+  return ladder;
 }
 
 ident::FitOptions with(ident::FitOptions options, const RecordOptions& record) {

@@ -67,6 +67,12 @@ void add_score(std::vector<std::string>& row, const std::optional<Score>& score)
   row.push_back(score ? fmt::format("{:.2f}", score->fit_percent) : "-");
 }
 
+const char* stability_text(const Model& model) {
+  if (!model.stability) return "?";
+  if (!model.stability->stable) return "no";
+  return model.stability->integrator_order > 0.0 ? "integrates" : "yes";
+}
+
 std::vector<std::string> row_for(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
   std::vector<std::string> row{model.name + mark, formula_of(identified.structure),
@@ -76,7 +82,7 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
   const auto again = model.validation ? model.validation->offset_reestimated : std::nullopt;
   row.push_back(again ? fmt::format("{:.2f}", again->r2_percent) : "-");
   row.push_back(again ? fmt::format("{:.2f}", again->fit_percent) : "-");
-  row.emplace_back(!model.stability ? "?" : model.stability->stable ? "yes" : "no");
+  row.emplace_back(stability_text(model));
   row.emplace_back(model.verdict ? text(model.verdict->grade) : "-");
   row.push_back(model.estimation ? fmt::format("{:.2f}", model.estimation->seconds) : "-");
   return row;

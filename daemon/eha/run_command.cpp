@@ -116,12 +116,16 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
   const identify::Source source = identify::load_source(folder.string(), std::nullopt);
   const identify::IdentificationTask task = identify::task_of(source);
   print_warnings(source, task.options.decimation, console);
-  const identify::Identification identification =
-      identify::identify(source, task, {.paper = identify::Comparisons::Paper::include}, console.progress_callback());
+  const identify::Identification identification = identify::identify(
+      source, task, {.paper = identify::Comparisons::Paper::include, .ladder = identify::Comparisons::Ladder::include},
+      console.progress_callback());
   console.end_progress();
-  print_identification(identification, identify::publish(identification, folder),
+  const std::vector<fs::path> written = identify::publish(identification, folder);
+  print_identification(identification, written,
                        {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, console);
-  console.next_step(fmt::format("eha runs show {}", folder.string()));
+  const auto next = identify::next_experiment_file(written);
+  console.next_step(next ? fmt::format("eha run {}", next->string())
+                         : fmt::format("eha runs show {}", folder.string()));
   return identify::exit_code(identification.models);
 }
 

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
+#include <limits>
+#include <utility>
 
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/executor.hpp"
@@ -20,6 +23,7 @@ namespace eha::identify {
 namespace {
 
 constexpr std::size_t kQuicklyCompared_rows = 1'000'000;
+constexpr double kUsualFits = 20.0;  // of the ladder, for its progress
 
 /// Where the input moves that a model was estimated from.
 std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task, const ident::FitResult& result) {
@@ -40,16 +44,26 @@ std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
   return ident::FrequencyInterval{lines_Hz.front(), lines_Hz.back()};
 }
 
-IdentifiedModel identify_one(const IdentificationTask& task, const ident::StructureOptions& structure) {
+ident::RecordFacts facts_of(const IdentificationTask& task) {
+  return {.interpolated_percent = task.interpolated_percent, .noise_std = task.noise_std};
+}
+
+/// Fits one structure and notes the time it took.
+ident::FitResult timed_fit(const IdentificationTask& task, const ident::StructureOptions& structure,
+                           const ident::FitOptions& options, const std::vector<ident::Model>& known) {
   const auto begin = std::chrono::steady_clock::now();
-  IdentifiedModel identified{structure, ident::fit(task.record, structure, task.options, thread_executor())};
-  ident::Model& model = identified.result.model;
+  ident::FitResult result = ident::fit(task.record, structure, options, thread_executor(), known);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-  if (model.estimation) model.estimation->seconds = taken.count();
-  model.verdict = ident::judge(model, task.acceptance,
-                               {.interpolated_percent = task.interpolated_percent, .noise_std = task.noise_std});
-  if (const auto excited = excited_by(task, identified.result)) {
-    model.verdict->usable_band = ident::usable_band(model, identified.result.covariance, *excited, task.acceptance);
+  if (result.model.estimation) result.model.estimation->seconds = taken.count();
+  return result;
+}
+
+/// The verdict with all that is known of the record, and how the model came about.
+void judge(const IdentificationTask& task, ident::FitResult& result) {
+  ident::Model& model = result.model;
+  model.verdict = ident::judge(model, task.acceptance, facts_of(task));
+  if (const auto excited = excited_by(task, result)) {
+    model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);
   }
   model.provenance["record"] = task.source_name;
   model.provenance["seed"] = fmt::format("{}", task.options.seed);
@@ -57,7 +71,151 @@ IdentifiedModel identify_one(const IdentificationTask& task, const ident::Struct
   model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
   model.provenance["split"] = fmt::format("{}", task.options.split);
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
+}
+
+IdentifiedModel identify_one(const IdentificationTask& task, const ident::StructureOptions& structure) {
+  IdentifiedModel identified{structure, timed_fit(task, structure, task.options, {})};
+  judge(task, identified.result);
   return identified;
+}
+
+/// The structures of the paper, whose procedure has no ladder.
+std::vector<ident::StructureOptions> published_structures() {
+  ident::StructureOptions io;
+  ident::StructureOptions fo;
+  fo.name = "fo";
+  fo.structure = ident::structures::fo();
+  return {io, fo};
+}
+
+/// Climbs the ladder.
+void climb(const IdentificationTask& task, const Progress& progress, Identification& identification) {
+  std::size_t fitted = 0;
+  const ident::FitStructure fit_structure = [&](const ident::StructureOptions& asked, const ident::FitOptions& options,
+                                                const std::vector<ident::Model>& known) {
+    if (progress) {
+      const double share = std::min(1.0, static_cast<double>(fitted++) / kUsualFits);
+      progress(share, fmt::format("fitting {}", asked.name));
+    }
+    return timed_fit(task, asked, options, known);
+  };
+  ident::Climb climbed = ident::climb(task.ladder, task.options, {task.acceptance, facts_of(task)}, fit_structure);
+  for (ident::ClimbedModel& model : climbed.models) {
+    judge(task, model.result);
+    identification.models.push_back({std::move(model.structure), std::move(model.result)});
+  }
+  identification.refused = std::move(climbed.refused);
+  identification.recommendation = std::move(climbed.recommendation);
+}
+
+/// Fits each structure of the task. One that the record does not allow is left out while another one can be fitted.
+void fit_named(const IdentificationTask& task, const Progress& progress, Identification& identification) {
+  std::exception_ptr first_failure;
+  const double count = static_cast<double>(task.structures.size());
+  for (std::size_t i = 0; i < task.structures.size(); ++i) {
+    const ident::StructureOptions& structure = task.structures[i];
+    if (progress) progress(static_cast<double>(i) / count, fmt::format("fitting {}", structure.name));
+    try {
+      identification.models.push_back(identify_one(task, structure));
+    } catch (const DataError& error) {
+      if (!first_failure) first_failure = std::current_exception();
+      identification.refused.push_back({structure.name, error.what()});
+    }
+  }
+  if (identification.models.empty() && first_failure) std::rethrow_exception(first_failure);
+  identification.recommendation = recommend(identification.models, task);
+}
+
+bool any_accepted(const Identification& identification) {
+  return std::any_of(identification.models.begin(), identification.models.end(), is_accepted);
+}
+
+/// Fits what the task names, or the ladder.
+Identification fit_once(const IdentificationTask& task, const Progress& progress) {
+  Identification identification;
+  try {
+    if (task.structures.empty()) {
+      climb(task, progress, identification);
+    } else {
+      fit_named(task, progress, identification);
+    }
+  } catch (const DataError& error) {
+    throw DataError(fmt::format("{}: {}", task.source_name, error.what()));
+  }
+  return identification;
+}
+
+/// The models of lower estimation error of two rounds with the same structures: the estimation part chooses.
+void keep_closer(Identification& identification, Identification again, const IdentificationTask& task) {
+  const auto error = [](const IdentifiedModel& identified) {
+    const auto& estimation = identified.result.model.estimation;
+    return estimation ? estimation->score.mse : std::numeric_limits<double>::infinity();
+  };
+  for (IdentifiedModel& other : again.models) {
+    const auto same = std::find_if(identification.models.begin(), identification.models.end(),
+                                   [&](const IdentifiedModel& m) { return m.structure.name == other.structure.name; });
+    if (same != identification.models.end() && error(other) < error(*same)) *same = std::move(other);
+  }
+  identification.recommendation = recommend(identification.models, task);
+}
+
+/// The accepted models of the ladder beside the asked ones, which keep their names.
+void add_climbed(Identification& identification, Identification climbed, const IdentificationTask& task) {
+  for (IdentifiedModel& model : climbed.models) {
+    const auto has_its_name = [&](const IdentifiedModel& m) { return m.structure.name == model.structure.name; };
+    const bool is_there = std::any_of(identification.models.begin(), identification.models.end(), has_its_name);
+    if (!is_there && is_accepted(model)) identification.models.push_back(std::move(model));
+  }
+  for (ident::Refusal& refusal : climbed.refused) identification.refused.push_back(std::move(refusal));
+  // Of all that was fitted, unless that model's name is taken.
+  identification.recommendation = std::move(climbed.recommendation);
+  const auto is_recommended = [&](const IdentifiedModel& m) {
+    return m.structure.name == identification.recommendation.model && is_accepted(m);
+  };
+  if (std::none_of(identification.models.begin(), identification.models.end(), is_recommended)) {
+    identification.recommendation = recommend(identification.models, task);
+  }
+}
+
+/// Fits in rounds until a model is accepted.
+Identification fit_in_rounds(const Source& source, IdentificationTask task, const Comparisons& comparisons,
+                             const Progress& progress) {
+  Identification identification = fit_once(task, progress);
+  const auto end_round = [&](std::string what, std::string reason) {
+    identification.rounds.push_back({std::move(what), std::move(reason), any_accepted(identification)});
+  };
+  const bool is_ladder = task.structures.empty();
+  end_round(is_ladder ? "the ladder of structures" : "the asked models", "");
+  if (identification.rounds.back().accepted || task.options.procedure == ident::Procedure::paper) return identification;
+
+  std::string reason = identification.recommendation.reason;
+  IdentificationTask other = task;
+  ++other.options.seed;
+  other.ladder.search = ident::Search::global;
+  keep_closer(identification, fit_once(other, progress), task);
+  end_round(fmt::format("other starts (seed {})", other.options.seed), reason);
+  if (!identification.rounds.back().accepted && !is_ladder && comparisons.ladder == Comparisons::Ladder::include) {
+    reason = identification.recommendation.reason;
+    task.structures.clear();
+    add_climbed(identification, fit_once(task, progress), task);
+    end_round("the ladder of structures", reason);
+  }
+  if (!identification.rounds.back().accepted) identification.next_experiment = longer_experiment(source);
+  return identification;
+}
+
+/// The structures to cross-validate: those asked for, of the ladder the recommended one, io and fo.
+std::vector<ident::StructureOptions> compared_structures(const IdentificationTask& task,
+                                                         const Identification& identification) {
+  if (!task.structures.empty()) return task.structures;
+  std::vector<ident::StructureOptions> structures;
+  for (const IdentifiedModel& identified : identification.models) {
+    const std::string& name = identified.structure.name;
+    if (name == identification.recommendation.model || name == "io" || name == "fo") {
+      structures.push_back(identified.structure);
+    }
+  }
+  return structures;
 }
 
 }  // namespace
@@ -86,37 +244,28 @@ std::optional<std::string> size_warning(std::size_t rows, int decimation) {
 
 Identification identify(const Source& source, const IdentificationTask& task, const Comparisons& comparisons,
                         const Progress& progress) {
-  Identification identification;
-  IdentificationTask known = task;
-  known.excited = excited_lines_of(source);
-  identification.frequency_response = frequency_response_of(source, task.options, identification.notes);
-  if (identification.frequency_response) {
-    known.noise_std = ident::measured_noise(source.record.output, identification.frequency_response->periods,
-                                            task.options.decimation);
+  IdentificationTask named = task;
+  const bool is_paper = task.options.procedure == ident::Procedure::paper;
+  if (is_paper && named.structures.empty()) named.structures = published_structures();
+  named.excited = excited_lines_of(source);
+  std::vector<std::string> notes;
+  auto frequency_response = frequency_response_of(source, task.options, notes);
+  if (frequency_response) {
+    named.noise_std = ident::measured_noise(source.record.output, frequency_response->periods, task.options.decimation);
   }
-  identification.models = fit_models(known, progress);
-  identification.recommendation = recommend(identification.models, task);
+  Identification identification = fit_in_rounds(source, named, comparisons, progress);
+  identification.frequency_response = std::move(frequency_response);
+  identification.notes = std::move(notes);
   if (comparisons.paper == Comparisons::Paper::include) {
-    identification.paper = fit_as_in_the_paper(known, identification.warnings);
+    IdentificationTask published = named;
+    if (published.structures.empty()) published.structures = published_structures();
+    identification.paper = fit_as_in_the_paper(published, identification.warnings);
   }
   if (comparisons.cross_validation == Comparisons::CrossValidation::include) {
-    identification.cross_validation = cross_validate(task, progress);
+    named.structures = compared_structures(named, identification);
+    identification.cross_validation = cross_validate(named, progress);
   }
   return identification;
-}
-
-std::vector<IdentifiedModel> fit_models(const IdentificationTask& task, const Progress& progress) {
-  std::vector<IdentifiedModel> models;
-  const double count = static_cast<double>(task.structures.size());
-  for (const ident::StructureOptions& structure : task.structures) {
-    if (progress) progress(static_cast<double>(models.size()) / count, fmt::format("fitting {}", structure.name));
-    try {
-      models.push_back(identify_one(task, structure));
-    } catch (const DataError& error) {
-      throw DataError(fmt::format("{}: {}", task.source_name, error.what()));
-    }
-  }
-  return models;
 }
 
 std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task, std::vector<std::string>& warnings) {

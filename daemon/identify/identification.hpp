@@ -8,8 +8,10 @@
 
 #include "core/error.hpp"
 #include "daemon/identify/progress.hpp"
+#include "daemon/identify/rounds.hpp"
 #include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/ladder.hpp"
 #include "ident/signal/frequency_response.hpp"
 #include "ident/validation/recommendation.hpp"
 
@@ -18,8 +20,9 @@ namespace eha::identify {
 /// The structures to fit, the record and the options.
 struct IdentificationTask {
   const ident::Record& record;
-  std::string source_name = {};  ///< for messages and the models' provenance
-  std::vector<ident::StructureOptions> structures = {};
+  std::string source_name = {};                          ///< for messages and the models' provenance
+  std::vector<ident::StructureOptions> structures = {};  ///< none: the ladder of structures is climbed
+  ident::LadderOptions ladder = {};                      ///< what is wanted of its structures
   ident::FitOptions options = {};
   ident::AcceptanceLimits acceptance = {};
   double interpolated_percent = 0.0;   ///< of the record's rows [%]
@@ -54,29 +57,32 @@ struct Identification {
   std::vector<IdentifiedModel> paper = {};    ///< by the paper's procedure, for comparison
   std::optional<ident::FrequencyResponse> frequency_response = {};
   std::vector<CrossValidatedModel> cross_validation = {};
-  std::vector<std::string> warnings = {};  ///< reasons for missing comparisons, one sentence each
-  std::vector<std::string> notes = {};     ///< reasons for a missing frequency response
+  std::vector<std::string> warnings = {};              ///< reasons for missing comparisons, one sentence each
+  std::vector<std::string> notes = {};                 ///< reasons for a missing frequency response
+  std::vector<ident::Refusal> refused = {};            ///< structures that the record does not allow
+  std::vector<Round> rounds = {};                      ///< in their order, at least one
+  std::optional<NextExperiment> next_experiment = {};  ///< where the rounds ended without an accepted model
 };
 
 /// The comparisons to make with the task's models.
 struct Comparisons {
   enum class Paper { leave_out, include } paper = Paper::leave_out;
   enum class CrossValidation { leave_out, include } cross_validation = CrossValidation::leave_out;
+  /// Whether the ladder is climbed when the models that the task names fail.
+  enum class Ladder { leave_out, include } ladder = Ladder::leave_out;
 };
 
 /// A warning when comparing this many rows may take minutes (ten million took six); otherwise nothing.
 [[nodiscard]] std::optional<std::string> size_warning(std::size_t rows, int decimation);
 
-/// Fits and judges each structure of the task, in order, then makes the comparisons, and measures the frequency
-/// response of the source.
+/// Fits and judges each structure of the task, or climbs the ladder where it has none, and recommends a model. While no
+/// model is accepted it tries other starts, then the ladder, and at last makes the next experiment; see Round. Then
+/// makes the comparisons and measures the frequency response of the source.
 /// @param source  the one whose record the task has
 /// @throws DataError, ConfigError  as ident::fit, the source's name put in front of a DataError
 /// @throws DataError, UsageError   as cross_validate()
 [[nodiscard]] Identification identify(const Source& source, const IdentificationTask& task,
                                       const Comparisons& comparisons, const Progress& progress);
-
-/// Fits and judges each structure, in order. @throws as identify()
-[[nodiscard]] std::vector<IdentifiedModel> fit_models(const IdentificationTask& task, const Progress& progress);
 
 /// Fits the task's structures that the paper also has, by the paper's procedure. A model to which the procedure does
 /// not apply is left out, and `warnings` gives the reason. Empty when the task itself uses that procedure.

@@ -41,7 +41,39 @@ record::ModelEntry manifest_entry(const IdentifiedModel& identified, const fs::p
   return entry;
 }
 
+/// @returns the path; nothing where there is none to write, and an earlier one is removed
+std::optional<fs::path> write_next_experiment(const Identification& identification, const fs::path& folder) {
+  const fs::path file = folder / kNextExperimentFile;
+  if (!identification.next_experiment) {
+    std::error_code ignored;
+    fs::remove(file, ignored);
+    return {};
+  }
+  os::write_file_atomically(file, identification.next_experiment->text);
+  return file;
+}
+
 }  // namespace
+
+Json to_json(const std::vector<ident::Refusal>& refused) {
+  Json list = Json::array();
+  for (const ident::Refusal& refusal : refused) list.push_back({{"model", refusal.model}, {"reason", refusal.reason}});
+  return list;
+}
+
+Json to_json(const std::vector<Round>& rounds) {
+  Json list = Json::array();
+  for (const Round& round : rounds) {
+    list.push_back({{"what", round.what}, {"reason", round.reason}, {"accepted", round.accepted}});
+  }
+  return list;
+}
+
+std::optional<fs::path> next_experiment_file(const std::vector<fs::path>& written) {
+  const auto is_it = [](const fs::path& path) { return path.filename() == kNextExperimentFile; };
+  const auto found = std::find_if(written.begin(), written.end(), is_it);
+  return found == written.end() ? std::nullopt : std::optional(*found);
+}
 
 Json to_json(const IdentifiedModel& identified) { return Json::parse(ident::to_text(identified.result.model)); }
 
@@ -61,6 +93,7 @@ std::vector<fs::path> write_models(const Identification& identification, const f
   if (identification.frequency_response) {
     written.push_back(write_frequency_response(*identification.frequency_response, identification.models, folder));
   }
+  if (const auto next = write_next_experiment(identification, folder)) written.push_back(*next);
   return written;
 }
 
@@ -87,6 +120,13 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
   if (identification.frequency_response) {
     written.push_back(write_frequency_response(*identification.frequency_response, identification.models, run_folder));
   }
+  if (const auto next = write_next_experiment(identification, run_folder)) {
+    written.push_back(*next);
+    entry.other["next_experiment"] = {{"file", next->filename().string()},
+                                      {"reason", identification.next_experiment->reason}};
+  }
+  entry.other["rounds"] = to_json(identification.rounds);
+  if (!identification.refused.empty()) entry.other["refused"] = to_json(identification.refused);
   const bool any_accepted = entry.accepted;
   record::write_identification(run_folder, std::move(entry));
   if (any_accepted) record::publish_latest(run_folder);

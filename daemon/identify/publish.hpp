@@ -13,16 +13,23 @@ namespace eha::identify {
 [[nodiscard]] nlohmann::ordered_json to_json(const IdentifiedModel& identified);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<IdentifiedModel>& models);
 
-/// Writes DIR/<name>.json for each model, and the frequency response in the same folder.
+[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ident::Refusal>& refused);
+[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<Round>& rounds);
+
+/// Writes DIR/<name>.json for each model, the frequency response and the next experiment in the same folder.
 /// @returns the paths, the models' first @throws IoError, PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> write_models(const Identification& identification,
                                                               const std::filesystem::path& folder);
 
 /// Publishes an identification in the run's folder: accepted models go to models/, the others to models/rejected/, the
-/// frequency response and the manifest's section `identification` follow; then the link `latest` moves to the run if a
-/// model was accepted.
+/// frequency response, the next experiment and the manifest's section `identification` follow; then the link `latest`
+/// moves to the run if a model was accepted.
 /// @returns the paths, the models' first @throws IoError, PermissionError, DataError
 [[nodiscard]] std::vector<std::filesystem::path> publish(const Identification& identification,
                                                          const std::filesystem::path& run_folder);
+
+/// The next experiment among the files written; none where the identification made none.
+[[nodiscard]] std::optional<std::filesystem::path> next_experiment_file(
+    const std::vector<std::filesystem::path>& written);
 
 }  // namespace eha::identify

@@ -8,18 +8,18 @@
 #include <limits>
 #include <optional>
 
-#include "core/error.hpp"
 #include "ident/estimation/fit_choice.hpp"
+#include "ident/estimation/fit_rows.hpp"
+#include "ident/estimation/known_starts.hpp"
 #include "ident/estimation/output_error.hpp"
-#include "ident/estimation/rest_before_step.hpp"
+#include "ident/estimation/search_records.hpp"
 #include "ident/estimation/valve_starts.hpp"
 #include "ident/estimation/variants.hpp"
+#include "ident/fractional/stability.hpp"
 #include "ident/search/follow_down.hpp"
 #include "ident/search/global_search.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/search/parametrisation.hpp"
-#include "ident/search/realisation.hpp"
-#include "ident/signal/decimation.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/validation/fit_report.hpp"
@@ -29,83 +29,48 @@ namespace {
 
 // Optima of the coarse record are followed on the whole one while the evidence against them is not strong.
 constexpr std::size_t kMostFollowed = 4;
-constexpr std::size_t kMostBehindValve = 3;  // optima behind a map that are followed on the whole record
-constexpr double kNowhereNear = 4.0;         // times the least cost of a start
-// What the search's simulations may be wrong by, relative to the response: far below what tells optima apart.
-constexpr double kSearchGuard = 1.6;
-constexpr double kSearchResolved = 1e-7;
-
-/// A record made ready for the search, and the poles guessed from it.
-struct SearchRecord {
-  ComparedRecord compared;
-  std::vector<PoleGuess> guesses;
-};
-
-/// Which rows are compared, and how many of them estimate.
-struct Rows {
-  std::size_t discarded = 0;
-  Comparison comparison;
-  std::size_t estimating = 0;
-  std::size_t last = 0;  ///< last row of the record that estimates
-};
-
-Rows rows_of(const Record& record, const FitOptions& options) {
-  Rows rows;
-  rows.discarded = discarded_rows(options.discard_s, record.step_s);
-  rows.comparison = compare_every(static_cast<std::size_t>(record.input.size()),
-                                  static_cast<std::size_t>(options.decimation), rows.discarded);
-  rows.estimating = static_cast<std::size_t>(std::lround(options.split * static_cast<double>(rows.comparison.count)));
-  if (rows.estimating < static_cast<std::size_t>(kFewestRows)) {
-    throw DataError(fmt::format(
-        "record: {} rows are left to estimate from after discarding {} s and keeping every {}th of {} rows (the "
-        "anti-alias filter needs {} rows at either end); expected at least {}",
-        rows.estimating, options.discard_s, options.decimation, record.input.size(), rows.comparison.taps.size() / 2,
-        kFewestRows));
-  }
-  rows.last = rows.comparison.first + (rows.estimating - 1) * rows.comparison.every;
-  return rows;
-}
-
-/// The level at which the plant is at rest before the record: as given, or of a step test that shows it, unless an
-/// initial state is asked for.
-std::optional<double> rest_level(const Record& record, const StructureOptions& asked, const FitOptions& options,
-                                 const Rows& rows) {
-  if (options.input_before) return options.input_before;
-  if (asked.initial_state == InitialState::estimated) return std::nullopt;
-  const auto seen = static_cast<Eigen::Index>(rows.last) + 1;
-  return rest_of_step_test(record.input.head(seen), record.output.head(seen));
-}
+constexpr std::size_t kMostFollowedFromKnown = 1;  // beside the best known model
+constexpr std::size_t kMostBehindValve = 3;        // optima behind a map that are followed on the whole record
+constexpr double kNowhereNear = 4.0;               // times the least cost of a start
+// A fit from known models is never worse than one of them, but for what searches end by.
+constexpr double kNoWorse = 1e-3;
+constexpr int kMostFurtherRounds = 3;  // along a flat valley
 
 /// One structure on one record.
 class DefaultFit {
  public:
-  DefaultFit(const Record& record, const StructureOptions& asked, const FitOptions& options, const Executor& executor)
+  DefaultFit(const Record& record, const StructureOptions& asked, const FitOptions& options, const Executor& executor,
+             const std::vector<Model>& known)
       : record_(record),
         options_(options),
         executor_(executor),
-        rows_(rows_of(record, options)),
+        known_(known),
+        rows_(fit_rows(record, options)),
         rest_(rest_level(record, asked, options, rows_)),
         bias_asked_(find_request(asked, asked.structure.input_map.bias) != nullptr),
         behind_valve_(asked_behind_valve(asked)),
         asked_(with_bias_at_rest(without_valve(asked))),
         past_(wants_past_input(asked_)),
         compared_(record, rows_.comparison, rows_.estimating, {.past = past_}),
-        coarse_(coarse_records()),
+        coarse_(search_records(record, {rows_.discarded, rows_.last}, asked_, past_, behind_valve_.has_value())),
         scale_{record.step_s * static_cast<double>(rows_.last + 1), finest_step_s(), seen_input().minCoeff(),
                seen_input().maxCoeff()},
         parametrisation_(Parametrisation::search(asked_, scale_)) {}
 
   FitResult run() {
     std::vector<LocalOptimum> optima;
+    const bool maps_known_models = behind_valve_ && options_.search == Search::known && has_known_behind_valve();
     for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
+      if (maps_known_models) break;
       for (LocalOptimum& optimum : estimate(variant, optima)) optima.push_back(std::move(optimum));
     }
+    if (behind_valve_) optima = followed_behind_valve(optima);
     if (optima.empty()) {
       throw NoStableModel(
           fmt::format("model {}: no stable model of this structure was found for the record", asked_.name));
     }
-    if (behind_valve_) optima = followed_behind_valve(optima);
-    LocalOptimum chosen = choose(optima, scale_.duration_s);
+    LocalOptimum chosen = no_worse_than_known(optima, choose(optima, scale_.duration_s));
+    chosen = with_terms_revived(std::move(chosen));
     if (chosen.variant.linear.first_state < 0 && looks_integrating(chosen, scale_.duration_s)) {
       chosen = with_bias_named(chosen);
     }
@@ -119,6 +84,10 @@ class DefaultFit {
   }
 
  private:
+  [[nodiscard]] bool has_known_behind_valve() const {
+    return !known_starts(Parametrisation::search(*behind_valve_, scale_), known_, scale_).at.empty();
+  }
+
   /// Up to the last row that estimates.
   [[nodiscard]] Eigen::Ref<const Eigen::VectorXd> seen_input() const {
     return record_.input.head(static_cast<Eigen::Index>(rows_.last) + 1);
@@ -133,27 +102,6 @@ class DefaultFit {
     return held;
   }
 
-  [[nodiscard]] std::vector<SearchRecord> coarse_records() const {
-    std::vector<SearchRecord> all;
-    for (const CoarseRecord& shortened : coarsen(record_, rows_.discarded, rows_.last)) {
-      const auto length = static_cast<std::size_t>(shortened.record.input.size());
-      std::vector<PoleGuess> guesses;
-      if (has_finite_state(asked_.structure)) {
-        guesses = guess_poles(shortened.record, length, static_cast<int>(state_count(asked_.structure)),
-                              asked_.structure.delay.freedom == Freedom::free);
-      }
-      ComparedRecord::Options options{past_, kSearchGuard, kSearchResolved};
-      if (behind_valve_) {
-        options.fine_input = shortened.fine_input;
-        options.block = shortened.block;
-      }
-      all.push_back(
-          {ComparedRecord(shortened.record, compare_every(length, 1, shortened.first), shortened.rows, options),
-           std::move(guesses)});
-    }
-    return all;
-  }
-
   /// The search need not resolve more than the coarse records do.
   [[nodiscard]] double finest_step_s() const {
     double finest_s = record_.step_s * static_cast<double>(rows_.last + 1);
@@ -161,15 +109,14 @@ class DefaultFit {
     return finest_s;
   }
 
-  /// Coordinates worth a start on a coarse record: guessed poles, and the optima of other variants.
-  [[nodiscard]] static std::vector<Eigen::VectorXd> guesses_for(const Parametrisation& parametrisation,
-                                                                const SearchRecord& record,
-                                                                const std::vector<LocalOptimum>& known) {
-    std::vector<Eigen::VectorXd> guesses;
-    for (const PoleGuess& guess : record.guesses) {
-      if (const auto theta = parametrisation.at_poles(guess.poles, guess.delay_s)) guesses.push_back(*theta);
-    }
-    for (const LocalOptimum& optimum : known) {
+  /// Coordinates worth a start on a coarse record: guessed poles, known models, and the optima of other variants.
+  [[nodiscard]] std::vector<Eigen::VectorXd> guesses_for(const Parametrisation& parametrisation,
+                                                         const SearchRecord& record,
+                                                         const std::vector<LocalOptimum>& found) const {
+    std::vector<Eigen::VectorXd> guesses = pole_starts(parametrisation, record);
+    const KnownStarts known = known_starts(parametrisation, known_, scale_);
+    known.append_to(guesses);
+    for (const LocalOptimum& optimum : found) {
       // The input bias, the last coordinate, may be one of this variant alone.
       const auto shared = static_cast<Eigen::Index>(parametrisation.coordinates().size());
       if (optimum.best.theta.size() >= shared) guesses.push_back(optimum.best.theta.head(shared));
@@ -187,7 +134,10 @@ class DefaultFit {
       return {found.theta};
     }
     const std::size_t free = free_parameters(parametrisation, problem.linear());
-    const SearchResult found = search(problem, guesses_for(parametrisation, record, known), options_.seed, executor_);
+    const std::vector<Eigen::VectorXd> guesses = guesses_for(parametrisation, record, known);
+    SearchResult found;
+    if (options_.search == Search::known) found = polished(problem, guesses, executor_);
+    if (found.optima.empty()) found = search(problem, guesses, options_.seed, executor_);
     evaluations_ += found.evaluations;
     std::vector<Eigen::VectorXd> starts;
     std::size_t followed = 0;
@@ -197,20 +147,27 @@ class DefaultFit {
       const double evidence = effective_bic(optimum.point.cost, best.residual.size(), free, effective) -
                               effective_bic(best.cost, best.residual.size(), free, effective);
       // A thinly covered search box gives every optimum a chance.
-      const bool good = followed++ < kMostFollowed && evidence < kStrongEvidence;
+      const std::size_t most = options_.search == Search::known ? kMostFollowedFromKnown : kMostFollowed;
+      const bool good = followed++ < most && evidence < kStrongEvidence;
       if (good || is_thinly_covered(parametrisation)) starts.push_back(optimum.theta);
     }
     return starts;
   }
 
-  /// Drops starts that are nowhere near on the whole record: one coarse record could not see what they miss.
-  [[nodiscard]] std::vector<Eigen::VectorXd> near_on_the_whole(const OutputError& problem,
-                                                               const std::vector<Eigen::VectorXd>& starts) {
+  /// Infinite where a start is no stable model.
+  [[nodiscard]] std::vector<double> costs_of(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts) {
     std::vector<double> costs(starts.size(), std::numeric_limits<double>::infinity());
     executor_(starts.size(), [&](std::size_t k) {
       if (const auto point = problem.evaluate(starts[k], OutputError::Want::value)) costs[k] = point->cost;
     });
     evaluations_ += starts.size();
+    return costs;
+  }
+
+  /// Drops starts that are nowhere near on the whole record: one coarse record could not see what they miss.
+  [[nodiscard]] std::vector<Eigen::VectorXd> near_on_the_whole(const OutputError& problem,
+                                                               const std::vector<Eigen::VectorXd>& starts) {
+    const std::vector<double> costs = costs_of(problem, starts);
     const double least = costs.empty() ? 0.0 : *std::min_element(costs.begin(), costs.end());
     std::vector<Eigen::VectorXd> near;
     for (std::size_t k = 0; k < starts.size(); ++k) {
@@ -233,7 +190,18 @@ class DefaultFit {
     // So does the start that was asked for.
     if (is_thinly_covered(parametrisation)) starts.push_back(parametrisation.start());
     if (coarse_.size() > 1) starts = near_on_the_whole(problem, starts);
+    add_best_known(problem, starts);
     return followed(problem, variant, starts);
+  }
+
+  /// Adds the known model that is nearest to the whole record: a coarse record may prefer another.
+  void add_best_known(const OutputError& problem, std::vector<Eigen::VectorXd>& starts) {
+    const KnownStarts known = known_starts(problem.parametrisation(), known_, scale_);
+    const std::vector<double> costs = costs_of(problem, known.at);
+    const auto least = std::min_element(costs.begin(), costs.end());
+    if (least != costs.end() && std::isfinite(*least)) {
+      starts.push_back(known.at[static_cast<std::size_t>(least - costs.begin())]);
+    }
   }
 
   /// Optima on the whole record.
@@ -260,17 +228,46 @@ class DefaultFit {
     std::vector<LocalOptimum> optima;
     for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
       const OutputError coarse(coarse_.front().compared, parametrisation_, variant.linear);
-      const SearchResult found =
-          polished(coarse, valve_starts(linear, variant, parametrisation_, asked_, scale_), executor_);
+      std::vector<Eigen::VectorXd> guesses = valve_starts(linear, variant, parametrisation_, asked_, scale_);
+      const KnownStarts known = known_starts(parametrisation_, known_, scale_);
+      known.append_to(guesses);
+      const SearchResult found = polished(coarse, guesses, executor_);
       evaluations_ += found.evaluations;
       std::vector<Eigen::VectorXd> starts;
-      for (std::size_t k = 0; k < std::min(found.optima.size(), kMostBehindValve); ++k) {
-        starts.push_back(found.optima[k].theta);
-      }
+      const std::size_t most = linear.empty() ? kMostFollowedFromKnown : kMostBehindValve;
+      for (std::size_t k = 0; k < std::min(found.optima.size(), most); ++k) starts.push_back(found.optima[k].theta);
       const OutputError problem(compared_, parametrisation_, variant.linear);
+      add_best_known(problem, starts);
       for (LocalOptimum& optimum : followed(problem, variant, starts)) optima.push_back(std::move(optimum));
     }
     return optima;
+  }
+
+  /// The chosen optimum, or the closest one where a known model inside the structure is closer than the chosen one.
+  [[nodiscard]] LocalOptimum no_worse_than_known(const std::vector<LocalOptimum>& optima, LocalOptimum chosen) const {
+    const double least = least_known_error(chosen.parametrisation, known_);
+    const auto rows = static_cast<double>(chosen.best.point.residual.size());
+    if (!(chosen.best.point.cost > (1.0 + kNoWorse) * least * rows)) return chosen;
+    return *std::min_element(optima.begin(), optima.end(), [](const LocalOptimum& a, const LocalOptimum& b) {
+      return a.best.point.cost < b.best.point.cost;
+    });
+  }
+
+  /// Brings terms back whose coefficient died on the way, and goes on from the best of them where it is better.
+  LocalOptimum with_terms_revived(LocalOptimum chosen) {
+    const std::vector<Eigen::VectorXd> starts = revived(chosen.parametrisation, chosen.best.theta);
+    if (starts.empty() || options_.search == Search::local) return chosen;
+    const OutputError coarse(coarse_.front().compared, chosen.parametrisation, chosen.variant.linear);
+    const SearchResult found = polished(coarse, starts, executor_);
+    evaluations_ += found.evaluations;
+    if (found.optima.empty()) return chosen;
+    const OutputError problem(compared_, chosen.parametrisation, chosen.variant.linear);
+    LeastSquaresResult again = minimise(problem, found.optima.front().theta);
+    evaluations_ += again.evaluations;
+    if (again.termination != Termination::infeasible && again.point.cost < chosen.best.point.cost) {
+      chosen.best = std::move(again);
+    }
+    return chosen;
   }
 
   /// Near an integrator, replaces the free-response terms by the equivalent input bias and output offset, whose values
@@ -291,13 +288,21 @@ class DefaultFit {
     return named.best.termination == Termination::infeasible ? moving : named;
   }
 
-  /// Goes on from the chosen optimum where its search used up its evaluations, as it does along a flat valley.
+  /// Goes on from the chosen optimum where its search used up its evaluations, as it does along a flat valley, until
+  /// the cost no longer falls by what counts.
   LocalOptimum followed_to_its_end(LocalOptimum chosen) {
-    if (chosen.best.termination != Termination::evaluation_limit) return chosen;
     const OutputError problem(compared_, chosen.parametrisation, chosen.variant.linear);
-    const std::size_t before = chosen.best.evaluations;
-    chosen.best = followed_down(problem, std::move(chosen.best), 1);
-    evaluations_ += chosen.best.evaluations - before;
+    for (int round = 0; round < kMostFurtherRounds; ++round) {
+      if (chosen.best.termination != Termination::evaluation_limit) break;
+      const std::size_t before = chosen.best.evaluations;
+      const double cost = chosen.best.point.cost;
+      chosen.best = followed_down(problem, std::move(chosen.best), 1);
+      evaluations_ += chosen.best.evaluations - before;
+      const bool falls = chosen.best.point.cost < (1.0 - kNoWorse) * cost;
+      if (!falls && chosen.best.termination == Termination::evaluation_limit) {
+        chosen.best.termination = Termination::flat_ridge;
+      }
+    }
     return chosen;
   }
 
@@ -345,11 +350,11 @@ class DefaultFit {
     if (!past_) solution.initial_state /= scaled.divisor;
     const LinearPart reported = as_reported(chosen, scaled.g, solution);
     const Termination end = chosen.best.termination;
-    FitResult result = begin_report(record_, asked_.name, "default", scaled.g,
-                                    {.evaluations = evaluations_,
-                                     .termination = std::string(text(end)),
-                                     .converged = end == Termination::converged || end == Termination::at_bound});
+    FitResult result = begin_report(
+        record_, asked_.name, "default", scaled.g,
+        {.evaluations = evaluations_, .termination = std::string(text(end)), .converged = has_converged(end)});
     Model& model = result.model;
+    if (declares_integrator(asked_)) model.stability = stability_beside_integrator(scaled.g);
     model.input_map = valve_of(chosen);
     fill_linear(model, reported, solution);
     fill_provenance(model, reported);
@@ -370,7 +375,8 @@ class DefaultFit {
   const Record& record_;
   const FitOptions& options_;
   const Executor& executor_;
-  Rows rows_;
+  const std::vector<Model>& known_;  ///< fitted to the same record
+  FitRows rows_;
   std::optional<double> rest_;  ///< level before a step test [input unit]
   bool bias_asked_;
   std::optional<StructureOptions> behind_valve_;  ///< what is asked, where its structure has a valve map
@@ -386,8 +392,8 @@ class DefaultFit {
 }  // namespace
 
 FitResult fit_by_default(const Record& record, const StructureOptions& asked, const FitOptions& options,
-                         const Executor& executor) {
-  return DefaultFit(record, asked, options, executor).run();
+                         const Executor& executor, const std::vector<Model>& known) {
+  return DefaultFit(record, asked, options, executor, known).run();
 }
 
 }  // namespace eha::ident

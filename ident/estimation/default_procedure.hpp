@@ -8,8 +8,10 @@ namespace eha::ident {
 /// Output error of a structure on a record, as fit() promises it: prepare the record, search each variant of what came
 /// before t = 0 on coarse records, follow the best optima on the whole one, choose, report.
 /// @param record  checked: finite, of one length, moving
+/// @param known   models fitted to the same rows: those inside the structure are starts, and the result's cost is at
+///                most 0.1 % above theirs
 [[nodiscard]] FitResult fit_by_default(const Record& record, const StructureOptions& asked, const FitOptions& options,
-                                       const Executor& executor);
+                                       const Executor& executor, const std::vector<Model>& known);
 
 /// Fewest rows that a fit estimates from.
 inline constexpr Eigen::Index kFewestRows = 20;

@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
 
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/left_out.hpp"
 #include "ident/estimation/paper_procedure.hpp"
+#include "ident/estimation/sub_structures.hpp"
 #include "ident/signal/decimation.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/validation/fit_report.hpp"
@@ -74,10 +77,75 @@ bool is_bias_lost(const Model& model, double largest_input) {
          !(std::max(bias->std, std::abs(bias->value) / kGreatestBias) < largest_input);
 }
 
+/// What tells structures inside one another apart: terms and the values that are held.
+std::string signature(const StructureOptions& asked) {
+  std::string text;
+  const auto add = [&](const StructureParameter& parameter) {
+    if (is_estimated(asked, parameter)) {
+      text += "*,";
+    } else {
+      text += fmt::format("{},", requested(asked, parameter));
+    }
+  };
+  const Structure& structure = asked.structure;
+  for (const StructureTerm& term : structure.numerator) add(term.order);
+  text += '/';
+  for (const StructureTerm& term : structure.denominator) add(term.order);
+  add(structure.delay);
+  if (structure.base_order) add(*structure.base_order);
+  return text;
+}
+
+/// Fits the structures inside the asked one, the smallest first.
+class SubFits {
+ public:
+  SubFits(const Record& record, const FitOptions& options, const Executor& executor)
+      : record_(record), options_(options), executor_(executor) {
+    options_.intervals = IntervalMethod::straight;
+    options_.search = Search::known;
+  }
+
+  void fit_inside(const StructureOptions& asked) {
+    for (const StructureOptions& smaller : sub_structures(asked)) {
+      if (!fitted_.insert(signature(smaller)).second) continue;
+      fit_inside(smaller);
+      try {
+        models_.push_back(fit_by_default(record_, smaller, options_, executor_, models_).model);
+      } catch (const DataError&) {
+        // No stable model, or no map where the input does not pass the dead band on both sides: nothing to start from.
+      }
+    }
+  }
+
+  [[nodiscard]] const std::vector<Model>& models() const { return models_; }
+
+ private:
+  const Record& record_;
+  FitOptions options_;
+  const Executor& executor_;
+  std::set<std::string> fitted_;
+  std::vector<Model> models_;
+};
+
+FitResult fit_from(const Record& record, const StructureOptions& asked, const FitOptions& options,
+                   const Executor& executor, const std::vector<Model>& known) {
+  FitResult result = fit_by_default(record, asked, options, executor, known);
+  StructureOptions fitted = asked;
+  const StructureParameter& bias = asked.structure.input_map.bias;
+  if (find_request(asked, bias) == nullptr && is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
+    fitted.parameters.push_back({bias.key.name, true, 0.0, {}, {}});
+    result = fit_by_default(record, fitted, options, executor, known);
+    result.model.provenance["input_bias"] =
+        "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
+  }
+  if (options.intervals == IntervalMethod::profile) note_left_out(result, record, fitted, options, executor);
+  return result;
+}
+
 }  // namespace
 
-FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options,
-              const Executor& executor) {
+FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options, const Executor& executor,
+              const std::vector<Model>& known) {
   check_record(record, options);
   check_input(record, asked, options);
   if (options.procedure == Procedure::paper) {
@@ -87,17 +155,10 @@ FitResult fit(const Record& record, const StructureOptions& asked, const FitOpti
     }
     return fit_by_paper(record, asked, options);
   }
-  FitResult result = fit_by_default(record, asked, options, executor);
-  StructureOptions fitted = asked;
-  const StructureParameter& bias = asked.structure.input_map.bias;
-  if (find_request(asked, bias) == nullptr && is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
-    fitted.parameters.push_back({bias.key.name, true, 0.0, {}, {}});
-    result = fit_by_default(record, fitted, options, executor);
-    result.model.provenance["input_bias"] =
-        "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
-  }
-  if (options.intervals == IntervalMethod::profile) note_left_out(result, record, fitted, options, executor);
-  return result;
+  if (options.search == Search::local || !known.empty()) return fit_from(record, asked, options, executor, known);
+  SubFits inside(record, options, executor);
+  inside.fit_inside(asked);
+  return fit_from(record, asked, options, executor, inside.models());
 }
 
 ValidationReport validate(const Model& model, const Record& record, const FitOptions& options) {

@@ -35,9 +35,13 @@ class NoStableModel : public DataError {
 /// to earlier input shows: `input_before` is given and another value, or an initial state is asked for.
 /// @throws DataError    the record is too short, constant, or not finite; as NoStableModel, nothing stable was found
 /// @throws ConfigError  the structure or a parameter request makes no sense
+/// Its error on the estimating samples is never above that of a structure inside it by more than 0.1 %: those are
+/// fitted first, and are starts.
+/// @param known  models fitted to the same rows with the same options, taken for the structures inside instead; by the
+///               paper's procedure they have no effect
 /// Deterministic for a given seed, whatever the executor.
 [[nodiscard]] FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options,
-                            const Executor& executor = run_in_order);
+                            const Executor& executor = run_in_order, const std::vector<Model>& known = {});
 
 /// Scores a model on a record it has not seen, without its past input: bias kept, initial_output (and initial_state) as
 /// stored in `score` and estimated anew in `offset_reestimated`.

@@ -13,7 +13,8 @@ enum class Procedure { standard, paper };  ///< spelled "default" and "paper" in
 
 /// Where a fit starts.
 enum class Search {
-  global,  ///< anywhere in the structure's search box, then local
+  global,  ///< anywhere in the structure's search box and at known models, then local
+  known,   ///< at known models and guessed poles; anywhere where neither gives a model
   local,   ///< at the requested start values, nowhere else
 };
 

@@ -81,7 +81,7 @@ void note_left_out(FitResult& result, const Record& record, const StructureOptio
     if (!smaller) continue;
     LeftOut entry{p.name, std::numeric_limits<double>::infinity()};
     try {
-      const FitResult without = fit_by_default(record, *smaller, quick, executor);
+      const FitResult without = fit_by_default(record, *smaller, quick, executor, {});
       entry.rise = without.model.estimation->information->ar_bic - model.estimation->information->ar_bic;
     } catch (const NoStableModel&) {
       // Nothing but this term makes a model.

@@ -125,8 +125,10 @@ StageResult estimate(const Part& part, double step_s, bool fractional) {
 
 /// Free coefficients but the normalised one, and nothing else of this structure held or bound.
 bool has_free_coefficients(const Structure& structure) {
-  const auto is_free = [](const StructureTerm& term) { return term.coefficient.freedom != Freedom::held; };
-  return std::all_of(structure.denominator.begin(), structure.denominator.end(), is_free) &&
+  const auto is_free = [](const StructureTerm& term) { return term.coefficient.freedom == Freedom::free; };
+  const auto normalised = static_cast<std::ptrdiff_t>(normalised_index(structure.denominator.size()));
+  return std::all_of(structure.denominator.begin(), structure.denominator.begin() + normalised, is_free) &&
+         std::all_of(structure.denominator.begin() + normalised + 1, structure.denominator.end(), is_free) &&
          std::all_of(structure.numerator.begin(), structure.numerator.end(), is_free);
 }
 

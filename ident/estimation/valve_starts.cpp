@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "core/error.hpp"
 #include "ident/structure/parameter_requests.hpp"
@@ -12,8 +11,7 @@
 namespace eha::ident {
 namespace {
 
-constexpr std::array<double, 3> kDeadBands = {0.01, 0.03, 0.1};  // of the input's range
-constexpr std::size_t kMostCarried = 2;                          // optima without the map
+constexpr std::size_t kMostCarried = 2;  // optima without the map
 
 bool is_of_valve(CoordinateRole role) {
   return role == CoordinateRole::valve_null || role == CoordinateRole::dead_band ||

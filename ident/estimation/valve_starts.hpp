@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -13,6 +14,10 @@ namespace eha::ident {
 /// Fewest samples beyond either side of the dead band. Below this share the intervals of dead band and gain ratio hold
 /// the truth far too seldom, and at 0 the ratio is undetermined.
 inline constexpr double kLeastShareOfASide = 0.06;
+
+/// Dead bands that are worth a start, as shares of the input's range. Under an input of few levels the cost has several
+/// minima over the dead band.
+inline constexpr std::array<double, 3> kDeadBands = {0.01, 0.03, 0.1};
 
 /// What is asked, its requests checked, where its structure has a valve map; else nothing.
 /// @throws ConfigError  as check_requests()
@@ -32,8 +37,8 @@ inline constexpr double kLeastShareOfASide = 0.06;
 void move_null(const Parametrisation& parametrisation, Eigen::VectorXd& theta, double by);
 
 /// Coordinates worth a start of a variant behind the map: G of the best optima without the map that treat what came
-/// before t = 0 alike, the null at minus their bias, and dead bands of 1, 3 and 10 % of the input's range. Under an
-/// input of few levels the cost has several minima over the dead band. A start that was asked for is the only one.
+/// before t = 0 alike, the null at minus their bias, and the dead bands of kDeadBands. A start that was asked for is
+/// the only one.
 /// @param linear  optima without the map, at least one
 [[nodiscard]] std::vector<Eigen::VectorXd> valve_starts(const std::vector<LocalOptimum>& linear, const Variant& variant,
                                                         const Parametrisation& parametrisation,

@@ -218,4 +218,14 @@ StabilityReport stability(const TransferFunction& g) {
   return report;
 }
 
+StabilityReport stability_beside_integrator(const TransferFunction& g) {
+  const double order = reduced(g.denominator).removed_order - reduced(g.numerator).removed_order;
+  if (!(order > 0.0)) return stability(g);
+  TransferFunction rest = g;
+  for (Term& term : rest.denominator) term.order = std::max(0.0, term.order - order);
+  StabilityReport report = stability(rest);
+  report.integrator_order = order;
+  return report;
+}
+
 }  // namespace eha::ident

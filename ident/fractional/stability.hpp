@@ -22,4 +22,8 @@ namespace eha::ident {
 /// Matignon, CESA'96 (1996); argument principle: Ahlfors, Complex Analysis, ch. 4.
 [[nodiscard]] StabilityReport stability(const TransferFunction& g);
 
+/// The same with a pole at 0 that a structure declares: stable and margin are those of the other poles, and
+/// integrator_order is the order of that one. As stability() where G has none.
+[[nodiscard]] StabilityReport stability_beside_integrator(const TransferFunction& g);
+
 }  // namespace eha::ident

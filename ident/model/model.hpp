@@ -136,6 +136,9 @@ struct StabilityReport {
   bool stable = false;
   std::string test;         ///< "matignon" or "argument_principle"
   double margin_rad = 0.0;  ///< least |arg pole| - pi/2 on the principal sheet; at most pi/2
+  /// Order of the pole at 0 that the structure declares, 1 for an integrator; `stable` and `margin_rad` are then those
+  /// of the other poles.
+  double integrator_order = 0.0;
 };
 
 /// One thing that a model is judged by.

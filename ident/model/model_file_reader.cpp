@@ -275,11 +275,12 @@ ValidationReport read_validation(const Node& node) {
 }
 
 StabilityReport read_stability(const Node& node) {
-  const Node object = node.object({"stable", "test", "margin_rad"});
+  const Node object = node.object({"stable", "test", "margin_rad", "integrator_order"});
   StabilityReport report;
   object.at("stable").read(report.stable);
   object.read("test", report.test);
   object.read("margin_rad", report.margin_rad);
+  if (object.has("integrator_order")) object.read("integrator_order", report.integrator_order);
   return report;
 }
 

@@ -142,6 +142,9 @@ std::string to_text(const Model& model) {
     object["stability"] = {{"stable", model.stability->stable},
                            {"test", model.stability->test},
                            {"margin_rad", model.stability->margin_rad}};
+    if (model.stability->integrator_order > 0.0) {
+      object["stability"]["integrator_order"] = model.stability->integrator_order;
+    }
   }
   if (model.bode) {
     object["bode"] = {{"frequency_Hz", model.bode->frequency_Hz},

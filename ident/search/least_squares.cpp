@@ -195,10 +195,17 @@ std::string_view text(Termination termination) {
       return "no further progress";
     case Termination::evaluation_limit:
       return "evaluation limit";
+    case Termination::flat_ridge:
+      return "converged along a flat ridge";
     case Termination::infeasible:
       break;
   }
   return "no stable start";
+}
+
+bool has_converged(Termination termination) {
+  return termination == Termination::converged || termination == Termination::at_bound ||
+         termination == Termination::flat_ridge;
 }
 
 LeastSquaresResult minimise(const OutputError& problem, const Eigen::VectorXd& start,

@@ -15,10 +15,14 @@ enum class Termination {
   at_bound,          ///< converged with a coordinate on a bound
   no_progress,       ///< no smaller cost could be found along any damped step
   evaluation_limit,  ///< the evaluations were used up
+  flat_ridge,        ///< they were, but the cost hardly falls any more: parameters trade for each other
   infeasible,        ///< the start is not a stable, proper model
 };
 
 [[nodiscard]] std::string_view text(Termination termination);
+
+/// Whether the search ended at a minimum, be it a flat one.
+[[nodiscard]] bool has_converged(Termination termination);
 
 struct LeastSquaresOptions {
   std::size_t max_evaluations = 200;

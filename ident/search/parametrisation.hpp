@@ -91,6 +91,14 @@ class Parametrisation {
   /// when the coordinates are not sections of integer order or the delay is beyond the search box.
   [[nodiscard]] std::optional<Eigen::VectorXd> at_poles(std::vector<std::complex<double>> poles, double delay_s) const;
 
+  /// Coordinates of a model of this structure or of one inside it: terms that the model lacks are as slight, poles that
+  /// it lacks as fast as the coordinates allow. The gain and all else that enters linearly plays no part.
+  /// @param bias  of the input, for that coordinate; with a valve map in place of one, its null is -bias
+  /// @param map   of the model; none where it has none: no dead band then
+  /// @returns nothing when the model has no place here
+  [[nodiscard]] std::optional<Eigen::VectorXd> at_model(const TransferFunction& g, double bias,
+                                                        const std::optional<ValveMap>& map) const;
+
   /// Value of the input_bias coordinate, 0 when there is none.
   [[nodiscard]] double input_bias(const Eigen::VectorXd& theta) const;
 
@@ -108,6 +116,10 @@ class Parametrisation {
 
  private:
   [[nodiscard]] bool integer_sections() const;
+  void place_roots(std::vector<std::complex<double>> roots, double q, Eigen::VectorXd& theta) const;
+  [[nodiscard]] bool place_polynomial(const std::vector<Term>& denominator, Eigen::VectorXd& theta) const;
+  [[nodiscard]] bool place_terms(const std::vector<Term>& denominator, Eigen::VectorXd& theta) const;
+  [[nodiscard]] bool place_numerator(std::vector<Term> numerator, Eigen::VectorXd& theta) const;
   [[nodiscard]] std::size_t normalised() const { return normalised_index(base_.denominator.size()); }
   [[nodiscard]] std::vector<double> section_polynomial(const Eigen::VectorXd& theta, std::size_t without) const;
   [[nodiscard]] std::vector<LogTerm> section_change(const Eigen::VectorXd& theta, const TransferFunction& g,

@@ -191,9 +191,10 @@ Parametrisation Parametrisation::search(const StructureOptions& asked, const Sca
   // A coefficient that the user holds or bounds is its own coordinate, independently of the orders.
   if (wishes.limits) p.reference_rad_s_ = 1.0;
 
-  const bool all_free =
-      std::all_of(structure.denominator.begin(), structure.denominator.end(),
-                  [](const StructureTerm& term) { return term.coefficient.freedom != Freedom::held; });
+  bool all_free = true;
+  for (std::size_t i = 0; i < structure.denominator.size(); ++i) {
+    all_free = all_free && (i == p.normalised() || structure.denominator[i].coefficient.freedom == Freedom::free);
+  }
   if (has_equal_steps(structure) && all_free && !wishes.any) {
     p.add_sections(structure, scale);
   } else {
@@ -265,38 +266,6 @@ void Parametrisation::add_input_bias(const StructureOptions& asked, double large
                         largest_input};
   apply(find_request(asked, bias), coordinate, as_is);
   coordinates_.push_back(std::move(coordinate));
-}
-
-std::optional<Eigen::VectorXd> Parametrisation::at_poles(std::vector<std::complex<double>> poles,
-                                                         double delay_s) const {
-  if (!integer_sections() || poles.size() + 1 != base_.denominator.size()) return {};
-  // Oscillating pairs first, then real poles, the fastest last: a section of first order takes the last one.
-  std::sort(poles.begin(), poles.end(), [](const std::complex<double>& a, const std::complex<double>& b) {
-    const bool a_real = a.imag() == 0.0;
-    const bool b_real = b.imag() == 0.0;
-    if (a_real != b_real) return b_real;
-    return std::abs(a) < std::abs(b);
-  });
-  Eigen::VectorXd theta = start();
-  for (std::size_t l = 0; l < coordinates_.size(); ++l) {
-    const Coordinate& c = coordinates_[l];
-    const auto i = static_cast<Eigen::Index>(l);
-    if (c.role == CoordinateRole::delay) {
-      if (delay_s > c.search_upper) return {};
-      theta[i] = delay_s;
-    }
-    if (c.role != CoordinateRole::section_frequency) continue;
-    const std::complex<double> first = poles[2 * c.index];
-    if (c.index + 1 == sections_ && odd_section_) {
-      theta[i] = std::log(std::abs(first));
-      continue;
-    }
-    const std::complex<double> second = first.imag() == 0.0 ? poles[2 * c.index + 1] : std::conj(first);
-    const double frequency = std::sqrt(std::abs(first) * std::abs(second));
-    theta[i] = std::log(frequency);
-    theta[i + 1] = std::asinh(-(first + second).real() / (2.0 * frequency));
-  }
-  return theta.cwiseMax(lower()).cwiseMin(upper());
 }
 
 }  // namespace eha::ident

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/error.hpp"
@@ -36,6 +37,13 @@ double requested(const StructureOptions& asked, const StructureParameter& parame
   const ParameterRequest* request = find_request(asked, parameter);
   const bool has_value = request != nullptr && request->start && parameter.freedom != Freedom::constant;
   return has_value ? *request->start : parameter.value;
+}
+
+bool declares_integrator(const StructureOptions& asked) {
+  const StructureTerm& lowest = asked.structure.denominator.front();
+  const auto held = [&](const StructureParameter& parameter) { return !is_estimated(asked, parameter); };
+  if (held(lowest.coefficient) && std::abs(requested(asked, lowest.coefficient)) <= 0.0) return true;
+  return !asked.structure.base_order && held(lowest.order) && requested(asked, lowest.order) > 0.0;
 }
 
 bool wants_past_input(const StructureOptions& asked) {

@@ -16,6 +16,10 @@ namespace eha::ident {
 /// The start or held value of the request; otherwise the structure's.
 [[nodiscard]] double requested(const StructureOptions& asked, const StructureParameter& parameter);
 
+/// Whether a pole at 0 is part of what is asked: the denominator's constant is held at 0, or its lowest order is held
+/// above 0.
+[[nodiscard]] bool declares_integrator(const StructureOptions& asked);
+
 /// Whether the response to input before t = 0 is estimated as that to an unknown past input.
 [[nodiscard]] bool wants_past_input(const StructureOptions& asked);
 

@@ -73,7 +73,8 @@ bool is_offset(ParameterRole role) {
 }
 
 double least_value(ParameterRole role) {
-  return role == ParameterRole::dead_band ? 0.0 : -std::numeric_limits<double>::infinity();
+  const bool is_a_size = role == ParameterRole::dead_band || role == ParameterRole::delay;
+  return is_a_size ? 0.0 : -std::numeric_limits<double>::infinity();
 }
 
 ParameterKey coefficient_key(std::size_t index) { return numbered(ParameterRole::denominator_coefficient, index); }

@@ -43,7 +43,7 @@ struct ParameterKey {
 /// Whether a parameter shifts the record rather than shapes the plant: bias, the valve's null, offset, free response.
 [[nodiscard]] bool is_offset(ParameterRole role);
 
-/// Least value that means anything: 0 for a dead band, else minus infinity.
+/// Least value that means anything: 0 for a dead band and a delay, else minus infinity.
 [[nodiscard]] double least_value(ParameterRole role);
 
 /// The keys of model files, spelled here only. Denominator term i has coefficient "a<i>" and order "n<i>". One

@@ -59,7 +59,10 @@ void set_free(StructureParameter& order, double search_lower, double search_uppe
 }
 
 constexpr auto kFamilies = std::to_array<StructureFamily>({
+    {"integrator_lag", false, [](const Degrees&) { return structures::integrator_lag(); }},
+    {"io1", false, [](const Degrees&) { return structures::io1(); }},
     {"io", true, [](const Degrees& degrees) { return structures::io(degrees); }},
+    {"io3", false, [](const Degrees&) { return structures::io3(); }},
     {"fo", false, [](const Degrees&) { return structures::fo(); }},
     {"commensurate", true, [](const Degrees& degrees) { return structures::commensurate(degrees); }},
     {"lag", false, [](const Degrees&) { return structures::lag(); }},
@@ -83,6 +86,32 @@ Structure io(const Degrees& degrees) {
   structure.formula = fmt::format("{} pole{}, {} zero{}", degrees.poles, degrees.poles == 1 ? "" : "s", degrees.zeros,
                                   degrees.zeros == 1 ? "" : "s");
   if (degrees.poles == 2 && degrees.zeros == 0) structure.formula = "K/(a2 s^2+a1 s+a0)";
+  return structure;
+}
+
+Structure integrator_lag() {
+  Structure structure = polynomials({2, 0});
+  structure.family = "integrator_lag";
+  structure.formula = "K/(a2 s^2+a1 s)";
+  structure.degrees.reset();
+  structure.denominator[0].coefficient.freedom = Freedom::constant;
+  structure.denominator[0].coefficient.value = 0.0;
+  return structure;
+}
+
+Structure io1() {
+  Structure structure = polynomials({1, 0});
+  structure.family = "io1";
+  structure.formula = "K/(a1 s+a0)";
+  structure.degrees.reset();
+  return structure;
+}
+
+Structure io3(int zeros) {
+  Structure structure = polynomials({3, zeros});
+  structure.family = "io3";
+  structure.formula = zeros == 0 ? "K/(a3 s^3+a2 s^2+a1 s+a0)" : "(b1 s+b0)/(a3 s^3+a2 s^2+a1 s+a0)";
+  structure.degrees.reset();
   return structure;
 }
 

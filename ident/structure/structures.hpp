@@ -16,6 +16,12 @@ namespace structures {
 
 /// Integer orders. @throws ConfigError  the degrees make no sense
 [[nodiscard]] Structure io(const Degrees& degrees = {});
+/// K / (a2 s^2 + a1 s): a pole at 0, as of a position whose speed is set, and a lag.
+[[nodiscard]] Structure integrator_lag();
+/// K / (a1 s + a0).
+[[nodiscard]] Structure io1();
+/// K / (a3 s^3 + a2 s^2 + a1 s + a0), or with one zero.
+[[nodiscard]] Structure io3(int zeros = 0);
 /// K s^b0 / (a2 s^n2 + a1 s^n1 + a0); b0 is 0 until freed.
 [[nodiscard]] Structure fo();
 /// Polynomials in s^q. @throws ConfigError  the degrees make no sense

@@ -89,6 +89,12 @@ std::string reason_for(const Model& picked, const Models& all, const Model* runn
               : fmt::format(", and estimated orders must gain {:g}", kFractionalGain));
 }
 
+/// The first of the models that is not the picked one; null without one.
+const Model* next_best(const Models& order, const Model& picked) {
+  const auto other = std::find_if(order.begin(), order.end(), [&](const Model* model) { return model != &picked; });
+  return other == order.end() ? nullptr : *other;
+}
+
 }  // namespace
 
 bool has_estimated_order(const Model& model) {
@@ -124,8 +130,8 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
                                 first_reason(*order.front()));
     return result;
   }
-  const auto other = std::find_if(order.begin(), order.end(), [&](const Model* model) { return model != *picked; });
-  const Model* runner_up = other == order.end() ? nullptr : *other;
+  const Model* runner_up = next_best(order, **picked);
+  if (runner_up == nullptr) runner_up = next_best(all, **picked);
   result.model = (*picked)->name;
   result.runner_up = runner_up == nullptr ? std::string() : runner_up->name;
   result.reason = reason_for(**picked, all, runner_up);

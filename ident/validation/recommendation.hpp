@@ -11,9 +11,10 @@ namespace eha::ident {
 
 /// The model to take of those that were fitted to one record.
 struct Recommendation {
-  std::string model = {};      ///< name; empty: none can be recommended
-  std::string reason = {};     ///< one sentence
-  std::string runner_up = {};  ///< name of the next best; empty: there is none
+  std::string model = {};   ///< name; empty: none can be recommended
+  std::string reason = {};  ///< one sentence
+  /// Name of the next best, of the identified ones if there is another; empty: there is no other model.
+  std::string runner_up = {};
   /// The validation part took part in the choice, because the best model by the estimation part failed there. Only a
   /// fresh record can then say how well the model predicts.
   bool validation_chose = false;

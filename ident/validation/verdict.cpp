@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "ident/fractional/stability.hpp"
+#include "ident/search/least_squares.hpp"
 
 namespace eha::ident {
 namespace {
@@ -182,7 +183,7 @@ void judge_parameters(const Model& model, Judgement& judgement) {
     } else if (is_coefficient(p.role)) {
       // The end of the interval that lies nearer to 0, from its side of 0.
       const double distance = p.value < 0.0 ? -p.upper95 : p.lower95;
-      judgement.criterion("interval_" + p.name, distance, 0.0, distance > 0.0, Weight::lowers,
+      judgement.criterion("interval_" + p.name, distance, 0.0, distance > 0.0, Weight::rejects,
                           fmt::format("{}: its 95 % interval, {:.3g} to {:.3g}, does not exclude 0.", with_error(p),
                                       p.lower95, p.upper95));
     } else if (std::isfinite(p.std) && p.upper95 - p.lower95 > 2.0 * std::abs(p.value)) {
@@ -218,6 +219,10 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
                         Weight::rejects,
                         fmt::format("The estimation did not converge: it ended after {} evaluations with \"{}\".",
                                     model.estimation->evaluations, model.estimation->termination));
+    if (model.estimation->converged && model.estimation->termination == text(Termination::flat_ridge)) {
+      judgement.note(
+          "The cost is flat along a ridge: the estimates there trade for each other, the output hardly changes.");
+    }
   }
   if (model.validation) {
     judge_score(model.validation->score, "validation", model, limits, judgement);

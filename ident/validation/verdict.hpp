@@ -24,15 +24,15 @@ struct RecordFacts {
 
 /// Holds a fitted model against the experiment's limits and against what its own record determines.
 /// Rejects for: a fit that did not converge; an R2 below or an error above its limit; a model that is unstable or too
-/// near to it; a free order whose standard error exceeds 0.15 or whose term costs less than 10 of AR-BIC to leave out;
-/// a record of which more than kMostInterpolated_percent was not measured, as an interpolated sample agrees with any
-/// smooth model. A model that is not rejected is good when it passes the rest too, else usable: the 95 % interval of
-/// each free coefficient excludes 0 (what it is depends on which coefficient is 1, so this does not reject), each
-/// residual test at 1 %, a validating error (rms) of at most kGreatestErrorOverNoise times the noise, and at most 5 %
-/// of the validating samples with an input beyond the estimating ones. Every criterion that applied is listed with
-/// value and limit; each that failed has a sentence, those of a rejection first. A model without validation (the whole
-/// record estimated) is judged by its estimation figures, and a sentence says so. Never throws on a model's content; a
-/// figure that is not finite does not pass.
+/// near to it, a pole at 0 that its structure declares apart; a free order whose standard error exceeds 0.15 or whose
+/// term costs less than 10 of AR-BIC to leave out; a free coefficient whose 95 % interval does not exclude 0; a record
+/// of which more than kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth
+/// model. A model that is not rejected is good when it passes the rest too, else usable: each residual test at 1 %, a
+/// validating error (rms) of at most kGreatestErrorOverNoise times the noise, and at most 5 % of the validating samples
+/// with an input beyond the estimating ones. Every criterion that applied is listed with value and limit; each that
+/// failed has a sentence, those of a rejection first. A model without validation (the whole record estimated) is judged
+/// by its estimation figures, and a sentence says so. Never throws on a model's content; a figure that is not finite
+/// does not pass.
 [[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts = {});
 
 }  // namespace eha::ident

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/ladder.hpp"
 #include "ident/estimation/output_error.hpp"
 #include "ident/fractional/grunwald_letnikov.hpp"
 #include "ident/fractional/held_response.hpp"
@@ -157,6 +158,22 @@ BENCHMARK(ValveFitOfPaperSize)->Unit(benchmark::kMillisecond);
 
 void ValveFitAtFullRate(benchmark::State& state) { run_valve_fit(state, FitCase(50'000, 0.001, 40)); }
 BENCHMARK(ValveFitAtFullRate)->Unit(benchmark::kMillisecond);
+
+/// All structures of the ladder on a record as long as the demo's, as one thread does them.
+void LadderAtFullRate(benchmark::State& state) {
+  FitCase c(50'000, 0.001, 40);
+  c.record.output = simulate(kPlant, mapped({-0.2, 0.15, 0.88}, c.record.input), c.record.step_s);
+  std::mt19937_64 generator(1);
+  for (double& y : c.record.output) y += 1e-3 * (static_cast<double>(generator() >> 11) * 0x1p-53 - 0.5);
+  FitOptions options;
+  options.decimation = 40;
+  const FitStructure fit_structure = [&](const StructureOptions& asked, const FitOptions& with,
+                                         const std::vector<Model>& known) {
+    return fit(c.record, asked, with, run_in_order, known);
+  };
+  for (auto _ : state) benchmark::DoNotOptimize(climb({}, options, {}, fit_structure));
+}
+BENCHMARK(LadderAtFullRate)->Unit(benchmark::kMillisecond);
 
 void TablesAtFullRate(benchmark::State& state) {
   const FitCase c(50'000, 0.001, 40);

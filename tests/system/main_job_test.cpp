@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -43,6 +44,14 @@ class MainJob : public testing::Test {
     return folder_->path() / json::parse(ended_->out).at("run").get<std::string>();
   }
 
+  /// The recommended model among those of an `eha run --json`.
+  [[nodiscard]] static json recommended(const json& document) {
+    for (const json& model : document.at("models")) {
+      if (model.at("name") == document.at("recommendation").at("model")) return model;
+    }
+    throw std::runtime_error("no recommended model");
+  }
+
   static inline TemporaryFolder* folder_ = nullptr;
   static inline Ended* ended_ = nullptr;
 };
@@ -58,6 +67,30 @@ TEST_F(MainJob, EndsWithAnAcceptedModelThatValidatesAbove99Percent) {
   }
   EXPECT_GE(best, 99.0);
   EXPECT_EQ(document.at("paper_procedure").size(), 2U);
+}
+
+TEST_F(MainJob, RecommendsAModelBehindTheSimulatedValve) {
+  const json document = json::parse(ended_->out);
+  const json& recommendation = document.at("recommendation");
+  const json model = recommended(document);
+  ASSERT_TRUE(model.contains("input_map")) << recommendation;
+  // The plant of sim.toml: valve_null_offset_V = 0.2, which is the null's distance below 0, valve_dead_band_V = 0.15.
+  EXPECT_NEAR(model.at("input_map").at("null").get<double>(), -0.2, 0.02);
+  EXPECT_NEAR(model.at("input_map").at("dead_band").get<double>(), 0.15, 0.02);
+  EXPECT_GE(model.at("validation").at("fit_percent").get<double>(), 99.5);
+  EXPECT_TRUE(model.at("verdict").at("accepted").get<bool>());
+  EXPECT_FALSE(recommendation.at("needs_fresh_record").get<bool>());
+  EXPECT_FALSE(recommendation.at("runner_up").is_null());
+  // The manifest says the same, and that one round was enough.
+  const json entry = json::parse(content_of(run_folder() / "run.json")).at("identification");
+  EXPECT_EQ(entry.at("recommendation"), recommendation);
+  EXPECT_EQ(entry.at("rounds").size(), 1U);
+  // The customer's two structures are always there, judged.
+  for (const char* name : {"io", "fo"}) {
+    const bool is_there = std::any_of(document.at("models").begin(), document.at("models").end(),
+                                      [&](const json& m) { return m.at("name") == name; });
+    EXPECT_TRUE(is_there) << name;
+  }
 }
 
 TEST_F(MainJob, LeavesEveryFileOfTheRunFolder) {
@@ -103,7 +136,7 @@ TEST_F(MainJob, IsFittedAgainToTheSameModels) {
 
 TEST_F(MainJob, ModelsSimulateAndValidateTheirOwnRun) {
   const json document = json::parse(ended_->out);
-  const std::string model = folder_->path() / document.at("files").at(0).get<std::string>();
+  const std::string model = run_folder() / "models" / (recommended(document).at("name").get<std::string>() + ".json");
   const Ended validated = run_eha({"validate", model, run_folder().string(), "--json"}, folder_->path());
   EXPECT_EQ(validated.code, 0) << validated.err;
   const json report = json::parse(validated.out);
@@ -115,18 +148,18 @@ TEST_F(MainJob, ModelsSimulateAndValidateTheirOwnRun) {
 }
 
 TEST_F(MainJob, BehindAValveMapFindsTheSimulatedValve) {
-  const Ended fitted =
-      run_eha({"fit", run_folder().string(), "--model", "io", "--input-map", "valve", "-o", "behind", "--json"},
-              folder_->path());
+  const Ended fitted = run_eha(
+      {"fit", run_folder().string(), "--model", "integrator_lag", "--input-map", "valve", "-o", "behind", "--json"},
+      folder_->path());
   ASSERT_EQ(fitted.code, 0) << fitted.err;
-  const json model = json::parse(content_of(folder_->path() / "behind" / "io_valve.json"));
+  const json model = json::parse(content_of(folder_->path() / "behind" / "integrator_lag_valve.json"));
   // The plant of sim.toml: valve_null_offset_V = 0.2, which is the null's distance below 0, valve_dead_band_V = 0.15.
   EXPECT_NEAR(model.at("input_map").at("null").get<double>(), -0.2, 0.02);
   EXPECT_NEAR(model.at("input_map").at("dead_band").get<double>(), 0.15, 0.02);
   EXPECT_GE(model.at("validation").at("fit_percent").get<double>(), 99.5);
 
   const Ended validated =
-      run_eha({"validate", "behind/io_valve.json", run_folder().string(), "--json"}, folder_->path());
+      run_eha({"validate", "behind/integrator_lag_valve.json", run_folder().string(), "--json"}, folder_->path());
   EXPECT_EQ(validated.code, 0) << validated.err;
   EXPECT_GE(json::parse(validated.out).at("model").at("validation").at("fit_percent").get<double>(), 99.0);
 }

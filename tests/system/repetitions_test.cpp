@@ -30,7 +30,8 @@ decimation = 40
 split = 0.5
 [[model]]
 name = "io"
-structure = "io"
+structure = "terms"
+denominator = [{ order = 1.0 }, { order = 0.0, coefficient = 0.0 }]
 [acceptance]
 min_validation_r2_percent = 50.0
 )";

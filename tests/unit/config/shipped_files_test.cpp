@@ -91,9 +91,7 @@ TEST(ShippedFiles, ThePaperExperimentIsTheOneInThePaper) {
   EXPECT_EQ(experiment.fit.discard_s, 10.0);
   EXPECT_EQ(experiment.fit.decimation, 40);
   EXPECT_EQ(experiment.fit.split, 0.5);
-  ASSERT_EQ(experiment.models.size(), 2U);
-  EXPECT_EQ(experiment.models[0].name, "io");
-  EXPECT_EQ(experiment.models[1].structure.family, "fo");
+  EXPECT_TRUE(experiment.models.empty()) << "the ladder of structures is climbed";
   for (const ident::Tone& tone : tones) {
     EXPECT_GE(tone.frequency_Hz, 0.01);
     EXPECT_LE(tone.frequency_Hz, 1.0);

@@ -20,19 +20,41 @@ using ident::StructureOptions;
 std::string fault_of(const ModelOptions& options) {
   try {
     static_cast<void>(structures_for(options, {}));
+    static_cast<void>(ladder_for(options));
   } catch (const UsageError& error) {
     return error.what();
   }
   return "no fault";
 }
 
-TEST(ModelOptions, TakeIoAndFoWhereNothingIsAsked) {
-  const auto structures = structures_for({}, {});
-  ASSERT_EQ(structures.size(), 2U);
-  EXPECT_EQ(structures[0].name, "io");
-  EXPECT_EQ(structures[0].structure.family, "io");
-  EXPECT_EQ(structures[1].name, "fo");
-  EXPECT_EQ(structures[1].structure.family, "fo");
+TEST(ModelOptions, NameNoStructureWhereNothingIsAskedSoThatTheLadderIsClimbed) {
+  EXPECT_TRUE(structures_for({}, {}).empty());
+  const ident::LadderOptions ladder = ladder_for({});
+  EXPECT_EQ(ladder.input_map, nullptr);
+  EXPECT_FALSE(ladder.delay);
+  EXPECT_TRUE(ladder.parameters.empty());
+}
+
+TEST(ModelOptions, ShapeTheWholeLadderWhereNoModelIsNamed) {
+  ModelOptions options;
+  options.poles = 3;
+  options.zeros = 1;
+  options.delay = "0.02";
+  options.input_map = "valve";
+  options.initial_state = ident::InitialState::none;
+  options.fixed = {"n2=2"};
+  const ident::LadderOptions ladder = ladder_for(options);
+  EXPECT_EQ(ladder.io.poles, 3);
+  EXPECT_EQ(ladder.io.zeros, 1);
+  ASSERT_TRUE(ladder.delay && ladder.input_map);
+  EXPECT_EQ(ladder.delay->value, 0.02);
+  EXPECT_EQ(ladder.delay->freedom, ident::Freedom::held);
+  EXPECT_EQ(ladder.input_map->name, "valve");
+  EXPECT_EQ(ladder.initial_state, ident::InitialState::none);
+  ASSERT_EQ(ladder.parameters.size(), 1U);
+  EXPECT_EQ(ladder.parameters[0].name, "n2");
+  options.zeros = 4;
+  EXPECT_THROW(static_cast<void>(ladder_for(options)), UsageError);
 }
 
 TEST(ModelOptions, TakeTheExperimentsModelsUnlessOthersAreNamed) {
@@ -76,6 +98,7 @@ TEST(ModelOptions, PutModelsBehindAMapAndNameThemSo) {
 
 TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
   ModelOptions options;
+  options.families = {"io", "fo"};
   options.poles = 3;
   options.zeros = 1;
   const auto structures = structures_for(options, {});
@@ -112,6 +135,7 @@ TEST(ModelOptions, AddTheStructureOfAFile) {
 
 TEST(ModelOptions, FreeOrHoldTheDelay) {
   ModelOptions options;
+  options.families = {"io"};
   options.delay = "free";
   EXPECT_EQ(structures_for(options, {})[0].structure.delay.freedom, ident::Freedom::free);
   options.delay = "0.16";
@@ -125,6 +149,7 @@ TEST(ModelOptions, FreeOrHoldTheDelay) {
 
 TEST(ModelOptions, CollectWhatIsAskedOfOneParameter) {
   ModelOptions options;
+  options.families = {"io", "fo"};
   options.fixed = {"n1=0.9"};
   options.free = {"b0"};
   options.starts = {"n2=1.7"};

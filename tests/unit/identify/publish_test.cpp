@@ -53,6 +53,25 @@ TEST_F(PublishModels, PutsAcceptedModelsInPlaceAndMovesLatest) {
   EXPECT_EQ(identification.at("models").at(1).at("file"), "models/rejected/fo.json");
 }
 
+TEST_F(PublishModels, WritesWhatIsRecommendedWhatWasTriedAndTheNextExperiment) {
+  Identification identification{.models = {model_that(Came::rejected)}};
+  identification.recommendation.reason = "none is identified";
+  identification.rounds = {{"the asked models", "", false}, {"other starts (seed 2)", "none is identified", false}};
+  identification.refused = {{"io_valve", "too few samples beyond one side"}};
+  identification.next_experiment = {"schema = 1\n", "a longer one"};
+  const auto written = publish(identification, run_);
+  EXPECT_EQ(next_experiment_file(written), run_ / "next_experiment.toml");
+  EXPECT_EQ(content_of(run_ / "next_experiment.toml"), "schema = 1\n");
+  const auto entry = nlohmann::json::parse(content_of(run_ / "run.json")).at("identification");
+  EXPECT_TRUE(entry.at("recommendation").at("model").is_null());
+  EXPECT_EQ(entry.at("rounds").at(1).at("reason"), "none is identified");
+  EXPECT_EQ(entry.at("refused").at(0).at("model"), "io_valve");
+  EXPECT_EQ(entry.at("next_experiment").at("file"), "next_experiment.toml");
+  // A later fit that needs none takes it away.
+  EXPECT_FALSE(next_experiment_file(publish({.models = {model_that(Came::accepted)}}, run_)));
+  EXPECT_FALSE(has("next_experiment.toml"));
+}
+
 TEST_F(PublishModels, LeavesLatestAloneWhenAllAreRejected) {
   static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_));
   EXPECT_FALSE(fs::exists(fs::symlink_status(folder_.path() / "latest")));

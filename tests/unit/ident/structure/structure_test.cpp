@@ -31,6 +31,22 @@ TEST(Structures, ListWhatTheirModelFilesList) {
             (Names{"K", "a2", "a1", "a0", "q", "delay_s", "input_bias", "initial_output"}));
   EXPECT_EQ(names(listed_parameters(structures::lag())),
             (Names{"K", "a1", "a0", "n1", "n0", "b0", "delay_s", "input_bias", "initial_output"}));
+  EXPECT_EQ(names(listed_parameters(structures::io3(1))),
+            (Names{"b0", "b1", "a3", "a2", "a1", "a0", "delay_s", "input_bias", "initial_output"}));
+}
+
+TEST(Structures, OfAnIntegratorAndALagDeclareAPoleAt0) {
+  const StructureOptions integrator{.structure = structures::integrator_lag()};
+  EXPECT_TRUE(declares_integrator(integrator));
+  EXPECT_EQ(names(requestable_parameters(integrator.structure)),
+            (Names{"a2", "K", "delay_s", "input_bias", "initial_output"}));
+  EXPECT_TRUE(has_finite_state(integrator.structure));
+  EXPECT_FALSE(declares_integrator({.structure = structures::io()}));
+  EXPECT_TRUE(declares_integrator({.structure = structures::io(), .parameters = {{"a0", true, 0.0, {}, {}}}}));
+  EXPECT_FALSE(declares_integrator({.structure = structures::io(), .parameters = {{"a0", true, 0.1, {}, {}}}}));
+  EXPECT_TRUE(
+      declares_integrator({.structure = structure_of_terms({.denominator = {{.order = 1.0}, {.order = 2.0}}})}));
+  EXPECT_FALSE(declares_integrator({.structure = structures::fo()}));
 }
 
 TEST(Structures, LetRequestsNameAllButTheirConstants) {
@@ -68,6 +84,7 @@ TEST(Structures, ArePublishedByTheirTermsNotTheirNames) {
   EXPECT_FALSE(published_structure(structures::io({2, 1})));
   EXPECT_FALSE(published_structure(structures::io({3, 0})));
   EXPECT_FALSE(published_structure(structures::lag()));
+  EXPECT_FALSE(published_structure(structures::integrator_lag()));
   EXPECT_FALSE(published_structure(structures::commensurate()));
   const TermLists fractional{
       .denominator = {{.order = 1.7, .free = true}, {.order = 0.8, .free = true}, {.order = 0.0}}};

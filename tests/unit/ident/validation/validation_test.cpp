@@ -4,9 +4,12 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "core/error.hpp"
+#include "ident/fractional/stability.hpp"
+#include "ident/search/least_squares.hpp"
 #include "ident/validation/correlation.hpp"
 #include "ident/validation/score.hpp"
 #include "ident/validation/verdict.hpp"
@@ -237,6 +240,28 @@ TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
   EXPECT_NE(judge(model, {}).reasons.front().find("unstable"), std::string::npos);
 }
 
+TEST(Verdict, AcceptsAPoleAt0ThatTheStructureDeclares) {
+  Model model = good_model();
+  model.transfer_function = {{{1.0, 0.0}}, {{0.1, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
+  model.stability = stability_beside_integrator(model.transfer_function);
+  EXPECT_EQ(model.stability->integrator_order, 1.0);
+  EXPECT_NEAR(model.stability->margin_rad, 0.5 * std::numbers::pi, 1e-12);
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+  // Not with another pole that grows, or at 0.
+  model.transfer_function.denominator = {{0.1, 2.0}, {-1.0, 1.0}};
+  model.stability = stability_beside_integrator(model.transfer_function);
+  EXPECT_FALSE(judge(model, {}).accepted);
+}
+
+TEST(Verdict, AcceptsAFlatRidgeWithANote) {
+  Model model = good_model();
+  model.estimation->termination = std::string(text(Termination::flat_ridge));
+  const Verdict verdict = judge(model, {});
+  EXPECT_TRUE(verdict.accepted);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("flat along a ridge"), std::string::npos);
+}
+
 TEST(Verdict, RejectsAMarginBelowItsLimitAndAStabilityNobodyDetermined) {
   Model model = good_model();
   AcceptanceLimits limits;
@@ -321,10 +346,10 @@ TEST(Verdict, NamesTheOrderThatARecordDoesNotDetermine) {
       (std::vector<std::string>{"n1 = 0.900 +- 0.010: leaving its term out costs -3.2 of AR-BIC, less than 10."}));
 }
 
-TEST(Verdict, GradesACoefficientThatMayBe0AsUsable) {
+TEST(Verdict, RejectsACoefficientThatMayBe0) {
   Model model = identified_model();
   model.parameters[0].lower95 = 0.0;
-  EXPECT_EQ(judge(model, {}).grade, Grade::usable);
+  EXPECT_EQ(judge(model, {}).grade, Grade::rejected);
   EXPECT_EQ(judge(model, {}).reasons.front(), "a2 = 0.600 +- 0.010: its 95 % interval, 0 to 0.62, does not exclude 0.");
   // A coefficient that the structure or a request holds is not asked.
   model.parameters[0].fixed = true;

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/estimation/ladder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <limits>
+#include <utility>
+
+#include "core/error.hpp"
+#include "ident/structure/parameter_requests.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kDelayGain = 10.0;  // of AR-BIC
+constexpr int kMostProfiled = 3;     // rounds: a profile may reject the model that was to be recommended
+
+/// A name and the structures that may bear it.
+struct Rung {
+  std::string name;
+  std::vector<Structure> structures;
+  Search search;
+};
+
+/// K/(a1 s): the lag is too fast for the record.
+Structure integrator() {
+  Structure structure = structures::integrator_lag();
+  structure.formula = "K/(a1 s)";
+  structure.denominator.pop_back();
+  return structure;
+}
+
+std::vector<Rung> rungs_of(const LadderOptions& wanted) {
+  using namespace structures;
+  // The basin of a fractional optimum need not hold a structure of integer order.
+  return {{"integrator_lag", {integrator(), integrator_lag()}, wanted.search},
+          {"io1", {io1()}, wanted.search},
+          {"io", {io(wanted.io)}, wanted.search},
+          {"io3", {io3(0), io3(1)}, wanted.search},
+          {"lag", {lag()}, Search::global},
+          {"fo", {fo()}, Search::global}};
+}
+
+bool has(const Structure& structure, const std::string& parameter) {
+  const auto all = requestable_parameters(structure);
+  return std::any_of(all.begin(), all.end(), [&](const StructureParameter* p) { return p->key.name == parameter; });
+}
+
+double ar_bic(const ClimbedModel& climbed) {
+  const auto& information = climbed.result.model.estimation->information;
+  return information ? information->ar_bic : std::numeric_limits<double>::infinity();
+}
+
+class Climber {
+ public:
+  Climber(const LadderOptions& wanted, const FitOptions& options, const LadderLimits& limits,
+          const FitStructure& fit_structure)
+      : wanted_(wanted), options_(options), limits_(limits), fit_structure_(fit_structure) {}
+
+  Climb run() {
+    for (const InputMapKind& map : input_map_kinds()) {
+      if (wanted_.input_map != nullptr && wanted_.input_map != &map) continue;
+      for (const Rung& rung : rungs_of(wanted_)) fit_rung(rung, map);
+    }
+    if (climb_.models.empty() && first_failure_) std::rethrow_exception(first_failure_);
+    check_requests_used();
+    if (!wanted_.delay) try_delays();
+    recommend_with_profiles();
+    return std::move(climb_);
+  }
+
+ private:
+  [[nodiscard]] StructureOptions asked_for(const Rung& rung, const Structure& structure, const InputMapKind& map) {
+    StructureOptions asked;
+    asked.name = rung.name + std::string(map.suffix);
+    asked.structure = map.put_before(structure);
+    asked.initial_state = wanted_.initial_state;
+    if (wanted_.delay) asked.structure.delay = *wanted_.delay;
+    for (const ParameterRequest& request : wanted_.parameters) {
+      if (has(asked.structure, request.name)) asked.parameters.push_back(request);
+    }
+    return asked;
+  }
+
+  void check_requests_used() const {
+    for (const ParameterRequest& request : wanted_.parameters) {
+      const bool used = std::any_of(climb_.models.begin(), climb_.models.end(), [&](const ClimbedModel& climbed) {
+        return has(climbed.structure.structure, request.name);
+      });
+      if (!used) throw ConfigError(fmt::format("parameter {}: no structure of the ladder has it", request.name));
+    }
+  }
+
+  [[nodiscard]] FitOptions quick(Search search) const {
+    FitOptions options = options_;
+    options.intervals = IntervalMethod::straight;
+    options.search = search;
+    return options;
+  }
+
+  /// @returns nothing where the record does not allow the structure
+  std::optional<ClimbedModel> fitted(const StructureOptions& asked, const FitOptions& options,
+                                     const std::vector<Model>& known) {
+    try {
+      ClimbedModel climbed{asked, fit_structure_(asked, options, known)};
+      judge_anew(climbed);
+      return climbed;
+    } catch (const DataError& error) {
+      if (!first_failure_) first_failure_ = std::current_exception();
+      climb_.refused.push_back({asked.name, error.what()});
+    }
+    return std::nullopt;
+  }
+
+  void judge_anew(ClimbedModel& climbed) const {
+    climbed.result.model.verdict = judge(climbed.result.model, limits_.acceptance, limits_.facts);
+  }
+
+  void fit_rung(const Rung& rung, const InputMapKind& map) {
+    std::optional<ClimbedModel> best;
+    // Behind a map every structure starts from its own fit without one.
+    const bool is_known = std::any_of(climb_.models.begin(), climb_.models.end(),
+                                      [&](const ClimbedModel& m) { return m.structure.name == rung.name; });
+    for (const Structure& structure : rung.structures) {
+      auto climbed = fitted(asked_for(rung, structure, map), quick(is_known ? Search::known : rung.search), known_);
+      if (!climbed) continue;
+      known_.push_back(climbed->result.model);
+      if (!best || ar_bic(*climbed) < ar_bic(*best)) best = std::move(climbed);
+    }
+    if (best) climb_.models.push_back(std::move(*best));
+  }
+
+  /// The model of least AR-BIC of those; null without one.
+  template <typename Which>
+  ClimbedModel* best_of(const Which& which) {
+    ClimbedModel* best = nullptr;
+    for (ClimbedModel& climbed : climb_.models) {
+      if (which(climbed) && (best == nullptr || ar_bic(climbed) < ar_bic(*best))) best = &climbed;
+    }
+    return best;
+  }
+
+  /// @returns whether the delay stays
+  bool try_delay(ClimbedModel& climbed) {
+    if (is_estimated(climbed.structure, climbed.structure.structure.delay)) return true;
+    StructureOptions asked = climbed.structure;
+    asked.structure.delay.freedom = Freedom::free;
+    std::vector<Model> known = delayed_;
+    known.push_back(climbed.result.model);
+    auto delayed = fitted(asked, quick(Search::known), known);
+    if (!delayed || !(ar_bic(*delayed) <= ar_bic(climbed) - kDelayGain)) return false;
+    delayed_.push_back(delayed->result.model);
+    climbed = std::move(*delayed);
+    return true;
+  }
+
+  void try_delays() {
+    bool helps = false;
+    std::vector<ClimbedModel*> first = {
+        best_of([](const ClimbedModel& m) { return m.structure.structure.family == "io1"; }),
+        best_of([](const ClimbedModel& m) { return !has_estimated_order(m.result.model); }),
+        best_of([](const ClimbedModel& m) { return has_estimated_order(m.result.model); })};
+    for (ClimbedModel* climbed : first) helps = (climbed != nullptr && try_delay(*climbed)) || helps;
+    if (!helps) return;
+    for (ClimbedModel& climbed : climb_.models) try_delay(climbed);
+  }
+
+  void recommend_anew() {
+    std::vector<const Model*> models;
+    for (const ClimbedModel& climbed : climb_.models) models.push_back(&climbed.result.model);
+    climb_.recommendation = recommend(models, limits_.acceptance, limits_.facts.interpolated_percent);
+  }
+
+  void recommend_with_profiles() {
+    recommend_anew();
+    if (options_.intervals != IntervalMethod::profile) return;
+    std::vector<std::string> profiled;
+    for (int round = 0; round < kMostProfiled; ++round) {
+      bool any = false;
+      for (ClimbedModel& climbed : climb_.models) {
+        const std::string& name = climbed.result.model.name;
+        const bool is_wanted = name == climb_.recommendation.model || name == climb_.recommendation.runner_up;
+        if (!is_wanted || std::find(profiled.begin(), profiled.end(), name) != profiled.end()) continue;
+        profiled.push_back(name);
+        FitOptions options = options_;
+        options.search = Search::known;
+        if (auto again = fitted(climbed.structure, options, {climbed.result.model})) climbed = std::move(*again);
+        any = true;
+      }
+      if (!any) return;
+      recommend_anew();
+    }
+  }
+
+  const LadderOptions& wanted_;
+  const FitOptions& options_;
+  const LadderLimits& limits_;
+  const FitStructure& fit_structure_;
+  Climb climb_;
+  std::vector<Model> known_;
+  std::vector<Model> delayed_;
+  std::exception_ptr first_failure_;
+};
+
+}  // namespace
+
+Climb climb(const LadderOptions& wanted, const FitOptions& options, const LadderLimits& limits,
+            const FitStructure& fit_structure) {
+  return Climber(wanted, options, limits, fit_structure).run();
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ident/estimation/fit.hpp"
+#include "ident/validation/recommendation.hpp"
+#include "ident/validation/verdict.hpp"
+
+namespace eha::ident {
+
+/// What is wanted of the structures of the ladder.
+struct LadderOptions {
+  InitialState initial_state = InitialState::automatic;
+  std::vector<ParameterRequest> parameters = {};  ///< each goes to the structures that have the parameter
+  Degrees io = {};                                ///< of the structure "io"
+  std::optional<StructureParameter> delay = {};   ///< of all; none: estimated where the data ask for it
+  const InputMapKind* input_map = nullptr;        ///< of all; null: every structure without and with each map
+  Search search = Search::known;  ///< of the structures of integer order without a map; the others search globally
+};
+
+/// A structure of the ladder with its fit.
+struct ClimbedModel {
+  StructureOptions structure;
+  FitResult result;  ///< its model has a verdict
+};
+
+/// A structure that the record does not allow.
+struct Refusal {
+  std::string model;
+  std::string reason;
+};
+
+struct Climb {
+  std::vector<ClimbedModel> models;  ///< in the order of the ladder, at least one
+  std::vector<Refusal> refused;
+  Recommendation recommendation;
+};
+
+/// How the models are judged.
+struct LadderLimits {
+  AcceptanceLimits acceptance = {};
+  RecordFacts facts = {};
+};
+
+/// Fits one structure, as fit() does. The caller may measure time and show progress.
+using FitStructure =
+    std::function<FitResult(const StructureOptions& asked, const FitOptions& options, const std::vector<Model>& known)>;
+
+/// Fits the structures integrator_lag (with and without its lag), io1, io, io3 (with and without a zero: the one of
+/// lower AR-BIC is kept), lag and fo, each without and with a valve map, and recommends one. Each starts from those
+/// fitted before it. A delay is estimated where it lowers AR-BIC by 10: tried with io1 and the best structures of
+/// integer and of fractional order, and where it helps one of them with every structure. Profile intervals are computed
+/// for the recommended model and the runner-up, the others have those from standard errors.
+/// @param options  its intervals apply to these two
+/// @throws DataError    no structure could be fitted; the reason of the first one
+/// @throws ConfigError  no structure has a parameter of `wanted`, or a request for one makes no sense
+/// Cost: about 20 local fits, a global search for lag and fo, and the profiles of two models.
+[[nodiscard]] Climb climb(const LadderOptions& wanted, const FitOptions& options, const LadderLimits& limits,
+                          const FitStructure& fit_structure);
+
+}  // namespace eha::ident

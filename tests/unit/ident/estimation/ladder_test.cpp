@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/estimation/ladder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "ident/estimation/sub_structures.hpp"
+#include "ident/structure/parameter_requests.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+using namespace synthetic;
+
+Climb climbed(const Record& record, const LadderOptions& wanted = {}) {
+  return climb(wanted, {}, {},
+               [&](const StructureOptions& asked, const FitOptions& options, const std::vector<Model>& known) {
+                 return fit(record, asked, options, run_in_order, known);
+               });
+}
+
+const Model* model_named(const Climb& found, const std::string& name) {
+  for (const ClimbedModel& model : found.models) {
+    if (model.result.model.name == name) return &model.result.model;
+  }
+  return nullptr;
+}
+
+Model integrating_behind_valve() {
+  Model model;
+  model.transfer_function = {{{0.13, 0.0}}, {{0.25, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
+  model.input_map = ValveMap{-0.2, 0.3, 0.85};
+  return model;
+}
+
+TEST(Ladder, FindsAnIntegratorBehindAValve) {
+  const Climb found = climbed(record_of(integrating_behind_valve(), 0.05, 0.002, 5));
+  EXPECT_EQ(found.recommendation.model, "integrator_lag_valve") << sentence(found.recommendation);
+  const Model* model = model_named(found, "integrator_lag_valve");
+  ASSERT_NE(model, nullptr);
+  EXPECT_TRUE(model->verdict->accepted);
+  EXPECT_EQ(model->stability->integrator_order, 1.0);
+  EXPECT_NEAR(model->input_map->null, -0.2, 0.02);
+  EXPECT_NEAR(model->input_map->dead_band, 0.3, 0.02);
+  for (const char* name : {"io", "fo"}) EXPECT_NE(model_named(found, name), nullptr) << "is always there";
+}
+
+TEST(Ladder, FindsAFractionalPlant) {
+  const Climb found = climbed(record_of(fractional(0.5, 1.6, 0.8, 0.3, 1.0), 0.05, 0.002, 6));
+  EXPECT_EQ(found.recommendation.model, "fo") << sentence(found.recommendation);
+  EXPECT_FALSE(found.recommendation.runner_up.empty());
+}
+
+TEST(Ladder, FindsADelayWhereThereIsOne) {
+  Model plant = fractional(0.3, 2.0, 1.0, 0.6, 1.0);
+  plant.transfer_function.delay_s = 0.32;
+  const Climb found = climbed(record_of(plant, 0.05, 0.005, 7));
+  EXPECT_EQ(found.recommendation.model, "io") << sentence(found.recommendation);
+  const Model* model = model_named(found, "io");
+  ASSERT_NE(model, nullptr);
+  EXPECT_NEAR(model->transfer_function.delay_s, 0.32, 0.01);
+  // Without one only a model that lacks a pole may have a delay in its place.
+  plant.transfer_function.delay_s = 0.0;
+  const Climb without = climbed(record_of(plant, 0.05, 0.005, 7));
+  EXPECT_EQ(without.recommendation.model, "io") << sentence(without.recommendation);
+  EXPECT_EQ(model_named(without, "io")->transfer_function.delay_s, 0.0);
+}
+
+TEST(Ladder, LeavesOutTheMapThatARecordDoesNotAllowAndSaysWhy) {
+  Record record = record_of(fractional(0.3, 2.0, 1.0, 0.6, 1.0), 0.05, 0.005, 8);
+  Model plant;
+  plant.transfer_function = {{{1.0, 0.0}}, {{0.3, 2.0}, {1.0, 1.0}, {0.6, 0.0}}, 0.0};
+  // Always on one side of any dead band.
+  record.input.array() += 6.0;
+  plant.input_map = ValveMap{0.0, 0.5, 1.0};
+  record.output = simulate(plant, record.input, record.step_s);
+  const Climb found = climbed(record);
+  EXPECT_NE(model_named(found, "io"), nullptr);
+  ASSERT_FALSE(found.refused.empty());
+  EXPECT_NE(found.refused.front().model.find("_valve"), std::string::npos);
+  EXPECT_NE(found.refused.front().reason.find("dead band"), std::string::npos) << found.refused.front().reason;
+}
+
+TEST(Ladder, KeepsToWhatIsWantedOfItsStructures) {
+  const Record record = record_of(fractional(0.3, 2.0, 1.0, 0.6, 1.0), 0.05, 0.005, 9);
+  LadderOptions wanted;
+  wanted.input_map = &input_map_kinds().front();
+  wanted.parameters = {{"n2", true, 2.0, {}, {}}};
+  wanted.delay = Structure().delay;
+  wanted.io = {3, 1};
+  const Climb found = climbed(record, wanted);
+  for (const ClimbedModel& m : found.models) EXPECT_FALSE(m.result.model.input_map) << m.result.model.name;
+  EXPECT_EQ(value(*model_named(found, "fo"), "n2"), 2.0);
+  EXPECT_EQ(model_named(found, "io")->transfer_function.denominator.size(), 4U);
+  wanted.parameters = {{"n7", true, 2.0, {}, {}}};
+  EXPECT_THROW(static_cast<void>(climbed(record, wanted)), ConfigError);
+}
+
+TEST(Ladder, ThrowsWhatTheFirstStructureSaysOfABadRecord) {
+  Record record = record_of(fractional(0.3, 2.0, 1.0, 0.6, 1.0), 0.05, 0.005, 9);
+  record.output.setZero();
+  EXPECT_THROW(static_cast<void>(climbed(record)), DataError);
+}
+
+std::vector<std::size_t> denominator_terms(const std::vector<StructureOptions>& all) {
+  std::vector<std::size_t> terms;
+  for (const StructureOptions& asked : all) terms.push_back(asked.structure.denominator.size());
+  return terms;
+}
+
+TEST(SubStructures, LackOneFreedom) {
+  EXPECT_TRUE(sub_structures({.structure = structures::io1()}).empty());
+  EXPECT_EQ(denominator_terms(sub_structures({.structure = structures::io()})), (std::vector<std::size_t>{2}));
+  // A pole less and a zero less.
+  const auto of_io = sub_structures({.structure = structures::io({3, 1})});
+  EXPECT_EQ(denominator_terms(of_io), (std::vector<std::size_t>{3, 4}));
+  EXPECT_EQ(of_io[1].structure.numerator.front().coefficient.key.name, "K");
+  // Whole orders, and without the term of the highest order.
+  const auto of_fo = sub_structures({.structure = structures::fo()});
+  ASSERT_EQ(denominator_terms(of_fo), (std::vector<std::size_t>{3, 2}));
+  EXPECT_TRUE(has_finite_state(of_fo[0].structure));
+}
+
+TEST(SubStructures, HoldWhatARequestFreesAndKeepItsBounds) {
+  StructureOptions fo{.structure = structures::fo(), .parameters = {{"b0", false, {}, {}, {}}}};
+  fo.structure.delay.freedom = Freedom::free;
+  const auto inside = sub_structures(fo);
+  ASSERT_GE(inside.size(), 2U);
+  EXPECT_FALSE(is_estimated(inside[0], inside[0].structure.delay));
+  EXPECT_TRUE(is_estimated(inside[0], inside[0].structure.numerator[0].order));
+  EXPECT_FALSE(is_estimated(inside[1], inside[1].structure.numerator[0].order));
+  // An order that must not be whole is not made so.
+  const StructureOptions bounded{.structure = structures::lag(), .parameters = {{"n1", {}, {}, 0.3, 0.8}}};
+  EXPECT_TRUE(sub_structures(bounded).empty());
+}
+
+}  // namespace
+}  // namespace eha::ident

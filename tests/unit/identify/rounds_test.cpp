@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/rounds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "config/experiment_config.hpp"
+#include "daemon/identify/identification.hpp"
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
+
+namespace eha::identify {
+namespace {
+
+const std::string kExperiment = R"(schema = 1
+name = "short"
+duration_s = 12.0
+# repetitions = 9
+[excitation]
+kind = "multisine"
+offset_V = 0.0
+tones = [{ frequency_Hz = 0.5, amplitude_V = 1.0, phase_rad = 0.0 }]
+[acceptance]
+min_validation_r2_percent = 90.0
+)";
+
+/// A noisy plant of two poles, far from one pole, driven by a square wave.
+Source source_with(const std::string& experiment) {
+  Source source;
+  source.name = "run";
+  source.record.step_s = 0.02;
+  source.record.input = Eigen::VectorXd(600);
+  for (Eigen::Index k = 0; k < 600; ++k) source.record.input[k] = (k / 75) % 2 == 0 ? 1.0 : -0.5;
+  source.record.output =
+      ident::simulate({{{1.5, 0.0}}, {{0.02, 2.0}, {0.02, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input, 0.02);
+  ident::PortableDraw draw(3);
+  for (double& y : source.record.output) y += 0.01 * draw.normal();
+  if (!experiment.empty()) source.experiment = config::parse_experiment(experiment, "e.toml");
+  return source;
+}
+
+IdentificationTask task_with_one_pole(const Source& source) {
+  IdentificationTask task = task_of(source);
+  ident::StructureOptions structure;
+  structure.name = "one_pole";
+  structure.structure = ident::structures::io1();
+  task.structures = {structure};
+  return task;
+}
+
+TEST(LongerExperiment, DoublesTheRepetitionsAndKeepsTheRest) {
+  const auto next = longer_experiment(source_with(kExperiment));
+  ASSERT_TRUE(next);
+  EXPECT_NE(next->text.find("duration_s = 12.0\nrepetitions = 2\n# repetitions = 9\n"), std::string::npos)
+      << next->text;
+  EXPECT_EQ(config::parse_experiment(next->text, "next.toml").repetitions, 2);
+  std::string three = kExperiment;
+  three.replace(three.find("# repetitions = 9"), 17, "repetitions = 3  # times");
+  const auto six = longer_experiment(source_with(three));
+  ASSERT_TRUE(six);
+  EXPECT_NE(six->text.find("\nrepetitions = 6  # times\n"), std::string::npos) << six->text;
+}
+
+TEST(LongerExperiment, EndsAtSixteenRepetitionsAndNeedsAnExperiment) {
+  std::string many = kExperiment;
+  many.replace(many.find("# repetitions = 9"), 17, "repetitions = 9");
+  EXPECT_FALSE(longer_experiment(source_with(many)));
+  EXPECT_FALSE(longer_experiment(source_with("")));
+}
+
+TEST(Rounds, EndWithTheFirstOneWhereAModelIsAccepted) {
+  const Source source = source_with(kExperiment);
+  IdentificationTask task = task_with_one_pole(source);
+  task.structures[0].structure = ident::structures::io();
+  const Identification found = identify(source, task, {.ladder = Comparisons::Ladder::include}, {});
+  ASSERT_EQ(found.rounds.size(), 1U);
+  EXPECT_TRUE(found.rounds[0].accepted);
+  EXPECT_FALSE(found.next_experiment);
+  EXPECT_EQ(found.recommendation.model, "one_pole");
+}
+
+TEST(Rounds, GoFromOtherStartsToTheLadderWhenTheAskedModelFails) {
+  const Source source = source_with(kExperiment);
+  const Identification found =
+      identify(source, task_with_one_pole(source), {.ladder = Comparisons::Ladder::include}, {});
+  ASSERT_EQ(found.rounds.size(), 3U);
+  EXPECT_EQ(found.rounds[1].what, "other starts (seed 2)");
+  EXPECT_NE(found.rounds[1].reason.find("one_pole"), std::string::npos) << found.rounds[1].reason;
+  EXPECT_EQ(found.rounds[2].what, "the ladder of structures");
+  EXPECT_TRUE(found.rounds[2].accepted);
+  EXPECT_EQ(found.recommendation.model, "io") << found.recommendation.reason;
+  EXPECT_EQ(found.models.front().structure.name, "one_pole") << "stays";
+  EXPECT_FALSE(found.next_experiment);
+}
+
+TEST(Rounds, EndWithTheNextExperimentWhenNothingIsAccepted) {
+  const Source source = source_with(kExperiment);
+  IdentificationTask task = task_with_one_pole(source);
+  task.acceptance.min_validation_r2_percent = 99.99999;
+  const Identification named = identify(source, task, {}, {});
+  EXPECT_EQ(named.rounds.size(), 2U) << "models named on the command line are meant";
+  EXPECT_TRUE(named.next_experiment);
+  EXPECT_EQ(named.recommendation.model, "");
+}
+
+TEST(Identify, LeavesOutAModelThatTheRecordDoesNotAllowWhileAnotherOneCanBeFitted) {
+  Source source = source_with(kExperiment);
+  // Never on the other side of the null.
+  source.record.input.array() += 3.0;
+  source.record.output =
+      ident::simulate({{{1.5, 0.0}}, {{0.02, 2.0}, {0.02, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input, 0.02);
+  IdentificationTask task = task_with_one_pole(source);
+  task.structures[0].structure = ident::structures::io();
+  task.structures.push_back(task.structures[0]);
+  task.structures[1].name = "mapped";
+  task.structures[1].structure = ident::structures::behind_valve(ident::structures::io());
+  task.structures[1].parameters = {{"null", true, 0.0, {}, {}}};
+  const Identification found = identify(source, task, {}, {});
+  ASSERT_EQ(found.models.size(), 1U);
+  ASSERT_EQ(found.refused.size(), 1U);
+  EXPECT_EQ(found.refused[0].model, "mapped");
+}
+
+}  // namespace
+}  // namespace eha::identify
