@@ -108,22 +108,38 @@ Eigen::VectorXd ModelOutput::total(const Model& model) const {
   return y;
 }
 
-ModelOutput output_at(const Model& model, const Record& record, const Comparison& comparison) {
-  const Eigen::VectorXd input = driving(model, record.input);
+OutputOnRecord::OutputOnRecord(const Record& record, const Comparison& comparison)
+    : record_(record), comparison_(comparison) {}
+
+ModelOutput OutputOnRecord::of(const Model& model) {
   if (grows(model.transfer_function)) {
-    return {picked(simulate_gl_directly(model.transfer_function, input, record.step_s), comparison), {}};
+    const Eigen::VectorXd input = driving(model, record_.input);
+    return {picked(simulate_gl_directly(model.transfer_function, input, record_.step_s), comparison_), {}};
   }
-  const OutputSelection selection{static_cast<std::size_t>(input.size()),
-                                  record.step_s,
-                                  comparison.first,
-                                  comparison.every,
-                                  comparison.count,
-                                  comparison.taps};
-  const HeldResponse response(selection);
-  const InputSpectrum spectrum = response.input_spectrum(input);
-  const ResponseRequest request{0, &spectrum};
+  const OutputSelection selection{static_cast<std::size_t>(record_.input.size()),
+                                  record_.step_s,
+                                  comparison_.first,
+                                  comparison_.every,
+                                  comparison_.count,
+                                  comparison_.taps};
+  if (!response_) response_.emplace(selection);
+  // Where a filter leaves low frequencies only, a tenth of the memory serves as well.
+  const auto spectrum_of = [&](const Eigen::Ref<const Eigen::VectorXd>& input) {
+    return comparison_.taps.empty() ? response_->input_spectrum(input) : response_->quick_input_spectrum(input);
+  };
+  InputSpectrum driven;
+  if (model.input_map) {
+    driven = spectrum_of(driving(model, record_.input));
+  } else {
+    if (input_.empty()) input_ = spectrum_of(record_.input);
+    driven = input_;
+    // The bias is a step at the first row.
+    const InputSpectrum step = response_->step_spectrum();
+    for (std::size_t j = 0; j < driven.size(); ++j) driven[j] += model.input_bias * step[j];
+  }
+  const ResponseRequest request{0, &driven};
   const TransferColumns columns(model.transfer_function, {model.transfer_function.numerator}, {});
-  ModelOutput output{response.respond(columns, model.transfer_function.delay_s, {&request, 1}), {}};
+  ModelOutput output{response_->respond(columns, model.transfer_function.delay_s, {&request, 1}), {}};
   if (!is_at_rest(model)) output.free = free_responses(model, selection);
   return output;
 }

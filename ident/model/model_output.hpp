@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
+#include "ident/fractional/held_response.hpp"
 #include "ident/fractional/simulate.hpp"
 #include "ident/model/model.hpp"
 #include "ident/record.hpp"
@@ -22,8 +24,27 @@ struct ModelOutput {
   [[nodiscard]] Eigen::VectorXd total(const Model& model) const;
 };
 
-/// A model that grows is simulated by the direct recursion and may overflow; one that does not, exactly.
-[[nodiscard]] ModelOutput output_at(const Model& model, const Record& record, const Comparison& comparison);
+/// Outputs of models at the rows of one comparison of one record. What depends on the record alone is computed once, at
+/// the first model that does not grow. Not thread-safe; record and comparison must outlive it.
+class OutputOnRecord {
+ public:
+  OutputOnRecord(const Record& record, const Comparison& comparison);
+  OutputOnRecord(const Record&&, const Comparison&) = delete;
+  OutputOnRecord(const Record&, const Comparison&&) = delete;
+
+  [[nodiscard]] const Record& record() const noexcept { return record_; }
+  [[nodiscard]] const Comparison& comparison() const noexcept { return comparison_; }
+
+  /// A model that grows is simulated by the direct recursion and may overflow; one that does not, exactly.
+  /// Cost without a map: O(L log L) at the first call, then that of the compared rows; with a map O(L log L) a call.
+  [[nodiscard]] ModelOutput of(const Model& model);
+
+ private:
+  const Record& record_;
+  const Comparison& comparison_;
+  std::optional<HeldResponse> response_;
+  InputSpectrum input_;  ///< of the input as recorded; empty until it is needed
+};
 
 /// The model with initial_output and initial_state fitted anew to `measured` over the same rows.
 [[nodiscard]] Model with_offset_fitted(const Model& model, const ModelOutput& output, const Eigen::VectorXd& measured);

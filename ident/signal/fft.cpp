@@ -4,7 +4,9 @@
 #include <fftw3.h>
 
 #include <algorithm>
+#include <memory>
 #include <mutex>
+#include <new>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -24,13 +26,15 @@ struct RealFft::Plans {
   fftw_plan inverse = nullptr;
 
   explicit Plans(std::size_t length) {
-    std::vector<double> signal(length);
-    std::vector<std::complex<double>> spectrum(length / 2 + 1);
-    auto* bins = reinterpret_cast<fftw_complex*>(spectrum.data());
+    // Estimating touches neither array, so that those of a long record cost no memory.
+    const std::unique_ptr<double, decltype(&fftw_free)> signal(fftw_alloc_real(length), &fftw_free);
+    const std::unique_ptr<fftw_complex, decltype(&fftw_free)> spectrum(fftw_alloc_complex(length / 2 + 1), &fftw_free);
+    if (!signal || !spectrum) throw std::bad_alloc();
+    fftw_complex* const bins = spectrum.get();
     const int n = static_cast<int>(length);
     // Callers' arrays come from any allocator: no alignment is assumed.
-    forward = fftw_plan_dft_r2c_1d(n, signal.data(), bins, FFTW_ESTIMATE | FFTW_UNALIGNED);
-    inverse = fftw_plan_dft_c2r_1d(n, bins, signal.data(), FFTW_ESTIMATE | FFTW_UNALIGNED);
+    forward = fftw_plan_dft_r2c_1d(n, signal.get(), bins, FFTW_ESTIMATE | FFTW_UNALIGNED);
+    inverse = fftw_plan_dft_c2r_1d(n, bins, signal.get(), FFTW_ESTIMATE | FFTW_UNALIGNED);
     if (forward == nullptr || inverse == nullptr) throw std::runtime_error("FFTW made no plan");
   }
   Plans(const Plans&) = delete;

@@ -198,7 +198,8 @@ LinearPart as_reported(const LocalOptimum& optimum, const TransferFunction& g, L
 }
 
 void fill_validation(FitResult& result, const Record& record, const Comparison& comparison) {
-  const ModelOutput output = output_at(result.model, record, comparison);
+  OutputOnRecord outputs(record, comparison);
+  const ModelOutput output = outputs.of(result.model);
   result.measured = picked(record.output, comparison);
   result.simulated = output.total(result.model);
   result.time_s = row_times(record, comparison.first, comparison.every, comparison.count);
@@ -217,8 +218,8 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   if (output.free.cols() > 0) tail.free = output.free.bottomRows(rest);
   report.offset_reestimated = score(measured, tail.total(with_offset_fitted(result.model, tail, measured)));
   const ParameterCovariance& known = result.covariance.parameters.empty() ? stored : result.covariance;
-  report.tests = residual_tests(
-      tested_part(result.model, record, comparison, result.estimation_samples, measured - simulated, known));
+  report.tests =
+      residual_tests(tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known));
   if (estimated > 0) report.extrapolated_percent = extrapolated_percent(picked(record.input, comparison), estimated);
   result.model.validation = report;
 }

@@ -137,14 +137,15 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
   return tests;
 }
 
-TestedPart tested_part(const Model& model, const Record& record, const Comparison& comparison, std::size_t first,
-                       const Eigen::VectorXd& residual, const ParameterCovariance& known) {
+TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t first, const Eigen::VectorXd& residual,
+                       const ParameterCovariance& known) {
   TestedPart part;
+  const Comparison& comparison = outputs.comparison();
   const auto begin = std::max(static_cast<Eigen::Index>(first), kLags);
   const Eigen::Index rows = static_cast<Eigen::Index>(comparison.count) - begin;
   if (rows < 1 || residual.size() < rows) return part;
   part.residual = residual.tail(rows);
-  const Eigen::VectorXd input = picked(record.input, comparison);
+  const Eigen::VectorXd input = picked(outputs.record().input, comparison);
   part.past_input.resize(rows, kLags + 1);
   for (Eigen::Index lag = 0; lag <= kLags; ++lag) part.past_input.col(lag) = input.segment(begin - lag, rows);
 
@@ -152,7 +153,7 @@ TestedPart tested_part(const Model& model, const Record& record, const Compariso
   const auto by_order = [](const Term& a, const Term& b) { return a.order < b.order; };
   std::stable_sort(rising.transfer_function.numerator.begin(), rising.transfer_function.numerator.end(), by_order);
   std::stable_sort(rising.transfer_function.denominator.begin(), rising.transfer_function.denominator.end(), by_order);
-  const Eigen::VectorXd here = output_at(rising, record, comparison).total(rising).tail(rows);
+  const Eigen::VectorXd here = outputs.of(rising).total(rising).tail(rows);
   Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(rows, known.matrix.cols());
   for (Eigen::Index i = 0; i < derivatives.cols(); ++i) {
     const ParameterKey& key = known.parameters[static_cast<std::size_t>(i)];
@@ -161,7 +162,7 @@ TestedPart tested_part(const Model& model, const Record& record, const Compariso
     if (!(step > 0.0) || (place_of(rising, key) == nullptr && key.role != ParameterRole::base_order)) continue;
     Model moved = rising;
     move(moved, key, step);
-    derivatives.col(i) = (output_at(moved, record, comparison).total(moved).tail(rows) - here) / step;
+    derivatives.col(i) = (outputs.of(moved).total(moved).tail(rows) - here) / step;
   }
   // A model written by hand, or fitted by the paper's procedure, has no covariance.
   part.parameter_error = derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * root_of(known.matrix)) : derivatives;

@@ -5,8 +5,7 @@
 #include <optional>
 
 #include "ident/model/model.hpp"
-#include "ident/record.hpp"
-#include "ident/signal/decimation.hpp"
+#include "ident/model/model_output.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
 
 namespace eha::ident {
@@ -32,8 +31,7 @@ struct TestedPart {
 /// The part of a record from compared row `first` on, with what the parameters' errors do to the model there, by
 /// differences of simulations. A step of a difference is a hundredth of the standard error, at most 0.01 for an order
 /// and 1 % of any other value. Cost: a simulation a parameter.
-[[nodiscard]] TestedPart tested_part(const Model& model, const Record& record, const Comparison& comparison,
-                                     std::size_t first, const Eigen::VectorXd& residual,
-                                     const ParameterCovariance& known);
+[[nodiscard]] TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t first,
+                                     const Eigen::VectorXd& residual, const ParameterCovariance& known);
 
 }  // namespace eha::ident
