@@ -22,8 +22,9 @@ namespace {
 
 using ident::Procedure;
 
-constexpr auto kProcedures = std::to_array<std::pair<std::string_view, Procedure>>(
-    {{"default", Procedure::standard}, {"paper", Procedure::paper}});
+enum class Procedures { standard, paper, both };
+constexpr auto kProcedures = std::to_array<std::pair<std::string_view, Procedures>>(
+    {{"default", Procedures::standard}, {"paper", Procedures::paper}, {"both", Procedures::both}});
 constexpr std::int64_t kAnySeed = std::numeric_limits<std::int64_t>::max();
 
 void add_fault(Document& document, const std::string& path, std::string_view expected, std::string_view got) {
@@ -40,11 +41,14 @@ void read_record(Section& root, ident::FitOptions& fit) {
   section->finish();
 }
 
-void read_identification(Section& root, ident::FitOptions& fit) {
+void read_identification(Section& root, ExperimentConfig& experiment) {
   auto section = root.section("identification", Need::optional);
   if (!section) return;
-  section->choice("procedure", fit.procedure, kProcedures, Need::optional);
-  section->integer("seed", fit.seed, 0, kAnySeed, Need::optional);
+  Procedures procedures = Procedures::standard;
+  section->choice("procedure", procedures, kProcedures, Need::optional);
+  experiment.fit.procedure = procedures == Procedures::paper ? Procedure::paper : Procedure::standard;
+  experiment.compares_with_paper = procedures == Procedures::both;
+  section->integer("seed", experiment.fit.seed, 0, kAnySeed, Need::optional);
   section->finish();
 }
 
@@ -75,7 +79,7 @@ ExperimentConfig read_experiment(Document& document) {
     section->finish();
   }
   read_record(root, experiment.fit);
-  read_identification(root, experiment.fit);
+  read_identification(root, experiment);
   experiment.models = read_models(root, document);
   read_acceptance(root, experiment.acceptance);
   root.finish();

@@ -21,6 +21,8 @@ struct ExperimentConfig {
   double duration_s = 0.0;  ///< of one repetition [s]
   int repetitions = 1;
   ident::FitOptions fit;  ///< decimation, discarded time, split, procedure, seed
+  /// procedure = "both": the paper's procedure too, for comparison.
+  bool compares_with_paper = false;
   std::vector<ident::StructureOptions> models;
   ident::AcceptanceLimits acceptance;
   std::string file_name;  ///< as given, for messages

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/command_line.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
@@ -8,6 +11,7 @@
 #include "core/error.hpp"
 #include "daemon/doctor/latency.hpp"
 #include "daemon/eha/completion.hpp"
+#include "daemon/eha/display_units.hpp"
 #include "daemon/eha/model_command_options.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/runs_options.hpp"
@@ -30,6 +34,7 @@ Exit codes:
 Examples:
   eha run config/experiments/paper.toml --local --fast
   eha fit record.csv --model io --model fo -o models
+  eha import bench.mat -o record.csv
   eha simulate models/fo.json input.csv -o output.csv
 
 Every command takes the options above; `eha COMMAND --help` describes its own. Manual pages: eha(1),
@@ -153,6 +158,7 @@ std::string for_a_shell(int argc, const char* const* argv) {
 struct Commands {
   RunCommand run;
   FitCommand fit;
+  ImportCommand import;
   SimulateCommand simulate;
   ValidateCommand validate;
   CheckCommand check;
@@ -167,6 +173,7 @@ struct Commands {
 void add_commands(CLI::App& app, Commands& commands) {
   add_run(app, commands.run);
   add_fit(app, commands.fit);
+  add_import(app, commands.import);
   add_simulate(app, commands.simulate);
   add_validate(app, commands.validate);
   add_check(app, commands.check);
@@ -186,7 +193,11 @@ void add_common_options(CLI::App& app, ConsoleOptions& console) {
   app.set_version_flag("--version", "", "Print the versions of eha and its libraries and leave");
   app.add_flag("--json", console.json, "Results on standard output as one JSON document");
   app.add_flag("-q,--quiet", console.quiet, "Errors only");
-  app.add_flag("-v,--verbose", console.verbose, "More messages");
+  app.add_flag("-v,--verbose", console.verbose, "More messages, and every figure of a result");
+  const std::vector<std::string> units = display_units();
+  app.add_option("--units", console.units, "Unit of lengths in what is printed (default: the record's)")
+      ->type_name(fmt::format("{}", fmt::join(units, "|")))
+      ->check(CLI::IsMember(units).description(""));
   app.add_flag("--no-progress", console.no_progress, "No progress bar on a terminal (NO_COLOR: no colours)");
 }
 
@@ -194,6 +205,7 @@ void add_common_options(CLI::App& app, ConsoleOptions& console) {
 std::optional<Command> chosen_command(const CLI::App& app, const Commands& commands) {
   if (app.got_subcommand("run")) return commands.run;
   if (app.got_subcommand("fit")) return commands.fit;
+  if (app.got_subcommand("import")) return commands.import;
   if (app.got_subcommand("simulate")) return commands.simulate;
   if (app.got_subcommand("validate")) return commands.validate;
   if (app.got_subcommand("check")) return commands.check;
@@ -243,7 +255,11 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     throw UsageError(usage_message(app, error));
   }
-  commands.fit.as_given = for_a_shell(argc, argv);
+  const std::string as_given = for_a_shell(argc, argv);
+  for (importer::Options* options :
+       {&commands.fit.import, &commands.import.import, &commands.simulate.import, &commands.validate.import}) {
+    options->command = as_given;
+  }
   parsed.command = chosen_command(app, commands);
   if (app.got_subcommand("completion")) parsed.text = completion_script(app, commands.shell);
   return parsed;

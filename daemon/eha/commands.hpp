@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/importer/options.hpp"
 #include "ident/estimation/fit_options.hpp"
 #include "ident/fractional/simulate.hpp"
 
@@ -54,10 +55,11 @@ struct ModelOptions {
 };
 
 struct FitCommand {
-  std::string source;    ///< run folder or CSV record
-  std::string as_given;  ///< the whole command, quoted for a shell
+  std::string source;  ///< run folder or file with a record
+  importer::Options import = {};
   std::optional<std::string> experiment_file = {};
   std::optional<ident::Procedure> procedure = {};
+  bool compares_with_paper = false;  ///< --procedure both; `procedure` is the default one then
   std::optional<std::uint64_t> seed = {};
   RecordOptions record;
   ModelOptions models;
@@ -67,16 +69,24 @@ struct FitCommand {
   bool cross_validate = false;                          ///< on each repetition, scored on the others
 };
 
+struct ImportCommand {
+  std::string file;
+  importer::Options import = {};
+  std::optional<std::filesystem::path> output = {};  ///< none: standard output
+};
+
 struct SimulateCommand {
   std::string model_file;
   std::string input_file;
+  importer::Options import = {};
   std::optional<std::filesystem::path> output = {};  ///< none: standard output
   ident::SimulationMethod method = ident::SimulationMethod::exact;
 };
 
 struct ValidateCommand {
   std::string model_file;
-  std::string source;  ///< run folder or CSV record
+  std::string source;  ///< run folder or file with a record
+  importer::Options import = {};
   std::optional<std::string> experiment_file = {};
   RecordOptions record;
 };
@@ -128,11 +138,12 @@ struct ServiceCommand {
 };
 
 using Command =
-    std::variant<RunCommand, FitCommand, SimulateCommand, ValidateCommand, CheckCommand, DesignCommand, RunsListCommand,
-                 RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
+    std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, CheckCommand, DesignCommand,
+                 RunsListCommand, RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const ImportCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const SimulateCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ValidateCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const CheckCommand& command, Console& console);

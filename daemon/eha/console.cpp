@@ -88,12 +88,20 @@ void Console::next_step(std::string_view command) const {
 
 void Console::progress(double share, std::string_view text) {
   if (!bar_wanted_) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (!bar_drawn_ || share < bar_share_) bar_begun_ = now;
+  bar_share_ = share;
+  const double taken_s = std::chrono::duration<double>(now - bar_begun_).count();
+  // Earlier the guess would jump about.
+  const bool is_known = taken_s > 2.0 && share > 0.05 && share < 1.0;
+  const std::string left = is_known ? fmt::format(", {:.0f} s left", taken_s * (1.0 - share) / share) : "";
   constexpr int kWidth = 30;
   const int filled = static_cast<int>(std::lround(kWidth * std::clamp(share, 0.0, 1.0)));
   const std::string bar =
       std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kWidth - filled), '.');
   // Carriage return, then erase to the end of the line (ECMA-48 EL).
-  std::cerr << fmt::format("\r[{}] {:3.0f} % {}\x1b[K", bar, 100.0 * std::clamp(share, 0.0, 1.0), text) << std::flush;
+  std::cerr << fmt::format("\r[{}] {:3.0f} % {}{}\x1b[K", bar, 100.0 * std::clamp(share, 0.0, 1.0), text, left)
+            << std::flush;
   bar_drawn_ = true;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -14,6 +15,7 @@ struct ConsoleOptions {
   bool quiet = false;        ///< errors only
   bool verbose = false;      ///< debugging messages too
   bool no_progress = false;  ///< no progress bar even on a terminal
+  std::string units = {};    ///< of lengths shown to people; empty: the record's
 };
 
 /// Prints results to standard output, messages and the progress bar to standard error. Colours and the bar appear only
@@ -24,6 +26,8 @@ class Console {
   explicit Console(const ConsoleOptions& options);
 
   [[nodiscard]] bool json() const noexcept { return options_.json; }
+  [[nodiscard]] bool verbose() const noexcept { return options_.verbose; }
+  [[nodiscard]] const std::string& units() const noexcept { return options_.units; }
 
   /// Each line of `text` becomes a message of its own: "eha: error: ...".
   void error(std::string_view text) const;
@@ -43,7 +47,7 @@ class Console {
   /// The next useful command, as the last line of a success; prints nothing with --json or --quiet.
   void next_step(std::string_view command) const;
 
-  /// Redraws the bar. @param share  0..1   @param text  the current step
+  /// Redraws the bar, with the time left once it can be told. @param share  0..1   @param text  the current step
   void progress(double share, std::string_view text);
   /// progress() as a function, for long work elsewhere. The console must outlive it.
   [[nodiscard]] std::function<void(double, const std::string&)> progress_callback();
@@ -61,6 +65,8 @@ class Console {
   ConsoleOptions options_;
   bool bar_wanted_ = false;
   bool bar_drawn_ = false;
+  double bar_share_ = 0.0;                           ///< when the work began
+  std::chrono::steady_clock::time_point bar_begun_;  ///< of the work that the bar shows
 };
 
 }  // namespace eha::cli

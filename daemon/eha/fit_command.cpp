@@ -9,12 +9,14 @@
 
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
+#include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
+#include "daemon/importer/table.hpp"
 #include "daemon/record/run_folder.hpp"
 
 namespace eha::cli {
@@ -44,7 +46,9 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
 bool names_models(const ModelOptions& options) { return !options.families.empty() || !options.structure_files.empty(); }
 
 Comparisons comparisons_for(const FitCommand& command, const Source& source) {
-  return {.paper = source.run_folder ? Comparisons::Paper::include : Comparisons::Paper::leave_out,
+  const bool of_experiment = !command.procedure && source.experiment && source.experiment->compares_with_paper;
+  return {.paper = command.compares_with_paper || of_experiment ? Comparisons::Paper::include
+                                                                : Comparisons::Paper::leave_out,
           .cross_validation =
               command.cross_validate ? Comparisons::CrossValidation::include : Comparisons::CrossValidation::leave_out,
           .ladder = names_models(command.models) ? Comparisons::Ladder::leave_out : Comparisons::Ladder::include};
@@ -76,15 +80,16 @@ std::string next_step(const FitCommand& command, const Identification& identific
       return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[i].string());
     }
   }
-  // Before the given words: after a `--` the option would be an argument.
-  std::string again = command.as_given;
-  return again.insert(again.find("fit") + 3, " -o models");
+  return importer::command_with(command.import, command.source, "-o models");
 }
 
 }  // namespace
 
 ExitCode execute(const FitCommand& command, Console& console) {
-  const Source source = identify::load_source(command.source, command.experiment_file);
+  const Source source =
+      identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
+  console.end_progress();
+  print_import(source.guess, source.repairs, console);
   const IdentificationTask task = task_for(command, source);
   print_warnings(source, task.options.decimation, console);
   if (command.sweep) {

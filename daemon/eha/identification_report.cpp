@@ -6,6 +6,7 @@
 #include "daemon/eha/cross_validation_table.hpp"
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/model_report.hpp"
+#include "daemon/eha/short_report.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/record/manifest.hpp"
 
@@ -21,7 +22,7 @@ void print_identification(const identify::Identification& identification,
                           const std::vector<std::filesystem::path>& written, nlohmann::ordered_json document,
                           const Console& console) {
   for (const std::string& sentence : identification.warnings) console.warning(sentence);
-  for (const std::string& sentence : identification.notes) console.info(sentence);
+  for (const std::string& sentence : identification.notes) console.debug(sentence);
   document["models"] = identify::to_json(identification.models);
   document["recommendation"] = record::to_json(identification.recommendation);
   document["rounds"] = identify::to_json(identification.rounds);
@@ -37,17 +38,21 @@ void print_identification(const identify::Identification& identification,
   for (const std::filesystem::path& path : written) document["files"].push_back(path.string());
   document["exit_code"] = static_cast<int>(identify::exit_code(identification.models));
   console.print_json(document);
-  console.print(model_report(identification.models, identification.paper));
-  console.print(sentence(identification.recommendation));
-  for (const ident::Refusal& refusal : identification.refused)
-    console.print(fmt::format("Left out: {}.", refusal.reason));
+  console.print(short_report(answer_of(identification), DisplayUnit(console.units())));
   for (const identify::Round& round : identification.rounds) {
-    if (!round.reason.empty()) console.print(fmt::format("Tried {}, because {}", round.what, round.reason));
+    if (round.reason.empty()) continue;
+    console.print(wrapped(fmt::format("Tried {}, because {}", round.what, round.reason), 0));
   }
   if (identification.next_experiment) {
-    console.print(fmt::format("Next experiment: {}.", identification.next_experiment->reason));
+    console.print(wrapped(fmt::format("Next experiment: {}.", identification.next_experiment->reason), 0));
   }
-  if (identification.frequency_response) {
+  if (console.verbose()) {
+    console.print(model_report(identification.models, identification.paper));
+    for (const ident::Refusal& refusal : identification.refused) {
+      console.print(fmt::format("Left out: {}.", refusal.reason));
+    }
+  }
+  if (console.verbose() && identification.frequency_response) {
     console.print(frequency_table(*identification.frequency_response, identification.models));
   }
   if (!identification.cross_validation.empty()) {

@@ -14,7 +14,8 @@ namespace eha::cli {
 /// Prints the warnings before a fit: reasons why the source's models are less reliable, and a long computing time.
 void print_warnings(const identify::Source& source, int decimation, const Console& console);
 
-/// Prints an identification and the files written, as tables or as the rest of `document`.
+/// Prints an identification and the files written, as the short report (with -v all tables too) or as the rest of
+/// `document`.
 /// @param document  for --json: the command's own members; `models`, `recommendation`, `rounds`, `refused`,
 ///                  `paper_procedure`, `frequency_response`, `cross_validation`, `files` and `exit_code` are added
 void print_identification(const identify::Identification& identification,

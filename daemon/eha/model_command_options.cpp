@@ -7,17 +7,19 @@
 #include <string>
 #include <vector>
 
+#include "daemon/eha/import_options.hpp"
 #include "daemon/eha/option_values.hpp"
 
 namespace eha::cli {
 namespace {
 
 constexpr const char* kFitFooter = R"(
-SOURCE is a run folder (its own experiment applies, and its models are replaced unless -o is given) or a CSV record
-with the columns time_s, input, output, units as suffixes (voltage_V,displacement_in); see eha-record(5).
+SOURCE is a run folder (its own experiment applies, and its models are replaced unless -o is given) or a file: CSV as
+eha writes it (time_s,voltage_V,displacement_in), or as others do, a MAT-file, HDF5; see eha-record(5). What a file does
+not say is guessed and said in one line; --time, --input, --output and the other options below replace the guess.
 Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit]
 (with --input-map valve: null, dead_band [input unit], negative_gain_ratio), initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders).
-With -o DIR each model of a CSV record is written to DIR/<model>.json, whatever its verdict; without -o nothing is
+With -o DIR each model of a file is written to DIR/<model>.json, whatever its verdict; without -o nothing is
 written.
 Without --model and without models of an experiment the ladder of structures is climbed, each without and with a valve's
 map, and one is recommended; see eha(1).
@@ -29,6 +31,7 @@ Examples:
   eha fit runs/latest
   eha fit record.csv -o models
   eha fit runs/latest --cross-validate
+  eha fit bench.csv --input "Valve [V]" --output "Rod [mm]" --from 2 --to 60
   eha fit record.csv --model io --poles 3 --zeros 1 --delay free --split 0.5
   eha fit record.csv --model io --input-map valve -o models
   eha fit step.csv --model io --input-before 0 -o models
@@ -36,8 +39,22 @@ Examples:
   eha fit record.csv --sweep commensurate --poles 2 -o models
   eha fit record.csv --model fo --fix n1=0.9 --bound n2=1.5:2 --decimate 40 -o models)";
 
+constexpr const char* kImportFooter = R"(
+Reads a record of another program and writes it as CSV with the columns time_s, input, output; see eha-record(5).
+FILE is text (commas, semicolons, tabs, bars or blanks; decimal point or comma; UTF-8, UTF-16, Latin-1; any line ends;
+with a header, with a row of units, or without), a MAT-file (version 4, 5, 7.3: arrays, structs of arrays) or HDF5.
+What the file does not say is guessed and said in one line; a file that can be read in two ways is refused with the
+columns found and a command that chooses. --resample fills gaps, each of which is listed; filled rows are marked in a
+column `filled`.
+
+Examples:
+  eha import bench.csv -o record.csv
+  eha import bench.mat --time rec.t --input rec.u --output rec.y -o record.csv
+  eha import logger.txt --delimiter tab --decimal comma --from 2 --to 60 --resample -o record.csv)";
+
 constexpr const char* kSimulateFooter = R"(
-INPUT has time_s [s] first and the input last, held between samples. The output is time_s and the model's output.
+INPUT is a file as for `eha fit`; of several columns the one in the model's unit is the input, held between samples.
+An input in another unit is refused. The output is time_s and the model's output.
 MODEL needs only `transfer_function`; input_map, input_bias, initial_output and units are used if given. Methods:
   exact  exact for a held input; stable models only
   gl1    Grunwald-Letnikov, first order, as in the paper
@@ -49,15 +66,14 @@ Examples:
 
 constexpr const char* kValidateFooter = R"(
 Scores a model on a record it has not seen, its offset kept and estimated anew, with the residual's correlations.
-SOURCE is a run folder or a CSV record, as for `eha fit`; the whole of it is scored, after --discard seconds.
+SOURCE is a run folder or a file, as for `eha fit`; the whole of it is scored, after --discard seconds.
 Exit code 0: accepted; 3: rejected.
 
 Examples:
   eha validate models/fo.json runs/latest
   eha validate models/io.json record.csv --decimate 40 --json)";
 
-constexpr std::array kProcedures{Choice<ident::Procedure>{"default", ident::Procedure::standard},
-                                 Choice<ident::Procedure>{"paper", ident::Procedure::paper}};
+const std::vector<std::string> kProcedures{"default", "paper", "both"};
 constexpr std::array kInitialStates{Choice<ident::InitialState>{"auto", ident::InitialState::automatic},
                                     Choice<ident::InitialState>{"none", ident::InitialState::none},
                                     Choice<ident::InitialState>{"estimated", ident::InitialState::estimated}};
@@ -86,13 +102,20 @@ std::vector<std::string> family_names() {
 }  // namespace
 
 void add_fit(CLI::App& app, FitCommand& fit) {
-  CLI::App* sub = app.add_subcommand("fit", "Fit and judge models on a run or a CSV record");
+  CLI::App* sub = app.add_subcommand("fit", "Fit and judge models on a run or a file");
   sub->footer(kFitFooter);
-  sub->add_option("source", fit.source, "Run folder or CSV record")->required()->type_name("SOURCE");
+  sub->add_option("source", fit.source, "Run folder, or file with a record")->required()->type_name("SOURCE");
   sub->add_option("--experiment", fit.experiment_file, "Experiment file whose models, record and acceptance apply")
       ->type_name("EXPERIMENT");
-  add_choice(*sub, "--procedure", fit.procedure, kProcedures,
-             "How to fit; paper is the published procedure to the letter");
+  sub->add_option_function<std::string>(
+         "--procedure",
+         [&fit](const std::string& name) {
+           fit.procedure = name == "paper" ? ident::Procedure::paper : ident::Procedure::standard;
+           fit.compares_with_paper = name == "both";
+         },
+         "How to fit; paper is the published procedure to the letter, both compares it with the default")
+      ->type_name(fmt::format("{}", fmt::join(kProcedures, "|")))
+      ->check(CLI::IsMember(kProcedures).description(""));
   const std::vector<std::string> families = family_names();
   sub->add_option("--model", fit.models.families,
                   "What to fit; may be repeated (default: the ladder of all, or the experiment's)")
@@ -148,7 +171,7 @@ void add_fit(CLI::App& app, FitCommand& fit) {
           ""));
   sub->add_flag("--cross-validate", fit.cross_validate,
                 "Also estimate on each repetition of a run and score on the others");
-  sub->add_option("-o,--output", fit.output, "Folder for one model file per model")->type_name("DIR");
+  sub->add_option("-o", fit.output, "Folder for one model file per model")->type_name("DIR");
   add_choice(*sub, "--sweep", fit.sweep, kSweeps,
              "Fit and stability against the base order q, as a table and DIR/sweep_commensurate.csv")
       ->excludes("--cross-validate");
@@ -156,25 +179,36 @@ void add_fit(CLI::App& app, FitCommand& fit) {
       ->type_name("FIRST:LAST:STEP")
       ->delimiter(':')
       ->expected(3);
+  add_import_options(*sub, fit.import, ImportedColumns::record);
+}
+
+void add_import(CLI::App& app, ImportCommand& import) {
+  CLI::App* sub = app.add_subcommand("import", "Read a record of another program and write it as CSV");
+  sub->footer(kImportFooter);
+  sub->add_option("file", import.file, "Text, MAT-file or HDF5")->required()->type_name("FILE");
+  sub->add_option("-o", import.output, "CSV file to write (default: standard output)")->type_name("FILE");
+  add_import_options(*sub, import.import, ImportedColumns::record);
 }
 
 void add_simulate(CLI::App& app, SimulateCommand& simulate) {
   CLI::App* sub = app.add_subcommand("simulate", "Simulate a model's output for an input");
   sub->footer(kSimulateFooter);
   sub->add_option("model", simulate.model_file, "Model file (JSON)")->required()->type_name("MODEL");
-  sub->add_option("input", simulate.input_file, "Input (CSV)")->required()->type_name("INPUT");
+  sub->add_option("input", simulate.input_file, "File with the input")->required()->type_name("INPUT");
   sub->add_option("-o,--output", simulate.output, "File to write (default: standard output)")->type_name("FILE");
   add_choice(*sub, "--method", simulate.method, kMethods, "How to simulate (default exact)");
+  add_import_options(*sub, simulate.import, ImportedColumns::input_only);
 }
 
 void add_validate(CLI::App& app, ValidateCommand& validate) {
   CLI::App* sub = app.add_subcommand("validate", "Score a model on a record it has not seen");
   sub->footer(kValidateFooter);
   sub->add_option("model", validate.model_file, "Model file (JSON)")->required()->type_name("MODEL");
-  sub->add_option("source", validate.source, "Run folder or CSV record")->required()->type_name("SOURCE");
+  sub->add_option("source", validate.source, "Run folder, or file with a record")->required()->type_name("SOURCE");
   sub->add_option("--experiment", validate.experiment_file, "Experiment file whose record and acceptance apply")
       ->type_name("EXPERIMENT");
   add_record_options(*sub, validate.record);
+  add_import_options(*sub, validate.import, ImportedColumns::record);
 }
 
 }  // namespace eha::cli

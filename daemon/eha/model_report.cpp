@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/eha/equation.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/usable_band.hpp"
@@ -86,21 +87,6 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
   row.emplace_back(model.verdict ? text(model.verdict->grade) : "-");
   row.push_back(model.estimation ? fmt::format("{:.2f}", model.estimation->seconds) : "-");
   return row;
-}
-
-std::string polynomial(const std::vector<ident::Term>& terms) {
-  std::string text;
-  for (const ident::Term& term : terms) {
-    const double size = std::abs(term.coefficient);
-    text += text.empty() ? (term.coefficient < 0.0 ? "-" : "") : (term.coefficient < 0.0 ? " - " : " + ");
-    if (!(term.order > 0.0)) {
-      text += fmt::format("{:.5g}", size);
-    } else {
-      if (std::abs(size - 1.0) > 0.0) text += fmt::format("{:.5g} ", size);
-      text += std::abs(term.order - 1.0) > 0.0 ? fmt::format("s^{:.5g}", term.order) : "s";
-    }
-  }
-  return text;
 }
 
 /// The map's values, with their standard errors where the model lists them.

@@ -10,6 +10,7 @@
 
 #include "config/prepared_experiment.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/display_units.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_service.hpp"
@@ -56,6 +57,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .page = &local.page(),
       .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); }};
   const double step_s = rig_config.realtime.sample_period_s;
+  const DisplayUnit unit(console.units());
   bool was_guarded = true;
   const auto miss_guard = [&](const char* consequence) {
     if (!was_guarded) return;
@@ -71,8 +73,9 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
         }
         const double rows = now.experiment_rows > 0 ? now.experiment_rows : 1;
         console.progress(now.experiment_row / rows,
-                         fmt::format("{:.1f} of {:.1f} s, {:+.2f} V, {:.3f} in", now.experiment_row * step_s,
-                                     now.experiment_rows * step_s, now.applied_V, now.displacement_in));
+                         fmt::format("{:.1f} of {:.1f} s, {:+.2f} V, {:.3f} {}", now.experiment_row * step_s,
+                                     now.experiment_rows * step_s, now.applied_V,
+                                     unit.factor("in") * now.displacement_in, unit.of("in")));
       });
   console.end_progress();
   try {
@@ -116,9 +119,10 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
   const identify::Source source = identify::load_source(folder.string(), std::nullopt);
   const identify::IdentificationTask task = identify::task_of(source);
   print_warnings(source, task.options.decimation, console);
+  using Paper = identify::Comparisons::Paper;
+  const Paper paper = source.experiment && source.experiment->compares_with_paper ? Paper::include : Paper::leave_out;
   const identify::Identification identification = identify::identify(
-      source, task, {.paper = identify::Comparisons::Paper::include, .ladder = identify::Comparisons::Ladder::include},
-      console.progress_callback());
+      source, task, {.paper = paper, .ladder = identify::Comparisons::Ladder::include}, console.progress_callback());
   console.end_progress();
   const std::vector<fs::path> written = identify::publish(identification, folder);
   print_identification(identification, written,

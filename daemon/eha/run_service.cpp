@@ -13,6 +13,7 @@
 #include "daemon/control/client.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/service_text.hpp"
+#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 
 namespace eha::cli {
@@ -95,6 +96,17 @@ class Follower {
   int stops_seen_ = 0;
 };
 
+/// The answer as `eha run --local` gives it, from the run's folder; the list of models where that may not be read.
+void print_answer_of_service(const Json& entry, const Console& console) {
+  const std::filesystem::path folder = entry.value("folder", "");
+  try {
+    if (!folder.empty() && print_answer(folder, record::read_manifest(folder), console)) return;
+  } catch (const Error& error) {
+    console.debug(error.what());
+  }
+  print_model_list(record::models_from_json(entry.at("models"), "ehad's answer: models"), console);
+}
+
 ExitCode report(const Json& entry, const Console& console) {
   const auto code = static_cast<ExitCode>(entry.value("exit_code", static_cast<int>(ExitCode::bug)));
   const std::string folder = entry.value("folder", "");
@@ -108,7 +120,7 @@ ExitCode report(const Json& entry, const Console& console) {
                       {"outcome", entry.at("state") == "cancelled" ? Json("cancelled") : entry.at("outcome")},
                       {"models", entry.at("models")},
                       {"exit_code", static_cast<int>(code)}});
-  print_model_list(record::models_from_json(entry.at("models"), "ehad's answer: models"), console);
+  print_answer_of_service(entry, console);
   if (code == ExitCode::ok) console.next_step(fmt::format("eha runs show {}", folder));
   return code;
 }

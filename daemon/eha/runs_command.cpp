@@ -8,7 +8,7 @@
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
-#include "daemon/eha/model_list.hpp"
+#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/recover.hpp"
@@ -148,7 +148,7 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
     }
   }
   if (manifest.report) show_report(*manifest.report, console);
-  print_model_list(record::models_of(manifest), console);
+  print_answer(command.run, manifest, console);
   console.next_step(fmt::format("eha fit {}", command.run.string()));
   return ExitCode::ok;
 }

@@ -5,15 +5,21 @@
 
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/import_options.hpp"
+#include "daemon/eha/model_argument.hpp"
+#include "daemon/importer/import.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
-#include "ident/model/model_file.hpp"
 
 namespace eha::cli {
 
 ExitCode execute(const SimulateCommand& command, Console& console) {
-  const ident::Model model = ident::model_from_text(os::read_file(command.model_file), command.model_file);
-  const record::InputSeries input = record::read_input_csv(command.input_file);
+  const ident::Model model = read_model(command.model_file);
+  const importer::ImportedInput imported =
+      importer::import_input(command.input_file, command.import, model.input_unit, console.progress_callback());
+  console.end_progress();
+  print_import(imported.guess, {}, console);
+  const record::InputSeries& input = imported.series;
   Eigen::VectorXd output;
   try {
     output = ident::simulate(model, input.values, input.step_s, command.method);
@@ -25,11 +31,6 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   if (!output.allFinite()) {
     throw DataError(fmt::format("{}: the model's output for {} overflows", command.model_file, command.input_file));
   }
-  if (!input.channel.unit.empty() && input.channel.unit != model.input_unit) {
-    console.warning(fmt::format("{}: the input is in {}, the model's is in {}; the numbers are taken as they are",
-                                command.input_file, input.channel.unit, model.input_unit));
-  }
-
   const ident::Channel channel{"output", model.output_unit};
   const std::string text = record::series_csv(input.time_s, channel, output);
   if (command.output) os::write_file_atomically(*command.output, text);

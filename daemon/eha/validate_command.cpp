@@ -7,6 +7,8 @@
 
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/import_options.hpp"
+#include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
@@ -44,8 +46,11 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
 }  // namespace
 
 ExitCode execute(const ValidateCommand& command, Console& console) {
-  ident::Model model = ident::model_from_text(os::read_file(command.model_file), command.model_file);
-  const identify::Source source = identify::load_source(command.source, command.experiment_file);
+  ident::Model model = read_model(command.model_file);
+  const identify::Source source =
+      identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
+  console.end_progress();
+  print_import(source.guess, source.repairs, console);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
   options = with(options, command.record);
   ident::ValidationReport validation;

@@ -8,28 +8,49 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "daemon/record/record_csv.hpp"
+#include "daemon/importer/import.hpp"
 
 namespace eha::identify {
 
-Source load_source(const std::string& name, const std::optional<std::string>& experiment_file) {
+namespace {
+
+/// Options of an import have no meaning for a run.
+void refuse_options(const std::string& name, const importer::Options& options) {
+  const bool any = options.time || options.input || options.output || options.delimiter || options.decimal ||
+                   options.period_s || options.from_s || options.to_s || options.resample;
+  if (!any) return;
+  throw UsageError(
+      fmt::format("{}: a run's columns and times are known; leave out --time, --input, --output, --delimiter, "
+                  "--decimal, --period, --from, --to and --resample",
+                  name));
+}
+
+}  // namespace
+
+Source load_source(const std::string& name, const std::optional<std::string>& experiment_file,
+                   const importer::Options& options, const importer::Progress& progress) {
   Source source;
   source.name = name;
   // Before the record, which may be long: checking an experiment takes no time.
   if (experiment_file) source.experiment = config::load_experiment(*experiment_file);
   std::error_code ignored;
   if (!std::filesystem::is_directory(name, ignored)) {
-    source.record = record::read_record_csv(name);
+    importer::Imported imported = importer::import_record(name, options, progress);
+    source.record = std::move(imported.record);
+    source.interpolated_rows = imported.filled.size();
+    source.guess = std::move(imported.guess);
+    source.repairs = std::move(imported.repairs);
     if (source.experiment) {
       const double samples = std::round(source.experiment->duration_s / source.record.step_s);
       source.repetition_samples = static_cast<std::size_t>(samples);
     }
     return source;
   }
+  refuse_options(name, options);
   if (!record::is_run_folder(name)) {
     throw DataError(
-        fmt::format("{}: a folder without run.json or raw.ehalog is no run folder; expected one, or a CSV "
-                    "record",
+        fmt::format("{}: a folder without run.json or raw.ehalog is no run folder; expected one, or a file "
+                    "with a record",
                     name));
   }
   record::LoadedRun run = record::read_run(name);
@@ -56,7 +77,12 @@ std::vector<std::string> warnings(const Source& source) {
     sentences.push_back(fmt::format("{} did not complete ({}); what was recorded is fitted", source.name,
                                     acquisition::to_text(source.outcome)));
   }
-  if (source.interpolated_rows > 0) {
+  if (source.interpolated_rows > 0 && !source.run_folder) {
+    sentences.push_back(
+        fmt::format("{} of {} rows ({:.3g} %) were not measured and are filled: the input is held, the "
+                    "output interpolated",
+                    source.interpolated_rows, source.record.output.size(), interpolated_percent(source)));
+  } else if (source.interpolated_rows > 0) {
     sentences.push_back(
         fmt::format("{} of {} displacements ({:.3g} %) were not measured (late ticks, samples that the device did not "
                     "deliver, rows lost from a damaged journal) and are interpolated; raw.h5 flags them, `eha runs "

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/experiment_config.hpp"
+#include "daemon/importer/options.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/record.hpp"
 
@@ -22,7 +23,9 @@ struct Source {
   /// Rows of one repetition, of the run or as the named experiment would play it; 0 when unknown.
   std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
-  std::size_t interpolated_rows = 0;  ///< as record::LoadedRun; 0 for a CSV record
+  std::size_t interpolated_rows = 0;      ///< as record::LoadedRun; of a file the rows that were filled
+  std::string guess = {};                 ///< of a file: what was guessed, in one line; may be empty
+  std::vector<std::string> repairs = {};  ///< of a file: gaps and jitter that were mended, one sentence each
 };
 
 /// The share of the rows that are interpolated, not measured [%].
@@ -32,9 +35,12 @@ struct Source {
 /// each.
 [[nodiscard]] std::vector<std::string> warnings(const Source& source);
 
-/// Reads a run folder or a CSV record.
+/// Reads a run folder, or a record from a file of any kind that the importer knows.
 /// @param experiment_file  replaces the run's own experiment
-/// @throws DataError, IoError, PermissionError, ConfigError  as record::read_run, read_record_csv, load_experiment
-[[nodiscard]] Source load_source(const std::string& name, const std::optional<std::string>& experiment_file);
+/// @param options          of the import of a file; a run takes none
+/// @throws DataError, IoError, PermissionError, ConfigError  as record::read_run, import_record, load_experiment
+/// @throws UsageError      as import_record; or import options were given for a run
+[[nodiscard]] Source load_source(const std::string& name, const std::optional<std::string>& experiment_file,
+                                 const importer::Options& options = {}, const importer::Progress& progress = {});
 
 }  // namespace eha::identify

@@ -129,7 +129,10 @@ Json to_json(const config::ExperimentConfig& experiment) {
             {"split", fit.split},
             {"input_before_V", fit.input_before ? Json(*fit.input_before) : Json(nullptr)}}},
           {"identification",
-           {{"procedure", fit.procedure == ident::Procedure::paper ? "paper" : "default"}, {"seed", fit.seed}}},
+           {{"procedure", experiment.compares_with_paper             ? "both"
+                          : fit.procedure == ident::Procedure::paper ? "paper"
+                                                                     : "default"},
+            {"seed", fit.seed}}},
           {"models", std::move(models)},
           {"acceptance",
            {{"min_validation_r2_percent", experiment.acceptance.min_validation_r2_percent},

@@ -2,19 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "ident/record.hpp"
 
-// Records as CSV text, see eha-record(5): a header row, `time_s` first, units as the suffix of a name
-// (`voltage_V`), lines that begin with # are comments. Every function throws
-//   DataError        the content is wrong: "FILE:LINE: what, what was expected"
-//   PermissionError  the file may not be read
-//   IoError          it is missing, a directory, or the disk failed
-// and is thread-safe for different files.
+// Records as CSV text, see eha-record(5): a header row, `time_s` first, units as the suffix of a name (`voltage_V`).
+// eha::importer reads them.
 
 namespace eha::record {
 
@@ -25,13 +20,6 @@ struct InputSeries {
   Eigen::VectorXd values;      ///< [channel.unit], one a time
   double step_s = 0.0;         ///< [s], positive
 };
-
-/// Reads a record: exactly the columns time_s, input, output, at least two rows on an even time grid.
-/// Ten million rows (0.27 GB of text) took 2.6 s and 0.32 GB on one core.
-[[nodiscard]] ident::Record read_record_csv(const std::filesystem::path& path);
-
-/// Reads an input: the first column is time_s, the last one the input; columns between are ignored.
-[[nodiscard]] InputSeries read_input_csv(const std::filesystem::path& path);
 
 /// Splits a column's name at its last underscore: "voltage_V" is voltage in V; no underscore, no unit.
 [[nodiscard]] ident::Channel channel_from_header(std::string_view name);

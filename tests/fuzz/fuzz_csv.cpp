@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "daemon/record/record_csv.hpp"
+#include "daemon/importer/import.hpp"
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/require.hpp"
 
@@ -24,7 +24,7 @@ bool same_bits(const double* a, const double* b, std::size_t count) {
 
 void check_record(const MemoryFile& file) {
   try {
-    const eha::ident::Record record = eha::record::read_record_csv(file.path());
+    const eha::ident::Record record = eha::importer::import_record(file.path(), {}).record;
     require(record.step_s > 0.0 && std::isfinite(record.step_s), "a record's step is a time");
     require(record.input.size() >= 2 && record.input.size() == record.output.size(), "columns have equal lengths");
     require(record.input.allFinite() && record.output.allFinite(), "a record's samples are finite");
@@ -37,7 +37,7 @@ void check_round_trip(const InputSeries& series) {
   const std::string text = eha::record::series_csv(series.time_s, series.channel, series.values);
   const MemoryFile file(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
   try {
-    const InputSeries again = eha::record::read_input_csv(file.path());
+    const InputSeries again = eha::importer::import_input(file.path(), {}, "").series;
     require(again.time_s.size() == series.time_s.size(), "a written series has its rows");
     require(same_bits(again.time_s.data(), series.time_s.data(), series.time_s.size()), "times read back to the bit");
     require(same_bits(again.values.data(), series.values.data(), series.time_s.size()), "values read back to the bit");
@@ -50,7 +50,7 @@ void check_round_trip(const InputSeries& series) {
 
 void check_series(const MemoryFile& file) {
   try {
-    const InputSeries series = eha::record::read_input_csv(file.path());
+    const InputSeries series = eha::importer::import_input(file.path(), {}, "").series;
     require(series.step_s > 0.0 && std::isfinite(series.step_s), "a series' step is a time");
     require(series.time_s.size() >= 2 && static_cast<std::size_t>(series.values.size()) == series.time_s.size(),
             "each time has its value");

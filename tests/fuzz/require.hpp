@@ -15,10 +15,12 @@ inline void require(bool holds, std::string_view sentence) {
   std::abort();
 }
 
-/// Checks a refusal: it begins with the file's name, is printable, and has lines of limited length.
+/// Checks a refusal: it begins with the file's name and is printable; names in it may have letters of any language.
 inline void require_good_message(std::string_view message, std::string_view file) {
   require(message.substr(0, file.size()) == file, "a message begins with the file's name");
-  const auto prints = [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); };
+  const auto prints = [](char c) {
+    return c == '\n' || (c >= ' ' && c <= '~') || static_cast<unsigned char>(c) >= 0x80;
+  };
   if (!std::all_of(message.begin(), message.end(), prints)) {
     std::fwrite(message.data(), 1, message.size(), stderr);
     require(false, "a message has printable characters only");

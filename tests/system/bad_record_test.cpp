@@ -60,8 +60,8 @@ TEST(BadRecord, IsBinary) {
                                 12),
                     {"r.csv:1", "binary"});
 }
-TEST(BadRecord, HasAWrongHeader) { expect_bad_record("t;u;y\n0;1;2\n", {"r.csv:1", "time_s,voltage_V"}); }
-TEST(BadRecord, HasNoHeader) { expect_bad_record("0,1,2\n0.01,1,2\n", {"r.csv:1", "header"}); }
+TEST(BadRecord, HasAWrongHeader) { expect_bad_record("a;b\nc;d\n", {"r.csv", "time_s,voltage_V"}); }
+TEST(BadRecord, HasNoHeaderAndMayBeNumbered) { expect_bad_record("0,1,2\n1,1,2\n", {"r.csv", "--time 1`"}); }
 TEST(BadRecord, HasOneColumn) { expect_bad_record("time_s\n0\n1\n", {"r.csv:1", "1 column"}); }
 TEST(BadRecord, HasFourColumns) { expect_bad_record("time_s,a_V,b_V,c_in\n0,1,2,3\n", {"r.csv:1", "4 columns"}); }
 TEST(BadRecord, HasTextWhereANumberBelongs) {

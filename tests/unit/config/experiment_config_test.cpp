@@ -222,7 +222,7 @@ INSTANTIATE_TEST_SUITE_P(
              {"15:9: record.split: expected a number above 0 and of at most 1, got 1.01"}},
         Edit{"procedure = \"default\"",
              "procedure = \"papers\"",
-             {"17:13: identification.procedure: expected \"default\" or \"paper\", got \"papers\""}},
+             {"17:13: identification.procedure: expected \"default\", \"paper\" or \"both\", got \"papers\""}},
         Edit{"seed = 7", "seed = -7", {"18:8: identification.seed: expected an integer of at least 0, got -7"}}));
 
 INSTANTIATE_TEST_SUITE_P(

@@ -132,7 +132,7 @@ TEST(CommandLine, ReadsFit) {
 
 TEST(CommandLine, KeepsTheFitAsGivenForTheNextOne) {
   const auto fit = command_of<FitCommand>({"fit", "my record.csv", "--poles", "3", "--fix", "a0=0"});
-  EXPECT_EQ(fit.as_given, "eha fit 'my record.csv' --poles 3 --fix a0=0");
+  EXPECT_EQ(fit.import.command, "eha fit 'my record.csv' --poles 3 --fix a0=0");
 }
 
 TEST(CommandLine, ReadsTheOtherCommands) {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/identify/executor.hpp"
-#include "daemon/record/record_csv.hpp"
+#include "daemon/importer/import.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "tests/unit/shared_data.hpp"
@@ -74,7 +74,7 @@ Exact exact_record(const System& system, const std::filesystem::path& folder) {
                               file.string() + " " + system.arguments + " >/dev/null";
   if (std::system(command.c_str()) != 0) throw std::runtime_error("failed: " + command);
   Exact exact;
-  exact.record = record::read_record_csv(file.string());
+  exact.record = importer::import_record(file.string(), {}).record;
   const std::vector<Term> numerator = terms_after(system.arguments, "--num");
   const std::vector<Term> denominator = terms_after(system.arguments, "--den");
   const double a1 = denominator[1].coefficient;

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
-#include "daemon/record/csv_columns.hpp"
+#include "daemon/importer/table.hpp"
 
-namespace eha::record {
+namespace eha::importer {
 
 /// Step of an evenly sampled time column [s].
 ///
@@ -14,7 +15,8 @@ namespace eha::record {
 /// neighbouring values.
 /// @throws DataError  fewer than two rows, time that does not increase, a gap, or jitter: names the line, the
 ///                    step found there and the step expected
+/// @param rows  the first column is the time [s]   @param mend  the command that resamples, for the message
 /// Cost O(N).
-[[nodiscard]] double even_step_s(const CsvColumns& columns, const std::filesystem::path& path);
+[[nodiscard]] double even_step_s(const Rows& rows, const std::filesystem::path& path, const std::string& mend);
 
-}  // namespace eha::record
+}  // namespace eha::importer

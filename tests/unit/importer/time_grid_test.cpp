@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/record/time_grid.hpp"
+#include "daemon/importer/time_grid.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "daemon/record/record_csv.hpp"
+#include "daemon/importer/import.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
-namespace eha::record {
+namespace eha::importer {
 namespace {
 
 /// Step that the reader finds in these printed times.
@@ -19,7 +19,7 @@ double step_of(const std::vector<std::string>& times) {
   std::string text = "time_s,voltage_V\n";
   for (const std::string& time : times) text += time + ",0\n";
   const test::TemporaryFolder folder;
-  return read_input_csv(folder.write("u.csv", text)).step_s;
+  return import_input(folder.write("u.csv", text), {}, "V").series.step_s;
 }
 
 std::string fault_of(const std::vector<std::string>& times) {
@@ -96,7 +96,7 @@ TEST(TimeGrid, CountsCommentLinesAndBlankLines) {
   const test::TemporaryFolder folder;
   const auto path = folder.write("u.csv", "# one\ntime_s,voltage_V\n0,0\n# two\n\n1,0\n2,0\n# three\n4,0\n");
   try {
-    static_cast<void>(read_input_csv(path));
+    static_cast<void>(import_input(path, {}, "V"));
     FAIL() << "no fault";
   } catch (const DataError& error) {
     EXPECT_NE(std::string(error.what()).find("u.csv:9: a step of 2 s"), std::string::npos) << error.what();
@@ -104,4 +104,4 @@ TEST(TimeGrid, CountsCommentLinesAndBlankLines) {
 }
 
 }  // namespace
-}  // namespace eha::record
+}  // namespace eha::importer

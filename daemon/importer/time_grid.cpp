@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/record/time_grid.hpp"
+#include "daemon/importer/time_grid.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 
 #include "core/error.hpp"
 
-namespace eha::record {
+namespace eha::importer {
 namespace {
 
 /// A double prints exactly with this many digits; more digits carry no information.
@@ -21,14 +21,14 @@ constexpr double kSameStep = 1e-6;
 
 class Grid {
  public:
-  Grid(const CsvColumns& columns, const std::filesystem::path& path)
-      : columns_(columns), path_(path), time_s_(columns.values.front()) {}
+  Grid(const Rows& table, const std::filesystem::path& path, const std::string& mend)
+      : table_(table), path_(path), mend_(mend), time_s_(table.columns.front()) {}
 
   double step_s() {
     const std::size_t rows = time_s_.size();
     if (rows < 2) {
-      throw DataError(fmt::format("{}:{}: {}, at least two are needed to know the sample period", path_.string(),
-                                  rows == 0 ? columns_.header_line : columns_.line_of(0),
+      throw DataError(fmt::format("{}{}: {}, at least two are needed to know the sample period", path_.string(),
+                                  rows == 0 ? table_.header_place() : table_.where(0),
                                   rows == 0 ? "no row follows the header" : "only one row follows the header"));
     }
     check_increasing();
@@ -37,7 +37,7 @@ class Grid {
     // The step to nine digits: finer than every clock, coarser than rounding noise.
     const double rounded_s = std::stod(fmt::format("{:.9g}", typical_step_s_));
     const double whole_step_s =
-        std::stod(fmt::format("{:.{}f}", rounded_s, std::clamp(columns_.time_decimals, 0, kMostDecimals)));
+        std::stod(fmt::format("{:.{}f}", rounded_s, std::clamp(table_.time_decimals, 0, kMostDecimals)));
     if (whole_step_s > 0.0 && first_off_grid(whole_step_s, 0.5) == rows) return whole_step_s;
     const double mean_step_s = (time_s_.back() - time_s_.front()) / static_cast<double>(rows - 1);
     const double tidy_step_s = std::stod(fmt::format("{:.12g}", mean_step_s));
@@ -50,16 +50,16 @@ class Grid {
 
  private:
   [[noreturn]] void fail(std::size_t row, const std::string& what) const {
-    throw DataError(fmt::format("{}:{}: {}; a record needs evenly spaced rows, so resample it or cut it there",
-                                path_.string(), columns_.line_of(row), what));
+    throw DataError(fmt::format("{}{}: {}; a record needs evenly spaced rows: `{}`, or cut it there", path_.string(),
+                                table_.where(row), what, mend_));
   }
 
   /// Value of the last digit printed at a row [s].
   [[nodiscard]] double quantum_s(std::size_t row) const {
     const double magnitude = std::abs(time_s_[row]);
-    const double fixed = std::pow(10.0, -columns_.time_decimals);
+    const double fixed = std::pow(10.0, -table_.time_decimals);
     if (magnitude <= 0.0) return fixed;
-    return std::max(fixed, std::pow(10.0, std::floor(std::log10(magnitude)) + 1.0 - columns_.time_significant));
+    return std::max(fixed, std::pow(10.0, std::floor(std::log10(magnitude)) + 1.0 - table_.time_significant));
   }
 
   void check_increasing() const {
@@ -109,16 +109,17 @@ class Grid {
     return time_s_.size();
   }
 
-  const CsvColumns& columns_;
+  const Rows& table_;
   const std::filesystem::path& path_;
+  const std::string& mend_;
   const std::vector<double>& time_s_;
   double typical_step_s_ = 0.0;
 };
 
 }  // namespace
 
-double even_step_s(const CsvColumns& columns, const std::filesystem::path& path) {
-  return Grid(columns, path).step_s();
+double even_step_s(const Rows& rows, const std::filesystem::path& path, const std::string& mend) {
+  return Grid(rows, path, mend).step_s();
 }
 
-}  // namespace eha::record
+}  // namespace eha::importer

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/equation.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+namespace eha::cli {
+namespace {
+
+/// "u + 0.3281 V", or the valve map in words.
+std::string driving_text(const ident::Model& model) {
+  if (model.input_map) {
+    return fmt::format("map(u); map: null {:.4g} {}, dead band {:.4g} {}, negative gain ratio {:.4g}",
+                       model.input_map->null, model.input_unit, model.input_map->dead_band, model.input_unit,
+                       model.input_map->negative_gain_ratio);
+  }
+  if (std::abs(model.input_bias) <= 0.0) return "u";
+  return fmt::format("(u {} {:.4g} {})", model.input_bias < 0.0 ? '-' : '+', std::abs(model.input_bias),
+                     model.input_unit);
+}
+
+}  // namespace
+
+std::string polynomial(const std::vector<ident::Term>& terms, double factor) {
+  std::string text;
+  for (const ident::Term& term : terms) {
+    const double value = factor * term.coefficient;
+    const double size = std::abs(value);
+    text += text.empty() ? (value < 0.0 ? "-" : "") : (value < 0.0 ? " - " : " + ");
+    if (!(term.order > 0.0)) {
+      text += fmt::format("{:.5g}", size);
+    } else {
+      if (std::abs(size - 1.0) > 0.0) text += fmt::format("{:.5g} ", size);
+      text += std::abs(term.order - 1.0) > 0.0 ? fmt::format("s^{:.5g}", term.order) : "s";
+    }
+  }
+  return text;
+}
+
+std::string equation(const ident::Model& model, double factor, const std::string& unit) {
+  const ident::TransferFunction& g = model.transfer_function;
+  const bool is_one_term = g.numerator.size() == 1;
+  const std::string numerator = polynomial(g.numerator, factor);
+  std::string text =
+      fmt::format("y = {:.5g} {} + G {}, G = {} / ({})", factor * model.initial_output, unit, driving_text(model),
+                  is_one_term ? numerator : "(" + numerator + ")", polynomial(g.denominator));
+  if (g.delay_s > 0.0) text += fmt::format(" exp(-{:.5g} s)", g.delay_s);
+  return text;
+}
+
+}  // namespace eha::cli

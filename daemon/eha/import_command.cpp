@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include "core/os/files.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/display_units.hpp"
+#include "daemon/eha/import_options.hpp"
+#include "daemon/importer/import.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json channel_json(const ident::Channel& channel, const Eigen::VectorXd& values) {
+  return {{"name", channel.name}, {"unit", channel.unit}, {"min", values.minCoeff()}, {"max", values.maxCoeff()}};
+}
+
+Json document_for(const ImportCommand& command, const importer::Imported& imported) {
+  const ident::Record& record = imported.record;
+  Json document{{"schema", "eha-import/1"},
+                {"source", command.file},
+                {"guess", imported.guess},
+                {"rows", record.input.size()},
+                {"start_s", record.start_s},
+                {"step_s", record.step_s},
+                {"input", channel_json(record.input_channel, record.input)},
+                {"output", channel_json(record.output_channel, record.output)},
+                {"filled_rows", imported.filled.size()},
+                {"repairs", imported.repairs}};
+  if (command.output) document["file"] = command.output->string();
+  return document;
+}
+
+std::string range_text(const ident::Channel& channel, const Eigen::VectorXd& values, const DisplayUnit& unit) {
+  const double factor = unit.factor(channel.unit);
+  return fmt::format("{} {:.4g} .. {:.4g} {}", channel.name, factor * values.minCoeff(), factor * values.maxCoeff(),
+                     unit.of(channel.unit));
+}
+
+}  // namespace
+
+ExitCode execute(const ImportCommand& command, Console& console) {
+  std::error_code ignored;
+  if (record::is_run_folder(command.file)) {
+    throw UsageError(
+        fmt::format("{}: a run, which needs no import; `eha fit {}` reads it as it is", command.file, command.file));
+  }
+  if (command.output && std::filesystem::equivalent(command.file, *command.output, ignored)) {
+    throw UsageError(fmt::format("-o {}: that is the file to be read; name another one", command.output->string()));
+  }
+  const importer::Imported imported =
+      importer::import_record(command.file, command.import, console.progress_callback());
+  console.end_progress();
+  print_import(imported.guess, imported.repairs, console);
+  if (!imported.filled.empty()) {
+    console.warning(
+        fmt::format("{} of {} rows were not measured and are filled; they are marked in the column `filled`",
+                    imported.filled.size(), imported.record.input.size()));
+  }
+  console.print_json(document_for(command, imported));
+  if (!command.output) {
+    if (!console.json()) {
+      importer::write_record_csv(imported, [&](std::string_view piece) { console.print_content(piece); });
+    }
+    return ExitCode::ok;
+  }
+  os::AtomicFile file(*command.output);
+  importer::write_record_csv(
+      imported, [&](std::string_view piece) { file.write(piece); }, console.progress_callback());
+  file.commit();
+  console.end_progress();
+  const ident::Record& record = imported.record;
+  const DisplayUnit unit(console.units());
+  console.print(fmt::format("written: {}\n{} rows, {}, {}", command.output->string(), record.input.size(),
+                            range_text(record.input_channel, record.input, unit),
+                            range_text(record.output_channel, record.output, unit)));
+  console.next_step(fmt::format("eha fit {}", command.output->string()));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/import_options.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "daemon/eha/option_values.hpp"
+
+namespace eha::cli {
+namespace {
+
+constexpr std::array kDelimiters{Choice<char>{"comma", ','}, Choice<char>{"semicolon", ';'}, Choice<char>{"tab", '\t'},
+                                 Choice<char>{"blank", ' '}, Choice<char>{"bar", '|'},       Choice<char>{",", ','},
+                                 Choice<char>{";", ';'}};
+constexpr std::array kDecimals{Choice<char>{"point", '.'}, Choice<char>{"comma", ','}, Choice<char>{".", '.'},
+                               Choice<char>{",", ','}};
+/// Sentences about gaps that are printed without -v.
+constexpr std::size_t kRepairsShown = 20;
+
+}  // namespace
+
+void add_import_options(CLI::App& app, importer::Options& options, ImportedColumns columns) {
+  const std::string group = "Files of other programs (each of these replaces a guess)";
+  const auto column = [&](const char* name, std::optional<std::string>& target, const char* what) {
+    app.add_option(name, target, fmt::format("Column of {}: name, struct.field, or number from 1", what))
+        ->type_name("COLUMN")
+        ->group(group);
+  };
+  column("--time", options.time, "the time");
+  column("--input", options.input, "the input");
+  if (columns == ImportedColumns::record) column("--output", options.output, "the output");
+  add_choice(app, "--delimiter", options.delimiter, kDelimiters, "What separates columns")->group(group);
+  add_choice(app, "--decimal", options.decimal, kDecimals, "The decimal sign")->group(group);
+  app.add_option("--period", options.period_s, "The sample period; replaces the time column")
+      ->type_name("SECONDS")
+      ->check(finite_number("seconds above 0", [](double s) { return s > 0.0; }))
+      ->group(group);
+  const auto any = finite_number("seconds", [](double) { return true; });
+  app.add_option("--from", options.from_s, "Leave out rows before this time")
+      ->type_name("SECONDS")
+      ->check(any)
+      ->group(group);
+  app.add_option("--to", options.to_s, "Leave out rows after this time")
+      ->type_name("SECONDS")
+      ->check(any)
+      ->group(group);
+  app.add_flag("--resample", options.resample, "Fill gaps and missing values, and even out the times of the rows")
+      ->group(group);
+}
+
+void print_import(const std::string& guess, const std::vector<std::string>& repairs, const Console& console) {
+  if (!guess.empty()) console.info(guess);
+  for (std::size_t i = 0; i < repairs.size(); ++i) {
+    if (i < kRepairsShown) {
+      console.info(repairs[i]);
+    } else {
+      console.debug(repairs[i]);
+    }
+  }
+  if (repairs.size() > kRepairsShown) {
+    console.info(fmt::format("and {} more of these; -v lists them all", repairs.size() - kRepairsShown));
+  }
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/model_argument.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "ident/model/model_file.hpp"
+
+namespace eha::cli {
+
+ident::Model read_model(const std::string& file) {
+  if (record::is_run_folder(file)) {
+    throw UsageError(
+        fmt::format("{}: a run, where a model file was expected; its models are in {}/{}, and "
+                    "`eha runs show {}` lists them",
+                    file, file, record::kModelsFolder, file));
+  }
+  return ident::model_from_text(os::read_file(file), file);
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "ident/model/model.hpp"
+
+namespace eha::cli {
+
+/// Reads the model that a command line names. @throws UsageError  it is a run: names its models' folder
+/// @throws ConfigError, IoError, PermissionError  as ident::model_from_text, os::read_file
+[[nodiscard]] ident::Model read_model(const std::string& file);
+
+}  // namespace eha::cli

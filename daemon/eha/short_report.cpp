@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/short_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/equation.hpp"
+#include "daemon/eha/model_list.hpp"
+#include "daemon/eha/text_table.hpp"
+#include "ident/model/model_file.hpp"
+
+namespace eha::cli {
+namespace {
+
+using ident::Model;
+using ident::Score;
+
+constexpr std::size_t kWidth = 80;
+constexpr std::size_t kLabel = 16;  // columns before the text of a line
+constexpr std::size_t kMostReasons = 3;
+// Percent of fit by which an offset estimated anew must differ to be worth a word.
+constexpr double kSameFit = 0.1;
+
+std::string line(const char* label, const std::string& text) {
+  return fmt::format("{:<{}}{}\n", label, kLabel, wrapped(text, kLabel));
+}
+
+/// What estimated nothing, or all where nothing was left out.
+std::optional<Score> unseen(const Model& model) {
+  return model.validation ? std::optional(model.validation->score) : std::nullopt;
+}
+
+std::string fit_text(const Model& model) {
+  const auto score = unseen(model);
+  if (!score) return "no part of the record was left unseen (--split 1)";
+  std::string text = fmt::format("fit {:.1f} %, R2 {:.2f} %", score->fit_percent, score->r2_percent);
+  const auto& again = model.validation->offset_reestimated;
+  if (again && std::abs(again->fit_percent - score->fit_percent) > kSameFit) {
+    text += fmt::format(" (fit {:.1f} % with the offset estimated anew)", again->fit_percent);
+  }
+  return text;
+}
+
+std::optional<double> largest_error(const Model& model) {
+  const auto score = unseen(model);
+  if (!score) return std::nullopt;
+  return std::max(std::abs(score->error_min), std::abs(score->error_max));
+}
+
+/// Null where there is none.
+const ident::FrequencyInterval* band_of(const Model& model) {
+  return model.verdict && model.verdict->usable_band ? &*model.verdict->usable_band : nullptr;
+}
+
+std::string band_text(const Model& model) {
+  const ident::FrequencyInterval* band = band_of(model);
+  return band ? fmt::format("{:.3g} .. {:.3g} Hz", band->lowest_Hz, band->highest_Hz) : "none";
+}
+
+std::string grade_text(const Model& model) {
+  return model.verdict ? std::string(ident::text(model.verdict->grade)) : "-";
+}
+
+std::string reasons_of(const Model& model) {
+  std::string text;
+  const std::vector<std::string> none;
+  const std::vector<std::string>& reasons = model.verdict ? model.verdict->reasons : none;
+  for (std::size_t i = 0; i < std::min(reasons.size(), kMostReasons); ++i)
+    text += line(i == 0 ? "because" : "", reasons[i]);
+  if (reasons.size() > kMostReasons) {
+    text += line("", fmt::format("and {} more; -v gives all", reasons.size() - kMostReasons));
+  }
+  return text;
+}
+
+std::string recommended_text(const Model& model, const ident::Recommendation& recommendation, const DisplayUnit& unit) {
+  std::string text = line("recommended", fmt::format("{} ({})", model.name, grade_text(model)));
+  const double factor = unit.factor(model.output_unit);
+  const std::string shown = unit.of(model.output_unit);
+  text += line("equation", equation(model, factor, shown));
+  text += line("on unseen data", fit_text(model));
+  if (const auto error = largest_error(model))
+    text += line("largest error", fmt::format("{:.3g} {}", factor * *error, shown));
+  text += line("usable band", band_text(model));
+  text += line("chosen as", recommendation.reason);
+  if (recommendation.validation_chose) {
+    text += line("", "The validation part took part in the choice: confirm it on another record.");
+  }
+  return text + reasons_of(model);
+}
+
+std::vector<std::string> row_for(const Model& model, const std::string& name, double factor) {
+  const auto score = unseen(model);
+  const auto error = largest_error(model);
+  const ident::FrequencyInterval* band = band_of(model);
+  return {name,
+          score ? fmt::format("{:.1f}", score->fit_percent) : "-",
+          score ? fmt::format("{:.2f}", score->r2_percent) : "-",
+          error ? fmt::format("{:.3g}", factor * *error) : "-",
+          band ? fmt::format("{:.2g}..{:.2g}", band->lowest_Hz, band->highest_Hz) : "-",
+          grade_text(model)};
+}
+
+}  // namespace
+
+std::string wrapped(const std::string& text, std::size_t indent) {
+  std::string result;
+  std::size_t column = indent;
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    const std::string_view word = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    if (column > indent && column + 1 + word.size() > kWidth) {
+      result += "\n" + std::string(indent, ' ');
+      column = indent;
+    } else if (column > indent) {
+      result += ' ';
+      ++column;
+    }
+    result += word;
+    column += word.size();
+  }
+  return result;
+}
+
+Answer answer_of(const identify::Identification& identification) {
+  Answer answer;
+  for (const auto& one : identification.models) answer.models.push_back(one.result.model);
+  for (const auto& one : identification.paper) answer.paper.push_back(one.result.model);
+  answer.recommendation = identification.recommendation;
+  return answer;
+}
+
+Answer answer_of_run(const std::filesystem::path& folder, const record::Manifest& manifest) {
+  Answer answer;
+  if (!manifest.identification) return answer;
+  const record::IdentificationEntry& entry = *manifest.identification;
+  for (const record::ModelEntry& model : entry.models) {
+    const std::filesystem::path file = folder / model.file;
+    answer.models.push_back(ident::model_from_text(os::read_file(file), file.string()));
+  }
+  if (entry.paper_procedure) {
+    for (const auto& model : *entry.paper_procedure) {
+      answer.paper.push_back(ident::model_from_text(model.dump(), (folder / "run.json").string()));
+    }
+  }
+  if (entry.recommendation) answer.recommendation = *entry.recommendation;
+  return answer;
+}
+
+bool print_answer(const std::filesystem::path& folder, const record::Manifest& manifest, const Console& console) {
+  const std::vector<record::ModelEntry> models = record::models_of(manifest);
+  if (models.empty()) return false;
+  try {
+    console.print(short_report(answer_of_run(folder, manifest), DisplayUnit(console.units())));
+    for (const record::ModelEntry& model : models)
+      console.print(fmt::format("file     {}", (folder / model.file).string()));
+  } catch (const Error& error) {
+    console.warning(error.what());
+    print_model_list(models, console);
+  }
+  return true;
+}
+
+std::string short_report(const Answer& answer, const DisplayUnit& unit) {
+  if (answer.models.empty() && answer.paper.empty()) return {};
+  std::string text;
+  const ident::Recommendation& recommendation = answer.recommendation;
+  const auto chosen = std::find_if(answer.models.begin(), answer.models.end(),
+                                   [&](const Model& model) { return model.name == recommendation.model; });
+  if (chosen != answer.models.end()) {
+    text += recommended_text(*chosen, recommendation, unit);
+  } else {
+    text += line("recommended", "none");
+    if (!recommendation.reason.empty()) text += line("because", recommendation.reason);
+    for (const Model& model : answer.models) {
+      if (model.verdict && !model.verdict->reasons.empty()) {
+        text += line(model.name.c_str(), model.verdict->reasons.front());
+      }
+    }
+  }
+  const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;
+  const double factor = unit.factor(output_unit);
+  std::vector<std::vector<std::string>> rows;
+  for (const Model& model : answer.models) rows.push_back(row_for(model, model.name, factor));
+  for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)", factor));
+  return text + "\n" +
+         text_table({{"model", Align::left},
+                     {"fit %", Align::right},
+                     {"R2 %", Align::right},
+                     {fmt::format("error {}", unit.of(output_unit)), Align::right},
+                     {"band Hz", Align::right},
+                     {"verdict", Align::left}},
+                    rows) +
+         "fit, R2, error: on data that estimated nothing. -v: every figure. Words: eha(1)\n";
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "daemon/eha/console.hpp"
+#include "daemon/eha/display_units.hpp"
+#include "daemon/identify/identification.hpp"
+#include "daemon/record/manifest.hpp"
+
+namespace eha::cli {
+
+/// What an identification found, of this process or read back from a run.
+struct Answer {
+  std::vector<ident::Model> models = {};
+  std::vector<ident::Model> paper = {};  ///< by the paper's procedure, for comparison
+  ident::Recommendation recommendation = {};
+};
+
+[[nodiscard]] Answer answer_of(const identify::Identification& identification);
+
+/// Reads the models of a run; nothing where it has not been fitted.
+/// @throws IoError, PermissionError, ConfigError  a model file is missing or broken
+[[nodiscard]] Answer answer_of_run(const std::filesystem::path& folder, const record::Manifest& manifest);
+
+/// In at most 80 columns: the recommended model with its equation, its fit and largest error on data it has not seen,
+/// its usable band, its verdict and the reasons; then one line a model. Empty without models.
+[[nodiscard]] std::string short_report(const Answer& answer, const DisplayUnit& unit);
+
+/// Prints the short report of a run and its files; where it cannot be read, the reason as a warning and the list of
+/// models in the manifest. @returns whether the run has models
+bool print_answer(const std::filesystem::path& folder, const record::Manifest& manifest, const Console& console);
+
+/// Words broken into lines of at most 80 columns. @param indent  blanks before every line but the first
+[[nodiscard]] std::string wrapped(const std::string& text, std::size_t indent);
+
+}  // namespace eha::cli

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/array_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/importer/column_names.hpp"
+
+namespace eha::importer {
+namespace {
+
+constexpr int kDigitsOfDouble = 15;
+constexpr int kDigitsOfSingle = 7;
+
+/// Of "rec.in" or "rec/in" only the field may end in a unit; "X(:,2)" has none.
+std::pair<std::string, std::string> name_and_unit_of_array(const std::string& label) {
+  if (label.back() == ')' || label.back() == ']') return {label, ""};
+  const std::size_t separator = label.find_last_of("./");
+  const std::size_t field = separator == std::string::npos ? 0 : separator + 1;
+  auto [name, unit] = name_and_unit(std::string_view(label).substr(field));
+  return {label.substr(0, field) + name, unit};
+}
+
+class ArrayTable final : public Table {
+ public:
+  ArrayTable(std::filesystem::path path, std::string guess, std::vector<ArrayColumn> arrays)
+      : path_(std::move(path)), guesses_{std::move(guess)}, arrays_(std::move(arrays)) {
+    for (const ArrayColumn& array : arrays_) {
+      Column column;
+      column.label = array.name;
+      std::tie(column.name, column.unit) = name_and_unit_of_array(array.name);
+      if (!array.unit.empty()) column.unit = unit_of(array.unit);
+      column.rows = array.values.size();
+      const auto sampled = static_cast<std::ptrdiff_t>(std::min(kSampledRows, array.values.size()));
+      column.sample.assign(array.values.begin(), array.values.begin() + sampled);
+      columns_.push_back(std::move(column));
+    }
+  }
+
+  [[nodiscard]] const std::vector<Column>& columns() const override { return columns_; }
+  [[nodiscard]] const std::vector<std::string>& guesses() const override { return guesses_; }
+
+  [[nodiscard]] std::string place() const override { return path_.string(); }
+
+  [[nodiscard]] Rows read(const Selection& selection, const Progress& /*progress*/) override {
+    Rows rows;
+    rows.columns.resize(selection.columns.size());
+    const std::size_t count = columns_.at(selection.columns.front()).rows;
+    for (const std::size_t column : selection.columns) {
+      if (columns_[column].rows == count) continue;
+      throw DataError(fmt::format("{}: {} has {} values and {} has {}: columns of one record have equal lengths",
+                                  path_.string(), columns_[selection.columns.front()].label, count,
+                                  columns_[column].label, columns_[column].rows));
+    }
+    const ArrayColumn& first = arrays_[selection.columns.front()];
+    rows.time_significant = first.is_single ? kDigitsOfSingle : kDigitsOfDouble;
+    rows.time_decimals = kDigitsOfDouble;
+    for (std::size_t k = 0; k < count; ++k) {
+      double at = static_cast<double>(k);
+      if (selection.has_time) {
+        at = first.values[k];
+        at = selection.time_unit_s < 1.0 ? at / std::round(1.0 / selection.time_unit_s) : at * selection.time_unit_s;
+      }
+      if (at < selection.from || at > selection.to) continue;
+      for (std::size_t i = 0; i < selection.columns.size(); ++i) {
+        const double value = i == 0 && selection.has_time ? at : arrays_[selection.columns[i]].values[k];
+        if (!std::isfinite(value) && !(selection.keep_missing && std::isnan(value))) {
+          throw DataError(fmt::format("{}, row {}: {}: expected a finite number, got {}{}", path_.string(), k + 1,
+                                      columns_[selection.columns[i]].label, value,
+                                      selection.mend_missing.empty()
+                                          ? ""
+                                          : fmt::format("; `{}` fills missing values", selection.mend_missing)));
+        }
+        rows.columns[i].push_back(value);
+      }
+    }
+    arrays_.clear();
+    return rows;
+  }
+
+ private:
+  std::filesystem::path path_;
+  std::vector<std::string> guesses_;
+  std::vector<ArrayColumn> arrays_;
+  std::vector<Column> columns_;
+};
+
+}  // namespace
+
+std::unique_ptr<Table> table_of_arrays(const std::filesystem::path& path, const std::string& guess,
+                                       std::vector<ArrayColumn> arrays, const std::string& remark) {
+  arrays.erase(std::remove_if(arrays.begin(), arrays.end(), [](const ArrayColumn& a) { return a.values.size() < 2; }),
+               arrays.end());
+  if (arrays.empty()) {
+    throw DataError(fmt::format("{}: a {} without arrays of numbers; {}", path.string(), guess,
+                                remark.empty() ? "expected one array a column: time, input, output" : remark));
+  }
+  return std::make_unique<ArrayTable>(path, guess, std::move(arrays));
+}
+
+}  // namespace eha::importer

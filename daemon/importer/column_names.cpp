@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/column_names.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/text.hpp"
+#include "daemon/importer/text_lines.hpp"
+
+namespace eha::importer {
+namespace {
+
+struct Spelling {
+  std::string_view written;
+  std::string_view unit;
+};
+
+/// Units of voltage, current, length, angle, pressure, force, time and ratio, and other spellings of them.
+constexpr std::array kUnits = std::to_array<Spelling>({
+    {"V", "V"},
+    {"mV", "mV"},
+    {"kV", "kV"},
+    {"A", "A"},
+    {"mA", "mA"},
+    {"%", "%"},
+    {"in", "in"},
+    {"mm", "mm"},
+    {"cm", "cm"},
+    {"dm", "dm"},
+    {"m", "m"},
+    {"um", "um"},
+    {"\xC2\xB5m", "um"},
+    {"ft", "ft"},
+    {"deg", "deg"},
+    {"rad", "rad"},
+    {"bar", "bar"},
+    {"psi", "psi"},
+    {"Pa", "Pa"},
+    {"kPa", "kPa"},
+    {"MPa", "MPa"},
+    {"N", "N"},
+    {"kN", "kN"},
+    {"s", "s"},
+    {"ms", "ms"},
+    {"us", "us"},
+    {"ns", "ns"},
+    {"min", "min"},
+    {"h", "h"},
+    {"Hz", "Hz"},
+    {"volt", "V"},
+    {"volts", "V"},
+    {"ampere", "A"},
+    {"amps", "A"},
+    {"inch", "in"},
+    {"inches", "in"},
+    {"\"", "in"},
+    {"sec", "s"},
+    {"secs", "s"},
+    {"second", "s"},
+    {"seconds", "s"},
+    {"sekunden", "s"},
+    {"msec", "ms"},
+    {"percent", "%"},
+    {"metre", "m"},
+    {"meter", "m"},
+    {"millimeter", "mm"},
+    {"millimetre", "mm"},
+    {"millimeters", "mm"},
+    {"millimetres", "mm"},
+    {"milliseconds", "ms"},
+    {"degrees", "deg"},
+    {"\xC2\xB0", "deg"},
+    {"\xC2\xB5s", "us"},
+    {"\xC2\xB0"
+     "C",
+     "\xC2\xB0"
+     "C"},
+    {"degC", "degC"},
+    {"l/min", "l/min"},
+});
+
+constexpr std::array kTimeNames = std::to_array<std::string_view>(
+    {"t", "time", "zeit", "temps", "tiempo", "timestamp", "elapsed", "seconds", "sec", "sekunden", "tout"});
+constexpr std::array kInputNames = std::to_array<std::string_view>(
+    {"u",        "uin", "vin",   "input",  "voltage", "volt",    "volts", "spannung",   "tension",  "command",
+     "commande", "cmd", "valve", "ventil", "stell",   "eingang", "entr",  "excitation", "anregung", "drive"});
+constexpr std::array kOutputNames = std::to_array<std::string_view>(
+    {"y", "output", "displacement", "placement", "position", "pos", "weg", "hub", "stroke", "ausgang", "sortie", "lvdt",
+     "rod", "kolben", "travel", "response", "yout"});
+constexpr std::array kIndexNames = std::to_array<std::string_view>(
+    {"", "index", "idx", "unnamed: 0", "#", "n", "no", "nr", "row", "sample", "samples", "zeile", "i", "k"});
+constexpr std::array kTimeUnits = std::to_array<std::pair<std::string_view, double>>(
+    {{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"min", 60.0}, {"h", 3600.0}});
+constexpr std::array kInputUnits = std::to_array<std::string_view>({"V", "mV", "kV", "A", "mA", "%"});
+constexpr std::array kOutputUnits =
+    std::to_array<std::string_view>({"in", "mm", "cm", "dm", "m", "um", "ft", "deg", "rad"});
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return result;
+}
+
+/// The letters and digits of a name in words: "ValveCmd_1" is "valve", "cmd", "1". Other scripts are letters.
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> words;
+  bool in_word = false;
+  bool was_lower = false;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_letter = std::isalnum(byte) != 0 || byte >= 0x80;
+    const bool is_upper = std::isupper(byte) != 0;
+    if (is_letter && (!in_word || (is_upper && was_lower))) words.emplace_back();
+    if (is_letter) words.back() += c;
+    in_word = is_letter;
+    was_lower = std::islower(byte) != 0;
+  }
+  for (std::string& word : words) word = lower(word);
+  return words;
+}
+
+/// Compounds count: "Ventilspannung", "Kolbenweg". Shorter words must match whole.
+bool has_word(const std::vector<std::string>& words, std::span<const std::string_view> names) {
+  constexpr std::size_t kShortestPart = 3;
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+    return std::any_of(names.begin(), names.end(), [&](std::string_view name) {
+      return word == name || (name.size() > kShortestPart && word.starts_with(name)) ||
+             (name.size() >= kShortestPart && word.size() > name.size() + 2 && word.ends_with(name));
+    });
+  });
+}
+
+template <typename List>
+bool holds(const List& list, std::string_view text) {
+  return std::find(list.begin(), list.end(), text) != list.end();
+}
+
+bool is_bracketed(std::string_view text) {
+  return text.size() >= 2 &&
+         ((text.front() == '[' && text.back() == ']') || (text.front() == '(' && text.back() == ')'));
+}
+
+}  // namespace
+
+std::optional<std::string> known_unit(std::string_view text) {
+  text = trimmed(text);
+  for (const Spelling& spelling : kUnits) {
+    if (text == spelling.written) return std::string(spelling.unit);
+  }
+  // Written out, the case does not matter: Volt, SECONDS. Of short ones it does: mm and Mm, s and S.
+  constexpr std::size_t kShortestWord = 3;
+  const std::string small = lower(text);
+  for (const Spelling& spelling : kUnits) {
+    if (small.size() > kShortestWord && small == spelling.written) return std::string(spelling.unit);
+  }
+  return std::nullopt;
+}
+
+bool may_be_unit(std::string_view field) {
+  field = trimmed(field);
+  return field.empty() || field == "-" || field == "1" || is_bracketed(field) || known_unit(field);
+}
+
+std::string unit_of(std::string_view field) {
+  field = trimmed(field);
+  if (is_bracketed(field)) field = trimmed(field.substr(1, field.size() - 2));
+  if (field == "-") return "1";
+  return known_unit(field).value_or(std::string(field));
+}
+
+std::pair<std::string, std::string> name_and_unit(std::string_view label) {
+  label = trimmed(label);
+  if (!label.empty() && (label.back() == ']' || label.back() == ')')) {
+    const std::size_t open = label.rfind(label.back() == ']' ? '[' : '(');
+    if (open != std::string_view::npos && open > 0) {
+      return {std::string(trimmed(label.substr(0, open))), unit_of(label.substr(open))};
+    }
+  }
+  for (const std::string_view separator : {"/", " in ", "_", ",", ";"}) {
+    const std::size_t at = label.rfind(separator);
+    if (at == std::string_view::npos || at == 0) continue;
+    if (const auto unit = known_unit(label.substr(at + separator.size()))) {
+      return {std::string(trimmed(label.substr(0, at))), *unit};
+    }
+  }
+  return {std::string(label), ""};
+}
+
+std::optional<double> seconds_in(std::string_view unit) {
+  for (const auto& [name, seconds] : kTimeUnits) {
+    if (unit == name) return seconds;
+  }
+  return std::nullopt;
+}
+
+std::string readable(std::string_view name, std::size_t length) {
+  if (!to_utf8(name, "UTF-8")) return shortened(name, length);
+  std::size_t end = std::min(name.size(), length);
+  // Not within a character.
+  while (end < name.size() && end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) --end;
+  std::string text(name.substr(0, end));
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if (byte < ' ' || byte == 0x7f) text[i] = '?';
+    // U+0080 to U+009F control a terminal too.
+    if (byte == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0) {
+      text.replace(i, 2, "?");
+    }
+  }
+  return end < name.size() ? text + "..." : text;
+}
+
+Hints hints_of(std::string_view name, std::string_view unit) {
+  // Of rec.data.u only the field says what it is.
+  const std::size_t field = name.find_last_of("./");
+  const std::vector<std::string> words = words_of(field == std::string_view::npos ? name : name.substr(field + 1));
+  Hints hints;
+  hints.time = (has_word(words, kTimeNames) ? 2 : 0) + (seconds_in(unit) ? 1 : 0);
+  hints.input = (has_word(words, kInputNames) ? 2 : 0) + (holds(kInputUnits, unit) ? 1 : 0);
+  hints.output = (has_word(words, kOutputNames) ? 2 : 0) + (holds(kOutputUnits, unit) ? 1 : 0);
+  hints.index = holds(kIndexNames, lower(trimmed(name))) ? 2 : 0;
+  return hints;
+}
+
+}  // namespace eha::importer

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace eha::importer {
+
+/// A unit as the project writes it ("Volt" is V, "[mm]" is mm, "sec" is s); none when the text is no unit it knows.
+[[nodiscard]] std::optional<std::string> known_unit(std::string_view text);
+
+/// Whether a field of a row below the header can be a unit: a known one, anything in brackets, "-" or nothing.
+[[nodiscard]] bool may_be_unit(std::string_view field);
+
+/// The text of a unit without its brackets, as the project writes it where it knows it.
+[[nodiscard]] std::string unit_of(std::string_view field);
+
+/// Splits a column's label into name and unit: "Spannung [V]", "Weg (mm)", "t / s", "Zeit in s", "u_V". A unit that is
+/// not in brackets must be a known one. No unit: empty.
+[[nodiscard]] std::pair<std::string, std::string> name_and_unit(std::string_view label);
+
+/// Seconds in one unit of time; none when it is no unit of time.
+[[nodiscard]] std::optional<double> seconds_in(std::string_view unit);
+
+/// A name for a message: letters of every language stay, control characters and what is no UTF-8 become '?', and what
+/// is beyond `length` bytes becomes "...".
+[[nodiscard]] std::string readable(std::string_view name, std::size_t length);
+
+/// How strongly a column's name and unit say that it is of a kind: 0 nothing, 1 the unit, 2 the name, 3 both.
+struct Hints {
+  int time = 0;
+  int input = 0;
+  int output = 0;
+  int index = 0;  ///< 0 or 2: a column that numbers the rows
+};
+[[nodiscard]] Hints hints_of(std::string_view name, std::string_view unit);
+
+}  // namespace eha::importer

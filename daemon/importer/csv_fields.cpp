@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/csv_fields.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <system_error>
+
+namespace eha::importer {
+namespace {
+
+/// libcsv trims these around a field. A tab that separates is none of them.
+int is_blank(unsigned char c) { return c == ' ' || c == '\t' ? 1 : 0; }
+int is_blank_beside_tabs(unsigned char c) { return c == ' ' ? 1 : 0; }
+
+constexpr std::array<std::string_view, 13> kMissingWords{"",     "nan", "-nan",    "na",    "n/a",     "#n/a",   "null",
+                                                         "none", "-",   "#value!", "#num!", "#div/0!", "missing"};
+constexpr std::size_t kLongestNumber = 64;
+
+bool is_missing(std::string_view field) {
+  std::array<char, 8> lower{};
+  if (field.size() > lower.size()) return false;
+  std::transform(field.begin(), field.end(), lower.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return std::find(kMissingWords.begin(), kMissingWords.end(), std::string_view(lower.data(), field.size())) !=
+         kMissingWords.end();
+}
+
+}  // namespace
+
+CsvFields::CsvFields(char delimiter) : delimiter_(delimiter) { start_parser(); }
+
+void CsvFields::start_parser() {
+  if (csv_init(&parser_, CSV_STRICT | CSV_STRICT_FINI) != 0) throw std::bad_alloc();
+  csv_set_delim(&parser_, static_cast<unsigned char>(delimiter_));
+  csv_set_space_func(&parser_, delimiter_ == '\t' ? is_blank_beside_tabs : is_blank);
+}
+
+CsvFields::~CsvFields() { csv_free(&parser_); }
+
+void CsvFields::add(void* field, std::size_t length, void* self) {
+  auto& fields = *static_cast<CsvFields*>(self);
+  fields.text_.append(static_cast<const char*>(field), length);
+  fields.ends_.push_back(fields.text_.size());
+}
+
+bool CsvFields::split(std::string_view line) {
+  text_.clear();
+  ends_.clear();
+  if (delimiter_ != ' ') {
+    if (csv_parse(&parser_, line.data(), line.size(), add, nullptr, this) == line.size() &&
+        csv_fini(&parser_, add, nullptr, this) == 0) {
+      return true;
+    }
+    // The parser keeps the state of the fault.
+    csv_free(&parser_);
+    start_parser();
+    text_.clear();
+    ends_.clear();
+    return false;
+  }
+  while (true) {
+    const std::size_t begin = line.find_first_not_of(" \t");
+    if (begin == std::string_view::npos) return true;
+    const bool is_quoted = line[begin] == '"' && line.find('"', begin + 1) != std::string_view::npos;
+    const std::size_t from = is_quoted ? begin + 1 : begin;
+    const std::size_t end = is_quoted ? line.find('"', from) : std::min(line.find_first_of(" \t", from), line.size());
+    text_.append(line.substr(from, end - from));
+    ends_.push_back(text_.size());
+    line.remove_prefix(is_quoted ? end + 1 : end);
+  }
+}
+
+NumberKind parse_number(std::string_view field, char decimal, double& value) {
+  value = std::numeric_limits<double>::quiet_NaN();
+  std::string_view text = field;
+  std::array<char, kLongestNumber> with_point{};
+  if (decimal != '.') {
+    if (text.size() > with_point.size() || text.find('.') != std::string_view::npos || text.ends_with(decimal)) {
+      return NumberKind::none;
+    }
+    std::replace_copy(text.begin(), text.end(), with_point.begin(), decimal, '.');
+    text = std::string_view(with_point.data(), text.size());
+  }
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc::invalid_argument && end == text.data() + text.size() && !text.empty()) {
+    if (error == std::errc() && std::isfinite(number)) {
+      value = number;
+      return NumberKind::finite;
+    }
+    return std::isnan(number) && error == std::errc() ? NumberKind::missing : NumberKind::not_finite;
+  }
+  return is_missing(field) ? NumberKind::missing : NumberKind::none;
+}
+
+Precision precision_of(std::string_view field, char decimal) {
+  Precision precision;
+  bool after_point = false;
+  std::size_t i = 0;
+  for (; i < field.size() && field[i] != 'e' && field[i] != 'E'; ++i) {
+    if (field[i] == decimal) {
+      after_point = true;
+    } else if (field[i] >= '0' && field[i] <= '9') {
+      if (after_point) ++precision.decimals;
+      if (precision.significant > 0 || field[i] != '0') ++precision.significant;
+    }
+  }
+  int exponent = 0;
+  if (i + 1 < field.size()) {
+    const std::size_t begin = field[i + 1] == '+' ? i + 2 : i + 1;
+    std::from_chars(field.data() + begin, field.data() + field.size(), exponent);
+  }
+  precision.decimals -= exponent;
+  return precision;
+}
+
+}  // namespace eha::importer

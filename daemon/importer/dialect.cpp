@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/dialect.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "daemon/importer/column_names.hpp"
+#include "daemon/importer/csv_fields.hpp"
+
+namespace eha::importer {
+namespace {
+
+constexpr std::size_t kLongestShown = 40;
+
+/// In order of preference where two explain a file equally well.
+constexpr std::string_view kDelimiters = ",;\t| ";
+constexpr std::string_view kDecimals = ".,";
+
+/// What a line is under one dialect.
+struct Line {
+  std::size_t number = 0;  ///< from 1
+  std::vector<std::string> fields;
+  std::size_t numbers = 0;  ///< fields that are numbers or missing values, at least one of them a number
+  bool has_comma_number = false;
+};
+
+Line parsed(const std::string& text, std::size_t number, CsvFields& splitter, char decimal) {
+  Line line;
+  line.number = number;
+  if (!splitter.split(text)) return line;
+  std::size_t finite = 0;
+  for (std::size_t i = 0; i < splitter.size(); ++i) {
+    line.fields.emplace_back(splitter[i]);
+    double value = 0.0;
+    const NumberKind kind = parse_number(splitter[i], decimal, value);
+    if (kind == NumberKind::finite) ++finite;
+    if (kind == NumberKind::finite || (kind == NumberKind::missing && !splitter[i].empty())) ++line.numbers;
+    if (kind == NumberKind::finite && decimal == ',' && splitter[i].find(',') != std::string_view::npos) {
+      line.has_comma_number = true;
+    }
+  }
+  if (finite == 0) line.numbers = 0;
+  return line;
+}
+
+/// The lines under one dialect, and how well it explains them.
+struct Reading {
+  char delimiter = ',';
+  char decimal = '.';
+  std::vector<Line> lines;
+  std::size_t fields = 0;
+  std::size_t numbers = 0;  ///< most in one of the lines that have `fields`
+  double score = 0.0;
+
+  /// Of "rate,1000" above rows of two numbers only half are numbers.
+  [[nodiscard]] bool is_data(const Line& line) const {
+    return line.fields.size() == fields && 2 * line.numbers > numbers;
+  }
+};
+
+Reading read_as(const std::vector<std::string>& texts, char delimiter, char decimal) {
+  Reading reading{.delimiter = delimiter, .decimal = decimal, .lines = {}};
+  CsvFields splitter(delimiter);
+  std::map<std::size_t, double> score_of_width;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    if (is_comment(texts[i])) continue;
+    Line line = parsed(texts[i], i + 1, splitter, decimal);
+    if (line.numbers > 0) {
+      const auto numbers = static_cast<double>(line.numbers);
+      const bool ends_empty = line.fields.size() > 1 && line.fields.back().empty();
+      const auto width = static_cast<double>(line.fields.size() - (ends_empty ? 1 : 0));
+      score_of_width[line.fields.size()] += numbers * numbers / width;
+    }
+    reading.lines.push_back(std::move(line));
+  }
+  for (const auto& [width, score] : score_of_width) {
+    if (score <= reading.score) continue;
+    reading.fields = width;
+    reading.score = score;
+  }
+  for (const Line& line : reading.lines) {
+    if (line.fields.size() == reading.fields) reading.numbers = std::max(reading.numbers, line.numbers);
+  }
+  return reading;
+}
+
+std::string first_text(const std::vector<std::string>& lines) {
+  const auto first = std::find_if_not(lines.begin(), lines.end(), is_comment);
+  return first == lines.end() ? "" : shortened(*first, kLongestShown);
+}
+
+/// A comment just above the data that has as many words as the data has columns, as numpy.savetxt writes its header.
+std::vector<std::string> names_in_comment(const std::vector<std::string>& lines, std::size_t data_line,
+                                          const Reading& reading) {
+  if (data_line < 2) return {};
+  std::string_view comment = lines[data_line - 2];
+  const std::size_t begin = comment.find_first_not_of("#%/ \t");
+  if (!is_comment(comment) || begin == std::string_view::npos) return {};
+  CsvFields splitter(reading.delimiter);
+  if (!splitter.split(comment.substr(begin)) || splitter.size() != reading.fields) return {};
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < splitter.size(); ++i) names.emplace_back(splitter[i]);
+  return names;
+}
+
+/// Takes the header from the line or the two lines above the data.
+void take_header(const Reading& reading, std::size_t first, Dialect& dialect) {
+  const auto is_header = [&](const Line& line) {
+    // The names of R's write.table lack one for the row numbers.
+    return line.fields.size() == reading.fields || line.fields.size() + 1 == reading.fields;
+  };
+  std::size_t name_row = first;
+  if (first > 0 && is_header(reading.lines[first - 1])) {
+    name_row = first - 1;
+    const Line& last = reading.lines[first - 1];
+    const bool are_units =
+        std::all_of(last.fields.begin(), last.fields.end(), may_be_unit) &&
+        std::any_of(last.fields.begin(), last.fields.end(), [](const std::string& f) { return !f.empty(); });
+    if (first > 1 && are_units && is_header(reading.lines[first - 2])) {
+      dialect.units = last.fields;
+      name_row = first - 2;
+    }
+  }
+  dialect.skipped_lines = std::min(name_row, first);
+  if (name_row == first) return;
+  dialect.names = reading.lines[name_row].fields;
+  dialect.header_line = reading.lines[name_row].number;
+  if (dialect.names.size() + 1 == reading.fields) dialect.names.insert(dialect.names.begin(), "");
+  if (dialect.units.size() + 1 == reading.fields) dialect.units.insert(dialect.units.begin(), "");
+}
+
+/// eha-record(5): no guess is made, so that its rows are judged and not searched for.
+std::optional<Dialect> record_format(const std::vector<std::string>& lines, const Options& options) {
+  if (options.delimiter.value_or(',') != ',' || options.decimal.value_or('.') != '.') return std::nullopt;
+  const auto first = std::find_if_not(lines.begin(), lines.end(), is_comment);
+  if (first == lines.end()) return std::nullopt;
+  CsvFields splitter(',');
+  if (!splitter.split(*first) || splitter.size() == 0 || splitter[0] != "time_s") return std::nullopt;
+  // Under a header of commas, rows may still be LibreOffice's "0,5" in quotation marks.
+  const auto row = std::find_if_not(first + 1, lines.end(), is_comment);
+  if (row != lines.end() && row->find("\",\"") != std::string::npos) return std::nullopt;
+  Dialect dialect;
+  dialect.is_record_format = true;
+  for (std::size_t i = 0; i < splitter.size(); ++i) dialect.names.emplace_back(splitter[i]);
+  dialect.fields = dialect.names.size();
+  dialect.header_line = static_cast<std::size_t>(first - lines.begin()) + 1;
+  dialect.first_data_line = dialect.header_line + 1;
+  return dialect;
+}
+
+}  // namespace
+
+bool is_comment(std::string_view line) {
+  const std::size_t first = line.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return true;
+  line.remove_prefix(first);
+  return line[0] == '#' || line[0] == '%' || line.starts_with("//") || line.starts_with("sep=");
+}
+
+Dialect guess_dialect(const std::vector<std::string>& lines, const Options& options, const std::string& path) {
+  if (auto known = record_format(lines, options)) return *known;
+  Reading best;
+  for (const char delimiter : kDelimiters) {
+    if (options.delimiter.value_or(delimiter) != delimiter) continue;
+    for (const char decimal : kDecimals) {
+      if (options.decimal.value_or(decimal) != decimal) continue;
+      Reading reading = read_as(lines, delimiter, decimal);
+      if (reading.score > best.score) best = std::move(reading);
+    }
+  }
+  const auto first =
+      std::find_if(best.lines.begin(), best.lines.end(), [&](const Line& line) { return best.is_data(line); });
+  if (first == best.lines.end()) {
+    throw DataError(fmt::format(
+        "{}: no rows of numbers found; the first line is \"{}\". Expected columns of numbers, such as time_s,voltage_V,"
+        "displacement_in and below it 0,0.5,2.951",
+        path, first_text(lines)));
+  }
+  Dialect dialect;
+  dialect.delimiter = best.delimiter;
+  dialect.decimal = best.decimal;
+  dialect.first_data_line = first->number;
+  take_header(best, static_cast<std::size_t>(first - best.lines.begin()), dialect);
+  if (dialect.names.empty()) dialect.names = names_in_comment(lines, first->number, best);
+  dialect.fields = best.fields;
+  const auto ends_empty = [&](const Line& line) { return !best.is_data(line) || line.fields.back().empty(); };
+  const bool named = !dialect.names.empty() && !dialect.names.back().empty();
+  if (best.fields > 1 && !named && std::all_of(first, best.lines.end(), ends_empty)) --dialect.fields;
+  dialect.names.resize(std::min(dialect.names.size(), dialect.fields));
+  dialect.units.resize(std::min(dialect.units.size(), dialect.fields));
+  dialect.has_comma_numbers =
+      std::any_of(first, best.lines.end(), [](const Line& line) { return line.has_comma_number; });
+  return dialect;
+}
+
+}  // namespace eha::importer

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/importer/options.hpp"
+
+namespace eha::importer {
+
+/// How a text file writes its columns.
+struct Dialect {
+  char delimiter = ',';
+  char decimal = '.';
+  std::size_t fields = 0;               ///< of a row; one that is empty in every row and last is not counted
+  std::size_t header_line = 0;          ///< from 1; 0: none
+  std::size_t first_data_line = 0;      ///< from 1
+  std::vector<std::string> names = {};  ///< of the columns as in the file; empty without a header
+  std::vector<std::string> units = {};  ///< of a row of units; empty without one
+  bool is_record_format = false;        ///< a header that begins with time_s, commas and points: eha-record(5)
+  bool has_comma_numbers = false;       ///< some field has a decimal comma
+  std::size_t skipped_lines = 0;        ///< text before the header that is neither comment nor blank
+};
+
+/// A line that holds no data: blank, or one that begins with # % or //, or Excel's "sep=;".
+[[nodiscard]] bool is_comment(std::string_view line);
+
+/// Guesses the dialect from a file's first lines: of each delimiter and decimal sign that `options` leave open, the
+/// pair under which most fields are numbers in lines of equal width. Those lines are the data; the line before them is
+/// the header, or the two lines before them, the second holding units, or a comment of the same width.
+/// @param lines  as in the file   @param path  for messages
+/// @throws DataError  no two columns of numbers are found
+[[nodiscard]] Dialect guess_dialect(const std::vector<std::string>& lines, const Options& options,
+                                    const std::string& path);
+
+}  // namespace eha::importer

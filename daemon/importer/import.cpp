@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/import.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/importer/column_names.hpp"
+#include "daemon/importer/resample.hpp"
+#include "daemon/importer/roles.hpp"
+#include "daemon/importer/table.hpp"
+#include "daemon/importer/time_grid.hpp"
+
+namespace eha::importer {
+namespace {
+
+/// Copies a column and frees its vector, so that a long record is not held twice.
+Eigen::VectorXd taken(std::vector<double>& column) {
+  Eigen::VectorXd values = Eigen::Map<const Eigen::VectorXd>(column.data(), static_cast<Eigen::Index>(column.size()));
+  std::vector<double>().swap(column);
+  return values;
+}
+
+void check(const Options& options, const std::filesystem::path& path) {
+  if (options.period_s && options.time && !options.resample) {
+    throw UsageError(
+        fmt::format("--period replaces the time column, and --time names one; leave out one of the two, or "
+                    "resample {} to that period: `{}`",
+                    path.string(), command_with(options, path, "--resample")));
+  }
+  if (options.from_s && options.to_s && !(*options.from_s < *options.to_s)) {
+    throw UsageError(fmt::format("--from {:g} --to {:g}: expected the first to be below the second", *options.from_s,
+                                 *options.to_s));
+  }
+}
+
+Selection selection_for(const Table& table, const Roles& roles, const std::filesystem::path& path,
+                        const Options& options) {
+  Selection selection;
+  const std::vector<Column>& columns = table.columns();
+  double scale = 1.0;
+  if (roles.time) {
+    selection.columns.push_back(*roles.time);
+    selection.has_time = true;
+    selection.time_unit_s = time_unit_s(columns[*roles.time], path, options);
+  } else {
+    scale = 1.0 / *options.period_s;
+  }
+  selection.columns.push_back(roles.input);
+  if (roles.output) selection.columns.push_back(*roles.output);
+  if (roles.filled) selection.columns.push_back(*roles.filled);
+  // Half of a billionth, so that a time that is the limit itself is inside.
+  constexpr double kInside = 5e-10;
+  const auto margin = [](double x) { return kInside * std::max(1.0, std::abs(x)); };
+  if (options.from_s) selection.from = *options.from_s * scale - margin(*options.from_s * scale);
+  if (options.to_s) selection.to = *options.to_s * scale + margin(*options.to_s * scale);
+  selection.keep_missing = options.resample;
+  if (roles.output) selection.mend_missing = command_with(options, path, "--resample");
+  return selection;
+}
+
+/// The channel of a column, with a name that a header of a record can hold.
+ident::Channel channel_of(const Column& column, const char* otherwise, bool is_record_format) {
+  if (is_record_format) return {column.name, column.unit};
+  std::string name = column.name.substr(column.name.find_last_of("./") + 1);
+  // Behind an underscore would be the unit.
+  for (char& c : name) {
+    if (c == ',' || c == '"' || c == '\n') c = ' ';
+    if (c == '_' && column.unit.empty()) c = ' ';
+    if (c == ' ' && !column.unit.empty()) c = '_';
+  }
+  if (name.empty() || name.front() == '(') name = otherwise;
+  return {name, column.unit};
+}
+
+std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
+                       const ident::Record& record, std::optional<double> period_s) {
+  if (table.is_record_format()) return {};
+  const std::vector<Column>& columns = table.columns();
+  const auto shown = [&](std::size_t i) {
+    const std::string& unit = columns[i].unit;
+    const bool is_said = unit.empty() || columns[i].label.find(unit) != std::string::npos;
+    return described(columns, i) + (is_said ? "" : fmt::format(" [{}]", unit));
+  };
+  std::string text = fmt::format("{}: {}; ", path.string(), fmt::join(table.guesses(), ", "));
+  text += roles.time
+              ? fmt::format("time {}{}", shown(*roles.time), roles.time_unit_assumed ? " (taken as seconds)" : "")
+              : fmt::format("a row every {:.9g} s", *period_s);
+  text += fmt::format(", input {}", shown(roles.input));
+  if (roles.output) text += fmt::format(", output {}", shown(*roles.output));
+  return text + fmt::format("; {} rows every {:.9g} s", record.input.size(), record.step_s);
+}
+
+/// The columns as selected: without a time, one of zeros would only cost.
+Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& path, const Options& options) {
+  Imported imported;
+  ident::Record& record = imported.record;
+  const std::string mend = command_with(options, path, "--resample");
+  if (!roles.time) {
+    if (rows.count() < 2) {
+      throw DataError(fmt::format("{}: {} row{}; at least two are needed", path.string(), rows.count(),
+                                  rows.count() == 1 ? "" : "s"));
+    }
+    record.step_s = *options.period_s;
+    record.start_s = std::max(0.0, std::ceil(options.from_s.value_or(0.0) / record.step_s - 1e-9)) * record.step_s;
+    if (options.resample) {
+      std::vector<double> time_s(rows.count());
+      for (std::size_t k = 0; k < time_s.size(); ++k) {
+        time_s[k] = record.start_s + static_cast<double>(k) * record.step_s;
+      }
+      rows.columns.insert(rows.columns.begin(), std::move(time_s));
+    }
+  }
+  const std::size_t first = roles.time || options.resample ? 1 : 0;
+  bool is_even = !roles.time;
+  if (options.resample) {
+    is_even = std::all_of(rows.columns.begin(), rows.columns.end(), [](const auto& column) {
+      return std::all_of(column.begin(), column.end(), [](double x) { return std::isfinite(x); });
+    });
+  }
+  if (roles.time && (is_even || !options.resample)) {
+    try {
+      record.step_s = even_step_s(rows, path, mend);
+      record.start_s = rows.columns[0].front();
+      is_even = !options.period_s || std::abs(*options.period_s - record.step_s) <= 1e-9 * record.step_s;
+    } catch (const DataError&) {
+      if (!options.resample || rows.count() < 2) throw;
+      is_even = false;
+    }
+  }
+  if (!is_even && options.resample) {
+    Resampled even = resample(rows, 1, options.period_s, path);
+    record.step_s = even.step_s;
+    record.start_s = even.start_s;
+    imported.filled = std::move(even.filled);
+    imported.repairs = std::move(even.repairs);
+    for (std::size_t i = 0; i < even.columns.size(); ++i) rows.columns[first + i] = std::move(even.columns[i]);
+  }
+  if (first == 1) std::vector<double>().swap(rows.columns[0]);
+  record.input = taken(rows.columns[first]);
+  if (roles.output) record.output = taken(rows.columns[first + 1]);
+  if (roles.filled) {
+    const std::vector<double>& marks = rows.columns[first + (roles.output ? 2 : 1)];
+    std::vector<std::size_t> marked;
+    for (std::size_t k = 0; k < marks.size(); ++k) {
+      if (marks[k] > 0.5) marked.push_back(k);
+    }
+    std::vector<std::size_t> all;
+    std::set_union(marked.begin(), marked.end(), imported.filled.begin(), imported.filled.end(),
+                   std::back_inserter(all));
+    imported.filled = std::move(all);
+  }
+  return imported;
+}
+
+}  // namespace
+
+Imported import_record(const std::filesystem::path& path, const Options& options, const Progress& progress) {
+  check(options, path);
+  const std::unique_ptr<Table> table = open_table(path, options);
+  const Roles roles = find_record(*table, path, options);
+  Rows rows = table->read(selection_for(*table, roles, path, options), progress);
+  Imported imported = assembled(rows, roles, path, options);
+  const bool own = table->is_record_format();
+  imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
+  imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
+  imported.guess = guess_text(*table, roles, path, imported.record, options.period_s);
+  return imported;
+}
+
+ImportedInput import_input(const std::filesystem::path& path, const Options& options, const std::string& unit,
+                           const Progress& progress) {
+  check(options, path);
+  const std::unique_ptr<Table> table = open_table(path, options);
+  const Roles roles = find_input(*table, path, options, unit);
+  Rows rows = table->read(selection_for(*table, roles, path, options), progress);
+  ImportedInput input;
+  std::vector<double> time_s = roles.time ? rows.columns[0] : std::vector<double>();
+  const Imported imported = assembled(rows, roles, path, options);
+  const ident::Record& record = imported.record;
+  const bool is_as_read = time_s.size() == static_cast<std::size_t>(record.input.size()) && imported.repairs.empty();
+  if (!is_as_read) {
+    time_s.resize(static_cast<std::size_t>(record.input.size()));
+    for (std::size_t k = 0; k < time_s.size(); ++k) time_s[k] = record.start_s + static_cast<double>(k) * record.step_s;
+  }
+  input.series.time_s = std::move(time_s);
+  input.series.values = record.input;
+  input.series.step_s = record.step_s;
+  input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
+  input.guess = guess_text(*table, roles, path, record, options.period_s);
+  return input;
+}
+
+}  // namespace eha::importer

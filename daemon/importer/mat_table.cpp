@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <matio.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/importer/array_table.hpp"
+
+namespace eha::importer {
+namespace {
+
+using MatFile = std::unique_ptr<mat_t, decltype(&Mat_Close)>;
+using MatVariable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
+
+/// A damaged file may nest structs without end.
+constexpr int kDeepest = 8;
+constexpr std::size_t kMostMatrixColumns = 64;
+
+/// matio reports faults through this function; what it returned says enough.
+void say_nothing(int /*level*/, char* /*message*/) {}
+
+const char* version_name(mat_ft version) {
+  switch (version) {
+    case MAT_FT_MAT4:
+      return "MAT-file 4";
+    case MAT_FT_MAT73:
+      return "MAT-file 7.3";
+    default:
+      return "MAT-file 5";
+  }
+}
+
+template <typename Number>
+void convert(const matvar_t& variable, std::size_t first, std::size_t stride, std::size_t count,
+             std::vector<double>& values) {
+  const auto* numbers = static_cast<const Number*>(variable.data);
+  values.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<double>(numbers[first + i * stride]));
+}
+
+/// Calls convert for the type of the variable's numbers. @returns false for other types
+bool extract(const matvar_t& variable, std::size_t first, std::size_t stride, std::size_t count,
+             std::vector<double>& values) {
+  const auto with = [&](auto number) { convert<decltype(number)>(variable, first, stride, count, values); };
+  switch (variable.data_type) {
+    case MAT_T_DOUBLE:
+      with(double{});
+      return true;
+    case MAT_T_SINGLE:
+      with(float{});
+      return true;
+    case MAT_T_INT8:
+      with(std::int8_t{});
+      return true;
+    case MAT_T_UINT8:
+      with(std::uint8_t{});
+      return true;
+    case MAT_T_INT16:
+      with(std::int16_t{});
+      return true;
+    case MAT_T_UINT16:
+      with(std::uint16_t{});
+      return true;
+    case MAT_T_INT32:
+      with(std::int32_t{});
+      return true;
+    case MAT_T_UINT32:
+      with(std::uint32_t{});
+      return true;
+    case MAT_T_INT64:
+      with(std::int64_t{});
+      return true;
+    case MAT_T_UINT64:
+      with(std::uint64_t{});
+      return true;
+    default:
+      return false;
+  }
+}
+
+class Collector {
+ public:
+  explicit Collector(std::string path) : path_(std::move(path)) {}
+
+  void add(matvar_t* variable, const std::string& name, int depth) {
+    if (variable == nullptr || depth > kDeepest) return;
+    if (variable->class_type == MAT_C_STRUCT) {
+      add_struct(variable, name, depth);
+    } else if (variable->class_type == MAT_C_CELL) {
+      remark_ = fmt::format("{} is a cell array; in MATLAB: x = cell2mat({}), then save x", name, name);
+    } else if (variable->class_type == MAT_C_OPAQUE || variable->class_type == MAT_C_OBJECT ||
+               variable->class_type == MAT_C_FUNCTION) {
+      remark_ = fmt::format(
+          "{} is an object (a table or timeseries?), which only MATLAB can read; there: "
+          "writetable({}, 'record.csv')",
+          name, name);
+    } else {
+      add_array(*variable, name);
+    }
+  }
+
+  [[nodiscard]] std::vector<ArrayColumn>& arrays() { return arrays_; }
+  [[nodiscard]] const std::string& remark() const { return remark_; }
+
+ private:
+  void add_struct(matvar_t* variable, const std::string& name, int depth) {
+    std::size_t elements = 1;
+    for (int d = 0; d < variable->rank; ++d) elements *= variable->dims[d];
+    char* const* fields = Mat_VarGetStructFieldnames(variable);
+    const unsigned count = Mat_VarGetNumberOfFields(variable);
+    if (fields == nullptr) return;
+    elements = std::min(elements, kMostMatrixColumns);
+    for (std::size_t element = 0; element < elements; ++element) {
+      const std::string at = elements > 1 ? fmt::format("{}({})", name, element + 1) : name;
+      for (unsigned i = 0; i < count; ++i) {
+        add(Mat_VarGetStructFieldByName(variable, fields[i], element), fmt::format("{}.{}", at, fields[i]), depth + 1);
+      }
+    }
+  }
+
+  void add_array(const matvar_t& variable, const std::string& name) {
+    if (variable.isComplex != 0) {
+      remark_ = fmt::format("{} is complex", name);
+      return;
+    }
+    if (variable.class_type == MAT_C_CHAR || variable.class_type == MAT_C_SPARSE || variable.rank != 2 ||
+        variable.data == nullptr) {
+      return;
+    }
+    std::size_t rows = variable.dims[0];
+    std::size_t columns = variable.dims[1];
+    const bool lies = rows < columns;
+    if (lies) std::swap(rows, columns);
+    if (rows < 2 || columns == 0 || columns > kMostMatrixColumns) return;
+    const std::size_t values = rows * columns;
+    if (variable.data_size <= 0 || variable.nbytes / static_cast<std::size_t>(variable.data_size) < values) return;
+    total_ += values;
+    if (total_ > kMostValues) {
+      throw DataError(fmt::format("{}: more than {} numbers; save only time, input and output", path_, kMostValues));
+    }
+    for (std::size_t c = 0; c < columns; ++c) {
+      ArrayColumn column;
+      column.name = columns == 1 ? name
+                    : lies       ? fmt::format("{}({},:)", name, c + 1)
+                                 : fmt::format("{}(:,{})", name, c + 1);
+      column.is_single = variable.data_type == MAT_T_SINGLE;
+      if (!extract(variable, lies ? c : c * rows, lies ? columns : 1, rows, column.values)) return;
+      arrays_.push_back(std::move(column));
+    }
+  }
+
+  std::string path_;
+  std::vector<ArrayColumn> arrays_;
+  std::string remark_;
+  std::size_t total_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Table> open_mat(const std::filesystem::path& path, const Options& /*options*/) {
+  // For the reason why a file cannot be opened, which matio does not tell.
+  os::open_file(path, O_RDONLY).close();
+  Mat_LogInitFunc("eha", say_nothing);
+  const MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), &Mat_Close);
+  if (!file) throw DataError(fmt::format("{}: a damaged or truncated MAT-file; save it again", path.string()));
+  Collector collector(path.string());
+  for (;;) {
+    const MatVariable variable(Mat_VarReadNext(file.get()), &Mat_VarFree);
+    if (!variable) break;
+    if (variable->name == nullptr || variable->name[0] == '#') continue;
+    collector.add(variable.get(), variable->name, 0);
+  }
+  return table_of_arrays(path, version_name(Mat_GetVersion(file.get())), std::move(collector.arrays()),
+                         collector.remark());
+}
+
+}  // namespace eha::importer

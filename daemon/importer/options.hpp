@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace eha::importer {
+
+/// Choices that replace a guess; an unset one is guessed.
+struct Options {
+  /// A column: its name, `struct.field` or `group.dataset`, or its number from 1.
+  std::optional<std::string> time = {};
+  std::optional<std::string> input = {};
+  std::optional<std::string> output = {};
+  std::optional<char> delimiter = {};   ///< of text: ',' ';' '|' tab, or ' ' for any number of blanks
+  std::optional<char> decimal = {};     ///< of text: '.' or ','
+  std::optional<double> period_s = {};  ///< [s]; replaces the time column
+  std::optional<double> from_s = {};    ///< [s] of the file's time; earlier rows are left out
+  std::optional<double> to_s = {};      ///< [s] of the file's time; later rows are left out
+  bool resample = false;                ///< fill gaps and missing values, and move rows to an even time grid
+  /// The command that asked, quoted for a shell; refusals extend it to one that works. Empty: "eha import FILE".
+  std::string command = {};
+};
+
+/// Called in the calling thread now and then. @param share  done so far, 0..1   @param step  "r.csv: 200000 rows"
+using Progress = std::function<void(double share, const std::string& step)>;
+
+}  // namespace eha::importer

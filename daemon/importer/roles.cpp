@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/roles.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+#include <system_error>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "daemon/importer/column_names.hpp"
+#include "daemon/importer/column_values.hpp"
+
+namespace eha::importer {
+namespace {
+
+constexpr std::size_t kLongestShown = 40;
+constexpr std::size_t kMostListed = 12;
+
+/// "/group/u", "group.u" and "group/u" are one name.
+std::string comparable(std::string_view name) {
+  if (!name.empty() && name.front() == '/') name.remove_prefix(1);
+  std::string result(name);
+  std::replace(result.begin(), result.end(), '/', '.');
+  return result;
+}
+
+/// "rec." of "rec.u"
+std::string_view prefix_of(std::string_view label) {
+  const std::size_t at = label.find_last_of("./");
+  return at == std::string_view::npos ? std::string_view() : label.substr(0, at + 1);
+}
+
+class Finder {
+ public:
+  Finder(const Table& table, const std::filesystem::path& path, const Options& options)
+      : table_(table), columns_(table.columns()), path_(path.string()), file_(path), options_(options) {
+    for (const Column& column : columns_) hints_.push_back(hints_of(column.name, column.unit));
+  }
+
+  Roles record() {
+    Roles roles;
+    if (table_.is_record_format() && !options_.time && !options_.input && !options_.output && !options_.period_s) {
+      if (columns_.size() < 3) {
+        throw DataError(fmt::format(
+            "{}: got {} column{}; expected a header of three columns such as time_s,voltage_V,displacement_in",
+            table_.place(), columns_.size(), columns_.size() == 1 ? "" : "s"));
+      }
+      const bool has_filled = columns_.size() == 4 && columns_[3].name == kFilledColumn;
+      if (columns_.size() == 3 || has_filled) {
+        require_names();
+        roles.time = 0;
+        roles.input = 1;
+        roles.output = 2;
+        if (has_filled) roles.filled = 3;
+        return roles;
+      }
+    }
+    const auto input = chosen("--input", options_.input);
+    const auto output = chosen("--output", options_.output);
+    roles.time = time({input, output});
+    find_filled(roles);
+    choose_pair(roles, input, output);
+    roles.time_unit_assumed = roles.time && columns_[*roles.time].unit.empty();
+    return roles;
+  }
+
+  Roles input(const std::string& unit) {
+    Roles roles;
+    const auto input = chosen("--input", options_.input);
+    roles.time = time({input});
+    roles.time_unit_assumed = roles.time && columns_[*roles.time].unit.empty();
+    if (input) {
+      roles.input = *input;
+    } else {
+      roles.input = input_in(unit, candidates(roles, {}, 1));
+    }
+    const Column& column = columns_[roles.input];
+    if (!unit.empty() && !column.unit.empty() && column.unit != unit) {
+      fail(
+          fmt::format("column {} is in {}, the model's input is in {}; give the input in {}, in a column whose header "
+                      "says so (such as u_{})",
+                      described(columns_, roles.input), column.unit, unit, unit, unit));
+    }
+    return roles;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const { throw DataError(fmt::format("{}: {}", path_, what)); }
+
+  /// The columns for a message.
+  [[nodiscard]] std::string list() const {
+    std::string text;
+    for (std::size_t i = 0; i < std::min(columns_.size(), kMostListed); ++i) {
+      text += (i == 0 ? "" : ", ") + described(columns_, i);
+      if (!columns_[i].is_number) text += " (text)";
+    }
+    return columns_.size() > kMostListed ? fmt::format("{} and {} more", text, columns_.size() - kMostListed) : text;
+  }
+
+  /// Names in messages and in the files written must tell the columns apart.
+  void require_names() const {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (columns_[i].label.empty()) {
+        throw DataError(
+            fmt::format("{}: column {} of the header has no name; expected a header of three columns such as "
+                        "time_s,voltage_V,displacement_in",
+                        table_.place(), i + 1));
+      }
+      for (std::size_t k = 0; k < i; ++k) {
+        if (columns_[i].label != columns_[k].label) continue;
+        throw DataError(fmt::format("{}: two columns are named \"{}\"; choose by number: `{}`", table_.place(),
+                                    readable(columns_[i].label, kLongestShown),
+                                    command("--time 1 --input 2 --output 3")));
+      }
+    }
+  }
+
+  [[nodiscard]] std::string command(const std::string& extra) const { return command_with(options_, file_, extra); }
+
+  /// The column that an option names.
+  [[nodiscard]] std::optional<std::size_t> chosen(const char* option, const std::optional<std::string>& text) const {
+    if (!text) return std::nullopt;
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (comparable(columns_[i].label) == comparable(*text)) found.push_back(i);
+    }
+    for (std::size_t i = 0; found.empty() && i < columns_.size(); ++i) {
+      if (comparable(columns_[i].name) == comparable(*text) && !text->empty()) found.push_back(i);
+    }
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), number);
+    if (found.empty() && error == std::errc() && end == text->data() + text->size()) {
+      if (number >= 1 && number <= columns_.size()) found.push_back(number - 1);
+    }
+    if (found.empty()) {
+      throw UsageError(fmt::format("{} {}: {} has no such column; it has {}{}", option, shortened(*text, kLongestShown),
+                                   path_, list(), named_folder(option)));
+    }
+    if (found.size() > 1) {
+      throw UsageError(fmt::format("{} {}: {} columns of {} have that name; give the number, such as {} {}", option,
+                                   shortened(*text, kLongestShown), found.size(), path_, option, found.front() + 1));
+    }
+    if (!columns_[found.front()].is_number) {
+      throw UsageError(fmt::format("{} {}: that column of {} is text, such as \"{}\"", option,
+                                   shortened(*text, kLongestShown), path_,
+                                   shortened(columns_[found.front()].sampled_text, kLongestShown)));
+    }
+    return found.front();
+  }
+
+  /// --output was once the folder of the models, which is -o alone.
+  static const char* named_folder(std::string_view option) {
+    return option == "--output" ? "; -o names the file or folder to write" : "";
+  }
+
+  /// Columns of different lengths do not belong to one record.
+  [[nodiscard]] bool belong_together(std::size_t a, std::size_t b) const {
+    return columns_[a].rows == columns_[b].rows;
+  }
+
+  [[nodiscard]] std::optional<std::size_t> time(const std::vector<std::optional<std::size_t>>& taken) {
+    if (options_.time) return chosen("--time", options_.time);
+    if (options_.period_s) return std::nullopt;
+    const auto is_taken = [&](std::size_t i) {
+      return std::find(taken.begin(), taken.end(), std::optional(i)) != taken.end();
+    };
+    std::vector<std::size_t> named;
+    std::vector<std::size_t> even;
+    std::vector<std::size_t> counting;
+    std::optional<std::size_t> clock;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (is_taken(i)) continue;
+      if (!columns_[i].is_number) {
+        if (columns_[i].clock) clock = i;
+        continue;
+      }
+      const bool fits = std::all_of(taken.begin(), taken.end(), [&](auto t) { return !t || belong_together(i, *t); });
+      if (!fits) continue;
+      if (hints_[i].time > 0) {
+        named.push_back(i);
+      } else if (counts_rows(columns_[i].sample)) {
+        counting.push_back(i);
+      } else if (hints_[i].input == 0 && hints_[i].output == 0 && increases_evenly(columns_[i].sample)) {
+        even.push_back(i);
+      }
+    }
+    const std::vector<std::size_t> best = strongest(named, [&](std::size_t i) { return hints_[i].time; });
+    if (best.size() == 1) return best.front();
+    if (best.size() > 1) return first_of(best, "time");
+    if (!even.empty()) return even.front();
+    if (clock) {
+      const double period_s = columns_[*clock].clock->period_s;
+      fail(
+          fmt::format("column {} holds dates or times of day such as \"{}\", which are not read as seconds; with the "
+                      "sample period{}: `{}`",
+                      described(columns_, *clock), shortened(columns_[*clock].sampled_text, kLongestShown),
+                      period_s > 0.0 ? ", which it gives as about that" : ", here 1 ms",
+                      command(fmt::format("--period {:.6g}", period_s > 0.0 ? period_s : 0.001))));
+    }
+    if (!counting.empty()) {
+      const std::size_t i = counting.front();
+      fail(
+          fmt::format("column {} counts 0, 1, 2: seconds, or the numbers of the rows? For row numbers at 1 kHz: `{}`; "
+                      "for seconds: `{}`",
+                      described(columns_, i), command("--period 0.001"), command(fmt::format("--time {}", i + 1))));
+    }
+    fail(fmt::format("no column of times; columns: {}. With the sample period, here 1 ms: `{}`", list(),
+                     command("--period 0.001")));
+  }
+
+  /// Several columns have equal claims: those of one struct or group may belong to one record, others not.
+  [[nodiscard]] std::size_t first_of(const std::vector<std::size_t>& found, const char* role) const {
+    std::string extra = fmt::format("--{} {}", role, found.front() + 1);
+    fail(fmt::format("which column is the {}? {} may be; columns: {}. For the first of them: `{}`", role,
+                     fmt::join(names_of(found), " or "), list(), command(extra)));
+  }
+
+  [[nodiscard]] std::vector<std::string> names_of(const std::vector<std::size_t>& found) const {
+    std::vector<std::string> names;
+    for (const std::size_t i : found) names.push_back(described(columns_, i));
+    return names;
+  }
+
+  template <typename Strength>
+  static std::vector<std::size_t> strongest(const std::vector<std::size_t>& of, const Strength& strength) {
+    std::vector<std::size_t> best;
+    for (const std::size_t i : of) {
+      if (!best.empty() && strength(i) < strength(best.front())) continue;
+      if (!best.empty() && strength(i) > strength(best.front())) best.clear();
+      best.push_back(i);
+    }
+    return best;
+  }
+
+  void find_filled(Roles& roles) const {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (columns_[i].label == kFilledColumn && columns_[i].is_number) roles.filled = i;
+    }
+  }
+
+  /// Columns of numbers that may be input or output.
+  [[nodiscard]] std::vector<std::size_t> candidates(const Roles& roles,
+                                                    const std::vector<std::optional<std::size_t>>& taken,
+                                                    std::size_t needed) const {
+    std::vector<std::size_t> found;
+    std::vector<std::size_t> numbering;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const bool is_taken = std::find(taken.begin(), taken.end(), std::optional(i)) != taken.end();
+      if (is_taken || !columns_[i].is_number || roles.time == i || roles.filled == i) continue;
+      if (roles.time && !belong_together(i, *roles.time)) continue;
+      if (hints_[i].time > 0 && hints_[i].input == 0 && hints_[i].output == 0) continue;
+      const bool numbers_rows = hints_[i].index > 0 && counts_rows(columns_[i].sample);
+      (numbers_rows ? numbering : found).push_back(i);
+    }
+    // A nameless column that counts is no row number where it is needed: it may be a ramp.
+    if (found.size() < needed) {
+      found.insert(found.end(), numbering.begin(), numbering.end());
+      std::sort(found.begin(), found.end());
+    }
+    // Of several structs or groups, those of the time's.
+    if (roles.time) {
+      std::vector<std::size_t> beside;
+      for (const std::size_t i : found) {
+        if (prefix_of(columns_[i].label) == prefix_of(columns_[*roles.time].label)) beside.push_back(i);
+      }
+      if (beside.size() >= needed) return beside;
+    }
+    return found;
+  }
+
+  void choose_pair(Roles& roles, std::optional<std::size_t> input, std::optional<std::size_t> output) const {
+    const std::size_t missing = (input ? 0 : 1) + (output ? 0 : 1);
+    const std::vector<std::size_t> left = candidates(roles, {input, output}, missing);
+    if (left.size() < missing) {
+      fail(fmt::format("expected a column each of input and output; columns: {}{}", list(),
+                       roles.time ? fmt::format(", of which {} is the time", *roles.time + 1) : ""));
+    }
+    const auto input_strength = [&](std::size_t i) { return hints_[i].input - hints_[i].output; };
+    const auto output_strength = [&](std::size_t i) { return hints_[i].output - hints_[i].input; };
+    std::optional<std::size_t> best_input = input ? input : only(strongest(left, input_strength), input_strength);
+    std::optional<std::size_t> best_output = output ? output : only(strongest(left, output_strength), output_strength);
+    const bool is_one_pair = left.size() == missing;
+    if (is_one_pair && missing == 1) (input ? best_output : best_input) = left.front();
+    if (is_one_pair && missing == 2) {
+      const auto other = [&](std::size_t i) { return left.front() == i ? left.back() : left.front(); };
+      if (best_input && !best_output) best_output = other(*best_input);
+      if (best_output && !best_input) best_input = other(*best_output);
+      // Two nameless columns: in the order of a record. Two of one kind: that would be a mere guess.
+      const bool are_silent = strength_sum(left) == 0;
+      if (!best_input && !best_output && are_silent) {
+        best_input = left.front();
+        best_output = left.back();
+      }
+    }
+    if (!best_input || !best_output || *best_input == *best_output) ask(roles, left, best_input, best_output);
+    roles.input = *best_input;
+    roles.output = *best_output;
+  }
+
+  [[nodiscard]] int strength_sum(const std::vector<std::size_t>& of) const {
+    int sum = 0;
+    for (const std::size_t i : of) sum += hints_[i].input + hints_[i].output;
+    return sum;
+  }
+
+  template <typename Strength>
+  static std::optional<std::size_t> only(const std::vector<std::size_t>& best, const Strength& strength) {
+    if (best.size() != 1 || strength(best.front()) <= 0) return std::nullopt;
+    return best.front();
+  }
+
+  [[noreturn]] void ask(const Roles& roles, const std::vector<std::size_t>& left, std::optional<std::size_t> input,
+                        std::optional<std::size_t> output) const {
+    // An example that works: what is known, and for the rest the first columns in order.
+    if (input && output && *input == *output) output.reset();
+    const auto next_free = [&](std::optional<std::size_t> taken) {
+      return *std::find_if(left.begin(), left.end(), [&](std::size_t i) { return taken != i; });
+    };
+    if (!input) input = next_free(output);
+    if (!output) output = next_free(input);
+    std::string extra;
+    if (roles.time && !options_.time) extra += fmt::format("--time {} ", *roles.time + 1);
+    if (!options_.input) extra += fmt::format("--input {} ", *input + 1);
+    if (!options_.output) extra += fmt::format("--output {} ", *output + 1);
+    extra.pop_back();
+    throw DataError(fmt::format("{}: which columns are input and output? It has {} columns: {}. For example: `{}`",
+                                table_.place(), columns_.size(), list(), command(extra)));
+  }
+
+  [[nodiscard]] std::size_t input_in(const std::string& unit, const std::vector<std::size_t>& left) const {
+    if (left.empty()) fail(fmt::format("no column of inputs; columns: {}", list()));
+    std::vector<std::size_t> fitting;
+    std::copy_if(left.begin(), left.end(), std::back_inserter(fitting),
+                 [&](std::size_t i) { return !unit.empty() && columns_[i].unit == unit; });
+    if (fitting.size() == 1) return fitting.front();
+    const auto strength = [&](std::size_t i) { return hints_[i].input - hints_[i].output; };
+    if (fitting.size() > 1) {
+      if (const auto one = only(strongest(fitting, strength), strength)) return *one;
+    }
+    if (fitting.empty()) {
+      // Columns without a unit may be the input; those in another unit are none.
+      std::copy_if(left.begin(), left.end(), std::back_inserter(fitting),
+                   [&](std::size_t i) { return columns_[i].unit.empty() || unit.empty(); });
+      if (fitting.size() == 1) return fitting.front();
+      if (fitting.empty()) {
+        if (left.size() == 1) return left.front();
+        fail(fmt::format("no column is in {}, the unit of the model's input; columns: {}", unit, list()));
+      }
+      if (const auto one = only(strongest(fitting, strength), strength)) return *one;
+    }
+    fail(fmt::format("which column is the model's input{}? Columns: {}. For example: `{}`",
+                     unit.empty() ? "" : " [" + unit + "]", list(),
+                     command(fmt::format("--input {}", fitting.front() + 1))));
+  }
+
+  const Table& table_;
+  const std::vector<Column>& columns_;
+  std::string path_;
+  std::filesystem::path file_;
+  const Options& options_;
+  std::vector<Hints> hints_;
+};
+
+}  // namespace
+
+Roles find_record(const Table& table, const std::filesystem::path& path, const Options& options) {
+  return Finder(table, path, options).record();
+}
+
+Roles find_input(const Table& table, const std::filesystem::path& path, const Options& options,
+                 const std::string& unit) {
+  return Finder(table, path, options).input(unit);
+}
+
+double time_unit_s(const Column& time, const std::filesystem::path& path, const Options& options) {
+  if (time.unit.empty()) return 1.0;
+  if (const auto seconds = seconds_in(time.unit)) return *seconds;
+  throw DataError(fmt::format(
+      "{}: the time column \"{}\" is in {}, which is no unit of time; with the sample period, "
+      "here 1 ms: `{}`",
+      path.string(), readable(time.label, kLongestShown), time.unit, command_with(options, path, "--period 0.001")));
+}
+
+std::string described(const std::vector<Column>& columns, std::size_t index) {
+  const std::string& label = columns[index].label;
+  if (label.empty()) return fmt::format("{}", index + 1);
+  return fmt::format("{} \"{}\"", index + 1, readable(label, kLongestShown));
+}
+
+}  // namespace eha::importer

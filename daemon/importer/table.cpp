@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/importer/array_table.hpp"
+#include "daemon/importer/text_table.hpp"
+
+namespace eha::importer {
+namespace {
+
+using Opener = std::unique_ptr<Table> (*)(const std::filesystem::path&, const Options&);
+
+/// A kind of file that its first bytes tell.
+struct Format {
+  std::string_view magic;
+  Opener open;               ///< none: it cannot be read
+  std::string_view way_out;  ///< then: what it is, and what to do
+};
+
+constexpr std::string_view kMat5 = "MATLAB 5.0 MAT-file";
+constexpr std::string_view kMat73 = "MATLAB 7.3 MAT-file";
+constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1a\n";
+constexpr std::string_view kOldOffice{"\xD0\xCF\x11\xE0", 4};
+constexpr std::string_view kZip{"PK\x03\x04", 4};
+constexpr std::string_view kGzip{"\x1F\x8B", 2};
+
+constexpr std::array kFormats = std::to_array<Format>({
+    {kMat5, open_mat, ""},
+    {kMat73, open_mat, ""},
+    {kHdf5, open_hdf5, ""},
+    {kZip, nullptr, "a workbook (.xlsx, .ods) or another archive; open it and save as CSV, then import the CSV file"},
+    {kOldOffice, nullptr, "an old Excel workbook (.xls); open it and save as CSV, then import the CSV file"},
+    {kGzip, nullptr, "compressed; unpack it first: `gunzip FILE`"},
+    {"%PDF", nullptr, "a PDF document; export the record as CSV where it was made"},
+    {"TDSm", nullptr, "a LabVIEW TDMS file; export it as CSV where it was made"},
+    {"MDF     ", nullptr, "an MDF measurement; export it as CSV or MAT-file where it was made"},
+    {"PAR1", nullptr, "a Parquet file; write it as CSV where it was made"},
+    {"\x93NUMPY", nullptr, "a numpy array; in Python: numpy.savetxt(\"record.csv\", a, delimiter=\",\")"},
+    {"SQLite format 3", nullptr, "an SQLite database; export the table as CSV"},
+    {"{", nullptr, "JSON, perhaps a model file; expected a record: CSV, MAT-file or HDF5"},
+});
+
+std::string beginning_of(const std::filesystem::path& path) {
+  std::string bytes(128, '\0');
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(stream.gcount(), 0)));
+  return bytes;
+}
+
+/// A MAT-file of version 4 begins with a number, not with a name.
+bool is_mat4(const std::filesystem::path& path, std::string_view beginning) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".mat" && beginning.find('\0') != std::string_view::npos;
+}
+
+}  // namespace
+
+std::size_t Rows::line_of(std::size_t row) const {
+  const auto after = std::upper_bound(line_marks.begin(), line_marks.end(), row,
+                                      [](std::size_t r, const auto& mark) { return r < mark.first; });
+  if (after == line_marks.begin()) return header_line;
+  const auto& mark = *(after - 1);
+  return mark.second + (row - mark.first);
+}
+
+std::string Rows::where(std::size_t row) const {
+  return has_lines ? fmt::format(":{}", line_of(row)) : fmt::format(", row {}", row + 1);
+}
+
+std::string Rows::header_place() const { return has_lines ? fmt::format(":{}", header_line) : ""; }
+
+std::unique_ptr<Table> open_table(const std::filesystem::path& path, const Options& options) {
+  std::error_code ignored;
+  // What comes through a pipe can be read only once, and is text.
+  if (!std::filesystem::is_regular_file(path, ignored)) return open_text(path, options);
+  const std::string beginning = beginning_of(path);
+  for (const Format& format : kFormats) {
+    if (!std::string_view(beginning).starts_with(format.magic)) continue;
+    if (format.open != nullptr) return format.open(path, options);
+    throw DataError(fmt::format("{}: this is {}", path.string(), format.way_out));
+  }
+  if (is_mat4(path, beginning)) return open_mat(path, options);
+  return open_text(path, options);
+}
+
+std::string command_with(const Options& options, const std::filesystem::path& path, const std::string& extra) {
+  if (options.command.empty()) return fmt::format("eha import {} {}", path.string(), extra);
+  // After a `--` an option would be an argument.
+  const std::size_t end = options.command.find(" -- ");
+  std::string command = options.command;
+  return command.insert(std::min(end, command.size()), " " + extra);
+}
+
+}  // namespace eha::importer

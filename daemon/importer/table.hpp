@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/importer/options.hpp"
+
+namespace eha::importer {
+
+/// Rows that are looked at before a file is read, to guess from.
+inline constexpr std::size_t kSampledRows = 200;
+
+/// What a column of dates or times of day says of the sample period.
+struct Clock {
+  std::size_t row = 0;    ///< the first with a time
+  double time_s = 0.0;    ///< of that row, from midnight or from 1970 [s]
+  double period_s = 0.0;  ///< mean of the sampled rows [s]; 0 when unknown
+};
+
+/// A column of a file, before its role is known.
+struct Column {
+  std::string label;  ///< as in the file: "Spannung [V]", "rec.u"; empty when the file names none
+  std::string name;   ///< "Spannung"
+  std::string unit;   ///< "V"; empty when unknown
+  bool is_number = true;
+  std::vector<double> sample;  ///< the first kSampledRows values; NaN where one is missing
+  std::string sampled_text;    ///< the first value as written, when it is no number
+  std::optional<Clock> clock;  ///< of a column of dates or times of day
+  std::size_t rows = 0;        ///< columns of different lengths do not belong together; 0 when not yet known
+};
+
+/// The rows that a caller wants.
+struct Selection {
+  std::vector<std::size_t> columns;                        ///< from 0, the time first if there is one
+  bool has_time = false;                                   ///< the first column is the time
+  double time_unit_s = 1.0;                                ///< of the time column [s]
+  double from = -std::numeric_limits<double>::infinity();  ///< [s]; without a time: rows from 0
+  double to = std::numeric_limits<double>::infinity();
+  bool keep_missing = false;  ///< NaN for a missing value instead of a refusal
+  std::string mend_missing;   ///< the end of that refusal: the command that fills them
+};
+
+/// Numbers of a file.
+struct Rows {
+  std::vector<std::vector<double>> columns;  ///< [as selected][row]; a time column in seconds
+  int time_decimals = 0;     ///< most digits after the point of the time [s] (negative: none, and trailing zeros)
+  int time_significant = 0;  ///< most significant digits of the time
+  bool has_lines = false;    ///< the file is text
+  std::size_t header_line = 0;
+  /// (row, line) where the distance between the two changes, ascending.
+  std::vector<std::pair<std::size_t, std::size_t>> line_marks;
+
+  [[nodiscard]] std::size_t count() const { return columns.empty() ? 0 : columns.front().size(); }
+  /// Line (from 1) of the file that holds a row (from 0). Cost O(log marks).
+  [[nodiscard]] std::size_t line_of(std::size_t row) const;
+  /// The end of "FILE:LINE" or "FILE, row ROW" (from 1).
+  [[nodiscard]] std::string where(std::size_t row) const;
+  [[nodiscard]] std::string header_place() const;
+};
+
+/// The columns of a file that may be a record. Not thread-safe.
+class Table {
+ public:
+  Table() = default;
+  Table(const Table&) = delete;
+  Table& operator=(const Table&) = delete;
+  virtual ~Table() = default;
+
+  [[nodiscard]] virtual const std::vector<Column>& columns() const = 0;
+  /// The facts that were guessed: "semicolons", "decimal comma". None for a record as eha-record(5) describes it.
+  [[nodiscard]] virtual const std::vector<std::string>& guesses() const = 0;
+  /// Whether the file is a record as eha-record(5) describes it, its columns in that order.
+  [[nodiscard]] virtual bool is_record_format() const { return false; }
+  /// "FILE:LINE" of the header where the file is text with one, else "FILE".
+  [[nodiscard]] virtual std::string place() const = 0;
+  /// Reads once. @throws DataError, IoError
+  [[nodiscard]] virtual Rows read(const Selection& selection, const Progress& progress) = 0;
+};
+
+/// Opens a file by its content: text, MAT-file, HDF5.
+/// @throws DataError  it is of a kind that cannot be read (a workbook, an archive, a run's folder): names the way out
+/// @throws IoError, PermissionError
+[[nodiscard]] std::unique_ptr<Table> open_table(const std::filesystem::path& path, const Options& options);
+
+/// The command that asked, by default `eha import FILE`, with further options at its end. @param extra  such as
+/// "--input 2"
+[[nodiscard]] std::string command_with(const Options& options, const std::filesystem::path& path,
+                                       const std::string& extra);
+
+}  // namespace eha::importer

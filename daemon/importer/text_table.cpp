@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/text_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "daemon/importer/clock_text.hpp"
+#include "daemon/importer/column_names.hpp"
+#include "daemon/importer/csv_fields.hpp"
+#include "daemon/importer/dialect.hpp"
+#include "daemon/importer/text_lines.hpp"
+#include "daemon/record/record_csv.hpp"
+
+namespace eha::importer {
+namespace {
+
+constexpr std::size_t kLinesForGuess = 2000;
+constexpr std::size_t kMostColumns = 1024;
+/// 0.7 GB of three columns.
+constexpr std::size_t kMostRows = 30'000'000;
+constexpr std::size_t kRowsBetweenProgress = 1U << 17U;
+/// Longest name or field in a message, in characters.
+constexpr std::size_t kLongestShown = 40;
+
+std::string quoted_for_message(std::string_view text) { return '"' + shortened(text, kLongestShown) + '"'; }
+
+std::string delimiter_name(char delimiter) {
+  switch (delimiter) {
+    case ';':
+      return "semicolons";
+    case '\t':
+      return "tabs";
+    case '|':
+      return "bars";
+    case ' ':
+      return "blanks";
+    default:
+      return "commas";
+  }
+}
+
+class TextTable final : public Table {
+ public:
+  TextTable(const std::filesystem::path& path, const Options& options) : path_(path), options_(options), lines_(path) {
+    const std::vector<std::string> first = lines_.first_lines(kLinesForGuess);
+    refuse_unreadable(first);
+    dialect_ = guess_dialect(first, options, path.string());
+    if (dialect_.fields > kMostColumns) {
+      throw DataError(fmt::format("{}:{}: more than {} columns", path.string(), dialect_.header_line, kMostColumns));
+    }
+    name_columns();
+    sample(first);
+    if (!dialect_.is_record_format) note_guesses();
+  }
+
+  [[nodiscard]] const std::vector<Column>& columns() const override { return columns_; }
+  [[nodiscard]] const std::vector<std::string>& guesses() const override { return guesses_; }
+  [[nodiscard]] bool is_record_format() const override { return dialect_.is_record_format; }
+
+  [[nodiscard]] std::string place() const override {
+    return dialect_.header_line > 0 ? fmt::format("{}:{}", path_.string(), dialect_.header_line) : path_.string();
+  }
+
+  [[nodiscard]] Rows read(const Selection& selection, const Progress& progress) override {
+    CsvFields fields(dialect_.delimiter);
+    Rows rows;
+    rows.has_lines = true;
+    rows.header_line = std::max<std::size_t>(dialect_.header_line, 1);
+    rows.columns.resize(selection.columns.size());
+    std::size_t read = 0;
+    std::vector<double> values(selection.columns.size());
+    while (const auto line = lines_.next()) {
+      if (lines_.line() < dialect_.first_data_line || is_comment(*line)) continue;
+      split(*line, fields);
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(fields, selection, i, rows);
+      if (selection.has_time) values[0] = in_seconds(values[0], selection.time_unit_s);
+      const double at = selection.has_time ? values[0] : static_cast<double>(read);
+      ++read;
+      if (read % kRowsBetweenProgress == 0 && progress) {
+        progress(lines_.share(), fmt::format("{}: {} rows", path_.filename().string(), read));
+      }
+      if (at > selection.to) break;
+      if (at < selection.from) continue;
+      if (rows.count() == 0) reserve(rows, selection);
+      if (rows.count() == kMostRows) {
+        lines_.fail(fmt::format("more than {} rows; read a part of them: `{}`", kMostRows,
+                                command_with(options_, path_, fmt::format("--to {:.9g}", at))));
+      }
+      mark_line(rows);
+      for (std::size_t i = 0; i < values.size(); ++i) rows.columns[i].push_back(values[i]);
+    }
+    if (std::abs(selection.time_unit_s - 1.0) > 0.0) {
+      rows.time_decimals -= static_cast<int>(std::floor(std::log10(selection.time_unit_s)));
+    }
+    return rows;
+  }
+
+ private:
+  void refuse_unreadable(const std::vector<std::string>& first) {
+    if (first.empty()) {
+      // A first line that is too long, or the end of the file.
+      if (!lines_.next()) {
+        throw DataError(fmt::format("{}: the file is empty; expected a header of columns such as {}", path_.string(),
+                                    "time_s,voltage_V,displacement_in"));
+      }
+      lines_.fail("this is no CSV text");
+    }
+    // next() would find the same faults, but only after a guess from them.
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      if (first[i].find('\0') == std::string::npos) continue;
+      throw DataError(fmt::format("{}:{}: a NUL byte: this is a binary file, not CSV text", path_.string(), i + 1));
+    }
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      if (first[i].find('\r') == std::string::npos) continue;
+      while (lines_.line() <= i) static_cast<void>(lines_.next());
+    }
+    if (std::all_of(first.begin(), first.end(), is_comment)) {
+      throw DataError(fmt::format("{}: only comments, no header row; expected a header of columns such as {}",
+                                  path_.string(), "time_s,voltage_V,displacement_in"));
+    }
+  }
+
+  void name_columns() {
+    columns_.resize(dialect_.fields);
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      Column& column = columns_[i];
+      if (i < dialect_.names.size()) column.label = lines_.decoded(dialect_.names[i]);
+      // A name appears in messages and in the files written, so no control characters.
+      if (std::any_of(column.label.begin(), column.label.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; })) {
+        throw DataError(
+            fmt::format("{}:{}: column {} of the header is named {}; control characters are no part of a name",
+                        path_.string(), dialect_.header_line, i + 1, quoted_for_message(column.label)));
+      }
+      if (dialect_.is_record_format) {
+        const ident::Channel channel = record::channel_from_header(column.label);
+        column.name = channel.name;
+        column.unit = channel.unit;
+      } else {
+        std::tie(column.name, column.unit) = name_and_unit(column.label);
+      }
+      if (i < dialect_.units.size() && column.unit.empty()) column.unit = unit_of(lines_.decoded(dialect_.units[i]));
+    }
+  }
+
+  void sample(const std::vector<std::string>& first) {
+    CsvFields fields(dialect_.delimiter);
+    std::vector<std::size_t> texts(columns_.size());
+    std::size_t rows = 0;
+    for (std::size_t i = dialect_.first_data_line - 1; i < first.size() && rows < kSampledRows; ++i) {
+      if (is_comment(first[i]) || !fields.split(first[i]) || fields.size() < columns_.size()) continue;
+      ++rows;
+      for (std::size_t c = 0; c < columns_.size(); ++c) {
+        double value = 0.0;
+        const NumberKind kind = parse_number(fields[c], dialect_.decimal, value);
+        if (kind == NumberKind::none) {
+          ++texts[c];
+          if (columns_[c].sampled_text.empty()) columns_[c].sampled_text = lines_.decoded(fields[c]);
+          note_clock(fields[c], rows, columns_[c]);
+        }
+        columns_[c].sample.push_back(value);
+      }
+    }
+    // One word in a column of numbers is a fault of its row, not of the column.
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      const auto is_missing = [](double x) { return std::isnan(x); };
+      columns_[c].is_number = 2 * texts[c] <= rows && (rows == 0 || !std::all_of(columns_[c].sample.begin(),
+                                                                                 columns_[c].sample.end(), is_missing));
+    }
+  }
+
+  /// Times of day of the first and the last of the sampled rows give the sample period.
+  static void note_clock(std::string_view field, std::size_t row, Column& column) {
+    const auto time_s = clock_seconds(field);
+    if (!time_s) return;
+    if (!column.clock) column.clock = Clock{row, *time_s, 0.0};
+    const Clock& first = *column.clock;
+    if (row > first.row) {
+      column.clock->period_s = (*time_s - first.time_s) / static_cast<double>(row - first.row);
+    }
+  }
+
+  void note_guesses() {
+    guesses_.push_back(delimiter_name(dialect_.delimiter));
+    if (dialect_.has_comma_numbers) guesses_.emplace_back("decimal comma");
+    if (!lines_.encoding().empty()) guesses_.push_back(lines_.encoding());
+    if (dialect_.skipped_lines > 0) {
+      guesses_.push_back(
+          fmt::format("{} line{} of text skipped", dialect_.skipped_lines, dialect_.skipped_lines == 1 ? "" : "s"));
+    }
+    if (!dialect_.units.empty()) guesses_.emplace_back("a row of units");
+    if (dialect_.names.empty()) guesses_.emplace_back("no header");
+  }
+
+  void split(std::string_view line, CsvFields& fields) {
+    if (!fields.split(line)) lines_.fail(fmt::format("a quotation mark out of place in {}", quoted_for_message(line)));
+    const bool ends_empty = fields.size() == dialect_.fields + 1 && fields[dialect_.fields].empty();
+    if (fields.size() == dialect_.fields || ends_empty) return;
+    const std::string as = dialect_.is_record_format || dialect_.header_line > 0
+                               ? "as in the header"
+                               : fmt::format("as in line {}", dialect_.first_data_line);
+    lines_.fail(fmt::format("expected {} columns {}, got {}", dialect_.fields, as, fields.size()));
+  }
+
+  double number(const CsvFields& fields, const Selection& selection, std::size_t i, Rows& rows) {
+    const std::size_t column = selection.columns[i];
+    const std::string_view field = fields[column];
+    double value = 0.0;
+    const NumberKind kind = parse_number(field, dialect_.decimal, value);
+    if (kind == NumberKind::finite) {
+      if (i == 0) {
+        const Precision precision = precision_of(field, dialect_.decimal);
+        rows.time_decimals = std::max(rows.time_decimals, precision.decimals);
+        rows.time_significant = std::max(rows.time_significant, precision.significant);
+      }
+      return value;
+    }
+    if (kind == NumberKind::missing && selection.keep_missing) return value;
+    refuse_number(column, field, kind, selection.mend_missing);
+  }
+
+  [[noreturn]] void refuse_number(std::size_t column, std::string_view field, NumberKind kind,
+                                  const std::string& mend) const {
+    const std::string& label = columns_[column].label;
+    const std::string name = label.empty() ? fmt::format("column {}", column + 1) : readable(label, kLongestShown);
+    const bool is_word = !field.empty() && kind == NumberKind::missing;
+    std::string what =
+        fmt::format("{}: expected a {}number, got {}", name, is_word || kind == NumberKind::not_finite ? "finite " : "",
+                    quoted_for_message(field));
+    if (kind == NumberKind::missing && !mend.empty()) what += fmt::format("; `{}` fills missing values", mend);
+    if (kind == NumberKind::none && has_thousands_separator(field)) {
+      what += "; a thousands separator? Write the numbers without one";
+    }
+    lines_.fail(what);
+  }
+
+  /// "1.234,5", "1,234.5", "1 234,5" with any blank, "1'234.5"
+  [[nodiscard]] static bool has_thousands_separator(std::string_view field) {
+    std::string digits;
+    int separators = 0;
+    for (const char c : field) {
+      if (c == '.' || c == ',' || c == ' ' || c == '\'' || static_cast<unsigned char>(c) >= 0x80) {
+        ++separators;
+      } else if ((c >= '0' && c <= '9') || c == '-' || c == '+') {
+        digits += c;
+      } else {
+        return false;
+      }
+    }
+    return separators > 0 && digits.size() > 3;
+  }
+
+  static double in_seconds(double time, double unit_s) {
+    // Dividing keeps a printed decimal number: 1.1 ms is the double nearest to 0.0011 s.
+    return unit_s < 1.0 ? time / std::round(1.0 / unit_s) : time * unit_s;
+  }
+
+  void mark_line(Rows& rows) const {
+    const std::size_t row = rows.count();
+    const std::size_t line = lines_.line();
+    if (rows.line_marks.empty() || line - rows.line_marks.back().second != row - rows.line_marks.back().first) {
+      rows.line_marks.emplace_back(row, line);
+    }
+  }
+
+  /// Room for the rows that the file's size promises, so that a long column is not copied while it grows.
+  void reserve(Rows& rows, const Selection& selection) const {
+    const double left = std::isfinite(selection.to) ? 0.0 : 1.0 - lines_.share();
+    const double read = static_cast<double>(lines_.size()) * std::max(lines_.share(), 1e-9);
+    const double lines = static_cast<double>(lines_.line());
+    const double expected = std::min(left * static_cast<double>(lines_.size()) / read * lines, double{kMostRows});
+    // Lines get longer as the time does, so this is rather too much than too little.
+    for (auto& column : rows.columns) column.reserve(static_cast<std::size_t>(expected) + 1);
+  }
+
+  std::filesystem::path path_;
+  Options options_;
+  TextLines lines_;
+  Dialect dialect_;
+  std::vector<Column> columns_;
+  std::vector<std::string> guesses_;
+};
+
+}  // namespace
+
+std::unique_ptr<Table> open_text(const std::filesystem::path& path, const Options& options) {
+  return std::make_unique<TextTable>(path, options);
+}
+
+}  // namespace eha::importer

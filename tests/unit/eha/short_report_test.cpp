@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/short_report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+
+#include "tests/unit/identify/fitted_model.hpp"
+
+namespace eha::cli {
+namespace {
+
+using identify::test::Came;
+using identify::test::model_that;
+
+Answer answer_with(const std::string& recommended) {
+  Answer answer;
+  answer.models.push_back(model_that(Came::accepted).result.model);
+  answer.models.back().verdict->reasons.emplace_back(
+      "The residual correlates with past input (p = 0.0001 for lags 0 to 20 together): the model may miss a part.");
+  answer.recommendation.model = recommended.empty() ? answer.models.back().name : "";
+  answer.recommendation.reason = "its AR-BIC of -7361.1 is the least of 2 models, 12.4 below that of fo";
+  return answer;
+}
+
+TEST(ShortReport, KeepsWithinEightyColumns) {
+  for (const char* name : {"", "none"}) {
+    std::istringstream lines(short_report(answer_with(name), {}));
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+  }
+}
+
+TEST(ShortReport, LeadsWithTheRecommendedModel) {
+  const Answer answer = answer_with("");
+  const std::string text = short_report(answer, {});
+  EXPECT_EQ(text.rfind("recommended     " + answer.models[0].name + " (", 0), 0U) << text;
+  for (const char* label : {"\nequation ", "\non unseen data ", "\nlargest error ", "\nusable band ", "\nbecause "}) {
+    EXPECT_NE(text.find(label), std::string::npos) << label << " in\n" << text;
+  }
+  EXPECT_EQ(short_report(answer_with("none"), {}).rfind("recommended     none\n", 0), 0U);
+}
+
+TEST(ShortReport, ShowsLengthsInTheAskedUnit) {
+  Answer answer = answer_with("");
+  answer.models[0].output_unit = "in";
+  answer.models[0].initial_output = 2.0;
+  answer.models[0].validation->score.error_min = -0.1;
+  answer.models[0].validation->score.error_max = 0.05;
+  const std::string text = short_report(answer, DisplayUnit("mm"));
+  EXPECT_NE(text.find("y = 50.8 mm + G"), std::string::npos) << text;
+  EXPECT_NE(text.find("largest error   2.54 mm"), std::string::npos) << text;
+  EXPECT_NE(text.find("error mm"), std::string::npos) << text;
+  answer.models[0].output_unit = "bar";
+  EXPECT_NE(short_report(answer, DisplayUnit("mm")).find("largest error   0.1 bar"), std::string::npos);
+}
+
+TEST(Wrapped, BreaksBetweenWordsAndIndents) {
+  const std::string word(30, 'a');
+  EXPECT_EQ(wrapped(word + " " + word + " " + word, 4), word + " " + word + "\n    " + word);
+  EXPECT_EQ(wrapped("", 4), "");
+}
+
+}  // namespace
+}  // namespace eha::cli

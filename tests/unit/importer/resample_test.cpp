@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/resample.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/error.hpp"
+
+namespace eha::importer {
+namespace {
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+/// Rows of time, a held 10 t and an interpolated 2 t.
+Rows rows_at(const std::vector<double>& times) {
+  Rows rows;
+  rows.columns.resize(3);
+  for (const double t : times) {
+    rows.columns[0].push_back(t);
+    rows.columns[1].push_back(10.0 * t);
+    rows.columns[2].push_back(2.0 * t);
+  }
+  return rows;
+}
+
+TEST(Resample, LeavesAnEvenRecordAsItIs) {
+  const Resampled even = resample(rows_at({1.0, 1.5, 2.0, 2.5}), 1, {}, "r.csv");
+  EXPECT_DOUBLE_EQ(even.step_s, 0.5);
+  EXPECT_DOUBLE_EQ(even.start_s, 1.0);
+  EXPECT_EQ(even.columns[1], (std::vector<double>{2.0, 3.0, 4.0, 5.0}));
+  EXPECT_TRUE(even.filled.empty());
+  EXPECT_TRUE(even.repairs.empty());
+}
+
+TEST(Resample, HoldsTheInputAndInterpolatesTheOutputInAGap) {
+  const Resampled even = resample(rows_at({0.0, 1.0, 2.0, 5.0, 6.0, 7.0}), 1, {}, "r.csv");
+  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 20.0, 20.0, 20.0, 50.0, 60.0, 70.0}));
+  EXPECT_EQ(even.columns[1], (std::vector<double>{0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0}));
+  EXPECT_EQ(even.filled, (std::vector<std::size_t>{3, 4}));
+  ASSERT_EQ(even.repairs.size(), 1U);
+  EXPECT_NE(even.repairs[0].find("3 to 4 s: nothing measured, 2 rows filled"), std::string::npos) << even.repairs[0];
+}
+
+TEST(Resample, KeepsTheInputOfALateRowAndInterpolatesItsOutput) {
+  const Resampled even = resample(rows_at({0.0, 1.0, 2.2, 3.0, 4.0}), 1, {}, "r.csv");
+  EXPECT_DOUBLE_EQ(even.step_s, 1.0);
+  EXPECT_DOUBLE_EQ(even.columns[0][2], 22.0);
+  EXPECT_NEAR(even.columns[1][2], 4.0, 1e-12);
+  EXPECT_TRUE(even.filled.empty());
+  ASSERT_EQ(even.repairs.size(), 1U);
+  EXPECT_NE(even.repairs[0].find("off the grid, moved"), std::string::npos) << even.repairs[0];
+}
+
+TEST(Resample, TreatsAMissingValueAsAMissingRow) {
+  Rows rows = rows_at({0.0, 1.0, 2.0, 3.0});
+  rows.columns[2][2] = kMissing;
+  const Resampled even = resample(rows, 1, {}, "r.csv");
+  EXPECT_EQ(even.filled, (std::vector<std::size_t>{2}));
+  EXPECT_DOUBLE_EQ(even.columns[1][2], 4.0);
+}
+
+TEST(Resample, FindsARoundStepUnderJitter) {
+  std::vector<double> times;
+  for (int k = 0; k < 1000; ++k) times.push_back(0.01 * k + 0.001 * std::sin(7.0 * k));
+  EXPECT_DOUBLE_EQ(resample(rows_at(times), 1, {}, "r.csv").step_s, 0.01);
+}
+
+TEST(Resample, RefusesTimeThatGoesBackAndAGapLongerThanTheRecord) {
+  EXPECT_THROW(static_cast<void>(resample(rows_at({0.0, 1.0, 0.5}), 1, {}, "r.csv")), DataError);
+  EXPECT_THROW(static_cast<void>(resample(rows_at({0.0, 1.0, 1e9}), 1, {}, "r.csv")), DataError);
+  EXPECT_THROW(static_cast<void>(resample(rows_at({0.0, 1.0, 2.0}), 1, 0.1, "r.csv")), DataError);
+  EXPECT_THROW(static_cast<void>(resample(rows_at({0.0}), 1, {}, "r.csv")), DataError);
+}
+
+}  // namespace
+}  // namespace eha::importer

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/error.hpp"
+#include "daemon/importer/clock_text.hpp"
+#include "daemon/importer/column_names.hpp"
+#include "daemon/importer/import.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::importer {
+namespace {
+
+using Pair = std::pair<std::string, std::string>;
+
+TEST(NameAndUnit, AreToldApartInTheWaysOfHeaders) {
+  EXPECT_EQ(name_and_unit("Spannung [V]"), Pair("Spannung", "V"));
+  EXPECT_EQ(name_and_unit("Weg (mm)"), Pair("Weg", "mm"));
+  EXPECT_EQ(name_and_unit("t / s"), Pair("t", "s"));
+  EXPECT_EQ(name_and_unit("Zeit in ms"), Pair("Zeit", "ms"));
+  EXPECT_EQ(name_and_unit("voltage_V"), Pair("voltage", "V"));
+  EXPECT_EQ(name_and_unit("Time [sec]"), Pair("Time", "s"));
+  EXPECT_EQ(name_and_unit("Flow [gpm]"), Pair("Flow", "gpm"));
+  // No unit that is known: part of the name.
+  EXPECT_EQ(name_and_unit("valve_command"), Pair("valve_command", ""));
+  EXPECT_EQ(name_and_unit("channel_1"), Pair("channel_1", ""));
+  EXPECT_EQ(name_and_unit(""), Pair("", ""));
+}
+
+TEST(Hints, KnowNamesInThreeLanguagesAndUnits) {
+  EXPECT_EQ(hints_of("Ventilspannung", "V").input, 3);
+  EXPECT_EQ(hints_of("Kolbenweg", "mm").output, 3);
+  EXPECT_EQ(hints_of("D\xC3\xA9placement", "").output, 2);
+  EXPECT_EQ(hints_of("Temps", "s").time, 3);
+  EXPECT_EQ(hints_of("rec.u", "").input, 2);
+  EXPECT_EQ(hints_of("Pressure A", "bar").output, 0);
+  EXPECT_EQ(hints_of("Unnamed: 0", "").index, 2);
+}
+
+TEST(ClockText, GivesDifferencesOfDatesAndTimesOfDay) {
+  for (const auto& [early, late] :
+       {std::pair("2024-03-01 10:00:00.25", "2024-03-01 10:00:01.75"),
+        std::pair("2024-03-01T10:00:00.25Z", "2024-03-01T10:00:01.75Z"),
+        std::pair("01.03.2024 10:00:00,25", "01.03.2024 10:00:01,75"), std::pair("10:00:00.25", "10:00:01.75")}) {
+    ASSERT_TRUE(clock_seconds(early) && clock_seconds(late)) << early;
+    EXPECT_NEAR(*clock_seconds(late) - *clock_seconds(early), 1.5, 1e-6) << early;
+  }
+  for (const char* text : {"", "12.5", "Monday", "10:00", "2024-03-01"}) EXPECT_FALSE(clock_seconds(text)) << text;
+}
+
+TEST(Readable, KeepsLettersAndDropsControlCharacters) {
+  EXPECT_EQ(readable("L\xC3\xA4nge", 40), "L\xC3\xA4nge");
+  EXPECT_EQ(readable("a\x1b[31m", 40), "a?[31m");
+  EXPECT_EQ(readable("a\xC2\x9B"
+                     "b",
+                     40),
+            "a?b");
+  // Not within a character.
+  EXPECT_EQ(readable("a\xC3\xA4\xC3\xA4", 4), "a\xC3\xA4...");
+}
+
+/// Time, input and output of a text as "time/input/output", or the end of the refusal.
+std::string columns_of(const std::string& text, const Options& options = {}) {
+  const test::TemporaryFolder folder;
+  try {
+    const Imported imported = import_record(folder.write("r.csv", text), options);
+    return imported.record.input_channel.name + "/" + imported.record.output_channel.name;
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+TEST(Roles, AreFoundByNamesAndUnitsInAnyOrder) {
+  EXPECT_EQ(columns_of("Weg;Zeit;Spannung\n1;0,5;2\n2;1,0;3\n3;1,5;4\n"), "Spannung/Weg");
+  EXPECT_EQ(columns_of("a [V],b [mm],time [s]\n1,2,0\n2,3,1\n"), "a/b");
+  EXPECT_EQ(columns_of("0.5,1,2\n1.0,1,3\n1.5,2,4\n"), "input/output");
+}
+
+TEST(Roles, AreAskedForWhereTwoColumnsMayBeTheInput) {
+  const std::string text = "time,a [V],b [V],c [mm]\n0,1,2,3\n1,2,3,4\n";
+  const std::string refusal = columns_of(text);
+  EXPECT_NE(refusal.find("which columns are input and output?"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("--time 1 --input 2 --output 4`"), std::string::npos) << refusal;
+  EXPECT_EQ(columns_of(text, {.input = "b"}), "b/c");
+  EXPECT_EQ(columns_of(text, {.input = "3", .output = "c [mm]"}), "b/c");
+}
+
+TEST(Units, OfTimeAreConvertedAndOthersKept) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.write("r.csv", "t [ms];u [mV];y [mm]\n0;1;2\n0,5;1;3\n1,0;2;4\n");
+  const ident::Record record = import_record(path, {}).record;
+  EXPECT_DOUBLE_EQ(record.step_s, 0.0005);
+  EXPECT_EQ(record.input_channel.unit, "mV");
+  EXPECT_EQ(record.output_channel.unit, "mm");
+}
+
+TEST(Period, ReplacesTheTimeColumn) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.write("r.csv", "u,y\n1,2\n1,3\n2,4\n4,8\n");
+  const ident::Record record = import_record(path, {.period_s = 0.25, .from_s = 0.25, .to_s = 0.5}).record;
+  EXPECT_DOUBLE_EQ(record.step_s, 0.25);
+  EXPECT_DOUBLE_EQ(record.start_s, 0.25);
+  EXPECT_EQ(record.output, Eigen::Vector2d(3.0, 4.0));
+}
+
+}  // namespace
+}  // namespace eha::importer
