@@ -123,6 +123,16 @@ void publish_file(const std::filesystem::path& temporary, const std::filesystem:
   synchronise(open_file(folder, O_RDONLY | O_DIRECTORY), folder);
 }
 
+void remove_temporary_files(const std::filesystem::path& folder) noexcept {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> unfinished;
+  for (std::filesystem::directory_iterator entries(folder, ignored), end; !ignored && entries != end;
+       entries.increment(ignored)) {
+    if (entries->path().extension() == ".tmp") unfinished.push_back(entries->path());
+  }
+  for (const std::filesystem::path& file : unfinished) std::filesystem::remove(file, ignored);
+}
+
 void create_folders(const std::filesystem::path& folder) {
   std::error_code code;
   std::filesystem::create_directories(folder, code);

@@ -61,6 +61,10 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view t
 /// Synchronises a file that was written under a temporary name to the disk and gives it its name.
 void publish_file(const std::filesystem::path& temporary, const std::filesystem::path& path);
 
+/// Removes the files and links of a folder whose names end in ".tmp": what a killed process left unfinished. Only while
+/// no other process writes there. One that cannot be removed stays.
+void remove_temporary_files(const std::filesystem::path& folder) noexcept;
+
 /// Creates a folder and every missing one above it.
 void create_folders(const std::filesystem::path& folder);
 

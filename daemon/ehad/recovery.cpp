@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
 
@@ -39,6 +40,31 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
                entry.state == EntryState::fitting ? "it had completed and is fitted now" : entry.note);
 }
 
+/// Concludes an experiment whose fit had ended before the program died; the others are fitted again.
+void settle_fitting(Entry& entry, const fs::path& runs_folder) {
+  const fs::path folder = runs_folder / entry.run;
+  try {
+    os::remove_temporary_files(folder);
+    os::remove_temporary_files(folder / record::kModelsFolder);
+    const record::Manifest manifest = record::read_manifest(folder);
+    if (!manifest.identification) return;
+    const bool accepted = manifest.identification->accepted;
+    // It comes after the manifest, so it may be missing.
+    if (accepted) record::publish_latest(folder);
+    entry.models = record::to_json(manifest.identification->models);
+    entry.note = manifest.identification->error;
+    const ExitCode code = accepted             ? ExitCode::ok
+                          : entry.note.empty() ? ExitCode::model_rejected
+                                               : ExitCode::not_converged;
+    entry.exit_code = static_cast<int>(code);
+    entry.state = EntryState::over;
+    entry.experiment.clear();
+    spdlog::info("experiment {}: had been fitted when ehad ended", entry.id);
+  } catch (const std::exception& error) {
+    spdlog::warn("experiment {}: {}; it is fitted again", entry.id, error.what());
+  }
+}
+
 }  // namespace
 
 void recover_runs(const fs::path& runs_folder, const std::function<void()>& before_each) {
@@ -50,6 +76,7 @@ void recover_runs(const fs::path& runs_folder, const std::function<void()>& befo
 void settle(std::vector<Entry>& entries, const fs::path& runs_folder) {
   for (Entry& entry : entries) {
     if (entry.state == EntryState::running) settle_running(entry, runs_folder);
+    if (entry.state == EntryState::fitting) settle_fitting(entry, runs_folder);
   }
 }
 

@@ -54,6 +54,8 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
   // What a check left when the program died.
   std::error_code ignored;
   fs::remove_all(options_.state / "check", ignored);
+  os::remove_temporary_files(options_.state / "queue");
+  os::remove_temporary_files(runs_folder());
   recover_runs(runs_folder(), [this] { notifier_.extend_timeout(kTimeToRecover); });
   index_ = std::make_unique<RunIndex>(options_.state / "runs.index", runs_folder());
   load_queue();

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_files.hpp"
@@ -62,6 +63,7 @@ Recovery recover_run(const std::filesystem::path& folder) {
     recovery.outcome = *old_manifest->outcome;
     return recovery;
   }
+  os::remove_temporary_files(folder);
   const JournalFacts facts = write_files_from_journal(folder);
   Manifest manifest = old_manifest ? *old_manifest : manifest_from_header(facts.header);
   recovery.changed = true;
