@@ -74,10 +74,12 @@ constexpr const char* kDoctorFooter = R"(
 Checks kernel, scheduling, limits, CPUs and disk; for a rig on a card also the device, its driver, board and safety
 lines. Each line is ok, warn or fail; warn and fail name the remedy. Nothing is changed and nothing moves.
 Exit code, of the worst failure: 78 rig file, 69 device, 77 permission, 74 disk; 0 without a failure.
+--following prints the rig file's [following] from a run of the sound rig; 10: the run holds too little.
 
 Examples:
   eha doctor
-  eha doctor --rig /etc/ehad/rig.toml --json)";
+  eha doctor --rig /etc/ehad/rig.toml --json
+  eha doctor --following runs/latest)";
 
 constexpr const char* kLatencyFooter = R"(
 Runs the tick loop on the simulated rig in real time and shows how late ticks wake up and how long they take [us].
@@ -124,9 +126,14 @@ void add_design(CLI::App& app, DesignCommand& design) {
 void add_doctor(CLI::App& app, DoctorCommand& doctor) {
   CLI::App* sub = app.add_subcommand("doctor", "Check that this machine and its rig are fit for experiments");
   sub->footer(kDoctorFooter);
-  sub->add_option("--rig", doctor.rig_file, "Rig file (TOML)")->type_name("RIG");
-  sub->add_option("--output", doctor.output, "Folder that run folders would be put into (default runs)")
-      ->type_name("DIR");
+  CLI::Option* rig = sub->add_option("--rig", doctor.rig_file, "Rig file (TOML)")->type_name("RIG");
+  CLI::Option* output =
+      sub->add_option("--output", doctor.output, "Folder that run folders would be put into (default runs)")
+          ->type_name("DIR");
+  sub->add_option("--following", doctor.following, "Print [following] for the rig file, learnt from a completed run")
+      ->type_name("RUN")
+      ->excludes(rig)
+      ->excludes(output);
 }
 
 void add_latency(CLI::App& app, LatencyCommand& latency) {

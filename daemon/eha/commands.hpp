@@ -116,8 +116,9 @@ struct RunsRecoverCommand {
 };
 
 struct DoctorCommand {
-  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
-  std::filesystem::path output = "runs";     ///< where run folders would go
+  std::optional<std::string> rig_file = {};             ///< none: default_rig_file()
+  std::filesystem::path output = "runs";                ///< where run folders would go
+  std::optional<std::filesystem::path> following = {};  ///< run that [following] is learnt from; none: checks
 };
 
 struct LatencyCommand {
@@ -152,6 +153,8 @@ using Command =
 [[nodiscard]] ExitCode execute(const RunsShowCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsRecoverCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const DoctorCommand& command, Console& console);
+/// `eha doctor --following RUN`. @throws DataError  the run holds too little   @throws IoError, PermissionError
+[[nodiscard]] ExitCode learn_following(const std::filesystem::path& folder, Console& console);
 [[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);
 

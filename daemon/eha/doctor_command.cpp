@@ -92,6 +92,7 @@ void show(const std::vector<Check>& checks, ExitCode code, Console& console) {
 }  // namespace
 
 ExitCode execute(const DoctorCommand& command, Console& console) {
+  if (command.following) return learn_following(*command.following, console);
   std::vector<Check> checks;
   const std::optional<config::RigConfig> rig = load_rig(command.rig_file, checks);
   const bool moves = rig && hal::moves_machine(rig->backend);
