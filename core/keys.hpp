@@ -43,6 +43,7 @@ struct Range {
 //   number(name, double&, Range, Need)          integer(name, integer&, low, high, Need)      text(name, string&)
 //   choice(name, enum&, list of {name, value})  table(name, T&), tables(name, vector<T>&)      of a T with visit_keys
 //   number_or_unknown(name, optional<double>&)
+//   optional_table(name, optional<T>&)
 //   table_or_none(name, optional<T>&)           volts_file(name, VoltsFile&)                   a CSV file of volts
 
 }  // namespace eha

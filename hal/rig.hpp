@@ -25,6 +25,7 @@ struct RigReading {
   std::uint32_t digital_inputs = 0;  ///< raw digital input word
   bool feedback_at_rail = false;     ///< code 0 or full scale
   bool emergency_stop = false;       ///< the (normally closed) emergency-stop circuit is open
+  bool enable_contact = false;       ///< the contactor's auxiliary contact is closed; false when the rig has none
 };
 
 /// A command as written to the output.
@@ -48,8 +49,10 @@ struct RigCapabilities {
   bool has_emergency_stop = false;
   bool has_enable = false;
   bool has_heartbeat = false;
-  bool moves_machine = true;       ///< a run moves a real machine
-  bool has_virtual_clock = false;  ///< may run faster than real time
+  bool has_enable_contact = false;
+  double enable_contact_time_s = 0.0;  ///< that the contact may take to follow the enable line [s]
+  bool moves_machine = true;           ///< a run moves a real machine
+  bool has_virtual_clock = false;      ///< may run faster than real time
 };
 
 /// One rig: a valve command out, a displacement in, and the lines that make it safe. Opening happens in each

@@ -77,7 +77,7 @@ void LimitMonitor::estimate_velocity(std::int64_t at_ns, double displacement_in)
   velocity_in_per_s_ = numerator / denominator;
 }
 
-Breach LimitMonitor::check_travel(double displacement_in) const noexcept {
+Breach LimitMonitor::check_travel(double displacement_in) noexcept {
   // The estimate is as old as the middle of its window; since then the rod may have gained as much speed as the valve
   // can take from it; and it goes on for a tick before anything acts on it. One at rest is not held against that: it
   // could not be driven away from a near end any more.
@@ -91,6 +91,9 @@ Breach LimitMonitor::check_travel(double displacement_in) const noexcept {
   };
   const double lowest_in = displacement_in - stopping_in(-velocity_in_per_s_);
   const double highest_in = displacement_in + stopping_in(velocity_in_per_s_);
+  const double middle_in = 0.5 * (limits_.travel_min_in + limits_.travel_max_in);
+  const double half_in = 0.5 * (limits_.travel_max_in - limits_.travel_min_in);
+  travel_share_ = std::max(middle_in - lowest_in, highest_in - middle_in) / half_in;
   if (lowest_in < limits_.travel_min_in) return {Fault::travel_limit, lowest_in, limits_.travel_min_in};
   if (highest_in > limits_.travel_max_in) return {Fault::travel_limit, highest_in, limits_.travel_max_in};
   return {};

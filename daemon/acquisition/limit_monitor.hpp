@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -41,12 +42,20 @@ class LimitMonitor {
   /// Of the last reading checked [in/s].
   [[nodiscard]] double velocity_in_per_s() const noexcept { return velocity_in_per_s_; }
 
+  /// How far the last reading checked is on the way to a travel limit, its stopping distance included: 0 in the middle
+  /// of the allowed travel, over 1 where it trips.
+  [[nodiscard]] double travel_share() const noexcept { return travel_share_; }
+  /// Its speed as a share of the velocity limit.
+  [[nodiscard]] double velocity_share() const noexcept {
+    return std::abs(velocity_in_per_s_) / limits_.velocity_limit_in_per_s;
+  }
+
  private:
   static constexpr std::size_t kLongestWindow = 64;
 
   [[nodiscard]] Breach check_jump(std::int64_t at_ns, double displacement_in) const noexcept;
   void estimate_velocity(std::int64_t at_ns, double displacement_in) noexcept;
-  [[nodiscard]] Breach check_travel(double displacement_in) const noexcept;
+  [[nodiscard]] Breach check_travel(double displacement_in) noexcept;
   [[nodiscard]] bool is_frozen(std::int64_t at_ns, std::uint32_t code, double applied_V) noexcept;
 
   config::RigLimits limits_;
@@ -57,6 +66,7 @@ class LimitMonitor {
   std::array<double, kLongestWindow> positions_in_{};
   std::size_t readings_ = 0;
   double velocity_in_per_s_ = 0.0;
+  double travel_share_ = 0.0;
   std::uint32_t last_code_ = 0;
   std::int64_t last_at_ns_ = 0;
   double unchanged_s_ = 0.0;

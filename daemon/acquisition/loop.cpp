@@ -76,6 +76,8 @@ void Loop::play() noexcept {
   if (!clock_.is_virtual()) usage.read_into(usage_);
   report_.counters = counters();
   report_.fault = engine_.fault();
+  report_.travel = engine_.travel();
+  report_.velocity = engine_.velocity();
   report_.safe_confirmed = engine_.safe_confirmed();
   report_.final_state = machine_.state();
   report_.stops_seen = static_cast<std::uint32_t>(stop_.count());
@@ -139,6 +141,8 @@ void Loop::publish(const TickInputs& inputs) noexcept {
   snapshot.applied_V = last_.applied_V;
   snapshot.displacement_in = last_.displacement_in;
   snapshot.velocity_in_per_s = engine_.velocity_in_per_s();
+  snapshot.travel_share = engine_.travel_share();
+  snapshot.velocity_share = engine_.velocity_share();
   snapshot.latency_max_ns = report_.latency.maximum_ns();
   snapshot.execution_max_ns = report_.execution.maximum_ns();
   snapshot.counters = counters();

@@ -77,6 +77,12 @@ std::string describe_fault(const FaultReport& report) {
           "the sensor shows {:.3f} in of motion that the command cannot have made, the limit is {:.3f} in; check the "
           "sign and wiring of sensor and valve, then [following] in the rig file",
           value, limit);
+    case Fault::enable_contact:
+      return fmt::format(
+          "the auxiliary contact of the enable contactor stayed open for {:.3f} s with the enable line on, {:.3f} s "
+          "are "
+          "allowed; check the contactor, its contact and the hydraulics' supply",
+          value, limit);
     case Fault::feedback_band:
       return fmt::format(
           "the displacement sensor gives {:.3f} V, beyond the {:.3f} V of a sound one; check the sensor and its cable",
@@ -125,6 +131,19 @@ ExitCode exit_code(const RunReport& report) noexcept {
       return ExitCode::io;
   }
   return ExitCode::bug;
+}
+
+std::vector<std::string> warnings(const RunReport& report) {
+  std::vector<std::string> sentences;
+  const auto add = [&](const Margin& margin, Fault trip, const char* limit, const char* remedy) {
+    if (margin.share <= kWarningShare || report.fault.fault == trip) return;
+    sentences.push_back(fmt::format("the run came to {:.0f} % of {} at {:.3f} s, 100 % stops it; {}",
+                                    100.0 * margin.share, limit, static_cast<double>(margin.at_ns) * 1e-9, remedy));
+  };
+  add(report.travel, Fault::travel_limit, "the way to a travel limit, stopping distance included",
+      "lower the excitation or start nearer to mid-travel");
+  add(report.velocity, Fault::velocity_limit, "the velocity limit", "lower the excitation");
+  return sentences;
 }
 
 std::string describe(const RunReport& report) {

@@ -33,6 +33,12 @@ struct FaultReport {
   double limit = 0.0;                          ///< allowed
 };
 
+/// The closest that a run came to a limit of the rig.
+struct Margin {
+  double share = 0.0;      ///< of the limit; over 1 where it tripped
+  std::int64_t at_ns = 0;  ///< when, from the run's first tick [ns]
+};
+
 /// What the operating system granted the loop.
 struct RealtimeFacts {
   bool fifo = false;                 ///< SCHED_FIFO at the asked priority
@@ -50,6 +56,8 @@ struct RunReport {
   bool safe_confirmed = false;  ///< the device acknowledged the safe voltage and the enable off
   std::uint32_t stops_seen = 0;
   LoopCounters counters;
+  Margin travel;        ///< on the way from mid-travel to a travel limit, stopping distance included
+  Margin velocity;      ///< of the velocity limit
   Histogram latency;    ///< wake-up lateness
   Histogram execution;  ///< duration of a tick's work
   RealtimeFacts realtime;
@@ -63,5 +71,8 @@ struct RunReport {
 
 /// One or more sentences on how the run ended: what, when, value, limit, next step. Empty when it completed.
 [[nodiscard]] std::string describe(const RunReport& report);
+
+/// A sentence for each limit of which the run used over kWarningShare and that did not end it.
+[[nodiscard]] std::vector<std::string> warnings(const RunReport& report);
 
 }  // namespace eha::acquisition

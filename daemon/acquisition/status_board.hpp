@@ -40,6 +40,8 @@ struct Snapshot {
   double applied_V = 0.0;
   double displacement_in = 0.0;
   double velocity_in_per_s = 0.0;
+  double travel_share = 0.0;    ///< of the way from mid-travel to a travel limit; see LimitMonitor
+  double velocity_share = 0.0;  ///< of the velocity limit
   std::int64_t latency_max_ns = 0;
   std::int64_t execution_max_ns = 0;
   LoopCounters counters;

@@ -39,6 +39,8 @@ TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& sour
       limits_monitor_(limits, realtime.sample_period_s),
       following_monitor_(following_rule(limits)),
       deadlines_(realtime, late_policy) {
+  const hal::RigCapabilities& abilities = rig.capabilities();
+  if (abilities.has_enable_contact) contact_time_s_ = abilities.enable_contact_time_s;
   applied_.applied_V = safe_V_;
   safe_applied_.applied_V = safe_V_;
 }
@@ -147,7 +149,28 @@ void TickEngine::sample(const TickInputs& inputs, TickRecord& row) noexcept {
   if (breach.fault == Fault::none) {
     breach = following_monitor_.check(inputs.scheduled_ns, reading.displacement_in, applied_.applied_V);
   }
+  if (breach.fault == Fault::none) breach = check_contact(reading);
+  note_margins(row);
   if (breach.fault != Fault::none) trip(breach.fault, breach.value, breach.limit);
+}
+
+void TickEngine::note_margins(TickRecord& row) noexcept {
+  const auto note = [&](double share, Margin& greatest, TickFlag flag) {
+    if (share > kWarningShare) raise_flag(row, flag);
+    if (share > greatest.share) greatest = {share, now_ns_};
+  };
+  note(limits_monitor_.travel_share(), travel_, kNearTravel);
+  note(limits_monitor_.velocity_share(), velocity_, kNearVelocity);
+}
+
+Breach TickEngine::check_contact(const hal::RigReading& reading) noexcept {
+  if (!enabled_ || contact_time_s_ <= 0.0) return {};
+  if (reading.enable_contact) {
+    contact_closed_ns_ = now_ns_;
+    return {};
+  }
+  const double open_s = static_cast<double>(now_ns_ - contact_closed_ns_) * 1e-9;
+  return open_s > contact_time_s_ ? Breach{Fault::enable_contact, open_s, contact_time_s_} : Breach{};
 }
 
 void TickEngine::decide(const TickInputs& inputs) noexcept {
@@ -248,6 +271,7 @@ void TickEngine::enable() noexcept {
   safe_applied_ = applied_;
   const std::int64_t begun_ns = clock_.now_ns();
   enabled_ = note_call(rig_.set_enable(true), begun_ns, Fault::command_failed);
+  contact_closed_ns_ = now_ns_;
   if (enabled_) following_monitor_.begin(now_ns_);
 }
 

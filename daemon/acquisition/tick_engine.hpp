@@ -41,9 +41,10 @@ struct TickInputs {
 /// limit, then make_safe() and idle; on the normal end, a stop, or a failing sink. safe_stop: on any fault or a second
 /// stop: the enable line off, the safe voltage (left out where this tick's write timed out) and make_safe() in the same
 /// tick, make_safe() again each tick until the device confirms (20 times), then faulted.
-/// One time-out that returns within a tick is held and flagged; three ticks with one in a row, any other failure, and
-/// any failure that took longer than a tick are faults.
-/// Real-time safe. Not thread-safe.
+/// A reading beyond 80 % of a travel or velocity limit is flagged. Where the rig has an auxiliary contact, it is a
+/// fault that it stays open longer than the rig allows while the enable line is on. One time-out that returns within a
+/// tick is held and flagged; three ticks with one in a row, any other failure, and any failure that took longer than a
+/// tick are faults. Real-time safe. Not thread-safe.
 class TickEngine {
  public:
   /// Arguments are checked by run(). The rig, the machine, the source and the clock must outlive the engine.
@@ -62,12 +63,20 @@ class TickEngine {
   [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
   [[nodiscard]] const LoopCounters& counters() const noexcept { return counters_; }
   [[nodiscard]] double velocity_in_per_s() const noexcept { return limits_monitor_.velocity_in_per_s(); }
+  /// Of the last reading; see LimitMonitor.
+  [[nodiscard]] double travel_share() const noexcept { return limits_monitor_.travel_share(); }
+  [[nodiscard]] double velocity_share() const noexcept { return limits_monitor_.velocity_share(); }
+  /// The greatest of the run.
+  [[nodiscard]] const Margin& travel() const noexcept { return travel_; }
+  [[nodiscard]] const Margin& velocity() const noexcept { return velocity_; }
   [[nodiscard]] std::uint32_t experiment_rows() const noexcept { return rows_; }
   /// Rows of the experiment that are over, for progress.
   [[nodiscard]] std::uint32_t rows_played(std::uint32_t sequence) const noexcept;
 
  private:
   void sample(const TickInputs& inputs, TickRecord& row) noexcept;
+  void note_margins(TickRecord& row) noexcept;
+  [[nodiscard]] Breach check_contact(const hal::RigReading& reading) noexcept;
   void decide(const TickInputs& inputs) noexcept;
   void drive(const TickInputs& inputs, TickRecord& row) noexcept;
   void drive_safe(TickRecord& row) noexcept;
@@ -97,8 +106,12 @@ class TickEngine {
   hal::AppliedCommand safe_applied_;
   FaultReport fault_;
   LoopCounters counters_;
-  std::int64_t now_ns_ = 0;      ///< scheduled time of the tick under way
-  std::uint32_t first_row_ = 0;  ///< sequence of the first running tick
+  Margin travel_;
+  Margin velocity_;
+  double contact_time_s_ = 0.0;         ///< that the auxiliary contact may be open while enabled [s]
+  std::int64_t contact_closed_ns_ = 0;  ///< when it was last seen closed, or the enable line went on
+  std::int64_t now_ns_ = 0;             ///< scheduled time of the tick under way
+  std::uint32_t first_row_ = 0;         ///< sequence of the first running tick
   std::uint32_t armed_ticks_ = 0;
   int timeouts_in_a_row_ = 0;
   int safe_attempts_ = 0;

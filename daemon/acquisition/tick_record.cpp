@@ -15,7 +15,7 @@ constexpr EnumNames<State, 7> kStates{{{"faulted", State::faulted},
                                        {"running", State::running},
                                        {"ramp_out", State::ramp_out},
                                        {"safe_stop", State::safe_stop}}};
-constexpr EnumNames<Fault, 21> kFaults{{{"none", Fault::none},
+constexpr EnumNames<Fault, 22> kFaults{{{"none", Fault::none},
                                         {"emergency_stop", Fault::emergency_stop},
                                         {"travel_limit", Fault::travel_limit},
                                         {"velocity_limit", Fault::velocity_limit},
@@ -35,7 +35,8 @@ constexpr EnumNames<Fault, 21> kFaults{{{"none", Fault::none},
                                         {"not_following", Fault::not_following},
                                         {"unexplained_motion", Fault::unexplained_motion},
                                         {"feedback_band", Fault::feedback_band},
-                                        {"loop_stalled", Fault::loop_stalled}}};
+                                        {"loop_stalled", Fault::loop_stalled},
+                                        {"enable_contact", Fault::enable_contact}}};
 constexpr EnumNames<RigStatus, 7> kRigStatuses{{{"ok", RigStatus::ok},
                                                 {"timed_out", RigStatus::timed_out},
                                                 {"io_error", RigStatus::io_error},

@@ -38,7 +38,11 @@ enum class Fault : std::uint8_t {
   unexplained_motion,  ///< the sensor shows more motion than the command can have made, or the wrong way
   feedback_band,       ///< the sensor's voltage is none of a sound sensor
   loop_stalled,        ///< the loop stood still, and the guard switched the hydraulics off
+  enable_contact,      ///< the contactor's auxiliary contact does not follow the enable line
 };
+
+/// Share of a limit beyond which a reading is flagged, reported and shown, although nothing trips.
+inline constexpr double kWarningShare = 0.8;
 
 /// Bits of TickRecord::flags.
 enum TickFlag : std::uint16_t {
@@ -51,6 +55,8 @@ enum TickFlag : std::uint16_t {
   kFeedbackRail = 1u << 6,   ///< the code was 0 or full scale
   kEmergencyStop = 1u << 7,  ///< the emergency-stop circuit was open
   kLost = 1u << 8,           ///< the tick ran, but damage to the journal took its row; volts and displacement are NaN
+  kNearTravel = 1u << 9,     ///< over 80 % of the way to a travel limit (kWarningShare)
+  kNearVelocity = 1u << 10,  ///< over 80 % of the velocity limit
 };
 
 /// One tick as recorded: the displacement was sampled, then the command was applied and held to the next tick.

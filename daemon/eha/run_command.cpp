@@ -84,6 +84,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
     miss_guard(" before the end");
   }
   for (const std::string& sentence : run.report.realtime.refused) console.warning(sentence);
+  for (const std::string& sentence : acquisition::warnings(run.report)) console.warning(sentence);
   return {std::move(run), was_guarded};
 }
 

@@ -20,10 +20,15 @@ double number(const Json& object, const char* key) {
 }  // namespace
 
 std::string progress_text(const Json& run) {
-  return fmt::format("{:.1f} of {:.1f} s, {:+.2f} V, {:.3f} in, latency at most {:.0f} us, {:.0f} late, {:.0f} skipped",
-                     number(run, "experiment_s"), number(run, "experiment_total_s"), number(run, "applied_V"),
-                     number(run, "displacement_in"), number(run, "latency_max_us"), number(run, "late"),
-                     number(run, "skipped"));
+  const std::string warning = run.value("near_limit", false)
+                                  ? fmt::format(", NEAR A LIMIT: {:.0f} % of travel, {:.0f} % of velocity",
+                                                number(run, "travel_percent"), number(run, "velocity_percent"))
+                                  : "";
+  return fmt::format(
+      "{:.1f} of {:.1f} s, {:+.2f} V, {:.3f} in, latency at most {:.0f} us, {:.0f} late, {:.0f} skipped{}",
+      number(run, "experiment_s"), number(run, "experiment_total_s"), number(run, "applied_V"),
+      number(run, "displacement_in"), number(run, "latency_max_us"), number(run, "late"), number(run, "skipped"),
+      warning);
 }
 
 double share_played(const Json& run) {

@@ -30,20 +30,24 @@ constexpr const char* kCheckedExperiment = "experiment.toml";
 constexpr const char* kCheckedRig = "rig.toml";
 
 Json describe(const Snapshot& now, double step_s) {
-  return {{"elapsed_s", static_cast<double>(now.elapsed_ns) * 1e-9},
-          {"experiment_s", now.experiment_row * step_s},
-          {"experiment_total_s", now.experiment_rows * step_s},
-          {"requested_V", now.requested_V},
-          {"applied_V", now.applied_V},
-          {"displacement_in", now.displacement_in},
-          {"velocity_in_per_s", now.velocity_in_per_s},
-          {"latency_max_us", static_cast<double>(now.latency_max_ns) * 1e-3},
-          {"execution_max_us", static_cast<double>(now.execution_max_ns) * 1e-3},
-          {"ticks", now.counters.ticks},
-          {"late", now.counters.late},
-          {"skipped", now.counters.skipped},
-          {"dropped", now.counters.dropped},
-          {"queue_peak", now.counters.queue_peak}};
+  return {
+      {"elapsed_s", static_cast<double>(now.elapsed_ns) * 1e-9},
+      {"experiment_s", now.experiment_row * step_s},
+      {"experiment_total_s", now.experiment_rows * step_s},
+      {"requested_V", now.requested_V},
+      {"applied_V", now.applied_V},
+      {"displacement_in", now.displacement_in},
+      {"velocity_in_per_s", now.velocity_in_per_s},
+      {"travel_percent", 100.0 * now.travel_share},
+      {"velocity_percent", 100.0 * now.velocity_share},
+      {"near_limit", now.travel_share > acquisition::kWarningShare || now.velocity_share > acquisition::kWarningShare},
+      {"latency_max_us", static_cast<double>(now.latency_max_ns) * 1e-3},
+      {"execution_max_us", static_cast<double>(now.execution_max_ns) * 1e-3},
+      {"ticks", now.counters.ticks},
+      {"late", now.counters.late},
+      {"skipped", now.counters.skipped},
+      {"dropped", now.counters.dropped},
+      {"queue_peak", now.counters.queue_peak}};
 }
 
 /// One line for each run, oldest first.

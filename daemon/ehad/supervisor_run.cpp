@@ -122,8 +122,12 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report);
   const bool is_unguarded = rig_.guard() == GuardState::died;
-  for (const std::string& sentence :
-       {std::string(is_unguarded ? "the guard of the rig has died" : ""), run.write_error}) {
+  std::vector<std::string> remarks{is_unguarded ? "the guard of the rig has died" : "", run.write_error};
+  for (std::string& sentence : acquisition::warnings(run.report)) {
+    spdlog::warn("experiment {}: {}", entry.id, sentence);
+    remarks.push_back(std::move(sentence));
+  }
+  for (const std::string& sentence : remarks) {
     if (!sentence.empty()) entry.note += (entry.note.empty() ? "" : "; ") + sentence;
   }
   if (outcome == Outcome::completed) {

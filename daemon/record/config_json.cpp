@@ -53,6 +53,10 @@ class JsonKeys {
     set(key, keys_of(table));
   }
   template <class Table>
+  void optional_table(std::string_view key, const std::optional<Table>& table) {
+    if (table) set(key, keys_of(*table));
+  }
+  template <class Table>
   void table_or_none(std::string_view key, const std::optional<Table>& table) {
     set(key, table ? keys_of(*table) : Json("none"));
   }

@@ -47,7 +47,8 @@ std::vector<Column> columns() {
       EHA_COLUMN(digital_inputs, "", H5T_STD_U32LE, "raw digital input word"),
       EHA_COLUMN(flags, "", H5T_STD_U16LE,
                  "1 late, 2 skipped, 4 clamped, 8 slew limited, 16 feedback held, 32 command held, 64 rail, 128 "
-                 "emergency stop, 256 lost from a damaged journal"),
+                 "emergency stop, 256 lost from a damaged journal, 512 over 80 % of the way to a travel limit, 1024 "
+                 "over 80 % of the velocity limit"),
       EHA_COLUMN(state, "", H5T_STD_U8LE,
                  "0 faulted, 1 idle, 2 armed, 3 ramp in, 4 running (the experiment), 5 ramp out, 6 safe stop"),
       EHA_COLUMN(fault, "", H5T_STD_U8LE, "first fault of the run so far, 0 none"),

@@ -28,6 +28,12 @@ Json describe_histogram(const acquisition::Histogram& histogram) {
           {"counts", std::move(counts)}};
 }
 
+Json describe_margin(const acquisition::Margin& margin) {
+  return {{"percent", 100.0 * margin.share},
+          {"at_s", static_cast<double>(margin.at_ns) / 1e9},
+          {"warning", margin.share > acquisition::kWarningShare}};
+}
+
 Json describe_fault(const acquisition::FaultReport& fault) {
   if (fault.fault == acquisition::Fault::none) return nullptr;
   const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
@@ -47,6 +53,7 @@ Json describe_report(const acquisition::RunReport& report) {
           {"final_state", acquisition::to_text(report.final_state)},
           {"safe_confirmed", report.safe_confirmed},
           {"stops", report.stops_seen},
+          {"margins", {{"travel", describe_margin(report.travel)}, {"velocity", describe_margin(report.velocity)}}},
           {"counters",
            {{"ticks", counters.ticks},
             {"experiment_rows", counters.experiment_rows},

@@ -81,7 +81,8 @@ Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
                 {"feedback_lsb_V", rig.feedback_lsb_V},
                 {"emergency_stop", rig.has_emergency_stop},
                 {"enable", rig.has_enable},
-                {"heartbeat", rig.has_heartbeat}}},
+                {"heartbeat", rig.has_heartbeat},
+                {"enable_contact", rig.has_enable_contact}}},
               {"rig", to_json(run.rig)},
               {"experiment", to_json(experiment)},
               {"versions", versions()}};

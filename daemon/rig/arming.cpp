@@ -143,6 +143,12 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
     if (reading.emergency_stop) {
       throw Error(ExitCode::safety_trip, "not armed: the emergency-stop circuit is open; close it, then eha arm");
     }
+    if (reading.enable_contact) {
+      throw Error(
+          ExitCode::safety_trip,
+          "not armed: the auxiliary contact of the enable contactor is closed although the enable line is off; the "
+          "contactor may be welded: switch the hydraulics off by hand and check it");
+    }
     const auto& band = config.limits.sensor;
     const bool outside = band && (reading.feedback_V < band->valid_min_V || reading.feedback_V > band->valid_max_V);
     if (reading.feedback_at_rail || outside || !std::isfinite(reading.displacement_in)) {

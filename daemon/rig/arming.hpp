@@ -26,8 +26,8 @@ struct ArmingFindings {
 void require_protecting_limits(const config::RigConfig& rig);
 
 /// Reads the inputs of a rig whose hydraulics are off some twenty times, one a tick, and refuses what a sound rig does
-/// not show: an open emergency-stop circuit, a sensor outside its valid band or at the end of the converter, or noise
-/// that the following check could take for motion. Blocks for 20 ticks.
+/// not show: an open emergency-stop circuit, a closed contact of the enable contactor, a sensor outside its valid band
+/// or at the end of the converter, or noise that the following check could take for motion. Blocks for 20 ticks.
 /// @throws Error (safety_trip)   what was read and what to check   @throws DeviceError  the rig cannot be read
 void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config);
 

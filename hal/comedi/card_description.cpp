@@ -169,6 +169,10 @@ CardMatch match(const ComediOptions& options, const CardDescription& card) {
       matcher.digital("emergency_stop", options.emergency_stop, SubdeviceKind::digital_input);
   found.enable_is_bidirectional = matcher.digital("enable", options.enable, SubdeviceKind::digital_output);
   found.heartbeat_is_bidirectional = matcher.digital("heartbeat", options.heartbeat, SubdeviceKind::digital_output);
+  if (options.enable_contact) {
+    found.enable_contact_is_bidirectional =
+        matcher.digital("enable_contact", options.enable_contact->line(), SubdeviceKind::digital_input);
+  }
   matcher.finish();
   return found;
 }

@@ -41,6 +41,7 @@ struct CardMatch {
   bool enable_is_bidirectional = false;  ///< the line must be switched to output first
   bool heartbeat_is_bidirectional = false;
   bool emergency_stop_is_bidirectional = false;
+  bool enable_contact_is_bidirectional = false;
 };
 
 /// Finds the channels, ranges and lines of `options` on the card.

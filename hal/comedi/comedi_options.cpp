@@ -60,10 +60,13 @@ std::vector<OptionIssue> check(const ComediOptions& o) {
   if (!(o.feedback_settling_us >= 0.0 && o.feedback_settling_us < kSettlingLimit_us)) {
     issues.push_back(issue("feedback_settling_us", "from 0 to 99", o.feedback_settling_us));
   }
+  const std::optional<DigitalLine> contact =
+      o.enable_contact ? std::optional<DigitalLine>(o.enable_contact->line()) : std::nullopt;
   for (const auto& [key, line] :
        {std::pair<const char*, const std::optional<DigitalLine>&>{"emergency_stop", o.emergency_stop},
         {"enable", o.enable},
-        {"heartbeat", o.heartbeat}}) {
+        {"heartbeat", o.heartbeat},
+        {"enable_contact", contact}}) {
     if (line && line->channel >= kLinesOfOneInstruction) {
       issues.push_back(issue(std::string(key) + ".channel", "from 0 to 31", line->channel));
     }
@@ -74,6 +77,11 @@ std::vector<OptionIssue> check(const ComediOptions& o) {
   if (same_line(o.emergency_stop, o.enable) || same_line(o.emergency_stop, o.heartbeat)) {
     issues.push_back(issue("emergency_stop.channel", "a line of its own", o.emergency_stop->channel));
   }
+  if (same_line(contact, o.emergency_stop) || same_line(contact, o.enable) || same_line(contact, o.heartbeat)) {
+    issues.push_back(issue("enable_contact.channel", "a line of its own", contact->channel));
+  }
+  if (contact && !o.enable)
+    issues.push_back(issue("enable_contact", "an enable line that it follows", "enable = \"none\""));
   if (!std::isfinite(o.scale_in_per_V) || std::abs(o.scale_in_per_V) < 1e-9) {
     issues.push_back(issue("scale_in_per_V", "a number that is not 0", o.scale_in_per_V));
   }

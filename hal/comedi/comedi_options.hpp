@@ -60,6 +60,22 @@ struct DigitalLine {
   }
 };
 
+/// Auxiliary contact of the enable contactor on a digital input: `[comedi.enable_contact]`.
+struct ContactLine {
+  unsigned subdevice = 0;
+  unsigned channel = 0;                    ///< 0..31
+  ActiveLevel active = ActiveLevel::high;  ///< level that the input has while the contactor is closed
+  double follows_within_s = 0.1;           ///< after the enable line [s]
+
+  static void visit_keys(auto& self, auto& keys) {
+    keys.integer("subdevice", self.subdevice, 0, 255);
+    keys.integer("channel", self.channel, 0, 31);
+    keys.choice("active", self.active, kActiveLevels);
+    keys.number("follows_within_s", self.follows_within_s, Range::between(0.001, 10.0));
+  }
+  [[nodiscard]] DigitalLine line() const { return {.subdevice = subdevice, .channel = channel, .active = active}; }
+};
+
 /// Device and wiring of a card, `[comedi]`. open_rig() refuses a card that differs in anything and lists what the card
 /// offers.
 struct ComediOptions {
@@ -79,6 +95,8 @@ struct ComediOptions {
   std::optional<DigitalLine> enable;     ///< hydraulics on; none only when the file says so
   std::optional<DigitalLine> heartbeat;  ///< toggles with every command; none only when the file says so
 
+  std::optional<ContactLine> enable_contact;  ///< none: nothing shows whether the contactor follows
+
   // displacement_in = offset_in + scale_in_per_V * feedback_V
   double scale_in_per_V = 0.0;   ///< displacement sensor, not zero [in/V]
   double offset_in = 0.0;        ///< displacement at 0 V [in]
@@ -95,6 +113,7 @@ struct ComediOptions {
     keys.table_or_none("emergency_stop", self.emergency_stop);
     keys.table_or_none("enable", self.enable);
     keys.table_or_none("heartbeat", self.heartbeat);
+    keys.optional_table("enable_contact", self.enable_contact);
     keys.number("scale_in_per_V", self.scale_in_per_V, Range::any());
     keys.number("offset_in", self.offset_in, Range::any());
     keys.text("calibration_date", self.calibration_date);

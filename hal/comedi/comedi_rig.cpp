@@ -31,6 +31,8 @@ unsigned aref(AnalogReference reference) {
 
 unsigned on_level(const DigitalLine& line) { return line.active == ActiveLevel::high ? 1U : 0U; }
 
+bool is_on(const DigitalLine& line, lsampl_t word) { return ((word >> line.channel) & 1U) == on_level(line); }
+
 const ComediOptions& checked(const ComediOptions& options, double safe_V) {
   std::vector<OptionIssue> issues = check(options);
   if (!(safe_V >= options.command.range_min_V && safe_V <= options.command.range_max_V)) {
@@ -70,15 +72,17 @@ class CardRig final : public Rig {
 
   RigStatus read(std::int64_t, RigReading& reading) noexcept override {
     input_bits_ = {0, 0};
+    contact_bits_ = {0, 0};
     if (const RigStatus status = run(read_list_); status != RigStatus::ok) return status;
     const double volts = comedi_to_phys(sample_, &feedback_range_, match_.last_code);
     reading.feedback_code = sample_;
     reading.feedback_V = volts;
     reading.displacement_in = options_.offset_in + options_.scale_in_per_V * volts;
     reading.feedback_at_rail = sample_ == 0 || sample_ >= match_.last_code;
-    reading.digital_inputs = input_bits_[1];
-    reading.emergency_stop = options_.emergency_stop && ((input_bits_[1] >> options_.emergency_stop->channel) & 1U) !=
-                                                            on_level(*options_.emergency_stop);
+    reading.digital_inputs = options_.emergency_stop ? input_bits_[1] : contact_bits_[1];
+    reading.emergency_stop = options_.emergency_stop && !is_on(*options_.emergency_stop, input_bits_[1]);
+    reading.enable_contact = options_.enable_contact && is_on(options_.enable_contact->line(),
+                                                              contact_shares_word_ ? input_bits_[1] : contact_bits_[1]);
     return RigStatus::ok;
   }
 
@@ -131,6 +135,8 @@ class CardRig final : public Rig {
     capabilities_.has_emergency_stop = options_.emergency_stop.has_value();
     capabilities_.has_enable = options_.enable.has_value();
     capabilities_.has_heartbeat = options_.heartbeat.has_value();
+    capabilities_.has_enable_contact = options_.enable_contact.has_value();
+    if (options_.enable_contact) capabilities_.enable_contact_time_s = options_.enable_contact->follows_within_s;
     snapshot_.device = options_.device;
     snapshot_.board = card_.board;
     snapshot_.subdevice = options_.command.subdevice;
@@ -162,6 +168,12 @@ class CardRig final : public Rig {
     if (options_.emergency_stop) {
       read_instructions_[count++] =
           instruction(INSN_BITS, 2, input_bits_.data(), options_.emergency_stop->subdevice, 0);
+    }
+    contact_shares_word_ = options_.enable_contact && options_.emergency_stop &&
+                           options_.enable_contact->subdevice == options_.emergency_stop->subdevice;
+    if (options_.enable_contact && !contact_shares_word_) {
+      read_instructions_[count++] =
+          instruction(INSN_BITS, 2, contact_bits_.data(), options_.enable_contact->subdevice, 0);
     }
     read_list_ = {.n_insns = count, .insns = read_instructions_.data()};
   }
@@ -195,6 +207,7 @@ class CardRig final : public Rig {
     for (const auto* line : {&options_.enable, &options_.heartbeat}) {
       if (*line) used.erase((*line)->subdevice);
     }
+    if (options_.enable_contact) used.insert(options_.enable_contact->subdevice);
     for (const unsigned subdevice : used) {
       if (comedi_lock(device_.get(), subdevice) != 0) {
         throw DeviceError(options_.device + ": subdevice " + std::to_string(subdevice) +
@@ -215,6 +228,9 @@ class CardRig final : public Rig {
     // The level first, so that the line does not start on when it becomes an output.
     if (match_.enable_is_bidirectional) require(set_enable(false), "switch the enable line off");
     set(options_.emergency_stop, match_.emergency_stop_is_bidirectional, COMEDI_INPUT);
+    if (options_.enable_contact) {
+      set(options_.enable_contact->line(), match_.enable_contact_is_bidirectional, COMEDI_INPUT);
+    }
     set(options_.enable, match_.enable_is_bidirectional, COMEDI_OUTPUT);
     set(options_.heartbeat, match_.heartbeat_is_bidirectional, COMEDI_OUTPUT);
   }
@@ -246,8 +262,10 @@ class CardRig final : public Rig {
   lsampl_t code_ = 0;
   unsigned heartbeat_level_ = 0;
   std::array<lsampl_t, 2> input_bits_{};
+  std::array<lsampl_t, 2> contact_bits_{};
+  bool contact_shares_word_ = false;  ///< with the emergency stop
   std::array<lsampl_t, 2> heartbeat_bits_{};
-  std::array<comedi_insn, 4> read_instructions_{};
+  std::array<comedi_insn, 5> read_instructions_{};
   std::array<comedi_insn, 2> write_instructions_{};
   comedi_insnlist read_list_{};
   comedi_insnlist write_list_{};

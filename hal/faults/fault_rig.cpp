@@ -63,6 +63,8 @@ RigStatus FaultRig::read(std::int64_t elapsed_ns, RigReading& reading) noexcept 
   if (const InjectedFault* spike = active(FaultKind::spike)) actual.displacement_in += spike->amount;
   if (active(FaultKind::not_finite)) actual.displacement_in = std::numeric_limits<double>::quiet_NaN();
   if (active(FaultKind::emergency_stop)) actual.emergency_stop = true;
+  if (active(FaultKind::contact_open)) actual.enable_contact = false;
+  if (active(FaultKind::contact_closed)) actual.enable_contact = true;
   reading = actual;
   return RigStatus::ok;
 }

@@ -29,6 +29,8 @@ enum class FaultKind {
   slow_read,          ///< read() takes `amount` [s] longer
   slow_command,       ///< command() takes `amount` [s] longer
   emergency_stop,     ///< the emergency-stop circuit is open
+  contact_open,       ///< the enable contactor's auxiliary contact reads open: it does not pull in, or has dropped out
+  contact_closed,     ///< it reads closed: the contactor is welded
 };
 
 /// An injected fault and its ticks. Tick k is the k-th read() since the rig was wrapped, from 0, with the command()

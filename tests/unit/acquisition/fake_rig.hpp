@@ -32,6 +32,12 @@ class FakeRig final : public hal::Rig {
     writes_.reserve(kWritesKept);
   }
 
+  /// Gives it an auxiliary contact that follows the enable line at once.
+  void add_contact(double allowed_s) {
+    capabilities_.has_enable_contact = true;
+    capabilities_.enable_contact_time_s = allowed_s;
+  }
+
   [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return capabilities_; }
 
   hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
@@ -45,6 +51,7 @@ class FakeRig final : public hal::Rig {
     reading.feedback_V = position_in_;
     reading.feedback_code = static_cast<std::uint32_t>(std::lround(position_in_ * 3276.8)) * 2 + (dither_ ? 1 : 0);
     reading.digital_inputs = 0x5;
+    reading.enable_contact = capabilities_.has_enable_contact && enabled_;
     return hal::RigStatus::ok;
   }
 

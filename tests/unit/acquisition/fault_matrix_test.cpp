@@ -196,6 +196,35 @@ TEST(FaultMatrixOutputTimeOut, SwitchesTheHydraulicsOffBeforeTheOutputIsTriedAga
   }
 }
 
+TEST(FaultMatrixContact, StopsARigWhoseContactorDoesNotPullInOrDropsOut) {
+  constexpr double kAllowed_s = 0.03;
+  for (const Phase phase : {Phase::ramp, Phase::run}) {
+    for (const std::int64_t first_tick : {std::int64_t{0}, tick_of(phase)}) {
+      FakeRig wire;
+      wire.add_contact(kAllowed_s);
+      Play play;
+      hal::FaultRig rig(wire, {{FaultKind::contact_open, first_tick, hal::InjectedFault::kAlways, 0.0}});
+      play.on(rig);
+      ASSERT_EQ(play.report.fault.fault, Fault::enable_contact) << "from tick " << first_tick;
+      EXPECT_EQ(exit_code(play.report), ExitCode::safety_trip);
+      EXPECT_TRUE(play.report.safe_confirmed);
+      EXPECT_TRUE(wire.is_safe());
+      // One tick more than allowed after the last closed reading, or after the enable line went on in tick 0.
+      EXPECT_EQ(play.report.fault.at_ns, (std::max<std::int64_t>(first_tick - 1, 0) + 31) * 1'000'000);
+      EXPECT_NE(describe(play.report).find("auxiliary contact"), std::string::npos);
+    }
+  }
+}
+
+TEST(FaultMatrixContact, AllowsTheContactItsTimeToFollow) {
+  FakeRig wire;
+  wire.add_contact(0.03);
+  Play play;
+  hal::FaultRig rig(wire, {{FaultKind::contact_open, 0, 30, 0.0}, {FaultKind::contact_open, 200, 30, 0.0}});
+  play.on(rig);
+  EXPECT_EQ(play.report.outcome, Outcome::completed) << describe(play.report);
+}
+
 TEST(FaultMatrixTravel, StopsARodThatRunsTowardsTheEndOfItsTravelInsideIt) {
   for (const double voltage_V : {4.0, -4.0}) {
     FakeRig wire;

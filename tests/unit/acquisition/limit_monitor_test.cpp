@@ -162,5 +162,32 @@ TEST(LimitMonitor, TripsOnEmergencyStopRailAndNonsense) {
   EXPECT_EQ(monitor.check(0, at(std::numeric_limits<double>::infinity()), 0.0).fault, Fault::feedback_not_finite);
 }
 
+TEST(LimitMonitor, SaysHowFarTheRodIsOnTheWayToItsLimits) {
+  // At rest: the middle of the allowed travel is 2.95 in, a limit 2.75 in from it.
+  const auto share_at = [](double position_in) {
+    LimitMonitor monitor(test_limits(), 0.001);
+    EXPECT_EQ(monitor.check(0, at(position_in), 0.0).fault, Fault::none);
+    return monitor.travel_share();
+  };
+  EXPECT_NEAR(share_at(2.95), 0.0, 1e-12);
+  EXPECT_NEAR(share_at(2.95 + 2.2), 0.8, 1e-12);
+  EXPECT_NEAR(share_at(2.95 - 2.2), 0.8, 1e-12);
+  // In motion: always 80 % before 100 %, and over 100 % where it trips.
+  for (const double speed : {-10.0, -1.0, 1.0, 10.0}) {
+    LimitMonitor monitor(test_limits(), 0.001);
+    double warned_in = 2.95;
+    Breach breach;
+    for (int k = 0; breach.fault == Fault::none; ++k) {
+      const double position_in = 2.95 + speed * 0.001 * k;
+      breach = monitor.check(k * kTick_ns, at(position_in, static_cast<std::uint32_t>(k)), 0.0);
+      if (monitor.travel_share() <= kWarningShare) warned_in = position_in;
+      if (k > 30) ASSERT_NEAR(monitor.velocity_share(), std::abs(speed) / 20.0, 1e-6);
+    }
+    EXPECT_EQ(breach.fault, Fault::travel_limit);
+    EXPECT_GT(monitor.travel_share(), 1.0);
+    EXPECT_LT(std::abs(warned_in - 2.95), 0.8 * 2.75 + 0.02);
+  }
+}
+
 }  // namespace
 }  // namespace eha::acquisition

@@ -443,5 +443,33 @@ TEST(Run, KeepsRealTimeOnTheMonotonicClock) {
   EXPECT_TRUE((facts.fifo && facts.memory_locked && facts.c_states_held) || !facts.refused.empty());
 }
 
+TEST(Margins, AreFlaggedReportedAndSaidWhenARunComesNearALimit) {
+  // From 2.95 in at 1 in/(V s): 2 V cos at 2 Hz has an amplitude of 0.16 in and 2 in/s; then an offset carries it out.
+  FakeRig rig;
+  Play quiet;
+  quiet.on(rig);
+  EXPECT_TRUE(warnings(quiet.report).empty());
+  EXPECT_LT(quiet.report.travel.share, kWarningShare);
+  EXPECT_NEAR(quiet.report.velocity.share, 2.0 / 20.0, 0.02);
+  for (const TickRecord& row : quiet.rows) EXPECT_EQ(row.flags & (kNearTravel | kNearVelocity), 0);
+
+  FakeRig far;
+  Play play;
+  play.limits.travel_max_in = quiet.rows.back().displacement_in + 0.4;
+  play.limits.travel_min_in = -play.limits.travel_max_in;
+  play.limits.velocity_limit_in_per_s = 2.2;
+  play.on(far);
+  EXPECT_EQ(play.report.outcome, Outcome::completed) << describe(play.report);
+  EXPECT_GT(play.report.velocity.share, kWarningShare);
+  EXPECT_LT(play.report.velocity.share, 1.0);
+  bool flagged = false;
+  for (const TickRecord& row : play.rows) flagged = flagged || (row.flags & kNearVelocity) != 0;
+  EXPECT_TRUE(flagged);
+  const std::vector<std::string> said = warnings(play.report);
+  ASSERT_FALSE(said.empty());
+  EXPECT_NE(said.back().find("% of the velocity limit at "), std::string::npos) << said.back();
+  EXPECT_EQ(describe(play.report), "") << "a run near a limit has completed all the same";
+}
+
 }  // namespace
 }  // namespace eha::acquisition

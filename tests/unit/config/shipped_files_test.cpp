@@ -83,6 +83,23 @@ TEST(ShippedFiles, TheCardIsWiredAsThePci1716Is) {
   EXPECT_NE(wired.enable->channel, wired.heartbeat->channel);
 }
 
+TEST(ShippedFiles, TheCommentedEnableContactIsOneThatLoads) {
+  std::string text = card().text;
+  const std::size_t first = text.find("# [comedi.enable_contact]");
+  ASSERT_NE(first, std::string::npos);
+  const std::size_t size = text.find("\n\n", first) - first;
+  std::string lines = text.substr(first + 2, size - 2);
+  for (std::size_t at = lines.find("\n# "); at != std::string::npos; at = lines.find("\n# ")) lines.erase(at + 1, 2);
+  text.replace(first, size, lines);
+  const RigConfig rig = parse_rig(text, "pci1716.toml");
+  const auto& contact = std::get<hal::ComediOptions>(rig.backend).enable_contact;
+  ASSERT_TRUE(contact);
+  EXPECT_EQ(contact->subdevice, 2U);
+  EXPECT_EQ(contact->channel, 1U);
+  EXPECT_EQ(contact->follows_within_s, 0.1);
+  EXPECT_FALSE(std::get<hal::ComediOptions>(card().backend).enable_contact);
+}
+
 TEST(ShippedFiles, ThePaperExperimentIsTheOneInThePaper) {
   const ExperimentConfig experiment = paper();
   EXPECT_EQ(experiment.duration_s, 50.0);

@@ -46,5 +46,16 @@ TEST(ComediOptions, RefuseAnEmergencyStopOnAnOutputLine) {
   EXPECT_EQ(keys(o), "emergency_stop.channel");
 }
 
+TEST(ComediOptions, RefuseAnEnableContactWithoutALineOfItsOwnOrWithoutAnEnableLine) {
+  ComediOptions o = pci1716_options();
+  o.enable_contact = ContactLine{.subdevice = 2, .channel = 1};
+  EXPECT_EQ(keys(o), "");
+  o.enable_contact->channel = o.emergency_stop->channel;
+  EXPECT_EQ(keys(o), "enable_contact.channel");
+  o.enable_contact->channel = 1;
+  o.enable.reset();
+  EXPECT_EQ(keys(o), "enable_contact");
+}
+
 }  // namespace
 }  // namespace eha::hal

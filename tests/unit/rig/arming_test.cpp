@@ -105,6 +105,15 @@ TEST(Arming, IsRefusedWhileTheEmergencyStopCircuitIsOpenOrTheRigCannotBeRead) {
   EXPECT_THROW(require_plausible_inputs(unreadable, config), DeviceError);
 }
 
+TEST(Arming, IsRefusedWhileTheEnableContactIsClosed) {
+  const config::RigConfig config = card();
+  acquisition::FakeRig rig;
+  rig.add_contact(0.1);
+  EXPECT_NO_THROW(require_plausible_inputs(rig, config));
+  hal::FaultRig welded(rig, {{.kind = hal::FaultKind::contact_closed}});
+  EXPECT_EQ(judged(welded, config), ExitCode::safety_trip);
+}
+
 TEST(Arming, IsRefusedForASensorThatIsOffItsBandOrTooNoisy) {
   const config::RigConfig config = card();
   const hal::SimOptions plant;
