@@ -24,11 +24,11 @@ std::string parameter_path(const std::string& module, const std::string& paramet
 
 }  // namespace
 
-Board::Board(std::string module) : module_(std::move(module)) {
+Board::Board(std::string module, const char* parameters) : module_(std::move(module)) {
   const std::string path = "/modules/" + module_ + ".ko";
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) fail(path);
-  const long loaded = syscall(SYS_finit_module, file, "", 0);
+  const long loaded = syscall(SYS_finit_module, file, parameters, 0);
   close(file);
   if (loaded != 0) fail("loading " + path);
   if (!std::filesystem::exists("/dev/comedi0")) fail("/dev/comedi0");

@@ -12,7 +12,8 @@ namespace eha::test {
 /// @throws std::runtime_error  the module does not load or the device does not appear
 class Board {
  public:
-  explicit Board(std::string module);
+  /// @param parameters  of the module, as "rod=1"
+  explicit Board(std::string module, const char* parameters = "");
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
   ~Board();

@@ -4,6 +4,10 @@
  * that the out-of-tree adv_pci1710 driver gives, on the kernel's own comedi core. Analog output 0 is wired to analog
  * input 0, output 1 to input 2 (so that the differential pairs read the same); the odd inputs are grounded.
  *
+ * With rod=1 analog input 0 is the displacement sensor of a rod behind a valve at output 0: while digital output 0 is on
+ * (the hydraulics), it moves by 0.14 in/(V s) of what exceeds the valve's dead band of 0.25 V, between end stops at 0 and
+ * 5.9 in, which read as -10 and 10 V. It begins at 2.95 in. rod_uV is where it truly is, as a sound sensor would read.
+ *
  * Like the real driver, attach and detach put the outputs to code 0 of 0..5 V and all digital outputs off, and a
  * change of range shows the old code in the new range until the new code is written: both steps are in the log.
  *
@@ -12,6 +16,12 @@
  *   ai_io_error (count)                  the conversion ends with EIO
  *   ai_stall (count), ai_stall_ms        the conversion takes that much longer
  *   ai_stuck (0 or 1)                    every channel keeps the code of its last good conversion
+ *   ai_noise (steps)                     noise of up to that many steps either way on every conversion, a stuck one's too
+ *   ai_open (0 or 1), ai_open_mV         the wire of input 0 is off: it reads that voltage
+ *   ai_slope_percent                     slope of the sensor at input 0 about 0 V; -100 is the wrong sign
+ *   ao_timeout (count), ao_timeout_ms    the write to the output ends with ETIME, after that long, and writes nothing
+ *   contact                              0: none; digital input 1 shows the enable contactor, 1: as digital output 0 is,
+ *                                        2: always open, 3: always closed
  *   all_ones (0 or 1)                    analog and digital inputs read all ones, as a card that left its bus does
  *   removed (0 or 1)                     the device goes, as by a hot unplug; 0 brings it back
  *   di                                   word at the digital inputs (an emergency stop is one of its bits)
@@ -32,7 +42,18 @@
 enum { AI_CHANNELS = 16, AO_CHANNELS = 2, DIO_LINES = 16, MAX_CODE = 0xffff, AO_RESET_RANGE = 2, LOG_LENGTH = 4096 };
 
 static int ai_timeout, ai_timeout_ms, ai_io_error, ai_stall, ai_stall_ms, ai_stuck, all_ones;
+static int ai_noise, ai_open, ai_open_mV, ai_slope_percent = 100, ao_timeout, ao_timeout_ms, contact;
+static int rod, rod_uV;
 static uint di = 0xffff;
+module_param(ai_noise, int, 0644);
+module_param(ai_open, int, 0644);
+module_param(ai_open_mV, int, 0644);
+module_param(ai_slope_percent, int, 0644);
+module_param(ao_timeout, int, 0644);
+module_param(ao_timeout_ms, int, 0644);
+module_param(contact, int, 0644);
+module_param(rod, int, 0444);
+module_param(rod_uV, int, 0444);
 module_param(ai_timeout, int, 0644);
 module_param(ai_timeout_ms, int, 0644);
 module_param(ai_io_error, int, 0644);
@@ -126,13 +147,61 @@ static void take_longer(int duration_ms)
 		usleep_range(duration_ms * 1000, duration_ms * 1000 + 50);
 }
 
+enum { ROD_DEAD_BAND_uV = 250000, ROD_END_uV = 10000000, ENABLE_BIT = 1 };
+
+/* Moves the rod to now. Before every reading, and before anything that changes its speed. */
+static void move_rod(void)
+{
+	static u64 last_us;
+	u64 now_us = div_u64(ktime_get_ns(), 1000);
+	s64 command_uV = div_s64(ao_nV(0), 1000);
+	s64 passed_us = min_t(u64, now_us - last_us, 1000000);
+	static s64 rod_nV;
+
+	last_us = now_us;
+	if (!(do_word & ENABLE_BIT))
+		return;
+	if (command_uV > ROD_DEAD_BAND_uV)
+		command_uV -= ROD_DEAD_BAND_uV;
+	else if (command_uV < -ROD_DEAD_BAND_uV)
+		command_uV += ROD_DEAD_BAND_uV;
+	else
+		return;
+	/* 0.14 in/(V s) at 0.295 in/V of the sensor: 0.4746 V/s a volt */
+	rod_nV += div_s64(command_uV * passed_us * 4746, 10000000);
+	rod_nV = clamp_t(s64, rod_nV, -ROD_END_uV * 1000LL, ROD_END_uV * 1000LL);
+	rod_uV = (int)div_s64(rod_nV, 1000);
+}
+
+static s64 sensor_nV(void)
+{
+	if (ai_open)
+		return ai_open_mV * 1000000LL;
+	move_rod();
+	return rod_uV * 10LL * ai_slope_percent;
+}
+
 static s64 input_nV(unsigned int channel)
 {
+	if (channel == 0 && rod)
+		return sensor_nV();
 	if (channel == 0)
 		return ao_nV(0);
 	if (channel == 2)
 		return ao_nV(1);
 	return 0;
+}
+
+static unsigned int with_noise(unsigned int code)
+{
+	static u32 state = 1;
+	int noise = 0;
+
+	if (ai_noise > 0) {
+		state = state * 1664525u + 1013904223u; /* Numerical Recipes' generator: any run is like any other */
+		noise = (int)((state >> 8) % (2 * ai_noise + 1)) - ai_noise;
+	}
+	return (unsigned int)clamp_t(int, (int)code + noise, 0, MAX_CODE);
 }
 
 static int ai_read(struct comedi_device *dev, struct comedi_subdevice *s, struct comedi_insn *insn, unsigned int *data)
@@ -151,7 +220,7 @@ static int ai_read(struct comedi_device *dev, struct comedi_subdevice *s, struct
 			return -EIO;
 		if (!ai_stuck)
 			last_good[channel] = nV_to_code(&ai_ranges.range[CR_RANGE(insn->chanspec)], input_nV(channel));
-		data[i] = all_ones ? MAX_CODE : last_good[channel];
+		data[i] = all_ones ? MAX_CODE : with_noise(last_good[channel]);
 	}
 	return insn->n;
 }
@@ -162,6 +231,11 @@ static int ao_write(struct comedi_device *dev, struct comedi_subdevice *s, struc
 	unsigned int range = CR_RANGE(insn->chanspec);
 	unsigned int i;
 
+	move_rod();
+	if (strikes(&ao_timeout)) {
+		take_longer(ao_timeout_ms);
+		return -ETIME;
+	}
 	if (range != ao[channel].range) {
 		ao[channel].range = range;
 		log_ao(channel);
@@ -184,12 +258,20 @@ static int ao_read(struct comedi_device *dev, struct comedi_subdevice *s, struct
 
 static int di_bits(struct comedi_device *dev, struct comedi_subdevice *s, struct comedi_insn *insn, unsigned int *data)
 {
-	data[1] = all_ones ? 0xffff : di & 0xffff;
+	unsigned int word = di & 0xffff;
+
+	if (contact) {
+		bool closed = contact == 3 || (contact == 1 && (do_word & ENABLE_BIT));
+
+		word = closed ? word | 2 : word & ~2u;
+	}
+	data[1] = all_ones ? 0xffff : word;
 	return insn->n;
 }
 
 static int do_bits(struct comedi_device *dev, struct comedi_subdevice *s, struct comedi_insn *insn, unsigned int *data)
 {
+	move_rod();
 	if (comedi_dio_update_state(s, data)) {
 		do_word = s->state;
 		log_change(WIRE_DO, do_word);
