@@ -40,7 +40,7 @@ TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& sour
       following_monitor_(following_rule(limits)),
       deadlines_(realtime, late_policy) {
   const hal::RigCapabilities& abilities = rig.capabilities();
-  if (abilities.has_enable_contact) contact_time_s_ = abilities.enable_contact_time_s;
+  if (abilities.has_enable_contact) contact_time_ns_ = std::llround(abilities.enable_contact_time_s * 1e9);
   applied_.applied_V = safe_V_;
   safe_applied_.applied_V = safe_V_;
 }
@@ -164,13 +164,14 @@ void TickEngine::note_margins(TickRecord& row) noexcept {
 }
 
 Breach TickEngine::check_contact(const hal::RigReading& reading) noexcept {
-  if (!enabled_ || contact_time_s_ <= 0.0) return {};
+  if (!enabled_ || contact_time_ns_ == 0) return {};
   if (reading.enable_contact) {
     contact_closed_ns_ = now_ns_;
     return {};
   }
-  const double open_s = static_cast<double>(now_ns_ - contact_closed_ns_) * 1e-9;
-  return open_s > contact_time_s_ ? Breach{Fault::enable_contact, open_s, contact_time_s_} : Breach{};
+  const std::int64_t open_ns = now_ns_ - contact_closed_ns_;
+  if (open_ns <= contact_time_ns_) return {};
+  return {Fault::enable_contact, static_cast<double>(open_ns) * 1e-9, static_cast<double>(contact_time_ns_) * 1e-9};
 }
 
 void TickEngine::decide(const TickInputs& inputs) noexcept {

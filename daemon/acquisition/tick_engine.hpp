@@ -108,7 +108,7 @@ class TickEngine {
   LoopCounters counters_;
   Margin travel_;
   Margin velocity_;
-  double contact_time_s_ = 0.0;         ///< that the auxiliary contact may be open while enabled [s]
+  std::int64_t contact_time_ns_ = 0;    ///< that the auxiliary contact may be open while enabled; 0: there is none
   std::int64_t contact_closed_ns_ = 0;  ///< when it was last seen closed, or the enable line went on
   std::int64_t now_ns_ = 0;             ///< scheduled time of the tick under way
   std::uint32_t first_row_ = 0;         ///< sequence of the first running tick

@@ -76,7 +76,7 @@ TEST(Doctor, PrintsFollowingFromARunAndARigFileTakesIt) {
   // The lines take the place of the shipped ones.
   std::string text = content_of(rig);
   const std::size_t table = text.find("[following]");
-  text.replace(table, text.find("# How ticks are kept.") - table, ended.out.substr(0, ended.out.find("\n\n") + 1));
+  text.replace(table, text.find("# How ticks are kept.") - table, ended.out.substr(0, ended.out.find("Next:")) + "\n");
   folder.write("rig.toml", text);
   const Ended checked = run_eha({"check", "rig.toml"}, folder.path());
   EXPECT_EQ(checked.code, 0) << checked.err << text;

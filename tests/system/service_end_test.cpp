@@ -11,6 +11,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <memory>
 #include <new>
 #include <sstream>
@@ -165,6 +166,7 @@ TEST(ServiceEnd, LosesNothingAndFitsNothingTwiceWhenKilledBetweenAnyTwoOperation
   const Reference reference = run_undisturbed();
   const std::vector<long> points = kill_points(reference.operations);
   EXPECT_GT(points.size(), 30U) << "journal, raw.h5, data, manifest, queue, models, link, index";
+  std::cout << reference.operations.size() << " operations on files, killed before " << points.size() << " of them\n";
   for (const long point : points) {
     SCOPED_TRACE("killed before operation " + std::to_string(point) + ": " +
                  reference.operations[static_cast<std::size_t>(point)]);

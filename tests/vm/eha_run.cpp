@@ -28,19 +28,26 @@ std::string write_file(const fs::path& path, const std::string& text) {
   return path.string();
 }
 
-/// Three tones that never rest for the frozen-sensor time, small enough for the shipped limits.
-std::string experiment_text(std::chrono::milliseconds duration) {
+constexpr const char* kQuickTones = R"(tones = [
+  { frequency_Hz = 0.5, amplitude_V = 1.0, phase_rad = 0.3 },
+  { frequency_Hz = 1.0, amplitude_V = 0.6, phase_rad = 1.9 },
+  { frequency_Hz = 2.5, amplitude_V = 0.4, phase_rad = 4.2 },
+])";
+constexpr const char* kSlowTones = R"(tones = [
+  { frequency_Hz = 0.25, amplitude_V = 2.0, phase_rad = 0.3 },
+  { frequency_Hz = 0.5, amplitude_V = 1.0, phase_rad = 1.9 },
+])";
+
+/// Tones that are small enough for the shipped limits.
+std::string experiment_text(std::chrono::milliseconds duration, Tones tones) {
   return "schema = 1\nname = \"vm\"\nduration_s = " + std::to_string(static_cast<double>(duration.count()) * 1e-3) +
          R"(
 repetitions = 1
 [excitation]
 kind = "multisine"
 offset_V = 0.0
-tones = [
-  { frequency_Hz = 0.5, amplitude_V = 1.0, phase_rad = 0.3 },
-  { frequency_Hz = 1.0, amplitude_V = 0.6, phase_rad = 1.9 },
-  { frequency_Hz = 2.5, amplitude_V = 0.4, phase_rad = 4.2 },
-]
+)" + (tones == Tones::quick ? kQuickTones : kSlowTones) +
+         R"(
 [record]
 discard_s = 0.0
 decimation = 10
@@ -116,9 +123,9 @@ range_min_V = -10.0
 range_max_V = )" + range_max_V + "\n");
 }
 
-EhaRun::EhaRun(const std::string& rig_file, std::chrono::milliseconds duration)
+EhaRun::EhaRun(const std::string& rig_file, std::chrono::milliseconds duration, Tones tones)
     : runs_(new_folder()),
-      process_({"eha", "run", write_file("/tmp/experiment.toml", experiment_text(duration)), "--local", "--rig",
+      process_({"eha", "run", write_file("/tmp/experiment.toml", experiment_text(duration, tones)), "--local", "--rig",
                 rig_file, "--yes", "--output", runs_.string()}) {}
 
 void EhaRun::wait_until_running() const {

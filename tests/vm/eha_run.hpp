@@ -20,10 +20,14 @@ inline constexpr const char* kPci1716Rig = "/usr/share/ehad/rigs/pci1716.toml";
 enum class RigFile { right, wrong_board, wrong_range, missing_device };
 [[nodiscard]] std::string kernel_board_rig(RigFile kind = RigFile::right);
 
+/// Sum of sines that an experiment plays: `quick` never rests for the frozen-sensor time and hardly moves a rod, `slow`
+/// moves it by some tenths of an inch.
+enum class Tones { quick, slow };
+
 /// `eha run --local` on a card, its output in a folder of its own.
 class EhaRun {
  public:
-  EhaRun(const std::string& rig_file, std::chrono::milliseconds duration);
+  EhaRun(const std::string& rig_file, std::chrono::milliseconds duration, Tones tones = Tones::quick);
 
   Process& process() { return process_; }
   /// Blocks until the first row of the experiment itself was commanded.

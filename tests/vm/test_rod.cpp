@@ -72,7 +72,7 @@ TEST_P(RodWith, EndsAsDocumentedAndInTime) {
   const RodFault& fault = GetParam();
   const Board board("pci1716_card", "rod=1 ai_noise=1");
   for (const auto& [parameter, value] : fault.before) board.set(parameter, value);
-  EhaRun run(kPci1716Rig, 6s);
+  EhaRun run(kPci1716Rig, 8s, Tones::slow);
   run.wait_until_running();
   const double from_in = fault.before.empty() ? rod_in(board) : 2.95;
   const std::int64_t from_ns = now_ns();
@@ -83,7 +83,7 @@ TEST_P(RodWith, EndsAsDocumentedAndInTime) {
     run.process().wait();
   }
   const nlohmann::ordered_json manifest = run.manifest();
-  EXPECT_EQ(manifest.at("outcome"), fault.outcome) << run.process().output();
+  ASSERT_EQ(manifest.at("outcome"), fault.outcome) << run.process().output();
   const double moved_in = std::abs(rod_in(board) - from_in);
   const std::int64_t off_ns = off_since_ns();
   ASSERT_NE(off_ns, kNever) << "the enable line is on";

@@ -181,7 +181,8 @@ TEST(LimitMonitor, SaysHowFarTheRodIsOnTheWayToItsLimits) {
       const double position_in = 2.95 + speed * 0.001 * k;
       breach = monitor.check(k * kTick_ns, at(position_in, static_cast<std::uint32_t>(k)), 0.0);
       if (monitor.travel_share() <= kWarningShare) warned_in = position_in;
-      if (k > 30) ASSERT_NEAR(monitor.velocity_share(), std::abs(speed) / 20.0, 1e-6);
+      const double expected_share = k > 30 ? std::abs(speed) / 20.0 : monitor.velocity_share();
+      ASSERT_NEAR(monitor.velocity_share(), expected_share, 1e-6);
     }
     EXPECT_EQ(breach.fault, Fault::travel_limit);
     EXPECT_GT(monitor.travel_share(), 1.0);

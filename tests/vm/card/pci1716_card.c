@@ -84,7 +84,7 @@ struct wire_change {
 static struct {
 	unsigned int code, range;
 } ao[AO_CHANNELS];
-static unsigned int last_good[AI_CHANNELS];
+static unsigned int last_good[AI_CHANNELS] = { [0 ... AI_CHANNELS - 1] = 0x8000 };
 static unsigned int do_word;
 static DEFINE_SPINLOCK(log_lock);
 static struct wire_change wire_log[LOG_LENGTH];
