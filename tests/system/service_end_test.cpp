@@ -55,7 +55,7 @@ class TrappedService {
   std::int64_t begin_run() {
     Client client(daemon.socket());
     client.call("arm");
-    return submit(client, experiment_text("end", 20.0));
+    return submit(client, experiment_text("end", 6.0));
   }
 
   [[nodiscard]] bool is_dead() const {
