@@ -152,8 +152,8 @@ INSTANTIATE_TEST_SUITE_P(
                       RodFault{"AConverterThatStalls",
                                {},
                                {{"ai_stall_ms", 1000}, {"ai_stall", 1}},
-                               "deadline",
-                               {"consecutive_late"},
+                               "faulted",
+                               {"loop_stalled"},
                                1.1,
                                0.5}),
     [](const auto& parameters) { return parameters.param.name; });
