@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 #include "daemon/identify/executor.hpp"
-#include "daemon/record/record_csv.hpp"
+#include "daemon/importer/import.hpp"
 #include "ident/estimation/fit.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 #include "tests/unit/shared_data.hpp"
@@ -41,7 +41,8 @@ std::vector<Data> records() {
       {"hair_dryer.csv", 1}, {"eha_pump.csv", 31}, {"servohydraulic_mts.csv", 40}};
   for (const auto& [file, decimation] : decimations) {
     const std::filesystem::path path = test::shared("data/" + file);
-    if (std::filesystem::exists(path)) all.push_back({file, record::read_record_csv(path.string()), decimation});
+    if (std::filesystem::exists(path))
+      all.push_back({file, importer::import_record(path.string(), {}).record, decimation});
   }
   return all;
 }
