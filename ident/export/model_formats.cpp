@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/export/model_formats.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cctype>
+#include <vector>
+
+#include "core/text.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr std::array kFormats{
+    ModelFormat{"octave", "function file for Octave, without packages", &octave_text},
+    ModelFormat{"matlab", "the same function file for MATLAB, without toolboxes", &octave_text},
+    ModelFormat{"python", "module with one function, needs NumPy alone", &python_text},
+    ModelFormat{"c", "C99 source without allocation, one call a row", &c_text},
+    ModelFormat{"ss", "state space as matrices A, B, C, D for Octave or MATLAB", &state_space_text},
+    ModelFormat{"json", "state space and lines for FOMCON and CRONE as JSON", &json_text}};
+
+constexpr std::size_t kLongestReason = 200;
+
+std::string power(const Term& term) {
+  if (term.order == 0.0) return fmt::format("{:.6g}", term.coefficient);
+  if (term.order == 1.0) return fmt::format("{:.6g} s", term.coefficient);
+  return fmt::format("{:.6g} s^{:.6g}", term.coefficient, term.order);
+}
+
+std::string sum(const std::vector<Term>& terms) {
+  std::string text;
+  for (const Term& term : terms) text += (text.empty() ? "" : " + ") + power(term);
+  return text;
+}
+
+std::string list(const std::vector<Term>& terms, double Term::*member) {
+  std::vector<double> values;
+  for (const Term& term : terms) values.push_back(term.*member);
+  return fmt::format("[{}]", fmt::join(values, " "));
+}
+
+}  // namespace
+
+std::span<const ModelFormat> model_formats() { return kFormats; }
+
+std::string identifier(std::string_view name) {
+  std::string result;
+  for (const char c : name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    result += plain ? c : '_';
+  }
+  if (result.empty() || !std::isalpha(static_cast<unsigned char>(result.front()))) result.insert(0, "model_");
+  return result;
+}
+
+std::string fomcon_line(const TransferFunction& g) {
+  return fmt::format("fotf({}, {}, {}, {}, {})", list(g.denominator, &Term::coefficient),
+                     list(g.denominator, &Term::order), list(g.numerator, &Term::coefficient),
+                     list(g.numerator, &Term::order), g.delay_s);
+}
+
+std::string crone_line(const TransferFunction& g) {
+  return fmt::format("frac_tf(frac_poly_exp({}, {}), frac_poly_exp({}, {}))", list(g.numerator, &Term::coefficient),
+                     list(g.numerator, &Term::order), list(g.denominator, &Term::coefficient),
+                     list(g.denominator, &Term::order));
+}
+
+std::vector<std::string> notes(const ExportedModel& model) {
+  const TransferFunction& g = model.transfer_function;
+  const std::string in = shortened(model.input_unit, 20);
+  const std::string out = shortened(model.output_unit, 20);
+  std::vector<std::string> lines;
+  lines.push_back(
+      fmt::format("Model {}: y = initial_output + G(v), at rest before the first row except for the states "
+                  "given.",
+                  shortened(model.name, 40)));
+  lines.push_back(fmt::format("G(s) = ({}) / ({}), delay {:.6g} s", sum(g.numerator), sum(g.denominator), g.delay_s));
+  if (model.input_map) {
+    const ValveMap& map = *model.input_map;
+    lines.push_back(
+        fmt::format("v = 0 for |u - null| <= dead_band, u - null - dead_band above, negative_gain_ratio (u - "
+                    "null + dead_band) below; null {:.6g} {}, dead_band {:.6g} {}, negative_gain_ratio {:.6g}",
+                    map.null, in, map.dead_band, in, map.negative_gain_ratio));
+  } else {
+    lines.push_back(fmt::format("v = u + {:.6g} {}", model.input_bias, in));
+  }
+  lines.push_back(
+      fmt::format("u in {}, y in {}; u is held between rows, y[k] is just before u[k] takes effect.", in, out));
+  if (model.error) {
+    const ApproximationError& error = *model.error;
+    lines.push_back(
+        fmt::format("Fractional orders by {} states: at most {:.2g} % and {:.2g} degrees off between {:.4g} and "
+                    "{:.4g} Hz; the response to a step is within {:.2g} %, to a multisine within {:.2g} % of its "
+                    "peak.",
+                    state_space(model.sections).b.size(), error.gain_percent, error.phase_deg, error.band.from_Hz,
+                    error.band.to_Hz, error.step_percent, error.multisine_percent));
+  } else {
+    lines.emplace_back("Whole orders: exact for a held input, up to rounding.");
+  }
+  for (const std::string& reason : model.rejected_for) {
+    lines.push_back("REJECTED: " + shortened(reason, kLongestReason));
+  }
+  lines.push_back("FOMCON: " + fomcon_line(g));
+  lines.push_back("CRONE" + std::string(g.delay_s > 0.0 ? " (without the delay): " : ": ") + crone_line(g));
+  for (std::string& line : lines) {
+    // Names and units come from files: no text of theirs may end a comment.
+    for (std::size_t at = 0; (at = line.find("*/", at)) != std::string::npos;) line.replace(at, 2, "**");
+    for (std::size_t at = 0; (at = line.find("\"\"\"", at)) != std::string::npos;) line.replace(at, 3, "'''");
+    for (char& c : line) c = c == '\\' ? '/' : c;
+  }
+  return lines;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "ident/export/exported_model.hpp"
+
+namespace eha::ident {
+
+/// A form in which a model leaves the program. A new one is a row of model_formats() and a function of its own.
+struct ModelFormat {
+  std::string_view name;  ///< of --format
+  std::string_view what;  ///< for --help
+  /// The file's text, ending in a newline. @param function  an identifier(); the name to call it by
+  std::string (*text)(const ExportedModel& model, const std::string& function);
+};
+
+[[nodiscard]] std::span<const ModelFormat> model_formats();
+
+/// A function's name in all the languages: letters, digits and '_', a letter first; other characters become '_'.
+[[nodiscard]] std::string identifier(std::string_view name);
+
+// The formats, each in its file.
+[[nodiscard]] std::string octave_text(const ExportedModel& model, const std::string& function);
+[[nodiscard]] std::string python_text(const ExportedModel& model, const std::string& function);
+[[nodiscard]] std::string c_text(const ExportedModel& model, const std::string& function);
+[[nodiscard]] std::string state_space_text(const ExportedModel& model, const std::string& function);
+[[nodiscard]] std::string json_text(const ExportedModel& model, const std::string& function);
+
+/// What every format says of the model, line by line: equation, units, accuracy, verdict, and how FOMCON and the CRONE
+/// toolbox write G. Plain ASCII without the end of any language's comment.
+[[nodiscard]] std::vector<std::string> notes(const ExportedModel& model);
+/// G for FOMCON: `fotf([..], [..], [..], [..], delay)`.
+[[nodiscard]] std::string fomcon_line(const TransferFunction& g);
+/// G without its delay for the object-oriented CRONE toolbox: `frac_tf(...)`.
+[[nodiscard]] std::string crone_line(const TransferFunction& g);
+
+}  // namespace eha::ident
