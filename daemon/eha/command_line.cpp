@@ -16,6 +16,7 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/runs_options.hpp"
 #include "daemon/eha/service_options.hpp"
+#include "daemon/eha/use_options.hpp"
 #include "daemon/eha/version.hpp"
 
 namespace eha::cli {
@@ -168,6 +169,7 @@ struct Commands {
   ImportCommand import;
   SimulateCommand simulate;
   ValidateCommand validate;
+  ExportCommand export_;
   CheckCommand check;
   DesignCommand design;
   RunsCommands runs;
@@ -183,6 +185,7 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_import(app, commands.import);
   add_simulate(app, commands.simulate);
   add_validate(app, commands.validate);
+  add_export(app, commands.export_);
   add_check(app, commands.check);
   add_design(app, commands.design);
   add_runs(app, commands.runs);
@@ -215,6 +218,7 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("import")) return commands.import;
   if (app.got_subcommand("simulate")) return commands.simulate;
   if (app.got_subcommand("validate")) return commands.validate;
+  if (app.got_subcommand("export")) return commands.export_;
   if (app.got_subcommand("check")) return commands.check;
   if (app.got_subcommand("design")) return commands.design;
   if (app.got_subcommand("doctor")) return commands.doctor;

@@ -13,6 +13,7 @@
 #include "daemon/eha/console.hpp"
 #include "daemon/importer/options.hpp"
 #include "ident/estimation/fit_options.hpp"
+#include "ident/export/exported_model.hpp"
 #include "ident/fractional/simulate.hpp"
 
 // One struct for each command of eha(1), filled by command_line.cpp, and the function that executes it. Each returns
@@ -91,6 +92,13 @@ struct ValidateCommand {
   RecordOptions record;
 };
 
+struct ExportCommand {
+  std::string source;                                ///< model file, run folder or record
+  std::string format;                                ///< of ident::model_formats() or record::record_formats()
+  std::optional<ident::FrequencyInterval> band = {};     ///< none: the model's own
+  std::optional<std::filesystem::path> output = {};  ///< none: standard output
+};
+
 struct CheckCommand {
   std::string file;
   std::optional<std::string> rig_file = {};
@@ -139,7 +147,7 @@ struct ServiceCommand {
 };
 
 using Command =
-    std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, CheckCommand, DesignCommand,
+    std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand, CheckCommand, DesignCommand,
                  RunsListCommand, RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
@@ -147,6 +155,7 @@ using Command =
 [[nodiscard]] ExitCode execute(const ImportCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const SimulateCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ValidateCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const ExportCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const CheckCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const DesignCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsListCommand& command, Console& console);

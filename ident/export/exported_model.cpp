@@ -26,7 +26,7 @@ constexpr double kCrossingMargin = 10.0;
 constexpr double kMostSamples = 20000.0;
 
 /// Where two terms of the denominator are equally large.
-FrequencyBand crossings(const TransferFunction& g) {
+FrequencyInterval crossings(const TransferFunction& g) {
   double from = 1e300;
   double to = 0.0;
   for (const Term& a : g.denominator) {
@@ -41,7 +41,7 @@ FrequencyBand crossings(const TransferFunction& g) {
   return {from / (2.0 * pi) / kCrossingMargin, to / (2.0 * pi) * kCrossingMargin};
 }
 
-FrequencyBand band_of(const Model& model) {
+FrequencyInterval band_of(const Model& model) {
   if (model.bode && model.bode->frequency_Hz.size() > 1) {
     return {model.bode->frequency_Hz.front(), model.bode->frequency_Hz.back()};
   }
@@ -57,23 +57,23 @@ double difference_percent(const Sections& sections, const TransferFunction& g, c
   return 100.0 * (respond(at_rest, input, step_s) - exact).cwiseAbs().maxCoeff() / exact.cwiseAbs().maxCoeff();
 }
 
-ApproximationError measured(const Sections& sections, const TransferFunction& g, const FrequencyBand& band) {
+ApproximationError measured(const Sections& sections, const TransferFunction& g, const FrequencyInterval& band) {
   ApproximationError error;
   error.band = band;
   const FrequencyDeviation over =
-      deviation(sections, g, dense_grid(g, {2.0 * pi * band.from_Hz, 2.0 * pi * band.to_Hz}));
+      deviation(sections, g, dense_grid(g, {2.0 * pi * band.lowest_Hz, 2.0 * pi * band.highest_Hz}));
   error.gain_percent = over.gain_percent;
   error.phase_deg = over.phase_deg;
-  const double duration_s = 2.0 / band.from_Hz + g.delay_s;
-  const double samples = std::clamp(duration_s * band.to_Hz * 20.0, 200.0, kMostSamples);
+  const double duration_s = 2.0 / band.lowest_Hz + g.delay_s;
+  const double samples = std::clamp(duration_s * band.highest_Hz * 20.0, 200.0, kMostSamples);
   const double step_s = duration_s / samples;
   Eigen::VectorXd input = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(samples));
   error.step_percent = difference_percent(sections, g, input, step_s);
-  const double highest_Hz = std::min(band.to_Hz, 0.1 / step_s);
-  const double middle_Hz = std::sqrt(band.from_Hz * highest_Hz);
+  const double highest_Hz = std::min(band.highest_Hz, 0.1 / step_s);
+  const double middle_Hz = std::sqrt(band.lowest_Hz * highest_Hz);
   for (Eigen::Index k = 0; k < input.size(); ++k) {
     const double t = 2.0 * pi * step_s * static_cast<double>(k);
-    input[k] = std::cos(band.from_Hz * t + 0.4) + std::cos(middle_Hz * t + 1.9) + std::cos(highest_Hz * t + 4.2);
+    input[k] = std::cos(band.lowest_Hz * t + 0.4) + std::cos(middle_Hz * t + 1.9) + std::cos(highest_Hz * t + 4.2);
   }
   error.multisine_percent = difference_percent(sections, g, input, step_s);
   return error;
@@ -115,7 +115,7 @@ void check_fractional(const Model& model) {
 
 }  // namespace
 
-ExportedModel exported(const Model& model, const std::optional<FrequencyBand>& band) {
+ExportedModel exported(const Model& model, const std::optional<FrequencyInterval>& band) {
   const TransferFunction& g = model.transfer_function;
   check(g);
   if (!model.past_input.empty() && g.delay_s > 0.0) {
@@ -138,14 +138,14 @@ ExportedModel exported(const Model& model, const std::optional<FrequencyBand>& b
     out.sections = partial_fractions(g, model.initial_state);
   } else {
     check_fractional(model);
-    const FrequencyBand used = band ? *band : band_of(model);
-    out.sections = approximate(g, {2.0 * pi * used.from_Hz / kMargin, 2.0 * pi * used.to_Hz * kMargin}, kWanted);
+    const FrequencyInterval used = band ? *band : band_of(model);
+    out.sections = approximate(g, {2.0 * pi * used.lowest_Hz / kMargin, 2.0 * pi * used.highest_Hz * kMargin}, kWanted);
     out.error = measured(out.sections, g, used);
     if (!(out.error->gain_percent <= kMostGainError_percent && out.error->phase_deg <= kMostPhaseError_deg)) {
       throw ConfigError(fmt::format(
           "transfer_function: the rational approximation is {:.2g} % and {:.2g} degrees off between {:.4g} and {:.4g} "
           "Hz, at most {:g} % and {:g} degrees are allowed; give a narrower --band LOW:HIGH",
-          out.error->gain_percent, out.error->phase_deg, used.from_Hz, used.to_Hz, kMostGainError_percent,
+          out.error->gain_percent, out.error->phase_deg, used.lowest_Hz, used.highest_Hz, kMostGainError_percent,
           kMostPhaseError_deg));
     }
   }

@@ -11,9 +11,9 @@
 namespace eha::ident {
 
 /// Frequencies over which an exported model of fractional order is held to its accuracy [Hz].
-struct FrequencyBand {
-  double from_Hz = 0.0;
-  double to_Hz = 0.0;
+struct FrequencyInterval {
+  double lowest_Hz = 0.0;
+  double highest_Hz = 0.0;
 };
 
 /// Largest error that an exported model of fractional order may have over the band.
@@ -22,7 +22,7 @@ constexpr double kMostPhaseError_deg = 1.0;
 
 /// How far the exported sections are from the model of fractional order, measured at export.
 struct ApproximationError {
-  FrequencyBand band;
+  FrequencyInterval band;
   double gain_percent = 0.0;       ///< greatest over the band
   double phase_deg = 0.0;          ///< greatest over the band
   double step_percent = 0.0;       ///< of the response to a step, two of the band's longest periods, of its peak
@@ -50,7 +50,7 @@ struct ExportedModel {
 /// @throws ConfigError  not well formed; fractional orders and unstable, or an initial state or a delayed past input
 ///                      beside them; or the approximation misses kMostGainError_percent or kMostPhaseError_deg
 /// Cost: some 0.1 s for fractional orders.
-[[nodiscard]] ExportedModel exported(const Model& model, const std::optional<FrequencyBand>& band);
+[[nodiscard]] ExportedModel exported(const Model& model, const std::optional<FrequencyInterval>& band);
 
 /// Its output: N samples for N of the input, as simulate(Model) gives. Cost O(N states).
 [[nodiscard]] Eigen::VectorXd simulate(const ExportedModel& model, const Eigen::Ref<const Eigen::VectorXd>& input,

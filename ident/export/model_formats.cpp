@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <array>
-#include <cctype>
 #include <vector>
 
 #include "core/text.hpp"
@@ -44,16 +43,6 @@ std::string list(const std::vector<Term>& terms, double Term::*member) {
 }  // namespace
 
 std::span<const ModelFormat> model_formats() { return kFormats; }
-
-std::string identifier(std::string_view name) {
-  std::string result;
-  for (const char c : name) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    result += plain ? c : '_';
-  }
-  if (result.empty() || !std::isalpha(static_cast<unsigned char>(result.front()))) result.insert(0, "model_");
-  return result;
-}
 
 std::string fomcon_line(const TransferFunction& g) {
   return fmt::format("fotf({}, {}, {}, {}, {})", list(g.denominator, &Term::coefficient),
@@ -94,8 +83,8 @@ std::vector<std::string> notes(const ExportedModel& model) {
         fmt::format("Fractional orders by {} states: at most {:.2g} % and {:.2g} degrees off between {:.4g} and "
                     "{:.4g} Hz; the response to a step is within {:.2g} %, to a multisine within {:.2g} % of its "
                     "peak.",
-                    state_space(model.sections).b.size(), error.gain_percent, error.phase_deg, error.band.from_Hz,
-                    error.band.to_Hz, error.step_percent, error.multisine_percent));
+                    state_space(model.sections).b.size(), error.gain_percent, error.phase_deg, error.band.lowest_Hz,
+                    error.band.highest_Hz, error.step_percent, error.multisine_percent));
   } else {
     lines.emplace_back("Whole orders: exact for a held input, up to rounding.");
   }

@@ -13,14 +13,11 @@ namespace eha::ident {
 struct ModelFormat {
   std::string_view name;  ///< of --format
   std::string_view what;  ///< for --help
-  /// The file's text, ending in a newline. @param function  an identifier(); the name to call it by
+  /// The file's text, ending in a newline. @param function  an eha::identifier(); the name to call it by
   std::string (*text)(const ExportedModel& model, const std::string& function);
 };
 
 [[nodiscard]] std::span<const ModelFormat> model_formats();
-
-/// A function's name in all the languages: letters, digits and '_', a letter first; other characters become '_'.
-[[nodiscard]] std::string identifier(std::string_view name);
 
 // The formats, each in its file.
 [[nodiscard]] std::string octave_text(const ExportedModel& model, const std::string& function);

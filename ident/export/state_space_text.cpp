@@ -79,7 +79,7 @@ std::string json_text(const ExportedModel& model, const std::string& function) {
                              {"delay_s", model.sections.delay_s},
                              {"exact", !model.error}};
   if (model.error) {
-    document["approximation"] = {{"band_Hz", {model.error->band.from_Hz, model.error->band.to_Hz}},
+    document["approximation"] = {{"band_Hz", {model.error->band.lowest_Hz, model.error->band.highest_Hz}},
                                  {"gain_percent", model.error->gain_percent},
                                  {"phase_deg", model.error->phase_deg},
                                  {"step_percent", model.error->step_percent},

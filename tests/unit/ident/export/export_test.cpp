@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/identifier.hpp"
 #include "core/os/files.hpp"
 #include "ident/export/model_formats.hpp"
 #include "ident/export/vector_fitting.hpp"

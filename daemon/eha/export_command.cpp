@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include "core/error.hpp"
+#include "core/identifier.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/identify/source.hpp"
+#include "daemon/record/record_export.hpp"
+#include "ident/export/model_formats.hpp"
+#include "ident/model/model_file.hpp"
+
+namespace eha::cli {
+namespace {
+
+template <typename Format>
+const Format* named(std::span<const Format> formats, const std::string& name) {
+  const auto found = std::find_if(formats.begin(), formats.end(), [&](const Format& f) { return f.name == name; });
+  return found == formats.end() ? nullptr : &*found;
+}
+
+bool is_folder(const std::string& source) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(source, ignored);
+}
+
+ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& format, Console& console) {
+  if (is_folder(command.source)) {
+    throw UsageError(fmt::format("{} is a folder; --format {} exports a model: name one of {}/models/*.json",
+                                 command.source, format.name, command.source));
+  }
+  const ident::Model model = ident::model_from_text(os::read_file(command.source), command.source);
+  ident::ExportedModel exported;
+  try {
+    exported = ident::exported(model, command.band);
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{}: {}", command.source, error.what()));
+  }
+  if (!exported.rejected_for.empty()) {
+    console.warning(fmt::format("{}: the model was rejected: {}", command.source, exported.rejected_for.front()));
+  }
+  // Octave and MATLAB call a function by the name of its file.
+  const std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + model.name);
+  if (command.output && format.name == "python" && function == "io") {
+    console.warning(
+        "Python has a module io of its own, which `import io` gives; choose another file name: -o eha_io.py");
+  }
+  const std::string text = format.text(exported, function);
+  if (command.output) os::write_file_atomically(*command.output, text);
+  if (console.json()) {
+    nlohmann::ordered_json document{{"schema", "eha-export-result/1"},
+                                    {"source", command.source},
+                                    {"format", format.name},
+                                    {"name", function},
+                                    {"notes", ident::notes(exported)}};
+    if (command.output) {
+      document["file"] = command.output->string();
+    } else {
+      document["text"] = text;
+    }
+    console.print_json(document);
+  } else if (!command.output) {
+    console.print_content(text);
+  } else {
+    const std::string accuracy =
+        exported.error
+            ? fmt::format("within {:.2g} % and {:.2g} degrees from {:.4g} to {:.4g} Hz", exported.error->gain_percent,
+                          exported.error->phase_deg, exported.error->band.lowest_Hz, exported.error->band.highest_Hz)
+            : "exact for a held input";
+    console.print(fmt::format("written: {} ({}, {} states, {})", command.output->string(), function,
+                              ident::state_space(exported.sections).b.size(), accuracy));
+  }
+  return ExitCode::ok;
+}
+
+ExitCode export_record(const ExportCommand& command, const record::RecordFormat& format, Console& console) {
+  const bool to_file = command.output.has_value();
+  if (!to_file && (format.name != "csv" || console.json())) {
+    throw UsageError(fmt::format("--format {} needs a file: -o NAME{}", format.name, format.ending));
+  }
+  const identify::Source source = identify::load_source(command.source, {});
+  for (const std::string& warning : identify::warnings(source)) console.warning(warning);
+  if (!to_file) {
+    record::write_record_csv(source.record, [&](std::string_view text) { console.print_content(text); });
+    return ExitCode::ok;
+  }
+  format.write(source.record, *command.output);
+  console.print_json({{"schema", "eha-export-result/1"},
+                      {"source", command.source},
+                      {"format", format.name},
+                      {"rows", source.record.input.size()},
+                      {"sample_period_s", source.record.step_s},
+                      {"file", command.output->string()}});
+  console.print(fmt::format("written: {} ({} rows, {:g} s apart)", command.output->string(), source.record.input.size(),
+                            source.record.step_s));
+  return ExitCode::ok;
+}
+
+}  // namespace
+
+ExitCode execute(const ExportCommand& command, Console& console) {
+  if (const auto* format = named(ident::model_formats(), command.format))
+    return export_model(command, *format, console);
+  return export_record(command, *named(record::record_formats(), command.format), console);
+}
+
+}  // namespace eha::cli
