@@ -170,6 +170,8 @@ struct Commands {
   SimulateCommand simulate;
   ValidateCommand validate;
   ExportCommand export_;
+  CompareCommand compare;
+  ReplayCommand replay;
   CheckCommand check;
   DesignCommand design;
   RunsCommands runs;
@@ -186,6 +188,8 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_simulate(app, commands.simulate);
   add_validate(app, commands.validate);
   add_export(app, commands.export_);
+  add_compare(app, commands.compare);
+  add_replay(app, commands.replay);
   add_check(app, commands.check);
   add_design(app, commands.design);
   add_runs(app, commands.runs);
@@ -219,6 +223,8 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("simulate")) return commands.simulate;
   if (app.got_subcommand("validate")) return commands.validate;
   if (app.got_subcommand("export")) return commands.export_;
+  if (app.got_subcommand("compare")) return commands.compare;
+  if (app.got_subcommand("replay")) return commands.replay;
   if (app.got_subcommand("check")) return commands.check;
   if (app.got_subcommand("design")) return commands.design;
   if (app.got_subcommand("doctor")) return commands.doctor;

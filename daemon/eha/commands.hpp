@@ -93,10 +93,23 @@ struct ValidateCommand {
 };
 
 struct ExportCommand {
-  std::string source;                                ///< model file, run folder or record
-  std::string format;                                ///< of ident::model_formats() or record::record_formats()
-  std::optional<ident::FrequencyInterval> band = {};     ///< none: the model's own
-  std::optional<std::filesystem::path> output = {};  ///< none: standard output
+  std::string source;                                 ///< model file, run folder or record
+  std::string format;                                 ///< of ident::model_formats() or record::record_formats()
+  std::optional<ident::FrequencyInterval> band = {};  ///< none: the model's own
+  std::optional<std::filesystem::path> output = {};   ///< none: standard output
+};
+
+struct CompareCommand {
+  std::vector<std::string> sources;                  ///< run folders and records, or model files (.json)
+  std::optional<std::filesystem::path> output = {};  ///< picture of the Bode plots
+};
+
+struct ReplayCommand {
+  std::string source;                        ///< run folder or record
+  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  std::vector<std::string> calibrate = {};   ///< KEY or KEY=LOW:HIGH
+  std::filesystem::path twin = "twin.toml";  ///< written when something is calibrated
+  std::optional<std::filesystem::path> output = {};
 };
 
 struct CheckCommand {
@@ -146,9 +159,9 @@ struct ServiceCommand {
   bool watch = false;      ///< of status: repeatedly
 };
 
-using Command =
-    std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand, CheckCommand, DesignCommand,
-                 RunsListCommand, RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
+using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand,
+                             CompareCommand, ReplayCommand, CheckCommand, DesignCommand, RunsListCommand,
+                             RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -156,6 +169,8 @@ using Command =
 [[nodiscard]] ExitCode execute(const SimulateCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ValidateCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ExportCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const CompareCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const ReplayCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const CheckCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const DesignCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsListCommand& command, Console& console);

@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +18,40 @@
 
 namespace eha::cli {
 namespace {
+
+constexpr const char* kCompareFooter = R"(
+With runs (or other records): fits one integer-order model behind a valve map to each, on the same samples with the same
+criteria, and shows what changed from the first to each other one, with joint intervals: at most 1 % false alarms for all
+parameters and runs together.
+With models and one record: scores the models on it, and fits each one's structure to it. A model whose parameters differ
+and whose error is more than 1.5 times that of its refit is of another plant, whatever its R2.
+With models alone: compares their parameters. -o draws the Bode plots over one another (.svg, .png, .pdf).
+
+Examples:
+  eha compare runs/20261122T101500Z-paper runs/latest
+  eha compare models/io.json models/fo.json record.csv -o bode.svg)";
+
+constexpr const char* kReplayFooter = R"(
+Plays a record's voltages [V] through the simulated rig and scores it against the measured displacement [in, mm], from the
+record's first position. --calibrate fits keys of [sim] in eha-rig(5) to the record and writes the rig file of the twin.
+KEY=LOW:HIGH sets bounds (default a fifth to five times the rig file's value). Each value has a 95 % interval; a parameter
+that the record does not tell, or not apart from another one, is refused by name (exit code 10).
+
+Examples:
+  eha replay runs/latest -o overlay.svg
+  eha replay record.csv --rig sim.toml --calibrate valve_null_offset_V valve_dead_band_V moving_mass_kg=5:60)";
+
+/// Checks that a file's name ends in one of these.
+CLI::Validator ends_in(std::vector<std::string> endings) {
+  return CLI::Validator(
+      [endings = std::move(endings)](std::string& name) {
+        const std::string ending = std::filesystem::path(name).extension().string();
+        const bool known = std::find(endings.begin(), endings.end(), ending) != endings.end();
+        return known ? std::string()
+                     : fmt::format("expected a name that ends in {}, got {}", fmt::join(endings, " or "), name);
+      },
+      "");
+}
 
 std::string export_footer() {
   std::string text = "\nFormats of a model:\n";
@@ -73,6 +109,33 @@ void add_export(CLI::App& app, ExportCommand& command) {
          "Frequencies over which fractional orders are approximated [Hz] (default: the model's usable band)")
       ->type_name("LOW:HIGH");
   sub->add_option("-o,--output", command.output, "File to write")->type_name("FILE");
+}
+
+void add_compare(CLI::App& app, CompareCommand& command) {
+  CLI::App* sub = app.add_subcommand("compare", "Show what changed between runs, or which model suits a record");
+  sub->footer(kCompareFooter);
+  sub->add_option("sources", command.sources, "Run folders, records or model files (.json)")
+      ->required()
+      ->expected(2, 1000)
+      ->type_name("RUN|MODEL|FILE");
+  sub->add_option("-o,--output", command.output, "Picture of the Bode plots to write (.svg, .png, .pdf)")
+      ->type_name("FILE")
+      ->check(ends_in({".svg", ".png", ".pdf"}));
+}
+
+void add_replay(CLI::App& app, ReplayCommand& command) {
+  CLI::App* sub = app.add_subcommand("replay", "Play a record's voltages through the simulated rig, or fit that to it");
+  sub->footer(kReplayFooter);
+  sub->add_option("source", command.source, "Run folder or record")->required()->type_name("RUN|FILE");
+  sub->add_option("--rig", command.rig_file, "Rig file of a simulated rig (default the shipped one)")->type_name("RIG");
+  CLI::Option* calibrate = sub->add_option("--calibrate", command.calibrate, "Fit these keys of [sim]; may be repeated")
+                               ->type_name("KEY[=LOW:HIGH]");
+  sub->add_option("--twin", command.twin, "Rig file to write the calibrated values to (default twin.toml)")
+      ->type_name("FILE")
+      ->needs(calibrate);
+  sub->add_option("-o,--output", command.output, "Overlay to write: a picture (.svg, .png, .pdf) or .csv")
+      ->type_name("FILE")
+      ->check(ends_in({".svg", ".png", ".pdf", ".csv"}));
 }
 
 }  // namespace eha::cli

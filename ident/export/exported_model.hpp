@@ -10,12 +10,6 @@
 
 namespace eha::ident {
 
-/// Frequencies over which an exported model of fractional order is held to its accuracy [Hz].
-struct FrequencyInterval {
-  double lowest_Hz = 0.0;
-  double highest_Hz = 0.0;
-};
-
 /// Largest error that an exported model of fractional order may have over the band.
 constexpr double kMostGainError_percent = 1.0;
 constexpr double kMostPhaseError_deg = 1.0;

@@ -42,7 +42,7 @@ TEST(Completion, OffersTheCommandsUnderACommand) { EXPECT_EQ(offered("eha runs r
 
 TEST(Completion, OffersFilesWhereAFileIsExpected) {
   EXPECT_EQ(offered("eha run experiments/p"), Set{"experiments/paper.toml"});
-  EXPECT_EQ(offered("eha check --rig rigs/s"), Set{"rigs/sim.toml"});
+  EXPECT_EQ(offered("eha check --rig rigs/sim."), Set{"rigs/sim.toml"});
 }
 
 TEST(Completion, IsAScriptThatZshTakes) {

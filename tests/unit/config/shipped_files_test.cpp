@@ -41,6 +41,20 @@ TEST(ShippedFiles, ExplainEveryKey) {
   for (const std::string& text : {simulated().text, card().text, paper().text}) expect_a_comment_on_every_key(text);
 }
 
+TEST(ShippedFiles, WornRigsDifferFromTheSimulatedOneAndTakeItsExperiment) {
+  for (const char* name : {"sticky", "leaky", "worn"}) {
+    const RigConfig rig = load_rig(kDirectory + "/rigs/sim-" + name + ".toml");
+    expect_a_comment_on_every_key(rig.text);
+    const auto& sim = std::get<hal::SimOptions>(rig.backend);
+    EXPECT_FALSE(sim == hal::SimOptions{}) << name;
+    EXPECT_TRUE(hal::check(sim).empty()) << name;
+    EXPECT_GT(prepare(paper(), rig).table_V.size(), 0) << name;
+    ASSERT_TRUE(rig.limits.following) << name;
+    EXPECT_NEAR(rig.limits.following->null_V, -sim.valve_null_offset_V, 1e-12) << name;
+    EXPECT_GT(rig.limits.following->dead_band_V, sim.valve_dead_band_V) << name;
+  }
+}
+
 TEST(ShippedFiles, AreToldApart) {
   EXPECT_EQ(kind_of(simulated().text, "a"), FileKind::rig);
   EXPECT_EQ(kind_of(card().text, "b"), FileKind::rig);

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/text_table.hpp"
+#include "daemon/identify/comparison.hpp"
+#include "daemon/plot/gnuplot.hpp"
+#include "ident/model/model_file.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using ident::ParameterChange;
+
+bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
+
+std::string with_unit(const std::string& number, const std::string& unit) {
+  return unit.empty() ? number : number + " " + unit;
+}
+
+/// "dead_band moved by 0.1 +- 0.003 V (0.148 to 0.248)"
+std::string sentence(const ParameterChange& p, const ident::Model& model) {
+  return fmt::format(
+      "{} moved by {} ({:.4g} to {:.4g})", p.name,
+      with_unit(fmt::format("{:.3g} +- {:.2g}", p.after - p.before, p.half_width), ident::unit_of(p.role, model)),
+      p.before, p.after);
+}
+
+Json to_json(const ident::PlantChange& change, const ident::Model& model) {
+  Json parameters = Json::array();
+  for (const ParameterChange& p : change.parameters) {
+    parameters.push_back({{"name", p.name},
+                          {"unit", ident::unit_of(p.role, model)},
+                          {"before", p.before},
+                          {"after", p.after},
+                          {"difference", p.after - p.before},
+                          {"std", p.std},
+                          {"joint_half_width", p.half_width},
+                          {"changed", p.changed}});
+  }
+  return {{"changed", change.changed}, {"parameters", parameters}, {"undetermined", change.undetermined}};
+}
+
+/// Sentences of the parameters that changed, and of what is not determined.
+std::string described(const ident::PlantChange& change, const ident::Model& model) {
+  std::string text;
+  for (const ParameterChange& p : change.parameters) {
+    if (p.changed) text += "  " + sentence(p, model) + "\n";
+  }
+  for (const std::string& name : change.undetermined) text += "  " + name + " is not determined by both records\n";
+  return text;
+}
+
+std::string table_of(const ident::PlantChange& change, const ident::Model& model) {
+  std::vector<std::vector<std::string>> rows;
+  for (const ParameterChange& p : change.parameters) {
+    rows.push_back({p.name, fmt::format("{:.4g}", p.before), fmt::format("{:.4g}", p.after),
+                    fmt::format("{:.3g}", p.after - p.before), fmt::format("{:.2g}", p.half_width),
+                    ident::unit_of(p.role, model), p.changed ? "yes" : "no"});
+  }
+  return text_table({{"parameter"},
+                     {"before", Align::right},
+                     {"after", Align::right},
+                     {"difference", Align::right},
+                     {"+-", Align::right},
+                     {"unit"},
+                     {"changed"}},
+                    rows);
+}
+
+/// Gain and phase of the models over one another, as far as they know them.
+void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& models,
+               const std::filesystem::path& path) {
+  plot::Panel gain{"", "gain [dB]"};
+  plot::Panel phase{"frequency [Hz]", "phase [deg]"};
+  gain.log_x = phase.log_x = true;
+  int style = 0;
+  for (const auto& [label, model] : models) {
+    if (!model->bode) continue;
+    gain.series.push_back({.label = label, .x = model->bode->frequency_Hz, .y = model->bode->gain_dB, .style = style});
+    phase.series.push_back({.label = "", .x = model->bode->frequency_Hz, .y = model->bode->phase_deg, .style = style});
+    ++style;
+  }
+  const std::string ending = path.extension().string();
+  const plot::Format format = ending == ".png"   ? plot::Format::png
+                              : ending == ".pdf" ? plot::Format::pdf
+                                                 : plot::Format::svg;
+  os::write_file_atomically(path, plot::draw({"Bode plots of the compared models", {gain, phase}}, format));
+}
+
+struct Compared {
+  Json document;
+  std::string text;
+  std::vector<std::pair<std::string, const ident::Model*>> models;  ///< for the picture
+};
+
+Compared described(const identify::RunComparison& comparison, const std::vector<identify::Source>& sources) {
+  Compared out;
+  Json runs = Json::array();
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const identify::ComparedRun& run = comparison.runs[i];
+    const ident::Model& model = run.fit.model;
+    const ident::Score& score = model.estimation->score;
+    out.models.emplace_back(sources[i].name, &model);
+    out.text += fmt::format("{} {}: {} fitted, R2 {:.3f} %, rms error {:.3g} {}, {} samples\n",
+                            i == 0 ? "before" : "after ", sources[i].name, model.name, score.r2_percent,
+                            std::sqrt(score.mse), model.output_unit, score.samples);
+    Json entry{{"source", sources[i].name}, {"model", Json::parse(ident::to_text(model))}};
+    if (run.change) entry["change"] = to_json(*run.change, model);
+    runs.push_back(std::move(entry));
+  }
+  for (std::size_t i = 1; i < sources.size(); ++i) {
+    const ident::PlantChange& change = *comparison.runs[i].change;
+    const ident::Model& model = comparison.runs[i].fit.model;
+    out.text += fmt::format("\n{}: {}\n", sources[i].name,
+                            change.changed ? "the plant has changed" : "no change of the plant found");
+    out.text += described(change, model) + table_of(change, model);
+  }
+  out.text += fmt::format("+-: joint interval; at most {:g} % false alarms for all parameters and runs together\n",
+                          100.0 * identify::kFalseAlarm);
+  out.document = {{"schema", "eha-comparison/1"},
+                  {"structure", comparison.structure},
+                  {"false_alarm", identify::kFalseAlarm},
+                  {"runs", std::move(runs)},
+                  {"notes", comparison.notes}};
+  return out;
+}
+
+std::string plant_of(const identify::ScoredModel& scored) {
+  if (!scored.refit) return "unknown";
+  return scored.of_another_plant ? "another" : "this";
+}
+
+Compared described(const std::vector<identify::ScoredModel>& scored, const std::vector<ident::Model>& models,
+                   const std::vector<std::string>& files, const identify::Source& source) {
+  Compared out;
+  std::vector<std::vector<std::string>> rows;
+  Json entries = Json::array();
+  std::string sentences;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const identify::ScoredModel& one = scored[i];
+    const ident::Score best = one.validation.offset_reestimated.value_or(one.validation.score);
+    out.models.emplace_back(files[i], &models[i]);
+    rows.push_back({files[i], fmt::format("{:.2f}", one.validation.score.r2_percent),
+                    fmt::format("{:.2f}", best.r2_percent), fmt::format("{:.2f}", best.fit_percent),
+                    fmt::format("{:.3g}", one.rms_error),
+                    fmt::format("{:.3g}", std::max(std::abs(best.error_min), std::abs(best.error_max))),
+                    one.refit ? fmt::format("{:.3g}", one.refit_rms_error) : "-", plant_of(one)});
+    Json entry{{"file", files[i]},
+               {"r2_percent", one.validation.score.r2_percent},
+               {"r2_reestimated_percent", best.r2_percent},
+               {"fit_percent", best.fit_percent},
+               {"rms_error", one.rms_error},
+               {"plant", plant_of(one)}};
+    if (one.refit) entry["refit_rms_error"] = one.refit_rms_error;
+    if (one.change) entry["change"] = to_json(*one.change, models[i]);
+    entries.push_back(std::move(entry));
+    if (!one.of_another_plant) continue;
+    sentences += fmt::format(
+        "{}: a model of another plant, although it scores R2 {:.2f} %: its error is {:.1f} times that of its structure "
+        "fitted to {}\n",
+        files[i], best.r2_percent, one.rms_error / one.refit_rms_error, source.name);
+    sentences += described(*one.change, models[i]);
+  }
+  out.text = fmt::format("{}: {} samples\n", source.name, scored.front().validation.score.samples);
+  out.text += text_table({{"model"},
+                          {"R2 %", Align::right},
+                          {"re. R2 %", Align::right},
+                          {"re. fit %", Align::right},
+                          {"rms error", Align::right},
+                          {"largest", Align::right},
+                          {"refit rms", Align::right},
+                          {"plant"}},
+                         rows);
+  out.text += fmt::format("re.: offset re-estimated; errors [{}]; refit: the same structure fitted to this record\n",
+                          models.front().output_unit);
+  out.text += sentences;
+  out.document = {{"schema", "eha-comparison/1"}, {"source", source.name}, {"models", std::move(entries)}};
+  return out;
+}
+
+Compared described(const std::vector<ident::Model>& models, const std::vector<std::string>& files) {
+  Compared out;
+  Json entries = Json::array();
+  const double level = identify::kFalseAlarm / static_cast<double>(models.size() - 1);
+  out.models.emplace_back(files.front(), &models.front());
+  for (std::size_t i = 1; i < models.size(); ++i) {
+    const ident::PlantChange change = ident::compare_parameters(models.front(), models[i], level);
+    out.models.emplace_back(files[i], &models[i]);
+    out.text += fmt::format("{} and {}: {}\n", files.front(), files[i],
+                            change.parameters.empty() ? "no parameter of both is estimated"
+                            : change.changed          ? "the parameters differ"
+                                                      : "no difference found");
+    if (!change.parameters.empty()) out.text += described(change, models[i]) + table_of(change, models[i]);
+    entries.push_back({{"file", files[i]}, {"change", to_json(change, models[i])}});
+  }
+  out.text += "Named with a record, the models are also scored on it.\n";
+  out.document = {{"schema", "eha-comparison/1"}, {"first", files.front()}, {"models", std::move(entries)}};
+  return out;
+}
+
+}  // namespace
+
+ExitCode execute(const CompareCommand& command, Console& console) {
+  std::vector<std::string> files;
+  std::vector<std::string> records;
+  for (const std::string& source : command.sources) (is_model(source) ? files : records).push_back(source);
+  const bool understood =
+      files.empty() ? records.size() >= 2 : records.size() <= 1 && files.size() + records.size() >= 2;
+  if (!understood) {
+    throw UsageError(
+        "expected two or more runs (eha compare BEFORE AFTER), or models and one record (eha compare MODEL.json... "
+        "DATA), "
+        "or two or more models");
+  }
+  std::vector<ident::Model> models;
+  for (const std::string& file : files) models.push_back(ident::model_from_text(os::read_file(file), file));
+  std::vector<identify::Source> sources;
+  for (const std::string& record : records) sources.push_back(identify::load_source(record, {}));
+
+  Compared compared;
+  std::optional<identify::RunComparison> runs;
+  std::vector<identify::ScoredModel> scored;
+  if (files.empty()) {
+    runs = identify::compare_runs(sources);
+    for (const std::string& note : runs->notes) console.warning(note);
+    compared = described(*runs, sources);
+  } else if (!sources.empty()) {
+    scored = identify::score_models(models, sources.front());
+    compared = described(scored, models, files, sources.front());
+  } else {
+    compared = described(models, files);
+  }
+  if (command.output) {
+    draw_bode(compared.models, *command.output);
+    compared.document["file"] = command.output->string();
+    compared.text += fmt::format("written: {}\n", command.output->string());
+  }
+  console.print_json(compared.document);
+  console.print(compared.text);
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/text_table.hpp"
+#include "daemon/identify/executor.hpp"
+#include "daemon/identify/source.hpp"
+#include "daemon/plot/envelope.hpp"
+#include "daemon/plot/gnuplot.hpp"
+#include "daemon/replay/calibration.hpp"
+#include "daemon/replay/replay.hpp"
+#include "daemon/replay/twin_file.hpp"
+#include "ident/validation/score.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::optional<double> number(std::string_view text) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && stop == end && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+/// KEY or KEY=LOW:HIGH
+replay::CalibrationRequest request_of(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) return {text, {}};
+  const std::string_view range = std::string_view(text).substr(equals + 1);
+  const std::size_t colon = range.find(':');
+  const auto low = number(range.substr(0, colon));
+  const auto high = colon == std::string_view::npos ? std::nullopt : number(range.substr(colon + 1));
+  if (!low || !high) {
+    throw UsageError(fmt::format("--calibrate {}: expected KEY or KEY=LOW:HIGH with two numbers", text));
+  }
+  return {text.substr(0, equals), std::pair(*low, *high)};
+}
+
+config::RigConfig simulated_rig(const std::optional<std::string>& rig_file) {
+  config::RigConfig rig = load_rig_or_default(rig_file);
+  if (!std::holds_alternative<hal::SimOptions>(rig.backend)) {
+    throw UsageError(
+        fmt::format("{} drives a machine; a record is replayed on a simulated rig: --rig sim.toml", rig.file_name));
+  }
+  return rig;
+}
+
+void write_csv(const ident::Record& record, const Eigen::VectorXd& measured_in, const Eigen::VectorXd& replayed_in,
+               const std::filesystem::path& path) {
+  os::AtomicFile file(path);
+  std::string text = "time_s,voltage_V,measured_in,replayed_in\n";
+  for (Eigen::Index k = 0; k < measured_in.size(); ++k) {
+    fmt::format_to(std::back_inserter(text), "{:.12g},{},{},{}\n",
+                   record.start_s + record.step_s * static_cast<double>(k), record.input[k], measured_in[k],
+                   replayed_in[k]);
+    if (text.size() > 60000) {
+      file.write(text);
+      text.clear();
+    }
+  }
+  file.write(text);
+  file.commit();
+}
+
+void draw_overlay(const ident::Record& record, const Eigen::VectorXd& measured_in, const Eigen::VectorXd& replayed_in,
+                  const std::filesystem::path& path) {
+  std::vector<double> time(static_cast<std::size_t>(measured_in.size()));
+  for (std::size_t k = 0; k < time.size(); ++k) time[k] = record.start_s + record.step_s * static_cast<double>(k);
+  const auto curve = [&](const std::string& label, const Eigen::VectorXd& values, int style) {
+    const std::vector<double> y(values.begin(), values.end());
+    const plot::Points points = plot::envelope(time, y);
+    return plot::Series{.label = label, .x = points.x, .y = points.y, .style = style};
+  };
+  plot::Panel position{"", "displacement [in]"};
+  position.series = {curve("measured", measured_in, 0), curve("replayed", replayed_in, 1)};
+  plot::Panel error{"time [s]", "error [in]"};
+  error.series = {curve("", measured_in - replayed_in, 1)};
+  const std::string ending = path.extension().string();
+  const plot::Format format = ending == ".png"   ? plot::Format::png
+                              : ending == ".pdf" ? plot::Format::pdf
+                                                 : plot::Format::svg;
+  os::write_file_atomically(path, plot::draw({"Record and simulated rig", {position, error}}, format));
+}
+
+}  // namespace
+
+ExitCode execute(const ReplayCommand& command, Console& console) {
+  std::vector<replay::CalibrationRequest> requests;
+  for (const std::string& text : command.calibrate) requests.push_back(request_of(text));
+  const config::RigConfig rig = simulated_rig(command.rig_file);
+  const identify::Source source = identify::load_source(command.source, {});
+  for (const std::string& warning : identify::warnings(source)) console.warning(warning);
+  const ident::Record& record = source.record;
+  const Eigen::VectorXd measured = replay::measured_in(record);
+  hal::SimOptions options = replay::starting_at(std::get<hal::SimOptions>(rig.backend), measured[0]);
+
+  std::optional<replay::Calibration> calibration;
+  if (!requests.empty()) {
+    calibration = replay::calibrate(options, requests, record.input, measured, record.step_s,
+                                    identify::thread_executor(), [&](double rms_in, int iteration) {
+                                      console.progress(std::min(0.95, 0.1 * iteration),
+                                                       fmt::format("calibrating, rms error {:.3g} in", rms_in));
+                                    });
+    console.end_progress();
+    options = calibration->options;
+  }
+  const Eigen::VectorXd replayed = replay::displacement_in(options, record.input, record.step_s);
+  const ident::Score score = ident::score(measured, replayed);
+
+  Json document{{"schema", "eha-replay/1"},
+                {"source", source.name},
+                {"rig", rig.file_name},
+                {"samples", score.samples},
+                {"r2_percent", score.r2_percent},
+                {"fit_percent", score.fit_percent},
+                {"rms_error_in", std::sqrt(score.mse)},
+                {"error_min_in", score.error_min},
+                {"error_max_in", score.error_max}};
+  std::string text = fmt::format(
+      "{} on {}: R2 {:.2f} %, fit {:.2f} %, rms error {:.4g} in, error {:.3g} .. {:.3g} in\n", source.name, rig.name,
+      score.r2_percent, score.fit_percent, std::sqrt(score.mse), score.error_min, score.error_max);
+  if (calibration) {
+    std::vector<std::vector<std::string>> rows;
+    Json parameters = Json::array();
+    for (const replay::CalibratedParameter& p : calibration->parameters) {
+      rows.push_back(
+          {p.key, fmt::format("{:g}", p.before), fmt::format("{:.5g}", p.value), fmt::format("{:.2g}", p.half_width)});
+      parameters.push_back({{"key", p.key},
+                            {"before", p.before},
+                            {"value", p.value},
+                            {"std", p.std},
+                            {"lower95", p.value - p.half_width},
+                            {"upper95", p.value + p.half_width}});
+    }
+    text += text_table(
+        {{"parameter"}, {"before", Align::right}, {"calibrated", Align::right}, {"+- (95 %)", Align::right}}, rows);
+    if (!calibration->converged) console.warning("the calibration did not converge; narrow it with KEY=LOW:HIGH");
+    os::write_file_atomically(command.twin, replay::twin_text(rig.text, *calibration, source.name));
+    document["converged"] = calibration->converged;
+    document["parameters"] = std::move(parameters);
+    document["twin"] = command.twin.string();
+    text += fmt::format("written: {}\n", command.twin.string());
+  }
+  if (command.output) {
+    if (command.output->extension() == ".csv") {
+      write_csv(record, measured, replayed, *command.output);
+    } else {
+      draw_overlay(record, measured, replayed, *command.output);
+    }
+    document["file"] = command.output->string();
+    text += fmt::format("written: {}\n", command.output->string());
+  }
+  console.print_json(document);
+  console.print(text);
+  if (calibration && !calibration->converged) return ExitCode::not_converged;
+  if (calibration) {
+    console.next_step(fmt::format("eha run EXPERIMENT.toml --local --fast --rig {}", command.twin.string()));
+  } else {
+    console.next_step(fmt::format("eha replay {} --calibrate valve_null_offset_V valve_dead_band_V", command.source));
+  }
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/comparison.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "daemon/identify/executor.hpp"
+#include "ident/export/partial_fractions.hpp"
+
+namespace eha::identify {
+namespace {
+
+constexpr double kSameStep = 1e-6;
+
+ident::FitOptions options_of(const Source& source) {
+  ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
+  options.procedure = ident::Procedure::standard;
+  options.intervals = ident::IntervalMethod::straight;
+  options.split = 1.0;
+  return options;
+}
+
+ident::FitResult fit_named(const Source& source, const ident::StructureOptions& structure,
+                           const ident::FitOptions& options) {
+  try {
+    return ident::fit(source.record, structure, options, thread_executor());
+  } catch (const DataError& error) {
+    throw DataError(fmt::format("{}: {}", source.name, error.what()));
+  }
+}
+
+std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident::StructureOptions& structure,
+                                 const ident::FitOptions& options) {
+  std::vector<ComparedRun> runs;
+  for (const Source& source : sources) runs.push_back({fit_named(source, structure, options), std::nullopt});
+  return runs;
+}
+
+double highest_order(const std::vector<ident::Term>& terms) {
+  double order = 0.0;
+  for (const ident::Term& term : terms) order = std::max(order, term.order);
+  return order;
+}
+
+/// The structure that a model has, to be fitted again.
+std::optional<ident::StructureOptions> structure_like(const ident::Model& model) {
+  const ident::TransferFunction& g = model.transfer_function;
+  ident::StructureOptions like;
+  like.name = model.name;
+  if (ident::has_whole_orders(g)) {
+    const int poles = static_cast<int>(std::lround(highest_order(g.denominator)));
+    const int zeros = static_cast<int>(std::lround(highest_order(g.numerator)));
+    if (poles < 1 || poles > 10 || zeros > poles) return {};
+    like.structure = ident::structures::io({poles, zeros});
+  } else if (g.numerator.size() == 1 && g.denominator.size() == 3) {
+    like.structure = ident::structures::fo();
+  } else if (g.numerator.size() == 1 && g.denominator.size() == 2) {
+    like.structure = ident::structures::lag();
+  } else {
+    return {};
+  }
+  if (model.input_map) like.structure = ident::structures::behind_valve(like.structure);
+  if (g.delay_s > 0.0) {
+    ident::ParameterRequest delay;
+    delay.name = ident::delay_key().name;
+    delay.start = g.delay_s;
+    const auto listed = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                     [](const auto& p) { return p.role == ident::ParameterRole::delay; });
+    delay.fixed = listed == model.parameters.end() || listed->fixed;
+    like.parameters.push_back(delay);
+  }
+  return like;
+}
+
+void compare_with_refit(ScoredModel& scored, const ident::Model& model, const Source& source,
+                        const ident::FitOptions& options, double level) {
+  const std::optional<ident::StructureOptions> structure = structure_like(model);
+  if (!structure) return;
+  try {
+    scored.refit = ident::fit(source.record, *structure, options, thread_executor());
+  } catch (const DataError&) {
+    return;  // the record cannot estimate this structure; the scores remain
+  }
+  scored.refit_rms_error = std::sqrt(scored.refit->model.estimation->score.mse);
+  scored.change = ident::compare_parameters(model, scored.refit->model, level);
+  scored.of_another_plant =
+      scored.change->changed && scored.rms_error > kAnotherPlant * std::max(scored.refit_rms_error, 0.0);
+}
+
+}  // namespace
+
+RunComparison compare_runs(const std::vector<Source>& sources) {
+  const Source& first = sources.front();
+  RunComparison comparison;
+  for (const Source& source : sources) {
+    const ident::Record& a = first.record;
+    const ident::Record& b = source.record;
+    if (a.input_channel.unit != b.input_channel.unit || a.output_channel.unit != b.output_channel.unit) {
+      throw DataError(fmt::format("{} is in {} and {}, {} in {} and {}; expected the same units", source.name,
+                                  b.input_channel.unit, b.output_channel.unit, first.name, a.input_channel.unit,
+                                  a.output_channel.unit));
+    }
+    if (std::abs(a.step_s - b.step_s) > kSameStep * a.step_s) {
+      throw DataError(fmt::format("{} has rows every {:g} s, {} every {:g} s; expected the same", source.name, b.step_s,
+                                  first.name, a.step_s));
+    }
+    const Eigen::Index shared = std::min(a.input.size(), b.input.size());
+    const double moved = (a.input.head(shared) - b.input.head(shared)).cwiseAbs().maxCoeff();
+    if (moved > 0.05 * a.input.cwiseAbs().maxCoeff()) {
+      comparison.notes.push_back(fmt::format(
+          "{} was driven by another input than {}; a nonlinear plant can show other parameters for that alone",
+          source.name, first.name));
+    }
+    for (std::string& sentence : warnings(source)) comparison.notes.push_back(std::move(sentence));
+  }
+  const ident::FitOptions options = options_of(first);
+  ident::StructureOptions structure;
+  structure.name = comparison.structure = "io_valve";
+  structure.structure = ident::structures::behind_valve(ident::structures::io());
+  try {
+    comparison.runs = fit_all(sources, structure, options);
+  } catch (const DataError& error) {
+    comparison.notes.push_back(fmt::format("Compared without a valve map: {}", error.what()));
+    structure.name = comparison.structure = "io";
+    structure.structure = ident::structures::io();
+    comparison.runs = fit_all(sources, structure, options);
+  }
+  const double level = kFalseAlarm / static_cast<double>(sources.size() - 1);
+  for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
+    comparison.runs[i].change =
+        ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
+  }
+  return comparison;
+}
+
+std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source) {
+  const ident::FitOptions options = options_of(source);
+  const double level = kFalseAlarm / static_cast<double>(models.size());
+  std::vector<ScoredModel> all;
+  for (const ident::Model& model : models) {
+    ScoredModel scored;
+    scored.validation = ident::validate(model, source.record, options);
+    scored.rms_error = std::sqrt(scored.validation.offset_reestimated.value_or(scored.validation.score).mse);
+    compare_with_refit(scored, model, source, options, level);
+    all.push_back(std::move(scored));
+  }
+  return all;
+}
+
+}  // namespace eha::identify

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/identify/source.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/validation/parameter_change.hpp"
+
+namespace eha::identify {
+
+/// Probability that a comparison names a change where nothing changed, for all parameters, runs and models together.
+inline constexpr double kFalseAlarm = 0.01;
+
+/// A model on a record that it has not seen and this far worse than one fitted to that record is of another plant.
+inline constexpr double kAnotherPlant = 1.5;
+
+/// One run compared with the first.
+struct ComparedRun {
+  ident::FitResult fit;
+  std::optional<ident::PlantChange> change;  ///< from the first run to this one; none for the first
+};
+
+struct RunComparison {
+  std::string structure;          ///< the model fitted to every run: "io_valve", or "io" where a valve map is not known
+  std::vector<ComparedRun> runs;  ///< in the order given
+  std::vector<std::string> notes;  ///< what limits the comparison, one sentence each
+};
+
+/// Fits one structure to the whole of every record, with the same decimation and discarded start, and compares the
+/// parameters of each with the first's. The structure is the integer-order model behind a valve map; where a record
+/// does not excite both sides of the valve, for all the same without a map.
+/// @param sources  at least two
+/// @throws DataError  records differ in units, or as ident::fit; ConfigError as ident::fit
+[[nodiscard]] RunComparison compare_runs(const std::vector<Source>& sources);
+
+/// A model held against a record.
+struct ScoredModel {
+  ident::ValidationReport validation;
+  double rms_error = 0.0;  ///< offset estimated anew [output unit]
+  /// The model's structure fitted to the record; none where the structure is not one of the program's.
+  std::optional<ident::FitResult> refit;
+  double refit_rms_error = 0.0;
+  std::optional<ident::PlantChange> change;  ///< from the model to its refit
+  bool of_another_plant = false;             ///< parameters changed, and the error is kAnotherPlant times the refit's
+};
+
+/// Scores every model on the whole record with the same samples and criteria.
+/// @throws as ident::validate
+[[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source);
+
+}  // namespace eha::identify

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "hal/sim/sim_options.hpp"
+#include "ident/record.hpp"
+
+namespace eha::replay {
+
+/// Displacement [in] of the simulated cylinder for the voltages of a record, each held until the next row, from
+/// options.initial_displacement_in at rest: N rows, row k just before voltage k takes effect. Without converters,
+/// sensor and noise. @throws ConfigError  the options make no physical sense Cost: about 0.1 us a sub-step; 50 s in
+/// steps of 50 us some 0.2 s.
+[[nodiscard]] Eigen::VectorXd displacement_in(const hal::SimOptions& options,
+                                              const Eigen::Ref<const Eigen::VectorXd>& volts, double step_s);
+
+/// The record's output in inches. @throws DataError  the input is not in V, or the output neither in in nor in mm
+[[nodiscard]] Eigen::VectorXd measured_in(const ident::Record& record);
+
+/// The options with the rod where the record begins, at most at an end stop.
+[[nodiscard]] hal::SimOptions starting_at(hal::SimOptions options, double displacement_in);
+
+}  // namespace eha::replay

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/replay/calibration.hpp"
+
+namespace eha::replay {
+
+/// The text of a rig file with the calibrated values in its table `[sim]`, each with its interval as a comment; a key
+/// that the table lacks is added at its head. Everything else stays.
+/// @param text    of a rig file with `[sim]`
+/// @param origin  the record, for the comment at the head
+[[nodiscard]] std::string twin_text(std::string_view text, const Calibration& calibration, std::string_view origin);
+
+}  // namespace eha::replay

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ident/model/model.hpp"
+
+namespace eha::ident {
+
+/// One parameter of two models of equal structure, from records of their own.
+struct ParameterChange {
+  std::string name;
+  ParameterRole role = ParameterRole::denominator_coefficient;
+  double before = 0.0;
+  double after = 0.0;
+  double std = 0.0;         ///< of after - before
+  double half_width = 0.0;  ///< of its joint interval: after - before +- half_width
+  bool changed = false;     ///< the joint interval excludes 0
+};
+
+/// The change of a plant between two models.
+struct PlantChange {
+  std::vector<ParameterChange> parameters;  ///< the estimated ones of both, those furthest outside 0 first
+  std::vector<std::string> undetermined;    ///< estimated, but one of the records does not determine them
+  bool changed = false;                     ///< at least one parameter did
+};
+
+/// Compares the parameters of the plant (not those of the record's start) that both models estimated.
+/// The intervals are joint: with `level` the probability that any of them excludes 0 although nothing changed is at
+/// most `level` (Bonferroni), each by Student's t with the fewer effective samples of the two. Standard errors of
+/// independent records add in squares; a parameter without one counts as known.
+/// @param level  0 < level < 1, for all parameters together
+[[nodiscard]] PlantChange compare_parameters(const Model& before, const Model& after, double level);
+
+/// The unit of a parameter: the input's, seconds, or none for a coefficient or an order.
+[[nodiscard]] std::string unit_of(ParameterRole role, const Model& model);
+
+}  // namespace eha::ident

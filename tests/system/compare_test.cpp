@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `eha compare` and `eha replay` as a user meets them: two runs of the simulated rig, the second with another valve.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/error.hpp"
+#include "tests/system/program.hpp"
+#include "tests/system/refusal.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+using nlohmann::json;
+
+class TwoRuns : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    std::string changed = content_of(source_file("config/rigs/sim.toml"));
+    const std::string key = "valve_dead_band_V = 0.15 ";
+    changed.replace(changed.find(key), key.size(), "valve_dead_band_V = 0.22 ");
+    folder_->write("changed.toml", changed);
+    before_ = run(source_file("config/rigs/sim.toml"), "before");
+    after_ = run("changed.toml", "after");
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::string run(const std::string& rig, const std::string& output) {
+    const Ended ended = run_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--fast", "--rig", rig,
+                                 "--output", output, "--json"},
+                                folder_->path());
+    return json::parse(ended.out).at("run").get<std::string>();
+  }
+
+  static inline TemporaryFolder* folder_ = nullptr;
+  static inline std::string before_;
+  static inline std::string after_;
+};
+
+TEST_F(TwoRuns, CompareNamesTheDeadBand) {
+  const Ended text = run_eha({"compare", before_, after_, "-o", "bode.svg"}, folder_->path());
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_NE(text.out.find("dead_band moved by 0.0"), std::string::npos) << text.out;
+  EXPECT_NE(content_of(folder_->path() / "bode.svg").find("<svg"), std::string::npos);
+  const Ended ended = run_eha({"compare", before_, after_, "--json"}, folder_->path());
+  const json change = json::parse(ended.out).at("runs").at(1).at("change");
+  EXPECT_TRUE(change.at("changed").get<bool>());
+  EXPECT_EQ(change.at("parameters").at(0).at("name"), "dead_band");
+  EXPECT_NEAR(change.at("parameters").at(0).at("difference").get<double>(), 0.07, 0.005);
+}
+
+TEST_F(TwoRuns, CompareFindsNothingBetweenARunAndItself) {
+  const Ended ended = run_eha({"compare", before_, before_}, folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.out.find("no change of the plant found"), std::string::npos) << ended.out;
+}
+
+TEST_F(TwoRuns, CompareScoresModelsOnARecord) {
+  const Ended fitted =
+      run_eha({"fit", before_, "--model", "io", "--input-map", "valve", "-o", "m", "-q"}, folder_->path());
+  ASSERT_TRUE(std::filesystem::exists(folder_->path() / "m/io_valve.json")) << fitted.err;
+  const Ended here = run_eha({"compare", "m/io_valve.json", before_, "--json"}, folder_->path());
+  ASSERT_EQ(here.code, 0) << here.err;
+  EXPECT_EQ(json::parse(here.out).at("models").at(0).at("plant"), "this") << here.out;
+  const Ended there = run_eha({"compare", "m/io_valve.json", after_, "--json"}, folder_->path());
+  const json model = json::parse(there.out).at("models").at(0);
+  EXPECT_EQ(model.at("plant"), "another") << there.out;
+  EXPECT_GT(model.at("r2_reestimated_percent").get<double>(), 95.0);
+}
+
+TEST_F(TwoRuns, ReplayOnItsOwnRigLeavesTheSensorsNoise) {
+  const Ended ended =
+      run_eha({"replay", before_, "--rig", source_file("config/rigs/sim.toml"), "-o", "overlay.csv", "--json"},
+              folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_GT(json::parse(ended.out).at("r2_percent").get<double>(), 99.9);
+  EXPECT_EQ(content_of(folder_->path() / "overlay.csv").rfind("time_s,voltage_V,measured_in,replayed_in\n", 0), 0U);
+}
+
+TEST_F(TwoRuns, ReplayCalibratesATwinThatTheProgramRuns) {
+  const Ended ended = run_eha({"replay", after_, "--rig", source_file("config/rigs/sim.toml"), "--twin", "twin.toml",
+                               "--json", "--calibrate", "valve_dead_band_V", "valve_null_offset_V=0.05:0.6"},
+                              folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json parameters = json::parse(ended.out).at("parameters");
+  EXPECT_NEAR(parameters.at(0).at("value").get<double>(), 0.22, 0.05 * 0.22);
+  EXPECT_NEAR(parameters.at(1).at("value").get<double>(), 0.2, 0.05 * 0.2);
+  EXPECT_EQ(run_eha({"check", "twin.toml"}, folder_->path()).code, 0);
+}
+
+TEST_F(TwoRuns, RefuseWhatMakesNoSense) {
+  expect_refused(*folder_, {"compare", before_}, ExitCode::usage, {"--help"});
+  expect_refused(*folder_, {"compare", before_, "m.txt", "x.json"}, ExitCode::usage, {"MODEL.json"});
+  const std::string rig = source_file("config/rigs/sim.toml");
+  expect_refused(*folder_, {"replay", before_, "--rig", rig, "--calibrate", "mass"}, ExitCode::usage,
+                 {"moving_mass_kg"});
+  expect_refused(*folder_, {"replay", before_, "--rig", rig, "--calibrate", "bore_mm=1"}, ExitCode::usage,
+                 {"LOW:HIGH"});
+  expect_refused(*folder_,
+                 {"replay", before_, "--rig", rig, "--calibrate", "valve_rated_flow_L_per_min", "valve_rated_drop_bar"},
+                 ExitCode::bad_data, {"valve_rated_flow_L_per_min and valve_rated_drop_bar cannot be told apart"});
+  expect_refused(*folder_, {"replay", before_, "--rig", source_file("config/rigs/pci1716.toml")}, ExitCode::usage,
+                 {"simulated rig"});
+}
+
+}  // namespace
+}  // namespace eha::test

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/parameter_change.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+Model with(double null, double dead_band, double gain) {
+  Model model;
+  const auto add = [&](const char* name, double value, double std, ParameterRole role) {
+    model.parameters.push_back({name, value, std, value, value, false, role});
+  };
+  add("K", gain, 0.001, ParameterRole::numerator_coefficient);
+  add("null", null, 0.002, ParameterRole::valve_null);
+  add("dead_band", dead_band, 0.002, ParameterRole::dead_band);
+  add("initial_output", 3.0, 0.001, ParameterRole::initial_output);
+  model.parameters.push_back({"a1", 1.0, 0.0, 1.0, 1.0, true, ParameterRole::denominator_coefficient});
+  return model;
+}
+
+TEST(ParameterChange, NamesWhatMovedFirst) {
+  Model after = with(-0.12, 0.151, 0.1305);
+  after.parameters[3].value = 2.0;
+  const PlantChange change = compare_parameters(with(-0.2, 0.15, 0.13), after, 0.01);
+  EXPECT_TRUE(change.changed);
+  ASSERT_EQ(change.parameters.size(), 3U) << "neither the record's start nor what is held counts";
+  EXPECT_EQ(change.parameters[0].name, "null");
+  EXPECT_TRUE(change.parameters[0].changed);
+  EXPECT_NEAR(change.parameters[0].after - change.parameters[0].before, 0.08, 1e-12);
+  // Bonferroni: 2.94 standard deviations for three parameters at 1 %.
+  EXPECT_NEAR(change.parameters[0].half_width, 2.935 * std::hypot(0.002, 0.002), 1e-5);
+  EXPECT_FALSE(change.parameters[1].changed);
+  EXPECT_FALSE(change.parameters[2].changed);
+}
+
+TEST(ParameterChange, SaysWhatARecordDoesNotDetermine) {
+  Model after = with(-0.2, 0.15, 0.13);
+  after.parameters[0].std = std::numeric_limits<double>::infinity();
+  const PlantChange change = compare_parameters(with(-0.2, 0.15, 0.13), after, 0.01);
+  EXPECT_FALSE(change.changed);
+  EXPECT_EQ(change.undetermined, std::vector<std::string>{"K"});
+}
+
+TEST(ParameterChange, RaisesFalseAlarmsAtItsLevel) {
+  std::mt19937_64 generator(1);
+  int alarms = 0;
+  constexpr int kPairs = 4000;
+  for (int i = 0; i < kPairs; ++i) {
+    const auto drawn = [&] {
+      Model model = with(-0.2, 0.15, 0.13);
+      for (ParameterEstimate& p : model.parameters) p.value += p.std * synthetic::normal(generator);
+      return model;
+    };
+    alarms += compare_parameters(drawn(), drawn(), 0.05).changed ? 1 : 0;
+  }
+  EXPECT_LT(alarms, 0.05 * kPairs + 4.0 * std::sqrt(0.05 * kPairs));
+  EXPECT_GT(alarms, 0.05 * kPairs - 4.0 * std::sqrt(0.05 * kPairs));
+}
+
+}  // namespace
+}  // namespace eha::ident

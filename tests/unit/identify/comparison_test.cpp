@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/comparison.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "tests/unit/identify/twin_source.hpp"
+
+namespace eha::identify {
+namespace {
+
+using test::seeded;
+using test::source_of;
+
+TEST(Comparison, NamesTheDeadBandThatChanged) {
+  hal::SimOptions after = seeded(2);
+  after.valve_dead_band_V = 0.25;
+  const RunComparison comparison = compare_runs({source_of(seeded(1)), source_of(after)});
+  ASSERT_TRUE(comparison.runs[1].change);
+  const ident::PlantChange& change = *comparison.runs[1].change;
+  ASSERT_TRUE(change.changed);
+  EXPECT_EQ(change.parameters.front().name, "dead_band");
+  EXPECT_NEAR(change.parameters.front().after - change.parameters.front().before, 0.10, 0.02);
+  EXPECT_EQ(comparison.structure, "io_valve");
+}
+
+TEST(Comparison, CallsAModelOfAnotherPlantThat) {
+  const Source here = source_of(seeded(1));
+  hal::SimOptions other = seeded(2);
+  other.supply_pressure_bar = 90.0;
+  const Source there = source_of(other);
+  const ident::Model model = compare_runs({there, there}).runs[0].fit.model;
+  const std::vector<ScoredModel> scored = score_models({model, compare_runs({here, here}).runs[0].fit.model}, here);
+  EXPECT_GT(scored[0].validation.offset_reestimated.value_or(scored[0].validation.score).r2_percent, 90.0);
+  EXPECT_TRUE(scored[0].of_another_plant);
+  EXPECT_FALSE(scored[1].of_another_plant);
+}
+
+TEST(Comparison, RefusesRecordsInOtherUnits) {
+  Source one = source_of(seeded(1));
+  Source other = one;
+  other.record.output_channel.unit = "mm";
+  EXPECT_THROW(static_cast<void>(compare_runs({one, other})), DataError);
+}
+
+}  // namespace
+}  // namespace eha::identify
