@@ -265,6 +265,10 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     named.structures = compared_structures(named, identification);
     identification.cross_validation = cross_validate(named, progress);
   }
+  identification.fit_table = fit_table(task.record, task.options, identification.models);
+  ident::FitOptions paper_options = task.options;
+  paper_options.procedure = ident::Procedure::paper;
+  identification.paper_fit_table = fit_table(task.record, paper_options, identification.paper);
   return identification;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/identify/fit_table.hpp"
 #include "daemon/identify/progress.hpp"
 #include "daemon/identify/rounds.hpp"
 #include "daemon/identify/source.hpp"
@@ -57,6 +58,8 @@ struct Identification {
   std::vector<IdentifiedModel> paper = {};    ///< by the paper's procedure, for comparison
   std::optional<ident::FrequencyResponse> frequency_response = {};
   std::vector<CrossValidatedModel> cross_validation = {};
+  FitTable fit_table = {};                             ///< of `models`
+  FitTable paper_fit_table = {};                       ///< of `paper`
   std::vector<std::string> warnings = {};              ///< reasons for missing comparisons, one sentence each
   std::vector<std::string> notes = {};                 ///< reasons for a missing frequency response
   std::vector<ident::Refusal> refused = {};            ///< structures that the record does not allow

@@ -53,6 +53,24 @@ std::optional<fs::path> write_next_experiment(const Identification& identificati
   return file;
 }
 
+/// Writes the tables of the fit and the frequency response, those that there are.
+void write_tables(const Identification& identification, const fs::path& folder, std::vector<fs::path>& written) {
+  for (const auto& [table, name] :
+       {std::pair(&identification.fit_table, kFitFile), std::pair(&identification.paper_fit_table, kPaperFitFile)}) {
+    const fs::path path = folder / name;
+    std::error_code ignored;
+    if (table->models.empty()) {
+      fs::remove(path, ignored);  // an earlier fit's
+    } else {
+      os::write_file_atomically(path, to_csv(*table));
+      written.push_back(path);
+    }
+  }
+  if (identification.frequency_response) {
+    written.push_back(write_frequency_response(*identification.frequency_response, identification.models, folder));
+  }
+}
+
 }  // namespace
 
 Json to_json(const std::vector<ident::Refusal>& refused) {
@@ -90,9 +108,7 @@ std::vector<fs::path> write_models(const Identification& identification, const f
     written.push_back(folder / (identified.result.model.name + ".json"));
     os::write_file_atomically(written.back(), ident::to_text(identified.result.model));
   }
-  if (identification.frequency_response) {
-    written.push_back(write_frequency_response(*identification.frequency_response, identification.models, folder));
-  }
+  write_tables(identification, folder, written);
   if (const auto next = write_next_experiment(identification, folder)) written.push_back(*next);
   return written;
 }
@@ -117,9 +133,7 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
     written.push_back(path);
   }
   // Before the manifest, which lists every file of the folder.
-  if (identification.frequency_response) {
-    written.push_back(write_frequency_response(*identification.frequency_response, identification.models, run_folder));
-  }
+  write_tables(identification, run_folder, written);
   if (const auto next = write_next_experiment(identification, run_folder)) {
     written.push_back(*next);
     entry.other["next_experiment"] = {{"file", next->filename().string()},

@@ -16,14 +16,15 @@ namespace eha::identify {
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ident::Refusal>& refused);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<Round>& rounds);
 
-/// Writes DIR/<name>.json for each model, the frequency response and the next experiment in the same folder.
+/// Writes DIR/<name>.json for each model; fit.csv, fit_paper.csv, the frequency response and the next experiment go to
+/// the same folder.
 /// @returns the paths, the models' first @throws IoError, PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> write_models(const Identification& identification,
                                                               const std::filesystem::path& folder);
 
-/// Publishes an identification in the run's folder: accepted models go to models/, the others to models/rejected/, the
-/// frequency response, the next experiment and the manifest's section `identification` follow; then the link `latest`
-/// moves to the run if a model was accepted.
+/// Publishes an identification in the run's folder: accepted models go to models/, the others to models/rejected/;
+/// fit.csv, fit_paper.csv, the frequency response, the next experiment and the manifest's section `identification`
+/// follow; then the link `latest` moves to the run if a model was accepted.
 /// @returns the paths, the models' first @throws IoError, PermissionError, DataError
 [[nodiscard]] std::vector<std::filesystem::path> publish(const Identification& identification,
                                                          const std::filesystem::path& run_folder);

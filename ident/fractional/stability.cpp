@@ -5,9 +5,8 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <optional>
 
-#include "ident/linear_algebra/spectra.hpp"
+#include "ident/fractional/poles.hpp"
 
 namespace eha::ident {
 namespace {
@@ -15,36 +14,12 @@ namespace {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-constexpr int kHighestDegree = 24;
-constexpr double kSameOrder = 1e-9;  // relative distance of two orders that count as one
 constexpr int kDeepestSplit = 60;
 constexpr double kRounding = 1e-15;
 constexpr double kAlikeOrders = 0.02;
 constexpr double kOutweighed = 0.5;  // sum of the other terms over the group that outweighs them
 
-/// Terms by rising order, equal orders joined, zero coefficients dropped, the lowest order subtracted.
-struct Polynomial {
-  std::vector<Term> terms;
-  double removed_order = 0.0;
-};
-
-Polynomial reduced(std::vector<Term> terms) {
-  std::erase_if(terms, [](const Term& term) { return term.coefficient == 0.0; });
-  std::sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
-  Polynomial out;
-  for (const Term& term : terms) {
-    if (!out.terms.empty() && term.order - out.terms.back().order <= kSameOrder * std::max(1.0, term.order)) {
-      out.terms.back().coefficient += term.coefficient;
-    } else {
-      out.terms.push_back(term);
-    }
-  }
-  std::erase_if(out.terms, [](const Term& term) { return term.coefficient == 0.0; });
-  if (out.terms.empty()) return out;
-  out.removed_order = out.terms.front().order;
-  for (Term& term : out.terms) term.order -= out.removed_order;
-  return out;
-}
+using Polynomial = ReducedPolynomial;
 
 /// D and s D'/D at s = exp(x + i phi), scaled by the largest term against overflow.
 struct Sample {
@@ -119,36 +94,10 @@ int zeros_in_sector(const Polynomial& d, double phi) {
   return static_cast<int>(std::lround((d.terms.back().order * phi - turned) / pi));
 }
 
-/// The coarsest base order that makes all orders whole multiples, if one of modest degree exists.
-std::optional<double> base_order(const Polynomial& d) {
-  const double top = d.terms.back().order;
-  for (int degree = 1; degree <= kHighestDegree; ++degree) {
-    const double q = top / degree;
-    const bool fits = std::all_of(d.terms.begin(), d.terms.end(), [&](const Term& term) {
-      return std::abs(term.order / q - std::round(term.order / q)) <= kSameOrder * degree;
-    });
-    if (fits) return q;
-  }
-  return std::nullopt;
-}
-
 /// Least |arg s| over the poles on the principal sheet, pi when there is none.
 double least_angle_commensurate(const Polynomial& d, double q) {
-  const auto degree = static_cast<Eigen::Index>(std::lround(d.terms.back().order / q));
-  Eigen::VectorXd a = Eigen::VectorXd::Zero(degree + 1);
-  for (const Term& term : d.terms) a[std::lround(term.order / q)] = term.coefficient;
-  // Scaling the variable balances the companion matrix: w = s^q / radius.
-  const double radius = std::pow(std::abs(a[0] / a[degree]), 1.0 / static_cast<double>(degree));
-  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(degree, degree);
-  for (Eigen::Index k = 0; k < degree; ++k) {
-    companion(0, k) = -a[degree - 1 - k] / a[degree] * std::pow(radius, -static_cast<double>(k + 1));
-    if (k + 1 < degree) companion(k + 1, k) = 1.0;
-  }
   double angle = pi;
-  const Eigen::VectorXcd roots = eigenvalues(companion);
-  for (const Complex& root : roots) {
-    angle = std::min(angle, std::abs(std::arg(root)) / q);
-  }
+  for (const Complex& root : commensurate_roots(d, q)) angle = std::min(angle, std::abs(std::arg(root)) / q);
   return angle;
 }
 
