@@ -14,6 +14,7 @@
 #include "daemon/eha/display_units.hpp"
 #include "daemon/eha/model_command_options.hpp"
 #include "daemon/eha/option_values.hpp"
+#include "daemon/eha/picture_options.hpp"
 #include "daemon/eha/runs_options.hpp"
 #include "daemon/eha/service_options.hpp"
 #include "daemon/eha/use_options.hpp"
@@ -44,8 +45,8 @@ eha-experiment(5), eha-rig(5), eha-record(5).)";
 constexpr const char* kRunFooter = R"(
 Plays the experiment's excitation [V] on the rig every tick, records the displacement [in], fits the experiment's
 models and judges them. The run folder OUTPUT/<UTC time>-<name> holds run.json, raw.ehalog, raw.h5, data_40ms.csv,
-frequency_response.csv and models/*.json; a rejected model goes to models/rejected. OUTPUT/latest points to the last
-run with an accepted model.
+frequency_response.csv, fit.csv, report.html and models/*.json; a rejected model goes to models/rejected. OUTPUT/latest
+points to the last run with an accepted model.
 One Ctrl-C ramps the command down and keeps what was recorded; a second one makes the rig safe at once.
 Without --local the service ehad does the same with its own rig file and folder, when the experiment is next in its
 queue and you hold the lease (`eha arm`). Ctrl-C stops the run; losing the connection does not.
@@ -172,6 +173,8 @@ struct Commands {
   ExportCommand export_;
   CompareCommand compare;
   ReplayCommand replay;
+  ReportCommand report;
+  PlotCommand plot;
   CheckCommand check;
   DesignCommand design;
   RunsCommands runs;
@@ -190,6 +193,8 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_export(app, commands.export_);
   add_compare(app, commands.compare);
   add_replay(app, commands.replay);
+  add_report(app, commands.report);
+  add_plot(app, commands.plot);
   add_check(app, commands.check);
   add_design(app, commands.design);
   add_runs(app, commands.runs);
@@ -225,6 +230,8 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("export")) return commands.export_;
   if (app.got_subcommand("compare")) return commands.compare;
   if (app.got_subcommand("replay")) return commands.replay;
+  if (app.got_subcommand("report")) return commands.report;
+  if (app.got_subcommand("plot")) return commands.plot;
   if (app.got_subcommand("check")) return commands.check;
   if (app.got_subcommand("design")) return commands.design;
   if (app.got_subcommand("doctor")) return commands.doctor;

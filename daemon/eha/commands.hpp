@@ -112,6 +112,16 @@ struct ReplayCommand {
   std::optional<std::filesystem::path> output = {};
 };
 
+struct ReportCommand {
+  std::vector<std::string> sources;                  ///< one run folder, or model files
+  std::optional<std::filesystem::path> output = {};  ///< none: report.html, in the run folder of a run
+};
+
+struct PlotCommand {
+  std::string source;                                ///< run folder, CSV file or model file
+  std::optional<std::filesystem::path> output = {};  ///< none: in characters on standard output
+};
+
 struct CheckCommand {
   std::string file;
   std::optional<std::string> rig_file = {};
@@ -159,9 +169,10 @@ struct ServiceCommand {
   bool watch = false;      ///< of status: repeatedly
 };
 
-using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand,
-                             CompareCommand, ReplayCommand, CheckCommand, DesignCommand, RunsListCommand,
-                             RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
+using Command =
+    std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand, CompareCommand,
+                 ReplayCommand, ReportCommand, PlotCommand, CheckCommand, DesignCommand, RunsListCommand,
+                 RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -171,6 +182,8 @@ using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateComm
 [[nodiscard]] ExitCode execute(const ExportCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const CompareCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ReplayCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const ReportCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const PlotCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const CheckCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const DesignCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsListCommand& command, Console& console);

@@ -104,7 +104,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
     return identify::identify(source, task, comparisons_for(command, source), console.progress_callback());
   });
   console.end_progress();
-  const std::vector<fs::path> written = write(identification, command, source);
+  std::vector<fs::path> written = write(identification, command, source);
+  if (source.run_folder && !command.output) write_report(*source.run_folder, written, console);
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);

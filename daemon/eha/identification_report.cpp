@@ -3,14 +3,27 @@
 
 #include <fmt/format.h>
 
+#include <exception>
+
 #include "daemon/eha/cross_validation_table.hpp"
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/model_report.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/report/report.hpp"
 
 namespace eha::cli {
+
+void write_report(const std::filesystem::path& run_folder, std::vector<std::filesystem::path>& written,
+                  const Console& console) {
+  try {
+    for (const std::string& sentence : report::write_into_run(run_folder)) console.warning(sentence);
+    written.push_back(run_folder / report::kReportFile);
+  } catch (const std::exception& error) {
+    console.warning(fmt::format("no report was written: {}", error.what()));
+  }
+}
 
 void print_warnings(const identify::Source& source, int decimation, const Console& console) {
   for (const std::string& sentence : identify::warnings(source)) console.warning(sentence);

@@ -11,6 +11,10 @@
 
 namespace eha::cli {
 
+/// Writes the report of a fitted run and adds it to the list. A report that fails is a warning: the models are written.
+void write_report(const std::filesystem::path& run_folder, std::vector<std::filesystem::path>& written,
+                  const Console& console);
+
 /// Prints the warnings before a fit: reasons why the source's models are less reliable, and a long computing time.
 void print_warnings(const identify::Source& source, int decimation, const Console& console);
 

@@ -19,8 +19,8 @@ eha writes it (time_s,voltage_V,displacement_in), or as others do, a MAT-file, H
 not say is guessed and said in one line; --time, --input, --output and the other options below replace the guess.
 Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit]
 (with --input-map valve: null, dead_band [input unit], negative_gain_ratio), initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders).
-With -o DIR each model of a file is written to DIR/<model>.json, whatever its verdict; without -o nothing is
-written.
+With -o DIR each model of a file is written to DIR/<model>.json, whatever its verdict, and the compared samples with
+each model's output to DIR/fit.csv, for `eha report`; without -o nothing is written.
 Without --model and without models of an experiment the ladder of structures is climbed, each without and with a valve's
 map, and one is recommended; see eha(1).
 Where the experiment names tones or has repetitions, the measured frequency response is printed beside the models' and

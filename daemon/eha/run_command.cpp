@@ -125,7 +125,8 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
   const identify::Identification identification = identify::identify(
       source, task, {.paper = paper, .ladder = identify::Comparisons::Ladder::include}, console.progress_callback());
   console.end_progress();
-  const std::vector<fs::path> written = identify::publish(identification, folder);
+  std::vector<fs::path> written = identify::publish(identification, folder);
+  write_report(folder, written, console);
   print_identification(identification, written,
                        {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, console);
   const auto next = identify::next_experiment_file(written);

@@ -18,6 +18,9 @@ enum class Mark {
   area,        ///< the inside of the polygon; not drawn in characters
 };
 
+/// The style of lines that only guide the eye.
+inline constexpr int kGuideStyle = -1;
+
 /// One curve. x and y have one length; a value that is not finite interrupts the curve.
 struct Series {
   std::string label;  ///< in the key; empty: not listed
@@ -26,8 +29,9 @@ struct Series {
   std::vector<double> lower = {};
   std::vector<double> upper = {};
   Mark mark = Mark::line;
-  /// 0: a broad grey line, for measured data. 1: solid black, for the model that matters most. 2 and more: dashes of
-  /// their own, told apart without colour. Areas and bands take the style's colour, lightened.
+  /// kGuideStyle: a thin grey line. 0: a broad grey line, for measured data. 1: solid black, for the model that matters
+  /// most. 2 and more: dashes of their own, told apart without colour. Areas and bands take the style's colour,
+  /// lightened.
   int style = 1;
 };
 

@@ -25,6 +25,7 @@ namespace {
 constexpr std::size_t kMostMessages = 300;  // bytes of gnuplot's complaint that are repeated
 constexpr int kPanelHeight_px = 210;        // of a panel among several
 constexpr int kSinglePanelHeight_px = 300;
+constexpr int kMapHeight_px = 380;
 constexpr int kWidth_px = 600;
 
 std::string path_of_gnuplot() {
@@ -103,12 +104,12 @@ std::string run_gnuplot(std::string_view script) {
 }
 
 int height_px(const Figure& figure) {
-  if (figure.panels.size() == 1) return figure.panels.front().is_map ? kWidth_px * 3 / 4 : kSinglePanelHeight_px;
+  if (figure.panels.size() == 1) return figure.panels.front().is_map ? kMapHeight_px : kSinglePanelHeight_px;
   return kPanelHeight_px * static_cast<int>(figure.panels.size());
 }
 
 std::string svg_terminal(const Figure& figure) {
-  return fmt::format("set terminal svg size {},{} noenhanced font 'Arial,15' background '#ffffff'\n", kWidth_px,
+  return fmt::format("set terminal svg size {},{} noenhanced font 'Arial,14' background '#ffffff'\n", kWidth_px,
                      height_px(figure));
 }
 
@@ -147,6 +148,9 @@ std::string xml_text(const std::string& text) {
       case '>':
         result += "&gt;";
         break;
+      case '"':
+        result += "&quot;";
+        break;
       default:
         result += c;
     }
@@ -172,11 +176,12 @@ std::string as_element(std::string svg, std::size_t number, const std::string& t
     replace_all(element, std::string("xlink:href=") + quote + "#", std::string("href=") + quote + "#" + prefix);
   }
   replace_all(element, "url(#", "url(#" + prefix);
+  replace_all(element, " = '", "='");  // no label holds this quote, see quoted()
   const std::string named = quoted(title);
+  const std::string label = xml_text(named.substr(1, named.size() - 2));
   return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" {} role=\"img\" aria-labelledby=\"{}title\">\n"
-      "<title id=\"{}title\">{}</title>\n{}</svg>",
-      view_box, prefix, prefix, xml_text(named.substr(1, named.size() - 2)), element);
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" {} role=\"img\" aria-label=\"{}\">\n<title>{}</title>\n{}</svg>",
+      view_box, label, label, element);
 }
 
 /// Draws figures with one gnuplot; `first` numbers them.

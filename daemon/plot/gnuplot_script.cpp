@@ -28,7 +28,10 @@ constexpr std::array<Style, 7> kStyles{{{"#9a9a9a", "solid", 3.5, 6},
                                         {"#7a2a90", "(5,5)", 1.6, 1},
                                         {"#8a6a00", "(14,4,2,4,2,4)", 1.6, 10}}};
 
+constexpr Style kGuide{"#a0a0a0", "solid", 0.7, 6};
+
 const Style& style_of(int style) {
+  if (style == kGuideStyle) return kGuide;
   const std::size_t last = kStyles.size() - 1;
   const auto index = static_cast<std::size_t>(std::max(0, style));
   return kStyles[index <= last ? index : 2 + (index - 2) % (last - 1)];
@@ -130,6 +133,42 @@ void add_decoration(std::string& script, const Panel& panel, bool in_characters)
   }
 }
 
+/// Ends of the values that a panel shows on its y axis; none without a value.
+std::optional<std::pair<double, double>> y_extent(const Panel& panel) {
+  if (panel.y_range) return panel.y_range;
+  std::optional<std::pair<double, double>> extent;
+  for (const Series& series : panel.series) {
+    for (const std::vector<double>* values : {&series.y, &series.lower, &series.upper}) {
+      for (const double value : *values) {
+        if (!std::isfinite(value)) continue;
+        if (!extent) extent = std::pair(value, value);
+        extent = std::pair(std::min(extent->first, value), std::max(extent->second, value));
+      }
+    }
+  }
+  return extent;
+}
+
+/// Distance of the marks of the y axis: 1, 2 or 5 times a power of ten, three to six of them in the panel. gnuplot's
+/// own choice crowds low panels.
+std::string y_ticks(const Panel& panel) {
+  constexpr double kIntervals = 4.0;
+  const auto extent = y_extent(panel);
+  const double wanted = extent ? (extent->second - extent->first) / kIntervals : 0.0;
+  if (!(wanted > 0.0) || !std::isfinite(wanted)) return "set ytics autofreq\n";
+  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
+  const double digit = wanted / power;
+  return fmt::format("set ytics {:.7g}\n", power * (digit < 1.5 ? 1.0 : digit < 3.5 ? 2.0 : digit < 7.5 ? 5.0 : 10.0));
+}
+
+/// Names at the x axis need room: from this many on they are slanted.
+constexpr std::size_t kSlantedTicks = 6;
+
+std::string bottom_margin(const Panel& panel) {
+  if (panel.x_ticks.size() >= kSlantedTicks) return "set bmargin 5\n";
+  return panel.x_label.empty() ? "set bmargin 2\n" : "set bmargin 3.6\n";
+}
+
 void add_axes(std::string& script, const Panel& panel) {
   fmt::format_to(std::back_inserter(script), "set xlabel {}\nset ylabel {}\n", quoted(panel.x_label),
                  quoted(panel.y_label));
@@ -141,12 +180,13 @@ void add_axes(std::string& script, const Panel& panel) {
     script += "unset border\nunset tics\nunset grid\nset size ratio -1\n";
     return;
   }
-  script += "set border 3\nset tics nomirror out\nset grid lc rgb '#d0d0d0' lw 0.5 dt solid\nset size noratio\n";
+  script += "set border 3\nset tics nomirror out scale 0.6\n" + y_ticks(panel) +
+            "set grid lc rgb '#d0d0d0' lw 0.5 dt solid\nset size noratio\n";
   if (panel.x_ticks.empty()) {
-    script += "set xtics autofreq\n";
+    script += "set xtics norotate autofreq\n";
     return;
   }
-  script += "set xtics (";
+  script += panel.x_ticks.size() >= kSlantedTicks ? "set xtics rotate by 25 right (" : "set xtics (";
   for (const Tick& tick : panel.x_ticks) {
     fmt::format_to(std::back_inserter(script), "{}{} {:.7g}", &tick == &panel.x_ticks.front() ? "" : ", ",
                    quoted(tick.text), tick.at);
@@ -179,7 +219,7 @@ std::string script_of(const Figure& figure, bool in_characters) {
   std::string script = "set encoding utf8\n";
   if (in_characters) script += fmt::format("set title {}\n", quoted(figure.title));
   script += "set key outside top left horizontal Left reverse samplen 3 spacing 1.1\n";
-  if (!in_characters) script += "set lmargin 10\nset rmargin 2.5\nset bmargin 3.2\n";
+  if (!in_characters) script += "set lmargin 11\nset rmargin 2.5\n";
   if (figure.panels.size() > 1) script += fmt::format("set multiplot layout {},1\n", figure.panels.size());
   std::size_t block = 0;
   for (const Panel& panel : figure.panels) {
@@ -191,6 +231,7 @@ std::string script_of(const Figure& figure, bool in_characters) {
       plots += (plots.empty() ? "" : ", \\\n  ") + plotted(name, series, in_characters);
     }
     add_axes(script, panel);
+    if (!in_characters) script += bottom_margin(panel);
     add_decoration(script, panel, in_characters);
     // An empty panel keeps its axes.
     script += "plot " + (plots.empty() ? "[0:1] NaN notitle" : plots) + "\n";

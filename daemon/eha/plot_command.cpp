@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "core/os/files.hpp"
+#include "core/text.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/identify/source.hpp"
+#include "daemon/plot/envelope.hpp"
+#include "daemon/plot/gnuplot.hpp"
+#include "daemon/record/number_table.hpp"
+#include "daemon/record/record_csv.hpp"
+#include "daemon/report/figures.hpp"
+#include "daemon/report/subject.hpp"
+
+namespace eha::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostCurves = 2;          // models in a run's plot
+constexpr std::size_t kMostColumnsInPanel = 6;  // of a CSV file
+constexpr std::size_t kRowsOfPanel = 16;        // characters
+constexpr std::size_t kWidest = 160;
+
+struct FileFormat {
+  std::string_view extension;
+  plot::Format format;
+};
+constexpr std::array<FileFormat, 3> kFormats{
+    {{".png", plot::Format::png}, {".svg", plot::Format::svg}, {".pdf", plot::Format::pdf}}};
+
+plot::Format format_of(const fs::path& path) {
+  const auto at = std::find_if(kFormats.begin(), kFormats.end(),
+                               [&](const FileFormat& known) { return path.extension() == known.extension; });
+  if (at == kFormats.end()) {
+    throw UsageError(fmt::format("-o {}: the name must end in .png, .svg or .pdf", shortened(path.string(), 200)));
+  }
+  return at->format;
+}
+
+plot::Figure of_run(const std::string& folder) {
+  const report::Subject subject = report::load_run(folder);
+  std::vector<std::string> names;
+  for (const report::ReportedModel& reported : subject.models) {
+    if (names.size() < kMostCurves && subject.fit.find(reported.model.name) != nullptr) {
+      names.push_back(reported.model.name);
+    }
+  }
+  if (!names.empty()) return report::fit_figure(subject.fit, names, std::nullopt, subject.name);
+  if (!subject.record) throw DataError(folder + ": nothing to plot; the run holds no record");
+  return report::record_figure(*subject.record, subject.name);
+}
+
+plot::Figure of_model(const std::string& file) {
+  const report::Subject subject = report::load_models({file});
+  const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
+  return report::bode_figure({&subject.models.front()}, response, subject.name);
+}
+
+/// A panel for each unit, in the order of the columns; the first column is x.
+plot::Figure of_table(const record::NumberTable& table, const std::string& name) {
+  plot::Figure figure{.title = name, .panels = {}};
+  std::vector<std::string> units;
+  const ident::Channel x = record::channel_from_header(table.names.front());
+  for (std::size_t i = 1; i < table.names.size(); ++i) {
+    const ident::Channel column = record::channel_from_header(table.names[i]);
+    auto at = std::find(units.begin(), units.end(), column.unit);
+    if (at == units.end()) {
+      at = units.insert(units.end(), column.unit);
+      figure.panels.push_back({.x_label = "", .y_label = column.unit.empty() ? "" : "[" + column.unit + "]"});
+      figure.panels.back().log_x = x.name == "frequency";
+    }
+    plot::Panel& panel = figure.panels[static_cast<std::size_t>(at - units.begin())];
+    if (panel.series.size() == kMostColumnsInPanel) continue;
+    plot::Points points = plot::envelope(table.columns.front(), table.columns[i]);
+    const int style = static_cast<int>(panel.series.size()) + 1;
+    panel.series.push_back({.label = column.name,
+                            .x = std::move(points.x),
+                            .y = std::move(points.y),
+                            .mark = plot::Mark::line,
+                            .style = style});
+  }
+  if (figure.panels.empty()) throw DataError(name + ": one column alone; expected time_s and another one");
+  figure.panels.back().x_label = report::axis_label(x);
+  return figure;
+}
+
+/// Whether a CSV file is one that eha writes: its first column is known, so it needs no importer.
+bool is_own_table(const std::string& file) {
+  std::string head;
+  try {
+    os::read_in_pieces(file, [&](std::string_view piece) {
+      if (head.size() < 4096) head += piece.substr(0, 4096);
+    });
+  } catch (const Error&) {
+    return false;
+  }
+  for (std::size_t at = 0; at < head.size();) {
+    const std::size_t end = std::min(head.find('\n', at), head.size());
+    if (head[at] != '#') {
+      const std::string_view line = std::string_view(head).substr(at, end - at);
+      return line.starts_with("time_s,") || line.starts_with("frequency_Hz,") || line.starts_with("q,");
+    }
+    at = end + 1;
+  }
+  return false;
+}
+
+plot::Figure figure_of(const std::string& source) {
+  std::error_code ignored;
+  if (fs::is_directory(source, ignored)) return of_run(source);
+  if (fs::path(source).extension() == ".json") return of_model(source);
+  if (is_own_table(source)) return of_table(record::read_number_table(source), source);
+  return report::record_figure(identify::load_source(source, std::nullopt).record, source);
+}
+
+plot::CharacterSize terminal_size(std::size_t panels) {
+  plot::CharacterSize size{.columns = 79, .rows = 0};
+  winsize window{};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 20) {
+    size.columns = std::min<std::size_t>(window.ws_col - 1U, kWidest);
+  }
+  size.rows = std::max<std::size_t>(24, kRowsOfPanel * panels);
+  return size;
+}
+
+}  // namespace
+
+ExitCode execute(const PlotCommand& command, Console& console) {
+  // Before the file is read, which may take a while.
+  if (command.output) static_cast<void>(format_of(*command.output));
+  const plot::Figure figure = figure_of(command.source);
+  if (!command.output) {
+    console.print_content(plot::draw_in_characters(figure, terminal_size(figure.panels.size())));
+    return ExitCode::ok;
+  }
+  os::write_file_atomically(*command.output, plot::draw(figure, format_of(*command.output)));
+  console.print_json({{"schema", "eha-plot/1"}, {"file", command.output->string()}});
+  console.print(fmt::format("written: {}", command.output->string()));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

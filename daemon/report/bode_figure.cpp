@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "daemon/report/figures.hpp"
+#include "ident/uncertainty/bode_curve.hpp"
+
+namespace eha::report {
+namespace {
+
+using plot::Mark;
+using plot::Panel;
+using plot::Series;
+using record::NumberTable;
+
+constexpr double k95 = 1.96;  // standard errors of a 95 % bound
+constexpr double kLowest_Hz = 0.01;
+constexpr double kHighest_Hz = 10.0;
+constexpr std::size_t kGridPoints = 80;
+constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+
+/// Grows to hold finite values.
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  [[nodiscard]] std::optional<std::pair<double, double>> widened(double least) const {
+    if (!(low <= high)) return std::nullopt;
+    const double margin = std::max(least, 0.1 * (high - low));
+    return std::pair(low - margin, high + margin);
+  }
+};
+
+ident::BodeCurve curve_of(const ident::Model& model) {
+  if (model.bode) return *model.bode;
+  std::vector<double> grid_Hz;
+  for (std::size_t i = 0; i < kGridPoints; ++i) {
+    grid_Hz.push_back(kLowest_Hz * std::pow(kHighest_Hz / kLowest_Hz, static_cast<double>(i) / (kGridPoints - 1)));
+  }
+  return ident::bode_curve(model, grid_Hz, {});
+}
+
+/// Whole turns that bring a model's phase next to the measured one at its first line.
+double turns_deg(const ident::BodeCurve& curve, const NumberTable* response) {
+  const std::vector<double>* frequency = response != nullptr ? response->find("frequency_Hz") : nullptr;
+  const std::vector<double>* phase = response != nullptr ? response->find("phase_deg") : nullptr;
+  if (frequency == nullptr || phase == nullptr || frequency->empty() || curve.frequency_Hz.empty()) return 0.0;
+  const auto at = std::lower_bound(curve.frequency_Hz.begin(), curve.frequency_Hz.end(), frequency->front());
+  const auto i =
+      std::min<std::size_t>(static_cast<std::size_t>(at - curve.frequency_Hz.begin()), curve.frequency_Hz.size() - 1);
+  return 360.0 * std::round((phase->front() - curve.phase_deg[i]) / 360.0);
+}
+
+Series band(const std::vector<double>& x, const std::vector<double>& centre, const std::vector<double>& std,
+            int style) {
+  Series series{.label = "", .x = x, .mark = Mark::band, .style = style};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    series.lower.push_back(centre[i] - k95 * std[i]);
+    series.upper.push_back(centre[i] + k95 * std[i]);
+  }
+  return series;
+}
+
+/// The measured response: bars of 95 %, the noise level, and the distortion beside the lines.
+void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range& gains, Range& phases) {
+  const auto* f = response.find("frequency_Hz");
+  const auto* level = response.find("gain");
+  const auto* gain_dB = response.find("gain_dB");
+  const auto* phase_deg = response.find("phase_deg");
+  const auto* std = response.find("std");
+  const auto* noise_dB = response.find("noise_dB");  // below the output, as the distortion is
+  if (f == nullptr || level == nullptr || gain_dB == nullptr || phase_deg == nullptr || std == nullptr) return;
+  Series g{.label = "measured, 95 %", .x = *f, .y = *gain_dB, .mark = Mark::error_bars, .style = 0};
+  Series p{.label = "", .x = *f, .y = *phase_deg, .mark = Mark::error_bars, .style = 0};
+  Series noise{.label = "noise", .x = *f, .mark = Mark::points, .style = 5};
+  for (std::size_t i = 0; i < f->size(); ++i) {
+    const double relative = std::min(0.9, k95 * (*std)[i] / (*level)[i]);
+    g.lower.push_back((*gain_dB)[i] + 20.0 * std::log10(1.0 - relative));
+    g.upper.push_back((*gain_dB)[i] + 20.0 * std::log10(1.0 + relative));
+    p.lower.push_back((*phase_deg)[i] - relative * kDegrees);
+    p.upper.push_back((*phase_deg)[i] + relative * kDegrees);
+    noise.y.push_back(noise_dB != nullptr ? (*gain_dB)[i] + (*noise_dB)[i] : std::numeric_limits<double>::quiet_NaN());
+    for (const double value : {g.lower[i], g.upper[i], noise.y[i]}) gains.add(value);
+    for (const double value : {p.lower[i], p.upper[i]}) phases.add(value);
+  }
+  const auto distortion = [&](const char* name, const char* label, int style) {
+    const auto* below_dB = response.find(name);
+    if (below_dB == nullptr) return;
+    Series series{.label = label, .x = *f, .mark = Mark::points, .style = style};
+    for (std::size_t i = 0; i < f->size(); ++i) {
+      series.y.push_back((*gain_dB)[i] + (*below_dB)[i]);
+      gains.add(series.y[i]);
+    }
+    if (std::any_of(series.y.begin(), series.y.end(), [](double y) { return std::isfinite(y); })) {
+      gain.series.push_back(std::move(series));
+    }
+  };
+  gain.series.push_back(std::move(g));
+  if (std::any_of(noise.y.begin(), noise.y.end(), [](double y) { return std::isfinite(y); })) {
+    gain.series.push_back(std::move(noise));
+  }
+  distortion("even_distortion_dB", "even distortion", 3);
+  distortion("odd_distortion_dB", "odd distortion", 4);
+  phase.series.push_back(std::move(p));
+}
+
+}  // namespace
+
+plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const NumberTable* response,
+                         const std::string& title) {
+  const ident::Model* first = models.empty() ? nullptr : &models.front()->model;
+  const std::string unit = first == nullptr ? "" : " [dB re " + first->output_unit + "/" + first->input_unit + "]";
+  Panel gain{.x_label = "", .y_label = "gain" + unit, .log_x = true};
+  Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
+  Range gains;
+  Range phases;
+  Range frequencies;
+  int style = 1;
+  for (const ReportedModel* reported : models) {
+    const ident::BodeCurve curve = curve_of(reported->model);
+    std::vector<double> phase_deg = curve.phase_deg;
+    const double shift = turns_deg(curve, response);
+    for (double& value : phase_deg) value += shift;
+    if (!curve.gain_std_dB.empty()) {
+      gain.series.push_back(band(curve.frequency_Hz, curve.gain_dB, curve.gain_std_dB, style));
+      phase.series.push_back(band(curve.frequency_Hz, phase_deg, curve.phase_std_deg, style));
+    }
+    gain.series.push_back({.label = reported->model.name,
+                           .x = curve.frequency_Hz,
+                           .y = curve.gain_dB,
+                           .mark = Mark::line,
+                           .style = style});
+    phase.series.push_back({.label = "", .x = curve.frequency_Hz, .y = phase_deg, .mark = Mark::line, .style = style});
+    for (const double value : curve.gain_dB) gains.add(value);
+    for (const double value : phase_deg) phases.add(value);
+    for (const double value : curve.frequency_Hz) frequencies.add(value);
+    ++style;
+  }
+  if (response != nullptr) add_measured(*response, gain, phase, gains, phases);
+  if (const auto band = models.empty() ? std::nullopt : models.front()->usable_band()) {
+    for (Panel* panel : {&gain, &phase}) panel->shades.push_back({band->lowest_Hz, band->highest_Hz});
+  }
+  gain.y_range = gains.widened(3.0);
+  phase.y_range = phases.widened(5.0);
+  if (frequencies.low < frequencies.high) {
+    for (Panel* panel : {&gain, &phase}) panel->x_range = std::pair(frequencies.low, frequencies.high);
+  }
+  return {.title = title, .panels = {std::move(gain), std::move(phase)}};
+}
+
+}  // namespace eha::report

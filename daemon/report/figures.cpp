@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/report/figures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+#include "daemon/plot/envelope.hpp"
+#include "ident/fractional/poles.hpp"
+
+namespace eha::report {
+namespace {
+
+using plot::Mark;
+using plot::Panel;
+using plot::Series;
+using std::numbers::pi;
+
+constexpr double kMargin = 0.08;  // of a range, beyond the least and the greatest value
+constexpr int kArcPoints = 90;
+constexpr int kMostRings = 3;
+
+Series curve(std::span<const double> x, std::span<const double> y, const std::string& label, int style) {
+  plot::Points points = plot::envelope(x, y);
+  return {.label = label, .x = std::move(points.x), .y = std::move(points.y), .mark = Mark::line, .style = style};
+}
+
+std::vector<double> residual(const identify::FitTable& table, const identify::FitColumn& column) {
+  std::vector<double> values(table.measured.size());
+  std::transform(table.measured.begin(), table.measured.end(), column.simulated.begin(), values.begin(),
+                 std::minus<>());
+  return values;
+}
+
+Series circle(double radius, int style) {
+  Series series{.label = "", .mark = Mark::line, .style = style};
+  for (int i = 0; i <= kArcPoints; ++i) {
+    const double angle = 2.0 * pi * i / kArcPoints;
+    series.x.push_back(radius * std::cos(angle));
+    series.y.push_back(radius * std::sin(angle));
+  }
+  return series;
+}
+
+/// The sector |arg w| <= half_angle_rad as a closed polygon.
+Series sector(double half_angle_rad, double radius) {
+  Series series{.label = "unstable sector", .x = {0.0}, .y = {0.0}, .mark = Mark::area, .style = 3};
+  for (int i = -kArcPoints; i <= kArcPoints; ++i) {
+    const double angle = half_angle_rad * i / kArcPoints;
+    series.x.push_back(radius * std::cos(angle));
+    series.y.push_back(radius * std::sin(angle));
+  }
+  series.x.push_back(0.0);
+  series.y.push_back(0.0);
+  return series;
+}
+
+/// Decades of |w| that a pole plot spans.
+struct Decades {
+  int low = -1;
+  int high = 1;
+  /// From 0.15 at the least to 1 at the greatest.
+  [[nodiscard]] double radius(double size) const {
+    return 0.15 + 0.85 * (std::log10(size) - low) / static_cast<double>(high - low);
+  }
+};
+
+Decades decades_of(const std::vector<std::complex<double>>& values) {
+  double least = std::numeric_limits<double>::infinity();
+  double greatest = 0.0;
+  for (const auto& value : values) {
+    if (std::abs(value) > 0.0) least = std::min(least, std::abs(value));
+    greatest = std::max(greatest, std::abs(value));
+  }
+  if (!(greatest > 0.0)) return {};
+  Decades decades{static_cast<int>(std::floor(std::log10(least) - 0.2)),
+                  static_cast<int>(std::ceil(std::log10(greatest) + 0.2))};
+  if (decades.high <= decades.low) decades.high = decades.low + 1;
+  return decades;
+}
+
+}  // namespace
+
+std::string axis_label(const ident::Channel& channel) {
+  return channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
+}
+
+plot::Figure record_figure(const ident::Record& record, const std::string& title) {
+  std::vector<double> time_s(static_cast<std::size_t>(record.output.size()));
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    time_s[i] = record.start_s + static_cast<double>(i) * record.step_s;
+  }
+  const auto all = [](const Eigen::VectorXd& v) { return std::span(v.data(), static_cast<std::size_t>(v.size())); };
+  Panel output{.x_label = "", .y_label = axis_label(record.output_channel)};
+  output.series.push_back(curve(time_s, all(record.output), "measured output", 1));
+  Panel input{.x_label = "time [s]", .y_label = axis_label(record.input_channel)};
+  input.series.push_back(curve(time_s, all(record.input), "input", 1));
+  return {.title = title, .panels = {std::move(output), std::move(input)}};
+}
+
+plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::string>& models,
+                        const std::optional<double>& split_s, const std::string& title) {
+  Panel output{.x_label = "", .y_label = axis_label(table.output)};
+  Panel error{.x_label = "", .y_label = axis_label({"error", table.output.unit})};
+  Panel input{.x_label = "time [s]", .y_label = axis_label(table.input)};
+  output.series.push_back(curve(table.time_s, table.measured, "measured", 0));
+  int style = 1;
+  for (const std::string& name : models) {
+    const identify::FitColumn* column = table.find(name);
+    if (column == nullptr) continue;
+    output.series.push_back(curve(table.time_s, column->simulated, name, style));
+    error.series.push_back(curve(table.time_s, residual(table, *column), "error of " + name, style));
+    ++style;
+  }
+  error.rules.push_back({.at = 0.0, .vertical = false});
+  input.series.push_back(curve(table.time_s, table.applied, "input", 1));
+  if (split_s) {
+    for (Panel* panel : {&output, &error, &input}) panel->rules.push_back({.at = *split_s, .vertical = true});
+  }
+  return {.title = title, .panels = {std::move(output), std::move(error), std::move(input)}};
+}
+
+Panel correlation_panel(const ident::Correlation& correlation, const std::string& y_label) {
+  Panel panel{.x_label = "lag [samples]", .y_label = y_label};
+  Series stems{.label = "", .mark = Mark::impulses, .style = 1};
+  double greatest = correlation.bound99;
+  for (std::size_t i = 0; i < correlation.lags.size() && i < correlation.values.size(); ++i) {
+    stems.x.push_back(correlation.lags[i]);
+    stems.y.push_back(correlation.values[i]);
+    if (correlation.lags[i] != 0) greatest = std::max(greatest, std::abs(correlation.values[i]));
+  }
+  if (stems.x.empty()) return panel;
+  const std::vector<double> ends{stems.x.front() - 0.5, stems.x.back() + 0.5};
+  for (const double sign : {1.0, -1.0}) {
+    const auto flat = [&](double bound) { return std::vector<double>(2, sign * bound); };
+    panel.series.push_back({.label = sign > 0.0 ? "95 % bound" : "",
+                            .x = ends,
+                            .y = flat(correlation.bound95),
+                            .mark = Mark::line,
+                            .style = 2});
+    panel.series.push_back({.label = sign > 0.0 ? "99 % bound" : "",
+                            .x = ends,
+                            .y = flat(correlation.bound99),
+                            .mark = Mark::line,
+                            .style = 3});
+  }
+  panel.series.push_back(std::move(stems));
+  panel.rules.push_back({.at = 0.0, .vertical = false});
+  panel.x_range = std::pair(ends[0], ends[1]);
+  const double end = std::max(0.1, (1.0 + kMargin) * greatest);
+  panel.y_range = std::pair(-std::min(end, 1.05), std::min(end, 1.05));
+  return panel;
+}
+
+std::size_t outside99(const ident::Correlation& correlation, int first_lag) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < correlation.lags.size(); ++i) {
+    if (correlation.lags[i] >= first_lag && std::abs(correlation.values[i]) > correlation.bound99) ++count;
+  }
+  return count;
+}
+
+plot::Figure pole_figure(const ident::Model& model) {
+  const ident::Poles poles = ident::poles(model.transfer_function);
+  const Decades decades = decades_of(poles.values);
+  constexpr double kReach = 1.12;
+  Panel panel{.x_label = "",
+              .y_label = "",
+              .x_range = std::pair(-kReach - 0.25, kReach + 0.25),
+              .y_range = std::pair(-kReach, kReach),
+              .is_map = true};
+  panel.series.push_back(sector(std::min(pi, 0.5 * pi * poles.base_order), 1.05));
+  const int step = (decades.high - decades.low + kMostRings - 1) / kMostRings;
+  for (int decade = decades.low; decade <= decades.high; decade += step) {
+    const double radius = decades.radius(std::pow(10.0, decade));
+    panel.series.push_back(circle(radius, plot::kGuideStyle));
+    panel.series.back().label = "";
+    panel.captions.push_back({.x = radius, .y = -0.06, .text = fmt::format("{:g}", std::pow(10.0, decade))});
+  }
+  Series points{.label = "poles of " + model.name, .mark = Mark::points, .style = 1};
+  for (const auto& value : poles.values) {
+    if (!(std::abs(value) > 0.0)) continue;
+    points.x.push_back(decades.radius(std::abs(value)) * std::cos(std::arg(value)));
+    points.y.push_back(decades.radius(std::abs(value)) * std::sin(std::arg(value)));
+  }
+  panel.series.push_back(std::move(points));
+  if (poles.order_at_zero > 0.0) {
+    panel.series.push_back({.label = "pole at 0", .x = {0.0}, .y = {0.0}, .mark = Mark::points, .style = 2});
+  }
+  return {.title = "Poles of " + model.name, .panels = {std::move(panel)}};
+}
+
+}  // namespace eha::report

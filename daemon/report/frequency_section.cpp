@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/report/figures.hpp"
+#include "daemon/report/section.hpp"
+
+namespace eha::report {
+namespace {
+
+constexpr std::size_t kMostCurves = 2;
+constexpr double kClose_dB = 1.0;
+constexpr double kClose_deg = 7.0;
+constexpr double kMuchDistortion_dB = -30.0;
+
+/// The greatest distances of a model from the measured lines.
+struct Distance {
+  std::size_t lines = 0;
+  double lowest_Hz = 0.0;
+  double highest_Hz = 0.0;
+  double gain_dB = 0.0;
+  double phase_deg = 0.0;
+};
+
+Distance distance_of(const record::NumberTable& response, const std::string& model) {
+  Distance distance;
+  const auto* f = response.find("frequency_Hz");
+  const auto* gain = response.find("gain_dB");
+  const auto* phase = response.find("phase_deg");
+  const auto* model_gain = response.find(model + "_gain_dB");
+  const auto* model_phase = response.find(model + "_phase_deg");
+  if (f == nullptr || gain == nullptr || phase == nullptr || model_gain == nullptr || model_phase == nullptr) return {};
+  for (std::size_t i = 0; i < f->size(); ++i) {
+    distance.gain_dB = std::max(distance.gain_dB, std::abs((*gain)[i] - (*model_gain)[i]));
+    distance.phase_deg = std::max(distance.phase_deg, std::abs((*phase)[i] - (*model_phase)[i]));
+  }
+  distance.lines = f->size();
+  if (!f->empty()) {
+    distance.lowest_Hz = f->front();
+    distance.highest_Hz = f->back();
+  }
+  return distance;
+}
+
+/// The greatest distortion beside the lines, relative to the output there; none where it was not measured.
+std::optional<double> greatest_distortion_dB(const record::NumberTable& response) {
+  std::optional<double> greatest;
+  for (const char* name : {"even_distortion_dB", "odd_distortion_dB"}) {
+    const auto* column = response.find(name);
+    if (column == nullptr) continue;
+    for (const double value : *column) {
+      if (std::isfinite(value) && (!greatest || value > *greatest)) greatest = value;
+    }
+  }
+  return greatest;
+}
+
+Remark without_response(const ReportedModel& reported) {
+  return {.seen = fmt::format("There is no measured response to hold {} against: the record has no excited lines that "
+                              "are known to repeat.",
+                              reported.model.name),
+          .good = "The bounds are narrow, and the measured response lies within them.",
+          .to_do =
+              "For a measured response excite with a multisine of whole periods, at least two of them after the "
+              "discarded time."};
+}
+
+Remark remark_on(const ReportedModel& reported, const record::NumberTable* response) {
+  const Distance distance = response != nullptr ? distance_of(*response, reported.model.name) : Distance{};
+  if (distance.lines == 0) return without_response(reported);
+  const std::optional<double> distortion = greatest_distortion_dB(*response);
+  Remark remark;
+  remark.seen = fmt::format(
+      "At the {} measured frequencies from {:.3g} to {:.3g} Hz, {} is within {:.2g} dB and {:.2g} "
+      "deg of the measured response.",
+      distance.lines, distance.lowest_Hz, distance.highest_Hz, reported.model.name, distance.gain_dB,
+      distance.phase_deg);
+  remark.seen += distortion ? fmt::format(" The distortion is at most {:.0f} dB relative to the output.", *distortion)
+                            : " Distortion was not measured; an odd_random_multisine would.";
+  remark.good =
+      "The line passes through the bars, noise and distortion lie at least 30 dB below the gain. Outside the measured "
+      "frequencies the model extrapolates; the grey band shows its 95 % bounds.";
+  if (reported.usable_band()) remark.good += " The shaded frequencies are the usable band.";
+  const bool is_close = distance.gain_dB < kClose_dB && distance.phase_deg < kClose_deg;
+  if (reported.model.input_map) {
+    remark.seen += " The line shows the linear part above the dead band; the valve map lowers the measured gain.";
+    remark.to_do =
+        "Judge this model by the plot over time: with a dead band no transfer function alone passes through "
+        "the bars.";
+  } else if (distortion && *distortion > kMuchDistortion_dB) {
+    remark.to_do = "The plant is not linear at this amplitude: fit with --input-map valve.";
+  } else {
+    remark.to_do = is_close ? "Nothing. For frequencies beyond the measured ones excite there."
+                            : "The structure lacks something at the frequencies where line and bars part: try more "
+                              "poles, --delay free or --input-map valve.";
+  }
+  return remark;
+}
+
+}  // namespace
+
+Section frequency_section(const Subject& subject) {
+  Section section{.title = "Frequency response"};
+  if (subject.models.empty()) return section;
+  std::vector<const ReportedModel*> shown;
+  for (const ReportedModel& reported : subject.models) {
+    if (shown.size() < kMostCurves) shown.push_back(&reported);
+  }
+  const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
+  Item item{.heading = "Gain and phase of the models over the measured response"};
+  item.figure = bode_figure(shown, response, "Bode plot of the models and the measured response");
+  item.remark = remark_on(*shown.front(), response);
+  section.items.push_back(std::move(item));
+  return section;
+}
+
+}  // namespace eha::report

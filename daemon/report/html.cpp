@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/report/html.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace eha::report {
+namespace {
+
+using ident::Model;
+using ident::ParameterEstimate;
+
+/// Number of bytes of the UTF-8 character at the beginning of a text; 0 when there is none.
+std::size_t character_length(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text.front());
+  const std::size_t length = first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+  if (first > 0xF4 || length > text.size()) return 0;
+  const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80; };
+  return std::all_of(text.begin() + 1, text.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(length, 1)),
+                     continues)
+             ? length
+             : 0;
+}
+
+const char* class_of(Column kind) {
+  return kind == Column::number ? " class=\"number\"" : kind == Column::wide_text ? " class=\"wide\"" : "";
+}
+
+std::string polynomial(const std::vector<ident::Term>& terms) {
+  std::string html;
+  for (const ident::Term& term : terms) {
+    const double size = std::abs(term.coefficient);
+    const bool negative = term.coefficient < 0.0;
+    html += html.empty() ? (negative ? "&minus;" : "") : (negative ? " &minus; " : " + ");
+    if (!(term.order > 0.0)) {
+      html += fmt::format("{:.5g}", size);
+      continue;
+    }
+    if (std::abs(size - 1.0) > 0.0) html += fmt::format("{:.5g}&nbsp;", size);
+    html += std::abs(term.order - 1.0) > 0.0 ? fmt::format("s<sup>{:.5g}</sup>", term.order) : "s";
+  }
+  return html;
+}
+
+std::string estimate_or(const Model& model, ident::ParameterRole role, double value) {
+  const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
+                               [&](const ParameterEstimate& parameter) { return parameter.role == role; });
+  return at == model.parameters.end() ? fmt::format("{:.4g}", value) : with_error(*at);
+}
+
+}  // namespace
+
+std::string escaped(std::string_view text) {
+  std::string html;
+  while (!text.empty()) {
+    const std::size_t length = character_length(text);
+    const char c = text.front();
+    if (length == 0) {
+      html += '?';
+    } else if (length > 1) {
+      html += text.substr(0, length);
+    } else if (c == '&') {
+      html += "&amp;";
+    } else if (c == '<') {
+      html += "&lt;";
+    } else if (c == '>') {
+      html += "&gt;";
+    } else if (c == '"') {
+      html += "&quot;";
+    } else if (c == '\'') {
+      html += "&#39;";
+    } else {
+      html += (static_cast<unsigned char>(c) < ' ' && c != '\n') || c == '\x7f' ? ' ' : c;
+    }
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return html;
+}
+
+std::string paragraph(std::string_view text) { return "<p>" + escaped(text) + "</p>\n"; }
+
+std::string list(const std::vector<std::string>& items) {
+  if (items.empty()) return {};
+  std::string html = "<ul>\n";
+  for (const std::string& item : items) html += "<li>" + escaped(item) + "</li>\n";
+  return html + "</ul>\n";
+}
+
+std::string table(const std::vector<TableColumn>& columns, const std::vector<std::vector<std::string>>& rows) {
+  // On a narrow screen each row of a stacked table becomes a block of labelled values.
+  constexpr std::size_t kMostBesideEachOther = 4;
+  const bool is_stacked = columns.size() > kMostBesideEachOther;
+  std::string html = fmt::format("<div class=\"table\"><table{}>\n<thead><tr>", is_stacked ? " class=\"stacked\"" : "");
+  for (const TableColumn& column : columns) {
+    html += fmt::format("<th scope=\"col\"{}>{}</th>", class_of(column.kind), escaped(column.heading));
+  }
+  html += "</tr></thead>\n<tbody>\n";
+  for (const std::vector<std::string>& row : rows) {
+    html += "<tr>";
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string label =
+          is_stacked ? fmt::format(" data-label=\"{}\"", escaped(columns[i].heading)) : std::string();
+      html += fmt::format("<td{}{}>{}</td>", class_of(columns[i].kind), label, escaped(row[i]));
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+std::string equation(const Model& model) {
+  const ident::TransferFunction& g = model.transfer_function;
+  std::string html =
+      fmt::format("<p class=\"equation\">G(s) = ({}) / ({})", polynomial(g.numerator), polynomial(g.denominator));
+  if (g.delay_s > 0.0) html += fmt::format(" e<sup>&minus;{:.4g} s</sup>", g.delay_s);
+  const std::string input_unit = escaped(model.input_unit);
+  if (model.input_map) {
+    html += fmt::format(
+        "<br>behind a valve: null {} {}, dead band {} {}, negative gain ratio {}",
+        estimate_or(model, ident::ParameterRole::valve_null, model.input_map->null), input_unit,
+        estimate_or(model, ident::ParameterRole::dead_band, model.input_map->dead_band), input_unit,
+        estimate_or(model, ident::ParameterRole::negative_gain_ratio, model.input_map->negative_gain_ratio));
+  } else {
+    html += fmt::format("<br>input bias {:.4g} {}", model.input_bias, input_unit);
+  }
+  return html + fmt::format(", initial output {:.5g} {}</p>\n", model.initial_output, escaped(model.output_unit));
+}
+
+std::string with_error(const ParameterEstimate& parameter) {
+  // The paper's procedure gives no standard errors.
+  if (parameter.fixed || std::abs(parameter.std) <= 0.0) return fmt::format("{:.6g}", parameter.value);
+  if (!std::isfinite(parameter.std)) return fmt::format("{:.4g} ± ?", parameter.value);
+  if (parameter.std > std::abs(parameter.value)) return fmt::format("{:.3g} ± {:.2g}", parameter.value, parameter.std);
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(parameter.std))), 0, 9);
+  return fmt::format("{:.{}f} ± {:.{}f}", parameter.value, decimals, parameter.std, decimals);
+}
+
+}  // namespace eha::report

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ident/model/model.hpp"
+
+// Text as HTML. Every function escapes what it is given, unless it says that it takes HTML.
+
+namespace eha::report {
+
+/// Text with &, <, > and quotes as entities, control characters but line ends as spaces, and bytes that are no UTF-8 as
+/// '?'.
+[[nodiscard]] std::string escaped(std::string_view text);
+
+[[nodiscard]] std::string paragraph(std::string_view text);
+
+/// An unordered list. @returns nothing for no items
+[[nodiscard]] std::string list(const std::vector<std::string>& items);
+
+/// How a column is set.
+enum class Column { text, number, wide_text };
+
+struct TableColumn {
+  std::string heading;
+  Column kind = Column::text;
+};
+
+/// A table that scrolls by itself where the page is narrower. Cells are text.
+[[nodiscard]] std::string table(const std::vector<TableColumn>& columns,
+                                const std::vector<std::vector<std::string>>& rows);
+
+/// The model's equation as HTML: G(s), delay, valve map or bias, initial output.
+[[nodiscard]] std::string equation(const ident::Model& model);
+
+/// A value with the digits that its standard error justifies: "0.1305 ± 0.0008".
+[[nodiscard]] std::string with_error(const ident::ParameterEstimate& parameter);
+
+}  // namespace eha::report

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/report/html.hpp"
+#include "daemon/report/section.hpp"
+
+namespace eha::report {
+namespace {
+
+using ident::Model;
+using ident::ParameterEstimate;
+
+constexpr double kWide_percent = 50.0;        // half width of an interval that says little
+constexpr double kMostShown_percent = 200.0;  // the axis ends here
+constexpr std::size_t kMostTables = 3;
+
+bool is_estimated(const ParameterEstimate& parameter) {
+  return !parameter.fixed && std::abs(parameter.std) > 0.0 && std::abs(parameter.value) > 0.0;
+}
+
+/// Ends of the 95 % interval in percent of the estimate.
+std::pair<double, double> interval_percent(const ParameterEstimate& parameter) {
+  const double a = 100.0 * parameter.lower95 / parameter.value;
+  const double b = 100.0 * parameter.upper95 / parameter.value;
+  return {std::min(a, b), std::max(a, b)};
+}
+
+plot::Figure interval_figure(const Model& model, const std::vector<const ParameterEstimate*>& parameters) {
+  plot::Panel panel{.x_label = "", .y_label = "95 % interval [% of the value]"};
+  plot::Series bars{.label = "", .mark = plot::Mark::error_bars, .style = 1};
+  double low = 0.0;
+  double high = 200.0;
+  for (const ParameterEstimate* parameter : parameters) {
+    const auto [lower, upper] = interval_percent(*parameter);
+    const double x = static_cast<double>(bars.x.size()) + 1.0;
+    bars.x.push_back(x);
+    bars.y.push_back(100.0);
+    // An interval without an end leaves the plot.
+    const auto drawn = [](double value, double end) { return std::isfinite(value) ? value : end; };
+    bars.lower.push_back(std::max(drawn(lower, -1e3), -1e3));
+    bars.upper.push_back(std::min(drawn(upper, 1e3), 1e3));
+    low = std::min(low, std::max(bars.lower.back(), -kMostShown_percent));
+    high = std::max(high, std::min(bars.upper.back(), 100.0 + kMostShown_percent));
+    panel.x_ticks.push_back({.at = x, .text = parameter->name});
+  }
+  panel.x_range = std::pair(0.5, static_cast<double>(parameters.size()) + 0.5);
+  panel.y_range = std::pair(low - 10.0, high + 10.0);
+  panel.rules = {{.at = 100.0, .vertical = false}, {.at = 0.0, .vertical = false}};
+  panel.series.push_back(std::move(bars));
+  return {.title = "95 % intervals of the parameters of " + model.name, .panels = {std::move(panel)}};
+}
+
+Remark remark_on(const Model& model, const std::vector<const ParameterEstimate*>& parameters) {
+  std::vector<std::string> may_be_0;
+  std::vector<std::string> wide;
+  for (const ParameterEstimate* parameter : parameters) {
+    const auto [lower, upper] = interval_percent(*parameter);
+    if (!(lower > 0.0)) {
+      may_be_0.push_back(parameter->name);
+    } else if (!(upper - lower < 2.0 * kWide_percent)) {
+      wide.push_back(parameter->name);
+    }
+  }
+  Remark remark;
+  if (may_be_0.empty() && wide.empty()) {
+    remark.seen = fmt::format("All {} estimated parameters of {} are known to {:.0f} % or better, and none may be 0.",
+                              parameters.size(), model.name, kWide_percent);
+  }
+  if (!may_be_0.empty()) {
+    remark.seen += fmt::format("The record does not exclude that {} of {} {} 0.", fmt::join(may_be_0, ", "), model.name,
+                               may_be_0.size() == 1 ? "is" : "are");
+  }
+  if (!wide.empty()) {
+    remark.seen += fmt::format("{}Known to worse than {:.0f} %: {}.", may_be_0.empty() ? "" : " ", kWide_percent,
+                               fmt::join(wide, ", "));
+  }
+  remark.good = "Short bars around 100 % that stay away from 0 %.";
+  remark.to_do =
+      may_be_0.empty() && wide.empty()
+          ? "Nothing."
+          : "If you need these parameters, excite where they act: high frequencies for a2 and delays, slow "
+            "tones and a longer record for a0 and input_bias. If not, a model without them predicts as well.";
+  return remark;
+}
+
+std::string end_of(double value) { return std::isfinite(value) ? fmt::format("{:.5g}", value) : "none"; }
+
+std::string parameter_table(const Model& model) {
+  std::vector<std::vector<std::string>> rows;
+  for (const ParameterEstimate& parameter : model.parameters) {
+    if (parameter.fixed) {
+      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), "held", "", ""});
+    } else {
+      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value),
+                      parameter.std > 0.0 ? fmt::format("{:.2g}", parameter.std) : "not known",
+                      parameter.std > 0.0 ? end_of(parameter.lower95) : "",
+                      parameter.std > 0.0 ? end_of(parameter.upper95) : ""});
+    }
+  }
+  return table({{"parameter"},
+                {"value", Column::number},
+                {"standard error", Column::number},
+                {"lower 95 %", Column::number},
+                {"upper 95 %", Column::number}},
+               rows);
+}
+
+}  // namespace
+
+Section parameter_section(const Subject& subject) {
+  Section section{.title = "Parameters"};
+  for (const ReportedModel& reported : subject.models) {
+    const Model& model = reported.model;
+    if (section.items.size() == kMostTables || model.parameters.empty()) break;
+    Item item{.heading = "Parameters of " + model.name};
+    item.html = parameter_table(model);
+    std::vector<const ParameterEstimate*> estimated;
+    for (const ParameterEstimate& parameter : model.parameters) {
+      if (is_estimated(parameter)) estimated.push_back(&parameter);
+    }
+    if (section.items.empty() && !estimated.empty()) {
+      item.figure = interval_figure(model, estimated);
+      item.remark = remark_on(model, estimated);
+    }
+    section.items.push_back(std::move(item));
+  }
+  return section;
+}
+
+}  // namespace eha::report

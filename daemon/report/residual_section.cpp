@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "daemon/report/figures.hpp"
+#include "daemon/report/section.hpp"
+
+namespace eha::report {
+namespace {
+
+constexpr double kLevel = 0.01;  // of the joint tests
+
+Remark remark_on(const ident::Model& model) {
+  const ident::ValidationReport& validation = *model.validation;
+  Remark remark;
+  remark.seen = fmt::format(
+      "Residual of {} with itself: {} of {} lags outside the 99 % bound. With the input, at lags 0 "
+      "and more: {} of {}.",
+      model.name, outside99(validation.acf, 1), validation.acf.lags.empty() ? 0 : validation.acf.lags.size() - 1,
+      outside99(validation.ccf, 0), validation.ccf.lags.size() / 2 + 1);
+  bool misses_input = outside99(validation.ccf, 0) > 2;
+  if (validation.tests) {
+    misses_input = validation.tests->input.p < kLevel;
+    remark.seen += fmt::format(
+        " Joint tests: p = {:.2g} for the input, p = {:.2g} for what an autoregressive model of "
+        "order {} leaves of the residual.",
+        validation.tests->input.p, validation.tests->whiteness.p, validation.tests->ar_order);
+  }
+  remark.good =
+      "The input's correlation stays within its bounds (p above 0.01): the model misses nothing that the input "
+      "causes. A residual that is correlated with itself alone is coloured noise or drift and no fault of the "
+      "model; the intervals allow for it.";
+  remark.to_do = misses_input
+                     ? "A part of the plant that the input drives is not in the model: try --input-map valve, more "
+                       "poles, or --delay free."
+                     : "Nothing.";
+  return remark;
+}
+
+}  // namespace
+
+Section residual_section(const Subject& subject) {
+  Section section{.title = "Residual"};
+  if (subject.models.empty()) return section;
+  const ident::Model& model = subject.models.front().model;
+  if (!model.validation || model.validation->acf.lags.empty() || model.validation->ccf.lags.empty()) return section;
+  Item item{.heading = "Correlation of the residual of " + model.name + " with itself and with the input"};
+  item.figure = {.title = item.heading,
+                 .panels = {correlation_panel(model.validation->acf, "with itself"),
+                            correlation_panel(model.validation->ccf, "with the input")}};
+  item.remark = remark_on(model);
+  section.items.push_back(std::move(item));
+  return section;
+}
+
+}  // namespace eha::report

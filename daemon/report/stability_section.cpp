@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "daemon/report/figures.hpp"
+#include "daemon/report/section.hpp"
+#include "ident/fractional/poles.hpp"
+#include "ident/fractional/stability.hpp"
+
+namespace eha::report {
+namespace {
+
+constexpr std::size_t kMostPlots = 2;
+constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+constexpr double kSlow = 2.0;  // time constants of a pole that a record of that many durations shows
+constexpr double kSmallMargin_rad = 0.1;
+
+/// Time constant of the slowest pole [s]; infinite for an integrator, 0 without a pole.
+double slowest_s(const ident::Poles& poles) {
+  if (poles.order_at_zero > 0.0) return std::numeric_limits<double>::infinity();
+  double slowest = 0.0;
+  for (const auto& value : poles.values) {
+    if (std::abs(value) > 0.0) slowest = std::max(slowest, std::pow(std::abs(value), -1.0 / poles.base_order));
+  }
+  return slowest;
+}
+
+Remark remark_on(const Subject& subject, const ident::Model& model) {
+  const ident::Poles poles = ident::poles(model.transfer_function);
+  const ident::StabilityReport stability =
+      model.stability ? *model.stability : ident::stability(model.transfer_function);
+  const double limit_deg = 90.0 * poles.base_order;
+  Remark remark;
+  remark.seen =
+      poles.is_commensurate
+          ? fmt::format("{} has {} pole{} in the plane of w = s^{:.4g}; unstable is |arg w| below {:.4g} deg.",
+                        model.name, poles.values.size(), poles.values.size() == 1 ? "" : "s", poles.base_order,
+                        limit_deg)
+          : fmt::format("{} has {} pole{} on the principal sheet of s; unstable is |arg s| below 90 deg.", model.name,
+                        poles.values.size(), poles.values.size() == 1 ? "" : "s");
+  remark.seen += fmt::format(" It is {}, with a margin of {:.3g} deg of s.", stability.stable ? "stable" : "not stable",
+                             stability.margin_rad * kDegrees);
+  if (!poles.is_complete) remark.seen += " Not every pole could be located; the margin counts them all.";
+  remark.good =
+      fmt::format("No cross within the shaded sector, and a margin above {:.2g} deg. Circles are decades of |w|.",
+                  kSmallMargin_rad * kDegrees);
+  const double slowest = slowest_s(poles);
+  const double duration_s = subject.fit.time_s.empty() ? 0.0 : subject.fit.time_s.back() - subject.fit.time_s.front();
+  if (poles.order_at_zero > 0.0 && stability.margin_rad > -1e-9) {
+    remark.to_do =
+        "The pole at 0 is the integration from valve opening to position, as an open hydraulic cylinder has "
+        "it. Accept it with require_stable = false in [acceptance].";
+  } else if (!stability.stable) {
+    remark.to_do =
+        "Do not simulate with it over long times. An unstable model of a rig that is stable comes from drift or "
+        "a bias that was not estimated: use the default procedure and a longer record.";
+  } else if (duration_s > 0.0 && slowest > kSlow * duration_s) {
+    remark.to_do = fmt::format(
+        "The slowest pole has a time constant of {:.3g} s, the record lasts {:.3g} s: it cannot tell "
+        "this pole from an integrator. If that matters, record longer.",
+        slowest, duration_s);
+  } else {
+    remark.to_do = stability.margin_rad < kSmallMargin_rad
+                       ? "It is lightly damped: check the resonance against the measured response."
+                       : "Nothing.";
+  }
+  return remark;
+}
+
+}  // namespace
+
+Section stability_section(const Subject& subject) {
+  Section section{.title = "Stability"};
+  for (const ReportedModel& reported : subject.models) {
+    if (section.items.size() == kMostPlots) break;
+    section.items.push_back({.heading = "Poles of " + reported.model.name + " and the stability sector",
+                             .figure = pole_figure(reported.model),
+                             .remark = remark_on(subject, reported.model)});
+  }
+  return section;
+}
+
+}  // namespace eha::report

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/report/subject.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <system_error>
+#include <tuple>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/identify/frequency_comparison.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "ident/model/model_file.hpp"
+
+namespace eha::report {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& json) { return json.is_string() ? json.get<std::string>() : std::string(); }
+
+ReportedModel read_model(const fs::path& path, const std::string& shown) {
+  return {ident::model_from_text(os::read_file(path), path.string()), shown};
+}
+
+/// Files that an earlier version or a foreign folder may lack.
+void read_tables(const fs::path& folder, Subject& subject) {
+  std::error_code ignored;
+  if (const fs::path path = folder / identify::kFitFile; fs::exists(path, ignored)) {
+    subject.fit = identify::read_fit_table(path);
+  }
+  if (const fs::path path = folder / identify::kPaperFitFile; fs::exists(path, ignored)) {
+    subject.paper_fit = identify::read_fit_table(path);
+  }
+  if (const fs::path path = folder / identify::kFrequencyResponseFile; fs::exists(path, ignored)) {
+    subject.response = record::read_number_table(path);
+  }
+}
+
+/// What ranks models of one grade, the least first: AR-BIC where every model has it, else the validation R2.
+double criterion_of(const ident::Model& model, bool by_information) {
+  if (by_information) return model.estimation->information->ar_bic;
+  return model.validation ? -model.validation->score.r2_percent : std::numeric_limits<double>::infinity();
+}
+
+void sort_models(Subject& subject, const std::string& recommended, const std::string& runner_up) {
+  const bool by_information =
+      std::all_of(subject.models.begin(), subject.models.end(), [](const ReportedModel& reported) {
+        return reported.model.estimation && reported.model.estimation->information;
+      });
+  const auto rank = [&](const ReportedModel& reported) {
+    const ident::Model& model = reported.model;
+    const int place = model.name == recommended ? 0 : model.name == runner_up ? 1 : 2;
+    const auto grade = model.verdict ? model.verdict->grade : ident::Grade::rejected;
+    return std::tuple(place, -static_cast<int>(grade), criterion_of(model, by_information));
+  };
+  std::stable_sort(subject.models.begin(), subject.models.end(),
+                   [&](const ReportedModel& a, const ReportedModel& b) { return rank(a) < rank(b); });
+  subject.has_recommendation =
+      !recommended.empty() && !subject.models.empty() && subject.models.front().model.name == recommended;
+}
+
+/// Where the tables of a model file are: in its run folder if it is below one, else beside it.
+fs::path folder_of_tables(const fs::path& model_file) {
+  const fs::path beside = model_file.parent_path();
+  for (const fs::path& folder : {beside / "..", beside / ".." / ".."}) {
+    if (record::is_run_folder(folder)) return folder;
+  }
+  return beside;
+}
+
+}  // namespace
+
+Subject load_run(const fs::path& folder) {
+  if (!record::is_run_folder(folder)) {
+    throw DataError(folder.string() + ": no run folder; expected one, with run.json, or model files (JSON)");
+  }
+  Subject subject;
+  std::error_code ignored;
+  const fs::path whole = fs::canonical(folder, ignored);
+  subject.name = (whole.empty() ? folder : whole).filename().string();
+  subject.manifest = record::to_json(record::read_manifest(folder));
+  read_tables(folder, subject);
+  const Json& identification = subject.part("identification");
+  for (const record::ModelEntry& entry :
+       record::models_from_json(subject.part("identification", "models"), subject.name)) {
+    if (fs::exists(folder / entry.file, ignored)) {
+      subject.models.push_back(read_model(folder / entry.file, entry.file));
+    } else {
+      subject.notes.push_back(fmt::format("{} is listed in run.json and missing", entry.file));
+    }
+  }
+  if (const Json& paper = subject.part("identification", "paper_procedure"); paper.is_array()) {
+    for (const Json& model : paper) {
+      subject.paper.push_back(ident::model_from_text(model.dump(), subject.name + "/run.json (paper_procedure)"));
+    }
+  }
+  subject.reason = text_of(subject.part("identification", "recommendation", "reason"));
+  sort_models(subject, text_of(subject.part("identification", "recommendation", "model")),
+              text_of(subject.part("identification", "recommendation", "runner_up")));
+  if (subject.fit.time_s.empty()) {
+    if (!identification.is_null() && !subject.models.empty()) {
+      subject.notes.push_back(
+          fmt::format("There is no {}: `eha fit {}` writes it", identify::kFitFile, folder.string()));
+    }
+    try {
+      subject.record = record::read_run(folder).record;
+    } catch (const DataError& error) {
+      subject.notes.emplace_back(error.what());
+    }
+  }
+  return subject;
+}
+
+Subject load_models(const std::vector<fs::path>& files) {
+  Subject subject;
+  bool is_one_folder = true;
+  for (const fs::path& file : files) {
+    subject.models.push_back(read_model(file, file.string()));
+    subject.name += (subject.name.empty() ? "" : ", ") + subject.models.back().model.name;
+    is_one_folder = is_one_folder && file.parent_path() == files.front().parent_path();
+  }
+  if (is_one_folder) read_tables(folder_of_tables(files.front()), subject);
+  // Only what belongs to these models.
+  std::erase_if(subject.fit.models, [&](const identify::FitColumn& column) {
+    return std::none_of(subject.models.begin(), subject.models.end(),
+                        [&](const ReportedModel& reported) { return reported.model.name == column.model; });
+  });
+  if (subject.fit.models.empty()) subject.fit = {};
+  subject.paper_fit = {};
+  sort_models(subject, "", "");
+  return subject;
+}
+
+}  // namespace eha::report

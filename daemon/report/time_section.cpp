@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "daemon/report/figures.hpp"
+#include "daemon/report/section.hpp"
+
+namespace eha::report {
+namespace {
+
+constexpr std::size_t kMostCurves = 2;       // models in one plot
+constexpr double kMuchLarger = 1.5;          // error of the unseen part over that of the other one
+constexpr double kNotCentred = 0.7;          // mean error of the unseen part over its RMS value
+constexpr double kNegligible_percent = 2.0;  // largest error, of the measured range
+
+/// The error of one model, split where its estimation ended.
+struct Errors {
+  double rms_estimating = 0.0;
+  double rms_unseen = 0.0;
+  double mean_unseen = 0.0;
+  double largest = 0.0;  ///< absolute
+  double largest_at_s = 0.0;
+};
+
+Errors errors_of(const identify::FitTable& table, const identify::FitColumn& column, std::size_t estimating) {
+  Errors errors;
+  double squares[2] = {0.0, 0.0};
+  std::size_t counts[2] = {0, 0};
+  double sum = 0.0;
+  for (std::size_t i = 0; i < table.time_s.size(); ++i) {
+    const double error = table.measured[i] - column.simulated[i];
+    if (!std::isfinite(error)) continue;
+    const std::size_t part = i < estimating ? 0 : 1;
+    squares[part] += error * error;
+    ++counts[part];
+    if (part == 1) sum += error;
+    if (std::abs(error) > errors.largest) {
+      errors.largest = std::abs(error);
+      errors.largest_at_s = table.time_s[i];
+    }
+  }
+  const auto root_mean = [&](std::size_t part) {
+    return counts[part] == 0 ? 0.0 : std::sqrt(squares[part] / static_cast<double>(counts[part]));
+  };
+  errors.rms_estimating = root_mean(0);
+  errors.rms_unseen = root_mean(1);
+  if (counts[1] > 0) errors.mean_unseen = sum / static_cast<double>(counts[1]);
+  return errors;
+}
+
+/// Whether the verdict found an error far above the noise that differs between the record's periods.
+bool misses_more_than_noise(const ident::Model& model) {
+  return model.verdict && std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(),
+                                      [](const ident::Criterion& criterion) {
+                                        return criterion.name == "error_over_noise" && !criterion.passed;
+                                      });
+}
+
+Remark remark_on(const Subject& subject, const ident::Model& model, const identify::FitColumn& column,
+                 std::size_t estimating) {
+  const identify::FitTable& table = subject.fit;
+  const Errors errors = errors_of(table, column, estimating);
+  const auto [least, greatest] = std::minmax_element(table.measured.begin(), table.measured.end());
+  const double range = *greatest - *least;
+  const double percent = range > 0.0 ? 100.0 * errors.largest / range : 0.0;
+  const bool has_unseen = estimating < table.time_s.size();
+  Remark remark;
+  remark.seen = fmt::format("The largest error of {} is {:.3g} {} at {:.4g} s, {:.2g} % of the measured range.",
+                            model.name, errors.largest, model.output_unit, errors.largest_at_s, percent);
+  if (has_unseen) {
+    remark.seen += fmt::format(" Its RMS error is {:.2g} {} where it was estimated and {:.2g} {} on the unseen part.",
+                               errors.rms_estimating, model.output_unit, errors.rms_unseen, model.output_unit);
+  }
+  remark.good =
+      "The model's line covers the measured one, and the error has the same size on both sides of the dashed line, "
+      "without slope and without the rhythm of the input.";
+  if (misses_more_than_noise(model)) {
+    remark.to_do = fmt::format(
+        "The error is far above the noise of the record: {} misses a part of the plant. {}", model.name,
+        model.input_map ? "Try more poles or --delay free." : "Try --input-map valve, more poles or --delay free.");
+    return remark;
+  }
+  const bool drifts = has_unseen && std::abs(errors.mean_unseen) > kNotCentred * errors.rms_unseen;
+  if (percent < kNegligible_percent) {
+    remark.to_do = drifts ? "Small as it is, the error of the unseen part keeps one sign: for predictions over longer "
+                            "times than this record, record longer."
+                          : "Nothing.";
+  } else if (drifts) {
+    remark.to_do = fmt::format(
+        "The error of the unseen part keeps one sign (mean {:.2g} {}): bias or drift. Record longer or with slower "
+        "tones, let the rig warm up, and try --input-map valve.",
+        errors.mean_unseen, model.output_unit);
+  } else if (has_unseen && errors.rms_unseen > kMuchLarger * errors.rms_estimating) {
+    remark.to_do =
+        "The error grows on data that it has not seen: the model has learnt its record. Use fewer parameters or a "
+        "longer record.";
+  } else {
+    remark.to_do =
+        "The error is of one size but large: something of the plant is not in this model. See the residual's "
+        "correlation below, and try another structure, a delay (--delay free) or --input-map valve.";
+  }
+  return remark;
+}
+
+Item of_record(const Subject& subject) {
+  Item item{.heading = "What was recorded"};
+  const ident::Record& record = *subject.record;
+  item.figure = record_figure(record, "Input and output of " + subject.name);
+  const double range = record.output.maxCoeff() - record.output.minCoeff();
+  item.remark.seen = fmt::format("{} rows over {:.4g} s; the output moves over {:.3g} {}, the input over {:.3g} {}.",
+                                 record.output.size(), static_cast<double>(record.output.size()) * record.step_s, range,
+                                 record.output_channel.unit, record.input.maxCoeff() - record.input.minCoeff(),
+                                 record.input_channel.unit);
+  item.remark.good = "The output moves through a large part of its travel and touches neither end.";
+  item.remark.to_do = "Fit it with `eha fit`, or correct what ended the run and record again.";
+  return item;
+}
+
+}  // namespace
+
+Section time_section(const Subject& subject) {
+  Section section{.title = "Over time"};
+  if (subject.fit.time_s.empty()) {
+    if (subject.record && subject.record->output.size() > 0) section.items.push_back(of_record(subject));
+    return section;
+  }
+  std::vector<std::string> names;
+  const ident::Model* first = nullptr;
+  for (const ReportedModel& reported : subject.models) {
+    if (names.size() == kMostCurves || subject.fit.find(reported.model.name) == nullptr) continue;
+    if (first == nullptr) first = &reported.model;
+    names.push_back(reported.model.name);
+  }
+  if (first == nullptr) return section;
+  const std::size_t estimating =
+      first->estimation ? std::min(first->estimation->score.samples, subject.fit.time_s.size()) : 0;
+  const bool is_split = estimating > 0 && estimating < subject.fit.time_s.size();
+  Item item{.heading = is_split ? "Measured, models and errors; right of the dashed line nothing was estimated"
+                                : "Measured, models and errors"};
+  item.figure = fit_figure(subject.fit, names, is_split ? std::optional(subject.fit.time_s[estimating]) : std::nullopt,
+                           "Measured and simulated output over time");
+  item.remark = remark_on(subject, *first, *subject.fit.find(first->name), estimating);
+  section.items.push_back(std::move(item));
+  return section;
+}
+
+}  // namespace eha::report

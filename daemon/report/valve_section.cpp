@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/report/section.hpp"
+#include "ident/signal/valve_map.hpp"
+
+namespace eha::report {
+namespace {
+
+constexpr double kRareSide_percent = 15.0;  // fewer samples on a side of the dead band determine the map badly
+
+Remark remark_on(const ident::Model& model, const std::vector<double>& input) {
+  const ident::ValveMap& map = *model.input_map;
+  const double low = map.null - map.dead_band;
+  const double high = map.null + map.dead_band;
+  const std::string& unit = model.input_unit;
+  Remark remark;
+  remark.seen = fmt::format(
+      "The valve passes nothing from {:.3g} to {:.3g} {}; below, it passes {:.3g} times as much per {} "
+      "as above.",
+      low, high, unit, map.negative_gain_ratio, unit);
+  double rarer_percent = 100.0;
+  if (!input.empty()) {
+    const auto share = [&](auto test) {
+      return 100.0 * static_cast<double>(std::count_if(input.begin(), input.end(), test)) /
+             static_cast<double>(input.size());
+    };
+    const double above = share([&](double u) { return u > high; });
+    const double below = share([&](double u) { return u < low; });
+    rarer_percent = std::min(above, below);
+    remark.seen += fmt::format(" {:.0f} % of the samples lie above the dead band, {:.0f} % below.", above, below);
+  }
+  remark.good =
+      fmt::format("At least {:.0f} % of the samples on either side, and narrow intervals of null and dead band.",
+                  kRareSide_percent);
+  remark.to_do = rarer_percent < kRareSide_percent
+                     ? "One side was hardly visited: record with an offset_V near the null."
+                     : fmt::format(
+                           "A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative "
+                           "command.",
+                           high, unit, low, unit);
+  return remark;
+}
+
+}  // namespace
+
+Section valve_section(const Subject& subject) {
+  Section section{.title = "Valve"};
+  const auto at = std::find_if(subject.models.begin(), subject.models.end(),
+                               [](const ReportedModel& reported) { return reported.model.input_map.has_value(); });
+  if (at == subject.models.end()) return section;
+  const ident::Model& model = at->model;
+  const ident::ValveMap& map = *model.input_map;
+  const std::vector<double>& input = subject.fit.applied;
+  double low = map.null - 5.0 * (map.dead_band + 0.1);
+  double high = map.null + 5.0 * (map.dead_band + 0.1);
+  if (!input.empty()) {
+    const auto [least, greatest] = std::minmax_element(input.begin(), input.end());
+    low = *least;
+    high = *greatest;
+  }
+  std::vector<double> u{low, map.null - map.dead_band, map.null + map.dead_band, high};
+  std::sort(u.begin(), u.end());
+  const Eigen::VectorXd v = ident::mapped(map, Eigen::Map<const Eigen::VectorXd>(u.data(), 4));
+  plot::Panel panel{.x_label = fmt::format("input [{}]", model.input_unit),
+                    .y_label = fmt::format("passed on [{}]", model.input_unit)};
+  panel.series.push_back({.label = "without a dead band",
+                          .x = {low, high},
+                          .y = {low - map.null, high - map.null},
+                          .mark = plot::Mark::line,
+                          .style = 2});
+  panel.series.push_back(
+      {.label = "valve of " + model.name, .x = u, .y = {v.begin(), v.end()}, .mark = plot::Mark::line, .style = 1});
+  panel.shades.push_back({map.null - map.dead_band, map.null + map.dead_band});
+  panel.rules.push_back({.at = 0.0, .vertical = false});
+  panel.rules.push_back({.at = map.null, .vertical = true});
+  Item item{.heading = "Static map of the valve in " + model.name + "; the dead band is shaded, the null dashed"};
+  item.figure = {.title = item.heading, .panels = {std::move(panel)}};
+  item.remark = remark_on(model, input);
+  section.items.push_back(std::move(item));
+  return section;
+}
+
+}  // namespace eha::report

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/report/html.hpp"
+#include "daemon/report/section.hpp"
+
+namespace eha::report {
+namespace {
+
+using ident::Grade;
+using ident::Model;
+using nlohmann::ordered_json;
+
+/// The score that says how well a model predicts: on samples that did not estimate it.
+const ident::Score* unseen_score(const Model& model) { return model.validation ? &model.validation->score : nullptr; }
+
+std::string scores_sentence(const Model& model) {
+  const ident::Score* score = unseen_score(model);
+  if (score == nullptr) {
+    return model.estimation ? fmt::format("R2 {:.2f} % on the samples that estimated it; there are no others.",
+                                          model.estimation->score.r2_percent)
+                            : "It holds no scores.";
+  }
+  return fmt::format("On the {} samples that did not estimate it: R2 {:.2f} %, fit {:.2f} %, largest error {:.3g} {}.",
+                     score->samples, score->r2_percent, score->fit_percent,
+                     std::max(std::abs(score->error_min), std::abs(score->error_max)), model.output_unit);
+}
+
+std::string band_sentence(const ReportedModel& reported) {
+  const auto band = reported.usable_band();
+  return band ? fmt::format("Usable from {:.3g} to {:.3g} Hz.", band->lowest_Hz, band->highest_Hz) : std::string();
+}
+
+std::string box(const char* kind, const std::string& heading, const std::string& html) {
+  return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", kind, escaped(heading), html);
+}
+
+std::string of_model(const ReportedModel& reported) {
+  std::string html = equation(reported.model) + paragraph(scores_sentence(reported.model));
+  const auto& verdict = reported.model.verdict;
+  if (const std::string band = band_sentence(reported); verdict && verdict->accepted && !band.empty()) {
+    html += paragraph(band);
+  }
+  if (verdict && verdict->accepted && !verdict->reasons.empty()) {
+    html += paragraph(fmt::format("It is {}, with these notes:", ident::text(verdict->grade)));
+    html += list(verdict->reasons);
+  }
+  return html;
+}
+
+/// Why a run has no models: it did not complete, or its identification failed.
+std::string without_models(const Subject& subject) {
+  const ordered_json& outcome = subject.part("outcome");
+  const ordered_json& description = subject.part("report", "description");
+  const ordered_json& error = subject.part("identification", "error");
+  std::string html;
+  if (error.is_string()) html += paragraph("The identification failed: " + error.get<std::string>());
+  if (description.is_string() && !description.get_ref<const std::string&>().empty()) {
+    html += paragraph(description.get<std::string>());
+  }
+  html += paragraph(
+      "Only a completed run is fitted by itself. What was recorded is shown below; `eha fit` with this folder fits it "
+      "all the same.");
+  return box("none",
+             fmt::format("No model: the run ended as \"{}\"",
+                         outcome.is_string() ? outcome.get<std::string>() : std::string("unknown")),
+             html);
+}
+
+}  // namespace
+
+std::string verdict(const Subject& subject) {
+  if (subject.models.empty()) return without_models(subject);
+  const ReportedModel& main = subject.models.front();
+  const Grade grade = main.model.verdict ? main.model.verdict->grade : Grade::rejected;
+  const std::string graded = std::string(ident::text(grade));
+  std::string reason =
+      subject.reason.empty() ? "" : paragraph("Reason: " + subject.reason + (subject.reason.ends_with('.') ? "" : "."));
+  if (subject.part("identification", "recommendation", "needs_fresh_record") == true) {
+    reason += paragraph(
+        "The second part of the record took part in this choice. Only another record can say how well the model "
+        "predicts: record again and use `eha validate`.");
+  }
+  if (subject.has_recommendation) {
+    return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded), of_model(main) + reason);
+  }
+  if (grade == Grade::rejected) {
+    std::string html = reason;
+    if (main.model.verdict) {
+      html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name));
+      html += list(main.model.verdict->reasons);
+    }
+    return box("none", "No model can be used", html + of_model(main));
+  }
+  const bool is_alone = subject.models.size() == 1;
+  return box("some", fmt::format("{}: {} ({})", is_alone ? "Model" : "Best model", main.model.name, graded),
+             of_model(main) + reason);
+}
+
+Section models_section(const Subject& subject) {
+  Section section{.title = "Models"};
+  if (subject.models.empty()) return section;
+  std::vector<std::vector<std::string>> rows;
+  const auto number = [](const char* format, double value) {
+    return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
+  };
+  for (const ReportedModel& reported : subject.models) {
+    const Model& model = reported.model;
+    const ident::Score* unseen = unseen_score(model);
+    const bool has_criterion = model.estimation && model.estimation->information;
+    rows.push_back(
+        {model.name, model.verdict ? std::string(ident::text(model.verdict->grade)) : "not judged",
+         model.estimation ? number("{:.2f}", model.estimation->score.r2_percent) : "-",
+         unseen != nullptr ? number("{:.2f}", unseen->r2_percent) : "-",
+         unseen != nullptr ? number("{:.2f}", unseen->fit_percent) : "-",
+         unseen != nullptr ? number("{:.3g}", std::max(std::abs(unseen->error_min), std::abs(unseen->error_max))) : "-",
+         has_criterion ? fmt::format("{}", model.estimation->information->parameters) : "-",
+         has_criterion ? number("{:.1f}", model.estimation->information->ar_bic) : "-",
+         !model.stability          ? "unknown"
+         : model.stability->stable ? "yes"
+                                   : "no"});
+  }
+  const std::string unit = subject.models.front().model.output_unit;
+  Item overview{.heading = ""};
+  overview.html = table({{"model"},
+                         {"grade"},
+                         {"R2 %, estimating part", Column::number},
+                         {"R2 %, unseen part", Column::number},
+                         {"fit %, unseen part", Column::number},
+                         {"largest error, unseen part [" + unit + "]", Column::number},
+                         {"parameters", Column::number},
+                         {"AR-BIC", Column::number},
+                         {"stable"}},
+                        rows);
+  overview.html += paragraph(
+      "R2 and fit are 100 % for a perfect model. AR-BIC weighs error against number of parameters; lower is better, "
+      "and "
+      "a difference of 10 is clear.");
+  section.items.push_back(std::move(overview));
+  for (const ReportedModel& reported : subject.models) {
+    const Model& model = reported.model;
+    Item item{.heading = model.name + (model.verdict ? ": " + std::string(ident::text(model.verdict->grade)) : "")};
+    const bool is_first = &reported == &subject.models.front();
+    // The first one's equation and reasons are in the box above.
+    if (!is_first) item.html = equation(model) + (model.verdict ? list(model.verdict->reasons) : "");
+    if (is_first && model.verdict && !model.verdict->criteria.empty()) {
+      std::vector<std::vector<std::string>> criteria;
+      for (const ident::Criterion& criterion : model.verdict->criteria) {
+        criteria.push_back({criterion.name, number("{:.4g}", criterion.value), number("{:.4g}", criterion.limit),
+                            criterion.passed ? "passed" : "FAILED"});
+      }
+      item.html += table({{"criterion"}, {"value", Column::number}, {"limit", Column::number}, {"result"}}, criteria);
+    }
+    section.items.push_back(std::move(item));
+  }
+  return section;
+}
+
+}  // namespace eha::report

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/report/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include "core/error.hpp"
+#include "daemon/report/html.hpp"
+#include "ident/model/model_file.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::report {
+namespace {
+
+using eha::test::TemporaryFolder;
+
+ident::Model model_named(const std::string& name, ident::Grade grade, double r2_percent) {
+  ident::Model model;
+  model.name = name;
+  model.transfer_function = {{{0.13, 0.0}}, {{0.0132, 2.0}, {1.0, 1.0}, {0.0028, 0.0}}, 0.0};
+  model.parameters = {{.name = "K", .value = 0.13, .std = 0.001, .lower95 = 0.128, .upper95 = 0.132},
+                      {.name = "a0", .value = 0.0028, .std = 0.003, .lower95 = 0.0, .upper95 = 0.012}};
+  model.estimation.emplace().score = {.r2_percent = 99.0, .samples = 50};
+  ident::ValidationReport& validation = model.validation.emplace();
+  validation.score = {
+      .r2_percent = r2_percent, .mse = 1e-4, .fit_percent = 90.0, .error_min = -0.05, .error_max = 0.04, .samples = 50};
+  validation.acf = {{0, 1, 2}, {1.0, 0.5, 0.1}, 0.2, 0.3};
+  validation.ccf = {{-1, 0, 1}, {0.1, 0.5, 0.1}, 0.2, 0.3};
+  model.verdict = ident::Verdict{.accepted = grade != ident::Grade::rejected,
+                                 .reasons = {"The error <exceeds> its \"limit\" & more."},
+                                 .grade = grade,
+                                 .criteria = {{"validation_r2_percent", r2_percent, 90.0, r2_percent > 90.0}}};
+  return model;
+}
+
+Subject subject_of(const std::string& name, ident::Grade grade) {
+  Subject subject{.name = name};
+  subject.models.push_back({model_named("io", grade, 99.0), "models/io.json"});
+  subject.fit = {.input = {"voltage", "V"},
+                 .output = {"displacement", "in"},
+                 .time_s = {},
+                 .applied = {},
+                 .measured = {},
+                 .models = {{"io", {}}}};
+  for (int i = 0; i < 100; ++i) {
+    subject.fit.time_s.push_back(0.04 * i);
+    subject.fit.applied.push_back(std::sin(0.1 * i));
+    subject.fit.measured.push_back(std::cos(0.1 * i));
+    subject.fit.models[0].simulated.push_back(std::cos(0.1 * i) + 0.01);
+  }
+  return subject;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++found;
+  return found;
+}
+
+TEST(Escaped, LeavesNoMarkupAndNoBrokenText) {
+  EXPECT_EQ(escaped("<a href='x'>&\"b\""), "&lt;a href=&#39;x&#39;&gt;&amp;&quot;b&quot;");
+  EXPECT_EQ(escaped("\xC3\xA9 \xC3( \xFF\x01"), "\xC3\xA9 ?( ? ");
+}
+
+TEST(WithError, GivesTheDigitsThatTheErrorJustifies) {
+  EXPECT_EQ(with_error({.name = "K", .value = 0.130516, .std = 0.00082}), "0.13052 ± 0.00082");
+  EXPECT_EQ(with_error({.name = "a1", .value = 1.0, .std = 0.0, .fixed = true}), "1");
+}
+
+TEST(Page, BeginsWithTheRecommendedModelAndItsReason) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.has_recommendation = true;
+  subject.reason = "Least AR-BIC of two models.";
+  const std::string html = page_of(subject).html;
+  const std::size_t recommended = html.find("Recommended model: io (good)");
+  ASSERT_NE(recommended, std::string::npos);
+  EXPECT_LT(recommended, html.find("<svg"));
+  EXPECT_NE(html.find("Least AR-BIC of two models."), std::string::npos);
+}
+
+TEST(Page, SaysThatNoModelCanBeUsedAndWhy) {
+  const std::string html = page_of(subject_of("run", ident::Grade::rejected)).html;
+  EXPECT_NE(html.find("No model can be used"), std::string::npos);
+  EXPECT_EQ(html.find("Recommended model"), std::string::npos);
+  EXPECT_NE(html.find("The error &lt;exceeds&gt; its &quot;limit&quot; &amp; more."), std::string::npos);
+}
+
+TEST(Page, PutsThreeSentencesBesideEveryPlot) {
+  const Page page = page_of(subject_of("run", ident::Grade::good));
+  EXPECT_TRUE(page.missing.empty());
+  const std::size_t plots = count(page.html, "<svg");
+  EXPECT_GE(plots, 5U);
+  EXPECT_EQ(count(page.html, "<dt>Seen here</dt>"), plots);
+  EXPECT_EQ(count(page.html, "<dt>Good</dt>"), plots);
+  EXPECT_EQ(count(page.html, "<dt>To do</dt>"), plots);
+}
+
+TEST(Page, LoadsNothing) {
+  const std::string html = page_of(subject_of("run", ident::Grade::good)).html;
+  for (const char* loader : {"<script", "src=", "@import", "url(http", "href=\"http", "<link rel=\"stylesheet"}) {
+    EXPECT_EQ(html.find(loader), std::string::npos) << loader;
+  }
+}
+
+TEST(Page, EscapesTheNamesOfFilesAndModels) {
+  Subject subject = subject_of("<script>alert(1)</script>", ident::Grade::good);
+  subject.models[0].model.name = "<img onerror=x>";
+  subject.models[0].model.provenance["note"] = "</style><script>";
+  subject.models[0].model.output_unit = "<b>";
+  const std::string html = page_of(subject).html;
+  EXPECT_EQ(html.find("<script"), std::string::npos);
+  EXPECT_EQ(html.find("<img"), std::string::npos);
+  EXPECT_EQ(html.find("<b>"), std::string::npos);
+  EXPECT_EQ(count(html, "</style>"), 1U);
+}
+
+TEST(Page, IsWrittenWithoutGnuplotAndSaysSo) {
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", "/nowhere", 1);
+  const Page page = page_of(subject_of("run", ident::Grade::good));
+  setenv("PATH", path.c_str(), 1);
+  ASSERT_EQ(page.missing.size(), 1U);
+  EXPECT_NE(page.missing[0].find("gnuplot-nox"), std::string::npos);
+  EXPECT_NE(page.html.find("This plot is missing"), std::string::npos);
+  EXPECT_NE(page.html.find("Model: io (good)"), std::string::npos);
+}
+
+TEST(LoadModels, TakesTheTableOfTheirFolder) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("io.json", ident::to_text(model_named("io", ident::Grade::good, 99.0)));
+  folder.write("fit.csv",
+               "time_s,voltage_V,displacement_in,io_in,io_residual_in,fo_in,fo_residual_in\n"
+               "0,1,2,2.5,-0.5,2,0\n0.1,1,2,2.5,-0.5,2,0\n");
+  const Subject subject = load_models({file});
+  ASSERT_EQ(subject.fit.models.size(), 1U);
+  EXPECT_EQ(subject.fit.models[0].simulated[1], 2.5);
+}
+
+TEST(LoadModels, PutsTheBestModelFirst) {
+  const TemporaryFolder folder;
+  const auto bad = folder.write("a.json", ident::to_text(model_named("a", ident::Grade::rejected, 99.9)));
+  const auto usable = folder.write("b.json", ident::to_text(model_named("b", ident::Grade::usable, 95.0)));
+  const auto better = folder.write("c.json", ident::to_text(model_named("c", ident::Grade::usable, 97.0)));
+  const Subject subject = load_models({bad, usable, better});
+  EXPECT_EQ(subject.models[0].model.name, "c");
+  EXPECT_EQ(subject.models[2].model.name, "a");
+}
+
+TEST(LoadRun, RefusesAFolderThatIsNone) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(static_cast<void>(load_run(folder.path())), DataError);
+}
+
+}  // namespace
+}  // namespace eha::report
