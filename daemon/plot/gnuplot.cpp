@@ -119,8 +119,9 @@ std::string terminal(const Figure& figure, Format format) {
     case Format::svg:
       return svg_terminal(figure);
     case Format::png:
-      return fmt::format("set terminal pngcairo size {},{} noenhanced font 'Sans,{}' fontscale 0.8 linewidth {}\n",
-                         kWidth_px * kPixelRatio, height_px(figure) * kPixelRatio, 15 * kPixelRatio, kPixelRatio);
+      return fmt::format(
+          "set terminal pngcairo size {},{} noenhanced font 'Sans,{}' fontscale 0.8 linewidth {} pointscale {}\n",
+          kWidth_px * kPixelRatio, height_px(figure) * kPixelRatio, 15 * kPixelRatio, kPixelRatio, kPixelRatio);
     case Format::pdf:
       return fmt::format("set terminal pdfcairo size {:.2f}in,{:.2f}in noenhanced font 'Sans,12'\n", kWidth_px / 80.0,
                          height_px(figure) / 80.0);

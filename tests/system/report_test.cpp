@@ -29,7 +29,7 @@ class Reports : public testing::Test {
     paper_ = run({source_file("config/experiments/paper.toml")});
     std::string strict = content_of(source_file("config/experiments/paper.toml"));
     const std::string limit = "min_validation_r2_percent = 90.0";
-    strict.replace(strict.find(limit), limit.size(), "min_validation_r2_percent = 99.9999");
+    strict.replace(strict.find(limit), limit.size(), "min_validation_r2_percent = 99.99999");
     rejected_ = run({folder_->write("strict.toml", strict)});
   }
   static void TearDownTestSuite() { delete folder_; }
