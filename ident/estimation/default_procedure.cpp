@@ -11,6 +11,7 @@
 #include "ident/estimation/fit_choice.hpp"
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/estimation/known_starts.hpp"
+#include "ident/estimation/noise_fit.hpp"
 #include "ident/estimation/output_error.hpp"
 #include "ident/estimation/search_records.hpp"
 #include "ident/estimation/valve_starts.hpp"
@@ -75,6 +76,7 @@ class DefaultFit {
       chosen = with_bias_named(chosen);
     }
     chosen = followed_to_its_end(std::move(chosen));
+    if (auto refined = with_noise_model(compared_, chosen, evaluations_)) chosen = std::move(*refined);
     if (const auto map = valve_of(chosen)) {
       const auto discarded = static_cast<Eigen::Index>(rows_.discarded);
       require_both_sides(*map, seen_input().tail(seen_input().size() - discarded), asked_.name,
@@ -358,6 +360,10 @@ class DefaultFit {
     model.input_map = valve_of(chosen);
     fill_linear(model, reported, solution);
     fill_provenance(model, reported);
+    if (chosen.noise) {
+      model.provenance["noise_model"] =
+          fmt::format("autoregressive of order {}, estimated beside the parameters", chosen.noise->coefficients.size());
+    }
     result.estimation_samples = rows_.estimating;
     const ProfileSearch profile{scale_, largest_input(), executor_};
     fill_parameters(

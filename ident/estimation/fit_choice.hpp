@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "ident/estimation/variants.hpp"
@@ -18,7 +19,8 @@ struct LocalOptimum {
   Variant variant;
   Parametrisation parametrisation;
   LeastSquaresResult best;
-  std::size_t free = 0;  ///< parameters estimated
+  std::size_t free = 0;                      ///< parameters estimated
+  std::optional<Autoregression> noise = {};  ///< with which `best` was found, if any
 };
 
 /// n_eff ln(cost/n) + p ln(n_eff): the residual's colour leaves fewer independent samples than rows.

@@ -35,8 +35,14 @@ std::vector<std::vector<Term>> state_numerators(const LinearPart& linear) {
 
 }  // namespace
 
-OutputError::OutputError(const ComparedRecord& record, const Parametrisation& parametrisation, LinearPart linear)
-    : record_(record), parametrisation_(parametrisation), linear_(std::move(linear)) {
+OutputError::OutputError(const ComparedRecord& record, const Parametrisation& parametrisation, LinearPart linear,
+                         std::optional<Autoregression> noise)
+    : record_(record),
+      parametrisation_(parametrisation),
+      linear_(std::move(linear)),
+      noise_(std::move(noise)),
+      measured_(seen(record.measured())),
+      constant_(seen(Eigen::VectorXd::Ones(record.measured().size()))) {
   for (const Coordinate& c : parametrisation_.coordinates()) {
     bias_coordinate_ = bias_coordinate_ || c.role == CoordinateRole::input_bias;
   }
@@ -47,7 +53,13 @@ double OutputError::bias_at(const Eigen::VectorXd& theta) const {
 }
 
 double OutputError::output_energy() const {
-  return (record_.measured().array() - record_.measured().mean()).square().sum();
+  const double level = constant_.dot(measured_) / constant_.squaredNorm();
+  return (measured_ - level * constant_).squaredNorm();
+}
+
+Eigen::MatrixXd OutputError::seen(Eigen::MatrixXd columns) const {
+  if (noise_) return whitened(columns, *noise_);
+  return columns;
 }
 
 InputSpectrum OutputError::biased(double bias) const {
@@ -125,7 +137,7 @@ Eigen::Index OutputError::shared_index(Eigen::Index window) const {
 }
 
 Eigen::VectorXd OutputError::free_response(const Basis& basis, const LinearSolution& linear) const {
-  if (basis.states.cols() == 0) return Eigen::VectorXd::Zero(record_.measured().size());
+  if (basis.states.cols() == 0) return Eigen::VectorXd::Zero(basis.numerator.rows());
   return basis.states * linear.initial_state * (linear_.past_shared > 0 ? linear.numerator[0] : 1.0);
 }
 
@@ -258,16 +270,16 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
   const InputSpectrum* beside = linear_.solve_ratio  ? &valve.value().below
                                 : linear_.solve_bias ? &record_.step()
                                                      : nullptr;
-  const Basis b = basis(g, input, beside);
-  const Eigen::Index rows = record_.measured().size();
-  Eigen::MatrixXd columns(rows, b.numerator.cols() + b.beside.cols() + 1 + b.states.cols());
-  columns << b.numerator, b.beside, Eigen::VectorXd::Ones(rows), b.states;
+  Basis b = basis(g, input, beside);
+  if (noise_) b = {seen(b.numerator), seen(b.beside), seen(b.states)};
+  Eigen::MatrixXd columns(measured_.size(), b.numerator.cols() + b.beside.cols() + 1 + b.states.cols());
+  columns << b.numerator, b.beside, constant_, b.states;
   if (!columns.allFinite()) return {};
   Eigen::MatrixXd orthonormal;
   Point point;
-  point.linear = solve(columns, record_.measured(), bias, want == Want::jacobian ? &orthonormal : nullptr);
-  point.residual = record_.measured() - b.numerator * point.linear.numerator;
-  point.residual.array() -= point.linear.initial_output;
+  point.linear = solve(columns, measured_, bias, want == Want::jacobian ? &orthonormal : nullptr);
+  point.residual = measured_ - b.numerator * point.linear.numerator;
+  point.residual -= point.linear.initial_output * constant_;
   if (valve && !linear_.solve_ratio) point.linear.negative_gain_ratio = valve->map.negative_gain_ratio;
   if (b.beside.cols() > 0) {
     const double share = linear_.solve_ratio ? point.linear.negative_gain_ratio : point.linear.input_bias;
@@ -276,11 +288,15 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
   point.residual -= free_response(b, point.linear);
   point.cost = point.residual.squaredNorm();
   if (want == Want::jacobian) {
-    point.jacobian = coordinate_derivatives(theta, point.linear, valve);
+    point.jacobian = seen(coordinate_derivatives(theta, point.linear, valve));
     point.jacobian -= orthonormal * (orthonormal.transpose() * point.jacobian);
     if (!point.jacobian.allFinite()) return {};
   }
   return point;
+}
+
+Eigen::VectorXd OutputError::residual(const Eigen::VectorXd& theta, const LinearSolution& linear) const {
+  return seen(record_.measured() - simulated(theta, linear));
 }
 
 Eigen::VectorXd OutputError::simulated(const Eigen::VectorXd& theta, const LinearSolution& linear) const {
@@ -323,7 +339,7 @@ Eigen::MatrixXd OutputError::derivatives(const Eigen::VectorXd& theta, const Lin
   all.leftCols(nonlinear.cols()) = nonlinear;
   for (std::size_t k = 0; k < columns.size(); ++k)
     all.col(nonlinear.cols() + static_cast<Eigen::Index>(k)) = columns[k];
-  return all;
+  return seen(std::move(all));
 }
 
 }  // namespace eha::ident

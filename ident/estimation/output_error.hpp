@@ -11,6 +11,7 @@
 #include "ident/record.hpp"
 #include "ident/search/parametrisation.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/uncertainty/autoregression.hpp"
 
 namespace eha::ident {
 
@@ -94,10 +95,13 @@ struct LinearSolution {
 /// Output error of one structure on one record, the linear quantities eliminated (variable projection).
 ///   e = y - initial_output - G(v) - free response,  v = u + bias or valve(u),
 /// the free response being that to an initial state or to an input before t = 0.
+/// With a noise model, rows, residual and derivatives are whitened by it and have kHighestAutoregression rows less: the
+/// cost is then that of generalised least squares.
 /// Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973); Kaufman, BIT 15 (1975), for the Jacobian. Thread-safe.
 class OutputError {
  public:
-  OutputError(const ComparedRecord& record, const Parametrisation& parametrisation, LinearPart linear);
+  OutputError(const ComparedRecord& record, const Parametrisation& parametrisation, LinearPart linear,
+              std::optional<Autoregression> noise = {});
 
   struct Point {
     double cost = 0.0;         ///< sum of squares
@@ -117,6 +121,9 @@ class OutputError {
   /// @param parameters  receives what each column is a derivative by
   [[nodiscard]] Eigen::MatrixXd derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
                                             std::vector<ParameterKey>& parameters) const;
+
+  /// Measured less simulated at a given solution, whitened where there is a noise model.
+  [[nodiscard]] Eigen::VectorXd residual(const Eigen::VectorXd& theta, const LinearSolution& linear) const;
 
   /// Simulated output at a given solution.
   [[nodiscard]] Eigen::VectorXd simulated(const Eigen::VectorXd& theta, const LinearSolution& linear) const;
@@ -155,9 +162,14 @@ class OutputError {
   [[nodiscard]] InputSpectrum biased(double bias) const;
   [[nodiscard]] double bias_at(const Eigen::VectorXd& theta) const;
 
+  [[nodiscard]] Eigen::MatrixXd seen(Eigen::MatrixXd columns) const;
+
   const ComparedRecord& record_;
   Parametrisation parametrisation_;
   LinearPart linear_;
+  std::optional<Autoregression> noise_;
+  Eigen::VectorXd measured_;  ///< as seen, as the constant
+  Eigen::VectorXd constant_;
   bool bias_coordinate_ = false;
 };
 

@@ -97,11 +97,18 @@ struct ResidualTest {
   double p = 1.0;  ///< probability of a statistic at least as large
 };
 
+/// A line through a residual.
+struct ResidualDrift {
+  double change = 0.0;    ///< of the line from first to last sample, its size [output unit]
+  double expected = 0.0;  ///< the most that noise and the parameters' errors make of it [output unit]
+};
+
 /// Two joint tests in which the errors of the estimated parameters are allowed for.
 struct ResidualTests {
   std::size_t ar_order = 0;  ///< of the residual's model
   ResidualTest input;        ///< no correlation with the input at lags 0..20
   ResidualTest whiteness;    ///< no correlation of what the model leaves at lags 1..20
+  std::optional<ResidualDrift> drift = {};
 };
 
 /// The model held against the part of the record that did not estimate.
@@ -114,6 +121,9 @@ struct ValidationReport {
   std::optional<ResidualTests> tests;       ///< none where the samples are too few
   /// Samples whose input lies outside what the estimating part saw [%]; none on another record.
   std::optional<double> extrapolated_percent;
+  /// Samples, estimating ones included, at which the output stays at its greatest or least value while the model goes
+  /// on beyond it [%].
+  std::optional<double> saturated_percent = {};
 };
 
 /// A statistic of one number by its name in model files, whose reader and writer take all of them from this list.

@@ -247,10 +247,18 @@ ResidualTest read_test(const Node& node) {
 }
 
 ValidationReport read_validation(const Node& node) {
-  std::vector<std::string_view> keys{
-      "r2_percent",        "mse", "fit_percent", "error_min",      "error_max",
-      "samples",           "acf", "ccf",         "residual_tests", "extrapolated_percent",
-      "offset_reestimated"};
+  std::vector<std::string_view> keys{"r2_percent",
+                                     "mse",
+                                     "fit_percent",
+                                     "error_min",
+                                     "error_max",
+                                     "samples",
+                                     "acf",
+                                     "ccf",
+                                     "residual_tests",
+                                     "extrapolated_percent",
+                                     "saturated_percent",
+                                     "offset_reestimated"};
   for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
   const Node object = node.object(keys);
   ValidationReport report;
@@ -259,13 +267,19 @@ ValidationReport read_validation(const Node& node) {
   if (object.has("ccf")) report.ccf = read_correlation(object.at("ccf"));
   for (const NamedStatistic& statistic : kValidationStatistics) object.read(statistic.name, report.*statistic.value);
   if (object.has("residual_tests")) {
-    const Node tests = object.at("residual_tests").object({"ar_order", "input", "whiteness"});
+    const Node tests = object.at("residual_tests").object({"ar_order", "input", "whiteness", "drift"});
     report.tests.emplace();
     tests.read("ar_order", report.tests->ar_order);
     if (tests.has("input")) report.tests->input = read_test(tests.at("input"));
     if (tests.has("whiteness")) report.tests->whiteness = read_test(tests.at("whiteness"));
+    if (tests.has("drift")) {
+      const Node drift = tests.at("drift").object({"change", "expected"});
+      drift.read("change", report.tests->drift.emplace().change);
+      drift.read("expected", report.tests->drift->expected);
+    }
   }
   if (object.has("extrapolated_percent")) object.read("extrapolated_percent", report.extrapolated_percent.emplace());
+  if (object.has("saturated_percent")) object.read("saturated_percent", report.saturated_percent.emplace());
   if (object.has("offset_reestimated")) {
     report.offset_reestimated =
         read_score(object.at("offset_reestimated")

@@ -107,8 +107,12 @@ Json validation_to_json(const ValidationReport& report) {
     object["residual_tests"] = {{"ar_order", report.tests->ar_order},
                                 {"input", test_to_json(report.tests->input)},
                                 {"whiteness", test_to_json(report.tests->whiteness)}};
+    if (const auto& drift = report.tests->drift) {
+      object["residual_tests"]["drift"] = {{"change", drift->change}, {"expected", drift->expected}};
+    }
   }
   if (report.extrapolated_percent) object["extrapolated_percent"] = *report.extrapolated_percent;
+  if (report.saturated_percent) object["saturated_percent"] = *report.saturated_percent;
   if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);
   return object;
 }

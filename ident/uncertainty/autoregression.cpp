@@ -12,14 +12,20 @@ constexpr double kTiny = 1e-300;
 
 }  // namespace
 
-Autoregression autoregression(const Eigen::VectorXd& residual) {
+Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken) {
   const Eigen::Index n = residual.size() - kHighestAutoregression;
   const Eigen::Index highest = std::clamp<Eigen::Index>(n / 3, 0, kHighestAutoregression);
-  const Eigen::VectorXd target = residual.tail(n);
-  Eigen::MatrixXd past(n, highest);
-  for (Eigen::Index lag = 1; lag <= highest; ++lag) {
-    past.col(lag - 1) = residual.segment(kHighestAutoregression - lag, n);
-  }
+  const Eigen::Index series = 1 + taken.cols();
+  Eigen::VectorXd target(series * n);
+  Eigen::MatrixXd past(series * n, highest);
+  const auto put = [&](const auto& column, Eigen::Index at) {
+    target.segment(at, n) = column.tail(n);
+    for (Eigen::Index lag = 1; lag <= highest; ++lag) {
+      past.col(lag - 1).segment(at, n) = column.segment(kHighestAutoregression - lag, n);
+    }
+  };
+  put(residual, 0);
+  for (Eigen::Index k = 0; k < taken.cols(); ++k) put(taken.col(k), (k + 1) * n);
   // One factorisation serves every order: what the first p columns leave of the target is the tail of Q'y.
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(past);
   const Eigen::VectorXd rotated = qr.householderQ().adjoint() * target;
@@ -29,7 +35,7 @@ Autoregression autoregression(const Eigen::VectorXd& residual) {
   Eigen::Index order = 0;
   double least = 0.0;
   for (Eigen::Index p = 0; p <= highest; ++p) {
-    const double variance = rotated.tail(n - p).squaredNorm() / samples;
+    const double variance = rotated.tail(target.size() - p).squaredNorm() / samples;
     const double bic = samples * std::log(std::max(variance, kTiny)) + static_cast<double>(p) * std::log(samples);
     if (p > 0 && !(bic < least)) continue;
     least = bic;

@@ -19,8 +19,10 @@ struct Autoregression {
 /// By least squares. Of the orders 0..10 takes the one of the least n ln(variance) + order ln(n); every order is judged
 /// by the same rows. Fewer orders are tried where there are not three rows for each.
 /// @param residual  more than kHighestAutoregression rows
+/// @param taken     as many rows: what an estimation took from the noise, J R with R R' the covariance of its
+///                  parameters. The correlations of these columns are added to those of the residual, which lacks them.
 /// Cost O(n). Schwarz, Ann. Stat. 6 (1978).
-[[nodiscard]] Autoregression autoregression(const Eigen::VectorXd& residual);
+[[nodiscard]] Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken = {});
 
 /// The rows from kHighestAutoregression on with each column's past taken off: of the residual, w.
 [[nodiscard]] Eigen::MatrixXd whitened(const Eigen::MatrixXd& columns, const Autoregression& model);

@@ -87,6 +87,19 @@ std::vector<double> bode_frequencies(double duration_s, double compared_step_s) 
   return frequencies;
 }
 
+GainSlope gain_slope(const Model& model, const std::vector<ParameterKey>& parameters, double frequency_Hz) {
+  const std::vector<Term> numerator = rising(model.transfer_function.numerator);
+  const std::vector<Term> denominator = rising(model.transfer_function.denominator);
+  const Complex s(0.0, 2.0 * std::numbers::pi * frequency_Hz);
+  GainSlope at;
+  at.gain = value(numerator, s) / value(denominator, s) * std::exp(-s * model.transfer_function.delay_s);
+  at.slope.resize(static_cast<Eigen::Index>(parameters.size()));
+  for (Eigen::Index i = 0; i < at.slope.size(); ++i) {
+    at.slope[i] = log_derivative(parameters[static_cast<std::size_t>(i)], numerator, denominator, s);
+  }
+  return at;
+}
+
 BodeCurve bode_curve(const Model& model, std::span<const double> frequencies_Hz, const ParameterCovariance& known) {
   const std::vector<Term> numerator = rising(model.transfer_function.numerator);
   const std::vector<Term> denominator = rising(model.transfer_function.denominator);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <complex>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,14 @@ struct ParameterCovariance {
 /// Logarithmic grid over the frequencies that a record resolves: from half a period of the record to the Nyquist
 /// frequency of its compared samples, 40 points.
 [[nodiscard]] std::vector<double> bode_frequencies(double duration_s, double compared_step_s);
+
+/// G at a frequency and d ln G/dp by each parameter; 0 by a parameter that does not move G.
+struct GainSlope {
+  std::complex<double> gain;
+  Eigen::VectorXcd slope;
+};
+[[nodiscard]] GainSlope gain_slope(const Model& model, const std::vector<ParameterKey>& parameters,
+                                   double frequency_Hz);
 
 /// Gain and phase of a model with their standard errors, to first order in the parameters' errors:
 ///   ln G = ln|G| + i arg G,  d ln G/dp = N'/N - D'/D - s delay'.

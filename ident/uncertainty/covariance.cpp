@@ -121,4 +121,13 @@ Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<st
   return result;
 }
 
+Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse = scale.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const Eigen::MatrixXd correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
+  // Of a symmetric, nonnegative matrix the singular vectors are its eigenvectors.
+  const ThinSvd svd = thin_svd(correlation);
+  return scale.asDiagonal() * svd.left * svd.values.cwiseSqrt().asDiagonal();
+}
+
 }  // namespace eha::ident

@@ -34,4 +34,7 @@ struct Uncertainty {
 [[nodiscard]] Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<std::string>& names,
                                       const ResidualModel& residual);
 
+/// Root R of a covariance C that may lack directions, R R' = C: p by p.
+[[nodiscard]] Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
+
 }  // namespace eha::ident

@@ -83,7 +83,7 @@ class Reported {
     visit(linear, [&](double& value) { value = values[at++]; });
     const Parametrisation& plain = optimum_.plain.parametrisation();
     if (grows(plain.transfer_function(theta, linear.numerator))) return kInfinity;
-    const double sum = (optimum_.compared.measured() - optimum_.plain.simulated(theta, linear)).squaredNorm();
+    const double sum = optimum_.plain.residual(theta, linear).squaredNorm();
     return std::isfinite(sum) ? sum : kInfinity;
   }
 
@@ -204,7 +204,7 @@ class Profile {
       named(structure.parameters, structure.structure.input_map.bias.key.name) = optimum_.solution.input_bias;
       parametrisation.add_input_bias(structure, bias_bound, 0.0);
     }
-    const OutputError problem(optimum_.compared, parametrisation, linear);
+    const OutputError problem(optimum_.compared, parametrisation, linear, optimum_.noise);
     const LeastSquaresResult found = minimise(problem, parametrisation.start(), kCoarse);
     evaluations_ += found.evaluations;
     if (found.termination == Termination::infeasible) return kInfinity;

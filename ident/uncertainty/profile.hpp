@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "ident/estimation/fit_options.hpp"
@@ -20,8 +21,9 @@ struct ReportedOptimum {
   LinearPart linear;        ///< as it is searched with
   double bias_bound = 0.0;  ///< max |u| where the bias was a coordinate, else 0 [input unit]
   LinearSolution solution;
-  double cost = 0.0;                     ///< sum of squares
-  std::vector<ParameterKey> parameters;  ///< as OutputError::derivatives gives them
+  double cost = 0.0;                         ///< sum of squares
+  std::vector<ParameterKey> parameters;      ///< as OutputError::derivatives gives them
+  std::optional<Autoregression> noise = {};  ///< of `plain`
 };
 
 struct Interval {

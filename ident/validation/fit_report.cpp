@@ -10,6 +10,7 @@
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/information.hpp"
 #include "ident/uncertainty/profile.hpp"
+#include "ident/uncertainty/stored_covariance.hpp"
 #include "ident/validation/correlation.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/score.hpp"
@@ -18,6 +19,7 @@ namespace eha::ident {
 namespace {
 
 constexpr int kCorrelationLags = 20;
+constexpr Eigen::Index kShortestStay = 5;
 
 /// Value of a parameter of a model whose terms stand by rising order.
 double value_in(const Model& model, const ParameterKey& key) {
@@ -63,31 +65,35 @@ void add_free_response(std::vector<ParameterEstimate>& parameters, const Model& 
   for (std::size_t i = 0; i < model.past_input.size(); ++i) add(past_input_key(i));
 }
 
-/// The covariance that a model file holds: standard errors and correlation. Parameters that the record could not tell
-/// apart are left out.
-ParameterCovariance stored_covariance(const Model& model) {
-  ParameterCovariance known;
-  if (!model.estimation || !model.estimation->correlation) return known;
-  const ParameterCorrelation& correlation = *model.estimation->correlation;
-  std::vector<std::size_t> rows;
-  std::vector<double> deviations;
-  for (std::size_t i = 0; i < std::min(correlation.names.size(), correlation.matrix.size()); ++i) {
-    const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
-                                 [&](const ParameterEstimate& p) { return p.name == correlation.names[i]; });
-    if (at == model.parameters.end() || !std::isfinite(at->std)) continue;
-    rows.push_back(i);
-    deviations.push_back(at->std);
-    known.parameters.push_back(key_of(at->name, model.transfer_function.numerator.size()));
-  }
-  known.matrix.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.size()));
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::vector<double>& row = correlation.matrix[rows[i]];
-    for (std::size_t j = 0; j < rows.size(); ++j) {
-      const double r = rows[j] < row.size() && std::isfinite(row[rows[j]]) ? row[rows[j]] : (i == j ? 1.0 : 0.0);
-      known.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = r * deviations[i] * deviations[j];
+/// Share of the samples at which the output stays at its greatest or least value for at least kShortestStay samples,
+/// while the simulation is beyond it by more than the residual elsewhere (rms) on average [%].
+double saturated_percent(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated) {
+  const Eigen::VectorXd residual = measured - simulated;
+  std::vector<bool> stays(static_cast<std::size_t>(measured.size()), false);
+  double beyond = 0.0;
+  double elsewhere = 0.0;
+  Eigen::Index count = 0;
+  for (const double extreme : {measured.maxCoeff(), measured.minCoeff()}) {
+    const double side = extreme > measured.mean() ? 1.0 : -1.0;
+    for (Eigen::Index k = 0; k < measured.size();) {
+      Eigen::Index end = k;
+      while (end < measured.size() && measured[end] == extreme) ++end;
+      if (end - k >= kShortestStay) {
+        for (Eigen::Index i = k; i < end; ++i) stays[static_cast<std::size_t>(i)] = true;
+        beyond -= side * residual.segment(k, end - k).sum();
+        count += end - k;
+      }
+      k = std::max(end, k + 1);
     }
   }
-  return known;
+  if (count == 0 || count == measured.size()) return 0.0;
+  for (Eigen::Index k = 0; k < measured.size(); ++k) {
+    if (!stays[static_cast<std::size_t>(k)]) elsewhere += residual[k] * residual[k];
+  }
+  const auto n = static_cast<double>(measured.size());
+  const auto at_limit = static_cast<double>(count);
+  if (!(beyond / at_limit > std::sqrt(elsewhere / (n - at_limit)))) return 0.0;
+  return 100.0 * at_limit / n;
 }
 
 /// Share of the samples after the first `estimated` whose input lies outside the range of those [%].
@@ -116,7 +122,8 @@ Intervals profile_intervals(const ReportedFit& fit, const OutputError& plain,
                                 .bias_bound = bias_coordinate ? profile.largest_input : 0.0,
                                 .solution = fit.solution,
                                 .cost = fit.optimum.best.point.cost,
-                                .parameters = parameters};
+                                .parameters = parameters,
+                                .noise = fit.optimum.noise};
   return intervals(optimum, known, profile.executor);
 }
 
@@ -220,6 +227,7 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   const ParameterCovariance& known = result.covariance.parameters.empty() ? stored : result.covariance;
   report.tests =
       residual_tests(tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known));
+  report.saturated_percent = saturated_percent(result.measured, result.simulated);
   if (estimated > 0) report.extrapolated_percent = extrapolated_percent(picked(record.input, comparison), estimated);
   result.model.validation = report;
 }
@@ -227,7 +235,7 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
 void fill_parameters(FitResult& result, const ReportedFit& fit, const ProfileSearch* profile) {
   const Parametrisation plain =
       Parametrisation::plain(fit.asked, result.model.transfer_function, result.model.input_map);
-  const OutputError problem(fit.compared, plain, fit.linear);
+  const OutputError problem(fit.compared, plain, fit.linear, fit.optimum.noise);
   std::vector<ParameterKey> estimated;
   ParameterCorrelation correlation;
   const Eigen::MatrixXd derivatives = problem.derivatives(plain.start(), fit.solution, estimated);
@@ -239,8 +247,12 @@ void fill_parameters(FitResult& result, const ReportedFit& fit, const ProfileSea
     correlation.matrix.emplace_back(known.correlation.row(i).begin(), known.correlation.row(i).end());
   }
   correlation.indistinguishable = known.indistinguishable;
+  const Eigen::VectorXd whole = fit.optimum.noise
+                                    ? OutputError(fit.compared, fit.optimum.parametrisation, fit.optimum.variant.linear)
+                                          .residual(best.theta, best.point.linear)
+                                    : best.point.residual;
   result.model.estimation->information =
-      information(best.point.residual, fit.compared.measured(), fit.optimum.free, residual.effective_samples);
+      information(whole, fit.compared.measured(), fit.optimum.free, residual_model(whole).effective_samples);
 
   std::vector<Interval> reach;
   if (profile != nullptr) {

@@ -4,21 +4,22 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <vector>
 
 #include "ident/linear_algebra/spectra.hpp"
-#include "ident/model/model_output.hpp"
-#include "ident/structure/structure.hpp"
+#include "ident/model/output_derivatives.hpp"
 #include "ident/uncertainty/autoregression.hpp"
+#include "ident/uncertainty/covariance.hpp"
 
 namespace eha::ident {
 namespace {
 
 constexpr Eigen::Index kLags = 20;
+constexpr double kDriftOverNoise = 3.0;
+constexpr double kDriftOverError = 2.0;
 constexpr double kRankThreshold = 1e-6;  // lags of a slow input run together
-constexpr double kShareOfError = 1e-2;   // of the standard error, a step of the differences
-constexpr double kLongestStep = 1e-2;    // of an order, or of any other value
 
 Eigen::MatrixXd centred(const Eigen::MatrixXd& columns) { return columns.rowwise() - columns.colwise().mean(); }
 
@@ -35,8 +36,9 @@ ResidualTest judged(double statistic, Eigen::Index degrees) {
   return test;
 }
 
+/// @param freedom  rows that the noise's variance was estimated from, less what was estimated beside it
 ResidualTest input_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& input, const Eigen::MatrixXd& error,
-                        double variance) {
+                        double variance, double freedom) {
   if (input.colwise().norm().maxCoeff() <= 0.0 || !(variance > 0.0)) return {};
   const ThinSvd svd = thin_svd(input);
   const Eigen::Index rank = (svd.values.array() > kRankThreshold * svd.values[0]).count();
@@ -45,7 +47,13 @@ ResidualTest input_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& input, 
   Eigen::MatrixXd covariance = seen * seen.transpose();
   covariance.diagonal().array() += variance;
   const Eigen::VectorXd z = q.transpose() * w;
-  return judged(z.dot(covariance.llt().solve(z)), rank);
+  ResidualTest test = judged(z.dot(covariance.llt().solve(z)), rank);
+  if (rank > 0 && std::isfinite(test.statistic) && freedom > 1.0) {
+    const auto degrees = static_cast<double>(rank);
+    test.p = boost::math::cdf(
+        boost::math::complement(boost::math::fisher_f(degrees, freedom), std::max(0.0, test.statistic) / degrees));
+  }
+  return test;
 }
 
 ResidualTest whiteness_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& error, Eigen::Index order) {
@@ -65,58 +73,12 @@ ResidualTest whiteness_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& err
   return judged(n * (n + 2.0) * sum, kLags - order);
 }
 
-/// Where a model whose terms stand by rising order keeps a parameter's value; null where no single value is it.
-double* place_of(Model& model, const ParameterKey& key) {
-  TransferFunction& g = model.transfer_function;
-  switch (key.role) {
-    case ParameterRole::numerator_coefficient:
-      return &g.numerator.at(key.index).coefficient;
-    case ParameterRole::denominator_coefficient:
-      return &g.denominator.at(key.index).coefficient;
-    case ParameterRole::numerator_order:
-      return &g.numerator.at(key.index).order;
-    case ParameterRole::denominator_order:
-      return &g.denominator.at(key.index).order;
-    case ParameterRole::delay:
-      return &g.delay_s;
-    case ParameterRole::input_bias:
-      return &model.input_bias;
-    case ParameterRole::valve_null:
-      return model.input_map ? &model.input_map->null : nullptr;
-    case ParameterRole::dead_band:
-      return model.input_map ? &model.input_map->dead_band : nullptr;
-    case ParameterRole::negative_gain_ratio:
-      return model.input_map ? &model.input_map->negative_gain_ratio : nullptr;
-    case ParameterRole::initial_state:
-      return key.index < model.initial_state.size() ? &model.initial_state[key.index] : nullptr;
-    default:
-      // The mean is taken off, so an offset has no effect; past input is far from the part tested.
-      return nullptr;
-  }
-}
-
-void move(Model& model, const ParameterKey& key, double by) {
-  if (double* place = place_of(model, key)) *place += by;
-  if (key.role != ParameterRole::base_order) return;
-  TransferFunction& g = model.transfer_function;
-  const double q = g.denominator.at(normalised_index(g.denominator.size())).order;
-  for (Term& term : g.numerator) term.order *= 1.0 + by / q;
-  for (Term& term : g.denominator) term.order *= 1.0 + by / q;
-}
-
-double value_scale(Model& model, const ParameterKey& key) {
-  const double* place = place_of(model, key);
-  return place == nullptr || is_order(key.role) ? 1.0 : std::abs(*place);
-}
-
-/// Root of a covariance that may lack directions: R R' = C.
-Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
-  const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd inverse = scale.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-  const Eigen::MatrixXd correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
-  // Of a symmetric, nonnegative matrix the singular vectors are its eigenvectors.
-  const ThinSvd svd = thin_svd(correlation);
-  return scale.asDiagonal() * svd.left * svd.values.cwiseSqrt().asDiagonal();
+ResidualDrift drift_of(const Eigen::VectorXd& e, const Eigen::MatrixXd& error) {
+  const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(e.size(), -0.5, 0.5);
+  const Eigen::VectorXd weights = line / line.squaredNorm();
+  const double slope = weights.dot(e);
+  const double left = std::sqrt((e - slope * line).squaredNorm() / static_cast<double>(e.size()));
+  return {std::abs(slope), kDriftOverNoise * left + kDriftOverError * (error.transpose() * weights).norm()};
 }
 
 }  // namespace
@@ -132,8 +94,11 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
   const Eigen::MatrixXd error = centred(whitened(centred(part.parameter_error), noise));
   ResidualTests tests;
   tests.ar_order = static_cast<std::size_t>(noise.coefficients.size());
-  tests.input = input_test(w, input, error, noise.variance);
+  const auto n = static_cast<double>(noise.samples);
+  const double freedom = n - static_cast<double>(noise.coefficients.size()) - 1.0;
+  tests.input = input_test(w, input, error, noise.variance * n / std::max(1.0, freedom), freedom);
   tests.whiteness = whiteness_test(w, error, noise.coefficients.size());
+  tests.drift = drift_of(e, part.parameter_error);
   return tests;
 }
 
@@ -149,23 +114,10 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   part.past_input.resize(rows, kLags + 1);
   for (Eigen::Index lag = 0; lag <= kLags; ++lag) part.past_input.col(lag) = input.segment(begin - lag, rows);
 
-  Model rising = model;
-  const auto by_order = [](const Term& a, const Term& b) { return a.order < b.order; };
-  std::stable_sort(rising.transfer_function.numerator.begin(), rising.transfer_function.numerator.end(), by_order);
-  std::stable_sort(rising.transfer_function.denominator.begin(), rising.transfer_function.denominator.end(), by_order);
-  const Eigen::VectorXd here = outputs.of(rising).total(rising).tail(rows);
-  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(rows, known.matrix.cols());
-  for (Eigen::Index i = 0; i < derivatives.cols(); ++i) {
-    const ParameterKey& key = known.parameters[static_cast<std::size_t>(i)];
-    const double error = std::sqrt(std::max(0.0, known.matrix(i, i)));
-    const double step = std::min(kShareOfError * error, kLongestStep * value_scale(rising, key));
-    if (!(step > 0.0) || (place_of(rising, key) == nullptr && key.role != ParameterRole::base_order)) continue;
-    Model moved = rising;
-    move(moved, key, step);
-    derivatives.col(i) = (outputs.of(moved).total(moved).tail(rows) - here) / step;
-  }
+  const Eigen::MatrixXd derivatives = output_derivatives(with_rising_terms(model), outputs, known).bottomRows(rows);
   // A model written by hand, or fitted by the paper's procedure, has no covariance.
-  part.parameter_error = derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * root_of(known.matrix)) : derivatives;
+  part.parameter_error =
+      derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * covariance_root(known.matrix)) : derivatives;
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
   return part;
 }

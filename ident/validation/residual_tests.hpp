@@ -20,9 +20,12 @@ struct TestedPart {
 /// Tests a residual e of a model whose parameters were estimated elsewhere, all lags at once. With A the residual's
 /// autoregressive model, w = A e, U and J the input's lags and the derivatives filtered alike, all without their means,
 /// P the covariance of the parameters and Q an orthonormal basis of U:
-///   input:     (Q'w)' (s^2 I + Q'J P J'Q)^-1 Q'w, chi-squared with rank(U) degrees of freedom;
+///   input:     (Q'w)' (s^2 I + Q'J P J'Q)^-1 Q'w, rank(U) times an F of rank(U) and as many degrees of freedom as
+///              rows less those of A and the mean are left;
 ///   whiteness: n (n + 2) sum_k (r_k - d_k)^2 / (n - k), k = 1..20, chi-squared with 20 less the order of A; d_k is
 ///              what J P J' adds to the autocorrelation r_k on average.
+/// A line through e is a drift when it changes by more than three standard deviations of what it leaves and two of what
+/// the parameters' errors make of it; three hold for noise of a correlation time up to a 30th of the rows.
 /// A correct model alarms at the level, whatever autoregression of order up to 10 the noise is.
 /// @returns nothing where there are not three samples for each lag
 /// Bohlin, IEEE Trans. AC 16 (1971), for tests with the model's own covariance; Ljung and Box, Biometrika 65 (1978).

@@ -20,6 +20,7 @@ constexpr double kResidualLevel = 0.01;       // of each residual test
 constexpr double kGreatestOrderError = 0.15;  // standard error of a free order
 constexpr double kLeastRise = 10.0;           // of AR-BIC, without an order's term
 constexpr double kMostExtrapolated_percent = 5.0;
+constexpr double kMostSaturated_percent = 1.0;
 
 /// What a failed criterion does to the grade.
 enum class Weight { rejects, lowers };
@@ -117,6 +118,17 @@ void judge_stability(const Model& model, const AcceptanceLimits& limits, Judgeme
                       !forbidden && !too_near, Weight::rejects, sentence);
 }
 
+/// Whether a residual correlates with the input that follows, and with that more than with what went before.
+bool leads(const Correlation& ccf) {
+  double future = 0.0;
+  double past = 0.0;
+  for (std::size_t i = 0; i < std::min(ccf.lags.size(), ccf.values.size()); ++i) {
+    double& side = ccf.lags[i] < 0 ? future : past;
+    side = std::max(side, std::abs(ccf.values[i]));
+  }
+  return future > ccf.bound99 && future > past;
+}
+
 void judge_residual(const ValidationReport& validation, const AcceptanceLimits& limits, Judgement& judgement) {
   if (validation.tests) {
     const ResidualTest& input = validation.tests->input;
@@ -130,6 +142,21 @@ void judge_residual(const ValidationReport& validation, const AcceptanceLimits& 
         fmt::format("The residual is no autoregressive noise of order {} (p = {:.2g} for lags 1 to 20 together).",
                     validation.tests->ar_order, whiteness.p));
   }
+  if (validation.tests && validation.tests->drift) {
+    const ResidualDrift& drift = *validation.tests->drift;
+    judgement.criterion("residual_drift", drift.change, drift.expected, drift.change <= drift.expected, Weight::lowers,
+                        fmt::format("The residual drifts by {:.3g} over the validation part, more than the {:.3g} that "
+                                    "noise and the parameters' errors explain: the sensor or an offset drifts.",
+                                    drift.change, drift.expected));
+  }
+  if (validation.saturated_percent) {
+    const double share = *validation.saturated_percent;
+    judgement.criterion("saturated_percent", share, kMostSaturated_percent, share <= kMostSaturated_percent,
+                        Weight::lowers,
+                        fmt::format("The output stays at its greatest or least value for {:.3g} % of the samples while "
+                                    "the model goes on, more than {:.3g} %: sensor or actuator saturate.",
+                                    share, kMostSaturated_percent));
+  }
   if (validation.extrapolated_percent) {
     const double share = *validation.extrapolated_percent;
     judgement.criterion("extrapolated_percent", share, kMostExtrapolated_percent, share <= kMostExtrapolated_percent,
@@ -137,6 +164,11 @@ void judge_residual(const ValidationReport& validation, const AcceptanceLimits& 
                         fmt::format("{:.3g} % of the validating samples have an input outside the range that the "
                                     "model was estimated on, more than {:.3g} %.",
                                     share, kMostExtrapolated_percent));
+  }
+  if (validation.score.r2_percent < limits.min_validation_r2_percent && leads(validation.ccf)) {
+    judgement.note(
+        "The residual correlates with future input more than with past input: input and output may be exchanged, or a "
+        "controller closes the loop.");
   }
   if (validation.score.r2_percent < limits.min_validation_r2_percent && validation.offset_reestimated) {
     judgement.note(fmt::format("With the offset estimated anew on the validation part R2 is {:.4g} %.",
@@ -184,7 +216,7 @@ void judge_parameters(const Model& model, Judgement& judgement) {
       // The end of the interval that lies nearer to 0, from its side of 0.
       const double distance = p.value < 0.0 ? -p.upper95 : p.lower95;
       judgement.criterion("interval_" + p.name, distance, 0.0, distance > 0.0, Weight::rejects,
-                          fmt::format("{}: its 95 % interval, {:.3g} to {:.3g}, does not exclude 0.", with_error(p),
+                          fmt::format("{}: compatible with 0, its 95 % interval is {:.3g} to {:.3g}.", with_error(p),
                                       p.lower95, p.upper95));
     } else if (std::isfinite(p.std) && p.upper95 - p.lower95 > 2.0 * std::abs(p.value)) {
       judgement.note(fmt::format("The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}.", p.name,

@@ -27,7 +27,8 @@ struct RecordFacts {
 /// near to it, a pole at 0 that its structure declares apart; a free order whose standard error exceeds 0.15 or whose
 /// term costs less than 10 of AR-BIC to leave out; a free coefficient whose 95 % interval does not exclude 0; a record
 /// of which more than kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth
-/// model. A model that is not rejected is good when it passes the rest too, else usable: each residual test at 1 %, a
+/// model. A model that is not rejected is good when it passes the rest too, else usable: each residual test at 1 %, no
+/// drift of the residual, at most 1 % of samples at which the output is at its limit and the model is not, a
 /// validating error (rms) of at most kGreatestErrorOverNoise times the noise, and at most 5 % of the validating samples
 /// with an input beyond the estimating ones. Every criterion that applied is listed with value and limit; each that
 /// failed has a sentence, those of a rejection first. A model without validation (the whole record estimated) is judged

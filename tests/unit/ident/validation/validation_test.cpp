@@ -350,7 +350,8 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
   Model model = identified_model();
   model.parameters[0].lower95 = 0.0;
   EXPECT_EQ(judge(model, {}).grade, Grade::rejected);
-  EXPECT_EQ(judge(model, {}).reasons.front(), "a2 = 0.600 +- 0.010: its 95 % interval, 0 to 0.62, does not exclude 0.");
+  EXPECT_EQ(judge(model, {}).reasons.front(),
+            "a2 = 0.600 +- 0.010: compatible with 0, its 95 % interval is 0 to 0.62.");
   // A coefficient that the structure or a request holds is not asked.
   model.parameters[0].fixed = true;
   EXPECT_EQ(judge(model, {}).grade, Grade::good);

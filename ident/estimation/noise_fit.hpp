@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "ident/estimation/fit_choice.hpp"
+
+namespace eha::ident {
+
+/// Searches an optimum anew with a model of its noise: residual and derivatives are whitened by the autoregressive
+/// model of the residual, whose correlations are first completed by what the estimation took from the noise; then the
+/// same once more from the new residual. Coloured noise then costs the parameters less precision, and their errors
+/// follow from the noise at each frequency.
+/// @param evaluations  counted on
+/// @returns nothing where it does not help: the residual is white, the search does not converge, AR-BIC does not fall,
+///          a standard error grows by half, or the output error (sum of squares) rises by more than the parameters'
+///          errors explain; the residual then holds what the structure cannot follow, and is no noise
+/// Cost: some ten simulations with derivatives. Cochrane and Orcutt, J. Am. Stat. Assoc. 44 (1949); the correlations
+/// that an estimation takes: Harville, J. Am. Stat. Assoc. 72 (1977).
+[[nodiscard]] std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, const LocalOptimum& plain,
+                                                           std::size_t& evaluations);
+
+}  // namespace eha::ident

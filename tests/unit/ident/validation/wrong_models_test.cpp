@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Models that are wrong in a known way: each is graded down, and the reason names what is wrong.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "ident/estimation/fit.hpp"
+#include "ident/excitation/prms.hpp"
+#include "ident/validation/verdict.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+using namespace synthetic;
+
+constexpr double kStep_s = 0.05;
+constexpr Eigen::Index kRows = 2000;
+
+Eigen::VectorXd many_levels(std::uint64_t seed) {
+  return Prms{.amplitude_V = 2.0, .levels = 7, .hold_s = 0.4, .seed = seed}.volts(kStep_s,
+                                                                                  static_cast<std::size_t>(kRows));
+}
+
+Model two_poles() {
+  Model model;
+  model.transfer_function = {{{0.5, 0.0}}, {{0.3, 2.0}, {1.0, 1.0}, {0.5, 0.0}}, 0.0};
+  return model;
+}
+
+Record record_with(const Model& model, const Eigen::VectorXd& input, std::uint64_t seed) {
+  Record record;
+  record.step_s = kStep_s;
+  record.input = input;
+  record.output = simulate(model, input, kStep_s);
+  std::mt19937_64 draw(seed);
+  const double level = 0.01 * std::sqrt((record.output.array() - record.output.mean()).square().mean());
+  for (double& y : record.output) y += level * normal(draw);
+  return record;
+}
+
+Verdict verdict_on(const Record& record, const Structure& structure) {
+  const Model model = fit(record, asked_for(structure), {}).model;
+  return judge(model, {});
+}
+
+bool failed(const Verdict& verdict, const std::string& criterion) {
+  return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
+                     [&](const Criterion& c) { return c.name == criterion && !c.passed; });
+}
+
+std::string reasons_of(const Verdict& verdict) {
+  std::string all;
+  for (const std::string& reason : verdict.reasons) all += reason + "\n";
+  return all;
+}
+
+/// A record and the structure fitted to it, and what the verdict must name.
+struct Wrong {
+  std::string name;
+  std::function<Record(std::uint64_t)> record;
+  Structure structure;
+  std::string criterion;
+  std::string words;
+  Grade best;  ///< that it may get
+};
+
+std::vector<Wrong> wrong_models() {
+  const auto with_delay = [](std::uint64_t seed) {
+    Model model = two_poles();
+    model.transfer_function.delay_s = 0.3;
+    return record_with(model, many_levels(seed), seed);
+  };
+  const auto two_resonances = [](std::uint64_t seed) {
+    // (s^2 + 0.4 s + 4) (s^2 + 0.8 s + 30)
+    Model model;
+    model.transfer_function = {{{100.0, 0.0}}, {{1.0, 4.0}, {1.2, 3.0}, {34.32, 2.0}, {15.2, 1.0}, {120.0, 0.0}}, 0.0};
+    return record_with(model, many_levels(seed), seed);
+  };
+  const auto saturated = [](std::uint64_t seed) {
+    Record record = record_with(two_poles(), many_levels(seed), seed);
+    const double limit = 0.6 * record.output.maxCoeff();
+    record.output = record.output.cwiseMin(limit);
+    return record;
+  };
+  const auto drifting = [](std::uint64_t seed) {
+    Record record = record_with(two_poles(), many_levels(seed), seed);
+    record.output += Eigen::VectorXd::LinSpaced(kRows, 0.0, 0.4);
+    return record;
+  };
+  const auto exchanged = [](std::uint64_t seed) {
+    Record record = record_with(two_poles(), many_levels(seed), seed);
+    std::swap(record.input, record.output);
+    return record;
+  };
+  const auto one_tone = [](std::uint64_t seed) {
+    Eigen::VectorXd input(kRows);
+    for (Eigen::Index k = 0; k < kRows; ++k) input[k] = 2.0 * std::cos(0.6 * kStep_s * static_cast<double>(k));
+    return record_with(fractional(0.6, 1.75, 0.9, 0.3, 0.46), input, seed);
+  };
+  return {
+      {"HiddenDelay", with_delay, structures::io(), "residual_input_p", "correlates with past input", Grade::usable},
+      {"TwoResonances", two_resonances, structures::io(), "residual_input_p", "correlates with past input",
+       Grade::usable},
+      {"SaturatedSegment", saturated, structures::io(), "saturated_percent", "saturate", Grade::usable},
+      {"DriftingSensor", drifting, structures::io(), "residual_drift", "drifts", Grade::usable},
+      {"ExchangedColumns", exchanged, structures::io(), "validation_r2_percent", "may be exchanged", Grade::rejected},
+      {"OneTone", one_tone, structures::fo(), "std_n2", "n2", Grade::rejected}};
+}
+
+class WrongModel : public testing::TestWithParam<Wrong> {};
+
+TEST_P(WrongModel, IsGradedDownForTheRightReason) {
+  const Wrong& wrong = GetParam();
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Verdict verdict = verdict_on(wrong.record(seed), wrong.structure);
+    EXPECT_LE(verdict.grade, wrong.best) << seed;
+    EXPECT_TRUE(failed(verdict, wrong.criterion)) << seed << "\n" << reasons_of(verdict);
+    EXPECT_NE(reasons_of(verdict).find(wrong.words), std::string::npos) << seed << "\n" << reasons_of(verdict);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, WrongModel, testing::ValuesIn(wrong_models()),
+                         [](const auto& info) { return info.param.name; });
+
+TEST(RightModel, IsGood) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Verdict verdict = verdict_on(record_with(two_poles(), many_levels(seed), seed), structures::io());
+    EXPECT_EQ(verdict.grade, Grade::good) << seed << "\n" << reasons_of(verdict);
+  }
+}
+
+}  // namespace
+}  // namespace eha::ident
