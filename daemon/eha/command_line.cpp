@@ -67,10 +67,14 @@ Examples:
 constexpr const char* kDesignFooter = R"(
 Shows what an experiment would play: peak [V], RMS [V], crest factor, fastest change [V/s], excited lines [Hz].
 With -o the table of volts is written as CSV (time_s,voltage_V), one row a tick.
+With --from and --improve instead: writes the experiment that makes the standard error of a model's parameter smallest
+within the rig's voltage, slew and travel, and shows what it predicts, how long it takes and which limit binds. --to
+makes it as long as the wanted standard error takes, at most 600 s; where that does not suffice it says so.
 
 Examples:
   eha design config/experiments/paper.toml
-  eha design sweep.toml -o sweep.csv)";
+  eha design sweep.toml -o sweep.csv
+  eha design --from models/fo.json --improve n2 --to 0.05)";
 
 constexpr const char* kDoctorFooter = R"(
 Checks kernel, scheduling, limits, CPUs and disk; for a rig on a card also the device, its driver, board and safety
@@ -118,11 +122,27 @@ void add_check(CLI::App& app, CheckCommand& check) {
 }
 
 void add_design(CLI::App& app, DesignCommand& design) {
-  CLI::App* sub = app.add_subcommand("design", "Show or write the excitation of an experiment");
+  CLI::App* sub = app.add_subcommand(
+      "design", "Show or write the excitation of an experiment, or design one that improves a model");
   sub->footer(kDesignFooter);
-  sub->add_option("experiment", design.experiment_file, "Experiment file (TOML)")->required()->type_name("EXPERIMENT");
+  sub->add_option("experiment", design.experiment_file,
+                  "Experiment file (TOML); with --from the one whose duration and [record] apply, and to compare with")
+      ->type_name("EXPERIMENT");
   sub->add_option("--rig", design.rig_file, "Rig file whose tick and limits apply")->type_name("RIG");
-  sub->add_option("-o,--output", design.output, "CSV file to write the table of volts to")->type_name("FILE");
+  sub->add_option("-o,--output", design.output,
+                  "CSV file to write the table of volts to; with --from the experiment (default improve-NAME.toml)")
+      ->type_name("FILE");
+  CLI::Option* from =
+      sub->add_option("--from", design.model_file, "Model file to improve, as `eha fit` wrote it")->type_name("MODEL");
+  CLI::Option* improve =
+      sub->add_option("--improve", design.parameter, "Parameter whose standard error is to become small")
+          ->type_name("NAME")
+          ->needs(from);
+  from->needs(improve);
+  sub->add_option("--to", design.wanted_std, "Wanted standard error; the experiment becomes as long as that takes")
+      ->type_name("STD")
+      ->needs(from)
+      ->check(finite_number("a number above 0", [](double s) { return s > 0.0; }));
 }
 
 void add_doctor(CLI::App& app, DoctorCommand& doctor) {

@@ -128,9 +128,12 @@ struct CheckCommand {
 };
 
 struct DesignCommand {
-  std::string experiment_file;
+  std::optional<std::string> experiment_file = {};  ///< none: with `model_file` alone
   std::optional<std::string> rig_file = {};
   std::optional<std::filesystem::path> output = {};
+  std::optional<std::string> model_file = {};  ///< --from: writes the experiment that improves this model
+  std::string parameter = {};                  ///< --improve
+  std::optional<double> wanted_std = {};       ///< --to
 };
 
 struct RunsListCommand {

@@ -11,6 +11,7 @@
 #include "config/prepared_experiment.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/improvement.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/excitation/excitation.hpp"
@@ -34,8 +35,13 @@ std::string table_csv(const Eigen::VectorXd& table_V, double step_s) {
 }  // namespace
 
 ExitCode execute(const DesignCommand& command, Console& console) {
+  if (command.model_file) return design_improvement(command, console);
+  if (!command.experiment_file) {
+    throw UsageError("expected an experiment to show, or a model to improve: --from MODEL --improve NAME");
+  }
+  const std::string& experiment_file = *command.experiment_file;
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
-  const config::PreparedExperiment prepared = config::load_prepared_experiment(command.experiment_file, rig);
+  const config::PreparedExperiment prepared = config::load_prepared_experiment(experiment_file, rig);
   const config::ExperimentConfig& experiment = prepared.config;
   const double step_s = rig.realtime.sample_period_s;
   const Eigen::VectorXd& table_V = prepared.table_V;
@@ -51,7 +57,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
   if (command.output) os::write_file_atomically(*command.output, table_csv(table_V, step_s));
 
   nlohmann::ordered_json document{{"schema", "eha-design/1"},
-                                  {"experiment", command.experiment_file},
+                                  {"experiment", experiment_file},
                                   {"rig", rig.file_name},
                                   {"samples", samples},
                                   {"step_s", step_s},
@@ -79,7 +85,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
                               lines_Hz.size() > kShown ? fmt::format(", ..., {:.6g}", lines_Hz.back()) : ""));
   }
   if (command.output) console.print(fmt::format("written: {}", command.output->string()));
-  console.next_step(fmt::format("eha run {} --local --fast", command.experiment_file));
+  console.next_step(fmt::format("eha run {} --local --fast", experiment_file));
   return ExitCode::ok;
 }
 

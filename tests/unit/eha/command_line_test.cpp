@@ -141,6 +141,11 @@ TEST(CommandLine, ReadsTheOtherCommands) {
   EXPECT_EQ(command_of<ValidateCommand>({"validate", "m.json", "r.csv"}).source, "r.csv");
   EXPECT_EQ(command_of<CheckCommand>({"check", "e.toml"}).file, "e.toml");
   EXPECT_EQ(command_of<DesignCommand>({"design", "e.toml", "-o", "u.csv"}).output, "u.csv");
+  const auto design = command_of<DesignCommand>({"design", "--from", "m.json", "--improve", "n2", "--to", "0.05"});
+  EXPECT_FALSE(design.experiment_file);
+  EXPECT_EQ(design.model_file, "m.json");
+  EXPECT_EQ(design.parameter, "n2");
+  EXPECT_EQ(design.wanted_std, 0.05);
   EXPECT_FALSE(command_of<RunsListCommand>({"runs", "list"}).folder);
   EXPECT_EQ(command_of<RunsListCommand>({"runs", "list", "d"}).folder, "d");
   EXPECT_EQ(command_of<RunsShowCommand>({"runs", "show", "r"}).run, "r");

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/improvement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/prepared_experiment.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "ident/design/improvement.hpp"
+#include "ident/model/model_file.hpp"
+#include "ident/structure/structures.hpp"
+
+namespace eha::cli {
+namespace {
+
+constexpr double kLongest_s = 600.0;
+constexpr double kDuration_s = 50.0;
+constexpr double kDiscard_s = 10.0;
+
+using ident::Model;
+using ident::ParameterEstimate;
+using ident::ParameterRole;
+
+std::string base_name(const Model& model) {
+  std::string name = model.name;
+  for (const ident::InputMapKind& kind : ident::input_map_kinds()) {
+    if (!kind.suffix.empty() && name.ends_with(kind.suffix)) name.resize(name.size() - kind.suffix.size());
+  }
+  return name;
+}
+
+/// The family that a model is of: by its name, or by what is estimated.
+std::string family_of(const Model& model) {
+  const std::string name = base_name(model);
+  for (const ident::StructureFamily& family : ident::structure_families()) {
+    if (family.name == name) return name;
+  }
+  const auto estimates = [&](ParameterRole role) {
+    return std::any_of(model.parameters.begin(), model.parameters.end(),
+                       [&](const ParameterEstimate& p) { return p.role == role && !p.fixed; });
+  };
+  if (estimates(ParameterRole::base_order)) return "commensurate";
+  if (!estimates(ParameterRole::denominator_order)) return "io";
+  return model.transfer_function.denominator.size() > 2 ? "fo" : "lag";
+}
+
+/// The model's [[model]] table.
+std::string model_table(const Model& model) {
+  const std::string family = family_of(model);
+  std::string text = fmt::format("[[model]]\nname = \"{}\"\nstructure = \"{}\"\n", model.name, family);
+  if (ident::structure_family(family).has_degrees) {
+    text += fmt::format("poles = {}\nzeros = {}\n", model.transfer_function.denominator.size() - 1,
+                        model.transfer_function.numerator.size() - 1);
+  }
+  if (model.input_map) text += "input_map = \"valve\"\n";
+  for (const ParameterEstimate& p : model.parameters) {
+    if (p.role == ParameterRole::delay && !p.fixed) text += "delay = \"free\"\n";
+    if (p.role == ParameterRole::delay && p.fixed && p.value > 0.0) text += fmt::format("delay_s = {}\n", p.value);
+  }
+  for (const ParameterEstimate& p : model.parameters) {
+    if (p.role != ParameterRole::numerator_order || p.fixed) continue;
+    text += fmt::format("[[model.parameter]]\nname = \"{}\"\nfixed = false\n", p.name);
+  }
+  return text;
+}
+
+std::string with_decimal_point(double value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string experiment_text(const Model& model, const DesignCommand& command, const ident::ImprovementTask& task,
+                            const ident::Improvement& found) {
+  std::string text = fmt::format(
+      "# Made by `eha design --from {} --improve {}`: the standard error of {} is predicted\n# as {:.3g}; the {} limit "
+      "keeps the excitation from being larger.\nschema = 1\nname = \"improve-{}\"\nduration_s = "
+      "{}\n\n[excitation]\nkind "
+      "= \"multisine\"\noffset_V = {}\ntones = [\n",
+      *command.model_file, command.parameter, command.parameter, found.std, ident::text(found.binding),
+      command.parameter, with_decimal_point(task.duration_s), with_decimal_point(found.offset_V));
+  for (const ident::Tone& tone : found.tones) {
+    text += fmt::format("  {{ frequency_Hz = {}, amplitude_V = {}, phase_rad = {} }},\n",
+                        with_decimal_point(tone.frequency_Hz), with_decimal_point(tone.amplitude_V),
+                        with_decimal_point(tone.phase_rad));
+  }
+  text += fmt::format("]\n\n[record]\ndiscard_s = {}\ndecimation = {}\nsplit = {}\n\n",
+                      with_decimal_point(task.options.discard_s), task.options.decimation,
+                      with_decimal_point(task.options.split));
+  return text + model_table(model);
+}
+
+ident::ExcitationLimits limits_of(const config::RigConfig& rig) {
+  return {.lowest_V = rig.limits.command_min_V,
+          .highest_V = rig.limits.command_max_V,
+          .slew_V_per_s = rig.limits.slew_V_per_s,
+          .lowest_output = rig.limits.travel_min_in,
+          .highest_output = rig.limits.travel_max_in,
+          .step_s = rig.realtime.sample_period_s};
+}
+
+/// Samples that the model was compared at, in ticks of the rig.
+int decimation_of(const Model& model, double tick_s) {
+  if (!model.bode || model.bode->frequency_Hz.empty()) return 1;
+  return std::max(1, static_cast<int>(std::lround(0.5 / model.bode->frequency_Hz.back() / tick_s)));
+}
+
+double estimated_std(const Model& model, const std::string& parameter) {
+  for (const ParameterEstimate& p : model.parameters) {
+    if (p.name == parameter && !p.fixed) return p.std;
+  }
+  return std::nan("");
+}
+
+/// A design of at least the base's duration, and whether it reaches what is wanted.
+struct Answer {
+  ident::Improvement found;
+  bool reached = true;
+};
+
+Answer answered(const Model& model, const DesignCommand& command, ident::ImprovementTask& task) {
+  Answer answer{ident::improve(model, command.parameter, task)};
+  if (!command.wanted_std) return answer;
+  const double wanted = *command.wanted_std;
+  const double compared_s = task.duration_s - task.options.discard_s;
+  const double most = std::max(1.0, std::floor((kLongest_s - task.options.discard_s) / compared_s));
+  // Twice as long is as good as two records; a second round mends what the transient and the drift change.
+  for (double times = 1.0; answer.found.std > wanted && times < most;) {
+    const double longer = std::ceil(times * std::pow(answer.found.std / wanted, 2) - 1e-9);
+    times = std::min(most, std::max(times + 1.0, longer));
+    task.duration_s = task.options.discard_s + times * compared_s;
+    answer.found = ident::improve(model, command.parameter, task);
+  }
+  answer.reached = answer.found.std <= wanted;
+  return answer;
+}
+
+}  // namespace
+
+ExitCode design_improvement(const DesignCommand& command, Console& console) {
+  const config::RigConfig rig = load_rig_or_default(command.rig_file);
+  const Model model = ident::model_from_text(os::read_file(*command.model_file), *command.model_file);
+  ident::ImprovementTask task;
+  task.limits = limits_of(rig);
+  task.duration_s = kDuration_s;
+  task.options.discard_s = kDiscard_s;
+  task.options.decimation = decimation_of(model, task.limits.step_s);
+  std::optional<double> with_base;
+  if (command.experiment_file) {
+    const config::PreparedExperiment base = config::load_prepared_experiment(*command.experiment_file, rig);
+    task.duration_s = base.config.duration_s;
+    task.options = base.config.fit;
+    with_base = ident::predicted_std(model, command.parameter, base.table_V, task);
+  }
+  task.period_s = 0.5 * (task.duration_s - task.options.discard_s);
+  const Answer answer = answered(model, command, task);
+  const ident::Improvement& found = answer.found;
+  const std::filesystem::path path = command.output.value_or(fmt::format("improve-{}.toml", command.parameter));
+  const std::string text = experiment_text(model, command, task, found);
+  // What the rig would refuse is not written.
+  (void)config::parse_prepared_experiment(text, path.string(), rig);
+  os::write_file_atomically(path, text);
+
+  const double now = estimated_std(model, command.parameter);
+  nlohmann::ordered_json document{{"schema", "eha-improvement/1"},
+                                  {"model", *command.model_file},
+                                  {"rig", rig.file_name},
+                                  {"parameter", command.parameter},
+                                  {"std", now},
+                                  {"predicted_std", found.std},
+                                  {"duration_s", task.duration_s},
+                                  {"binding_limit", ident::text(found.binding)},
+                                  {"peak_V", found.peak_V},
+                                  {"max_slew_V_per_s", found.peak_slew_V_per_s},
+                                  {"predicted_travel_in", {found.lowest_output, found.highest_output}}};
+  if (with_base) document["predicted_std_of_experiment"] = *with_base;
+  if (command.wanted_std) {
+    document["wanted_std"] = *command.wanted_std;
+    document["reachable"] = answer.reached;
+  }
+  document["file"] = path.string();
+  console.print_json(document);
+
+  console.print(fmt::format("{}: standard error of {} now {:.3g}, predicted {:.3g} after {:g} s", model.name,
+                            command.parameter, now, found.std, task.duration_s));
+  if (with_base) {
+    console.print(fmt::format("{} would give {:.3g} in {:g} s", *command.experiment_file, *with_base,
+                              task.options.discard_s + 2.0 * task.period_s));
+  }
+  console.print(fmt::format(
+      "{} tones, peak {:.3g} V, fastest change {:.3g} V/s, predicted travel {:.3g} to {:.3g} in; the {} limit binds",
+      found.tones.size(), found.peak_V, found.peak_slew_V_per_s, found.lowest_output, found.highest_output,
+      ident::text(found.binding)));
+  if (!answer.reached) {
+    console.print(fmt::format("{:g} is not reachable within these limits and {:g} s", *command.wanted_std, kLongest_s));
+  }
+  console.print(fmt::format("written: {}", path.string()));
+  console.next_step(fmt::format("eha run {} --local --fast", path.string()));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

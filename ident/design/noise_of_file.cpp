@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/design/noise_of_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+namespace eha::ident {
+
+std::optional<StoredNoise> stored_noise(const Model& model) {
+  if (!model.validation || !model.bode || model.bode->frequency_Hz.empty()) return {};
+  std::vector<double> correlation;  // at lags 0, 1, ...
+  const Correlation& acf = model.validation->acf;
+  for (std::size_t i = 0; i < acf.lags.size(); ++i) {
+    if (acf.lags[i] == static_cast<int>(correlation.size())) correlation.push_back(acf.values[i]);
+  }
+  const auto samples = static_cast<double>(model.validation->score.samples);
+  const double power = model.validation->score.mse;
+  if (correlation.empty() || !(samples > 0.0) || !(power > 0.0)) return {};
+  StoredNoise noise;
+  noise.compared_step_s = 0.5 / model.bode->frequency_Hz.back();
+  noise.model.variance = power;
+  std::vector<double> c;
+  double share = 1.0;  // of the power, that the model leaves
+  double least = 0.0;
+  const auto highest = std::min<std::size_t>(correlation.size() - 1, kHighestAutoregression);
+  for (std::size_t order = 1; order <= highest && share > 0.0; ++order) {
+    double reflection = correlation[order];
+    for (std::size_t j = 0; j < c.size(); ++j) reflection -= c[j] * correlation[order - 1 - j];
+    reflection /= share;
+    if (!(std::abs(reflection) < 1.0)) break;
+    std::vector<double> next = c;
+    for (std::size_t j = 0; j < c.size(); ++j) next[j] -= reflection * c[c.size() - 1 - j];
+    next.push_back(reflection);
+    c = std::move(next);
+    share *= 1.0 - reflection * reflection;
+    const double bic = samples * std::log(share) + static_cast<double>(order) * std::log(samples);
+    if (!(bic < least)) continue;
+    least = bic;
+    noise.model.coefficients = Eigen::Map<const Eigen::VectorXd>(c.data(), static_cast<Eigen::Index>(c.size()));
+    noise.model.variance = power * share;
+  }
+  return noise;
+}
+
+double noise_power(const StoredNoise& noise, double frequency_Hz) {
+  std::complex<double> filter = 1.0;
+  for (Eigen::Index j = 0; j < noise.model.coefficients.size(); ++j) {
+    const double turn = -2.0 * std::numbers::pi * frequency_Hz * noise.compared_step_s * static_cast<double>(j + 1);
+    filter -= noise.model.coefficients[j] * std::polar(1.0, turn);
+  }
+  return noise.model.variance / std::norm(filter);
+}
+
+}  // namespace eha::ident
