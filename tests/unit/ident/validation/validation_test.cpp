@@ -222,6 +222,9 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
           "The validation R2 of 85.12 % is below the limit of 90 %.",
           "The greatest validation error of 0.75 in is above the limit of 0.5 in.",
           "The model is unstable (test: argument_principle, margin -0.25 rad), and the limits require a stable one.",
+          "The residual correlates with future input more than with past input: input and output may be exchanged, or "
+          "a "
+          "controller closes the loop.",
           "With the offset estimated anew on the validation part R2 is 91.2 %."}));
 }
 
