@@ -84,7 +84,8 @@ double std_of(const Known& known, const Eigen::Ref<const Eigen::VectorXd>& input
   const Comparison comparison =
       compare_every(static_cast<std::size_t>(input.size()), static_cast<std::size_t>(task.options.decimation),
                     discarded_rows(task.options.discard_s, record.step_s));
-  const Eigen::MatrixXd all = output_derivatives(known.model, record, comparison, known.covariance);
+  OutputOnRecord outputs(record, comparison);
+  const Eigen::MatrixXd all = output_derivatives(known.model, outputs, known.covariance);
   const auto rows = static_cast<Eigen::Index>(std::lround(task.options.split * static_cast<double>(all.rows())));
   if (rows <= 2 * kHighestAutoregression + all.cols()) return std::numeric_limits<double>::infinity();
   const Eigen::MatrixXd seen = whitened(all.topRows(rows), known.noise.model);
