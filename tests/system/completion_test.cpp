@@ -34,7 +34,7 @@ TEST(Completion, OffersTheOptionsOfTheCommandAndTheCommonOnes) {
 
 TEST(Completion, OffersTheChoicesOfAnOptionAndOfAnArgument) {
   EXPECT_EQ(offered("eha fit x.csv --initial-state a"), Set{"auto"});
-  EXPECT_EQ(offered("eha fit x.csv --model i"), Set{"io"});
+  EXPECT_EQ(offered("eha fit x.csv --model i"), (Set{"integrator_lag", "io", "io1", "io3"}));
   EXPECT_EQ(offered("eha completion z"), Set{"zsh"});
 }
 
