@@ -64,7 +64,7 @@ td.wide { overflow-wrap: anywhere; }
   h2, h3, thead { break-after: avoid; }
   .table { overflow: visible; }
   table { font-size: 8pt; width: 100%; }
-  td, th { overflow-wrap: anywhere; padding-right: 6px; }
+  td, th { padding-right: 6px; }
 }
 )";
 
