@@ -35,7 +35,7 @@ Value value_of(const CLI::Option& option) {
   for (std::size_t begin = 0; begin <= type.size();) {
     const std::size_t end = std::min(type.find('|', begin), type.size());
     const std::string word = type.substr(begin, end - begin);
-    if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string::npos) {
+    if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-") == std::string::npos) {
       value.choices.push_back(word);
     }
     value.file = value.file || std::find(kFiles.begin(), kFiles.end(), word) != kFiles.end();

@@ -65,7 +65,7 @@ TEST(BadInput, IsNoInput) {
                              "denominator": [{"coefficient": 1, "order": 1}, {"coefficient": 1, "order": 0}]}})");
   folder.write("one_column.csv", "time_s\n0\n1\n");
   expect_refused(folder, {"simulate", "m.json", "one_column.csv"}, ExitCode::bad_data,
-                 {"one_column.csv:1", "1 column"});
+                 {"one_column.csv", "no column of inputs", "time_s"});
   folder.write("one_row.csv", "time_s,voltage_V\n0,1\n");
   expect_refused(folder, {"simulate", "m.json", "one_row.csv"}, ExitCode::bad_data, {"one_row.csv:2", "one row"});
   expect_refused(folder, {"simulate", "m.json", "."}, ExitCode::io, {"directory"});

@@ -61,7 +61,7 @@ TEST(Service, PlaysTheSameRecordAsALocalRunAndMovesLatestOnAcceptance) {
   EXPECT_EQ(local.code, 0) << local.err;
   const fs::path run = Json::parse(served.out).at("run").get<std::string>();
   EXPECT_TRUE(fs::equivalent(run, daemon.runs() / "latest"));
-  EXPECT_TRUE(fs::exists(run / "models" / "io.json"));
+  EXPECT_TRUE(fs::exists(run / "models" / "integrator_lag_valve.json"));
   EXPECT_EQ(content_of(run / "raw.ehalog"), content_of(daemon.folder() / "runs" / "latest" / "raw.ehalog"));
   EXPECT_EQ(content_of(run / "raw.h5"), content_of(daemon.folder() / "runs" / "latest" / "raw.h5"));
 }
