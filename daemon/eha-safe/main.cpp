@@ -9,6 +9,8 @@
 #include <iostream>
 #include <optional>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <utility>
 
 #include "core/error.hpp"
@@ -86,9 +88,10 @@ class Page {
   uid_t owner_ = 0;
 };
 
-/// Makes the rig of a dead program safe and saves its rows, which a card that does not answer may delay by one try
-/// only.
+/// Makes the rig of a dead program safe and saves its rows. The first try comes before anything else. After it a disk
+/// that hangs does not delay the rig, nor a card that does not answer the rows, unless the system gives no thread.
 /// @returns what was done
+/// @throws as SafeAction::make_safe, after the rows
 std::string act(const eha::hal::SafeAction& rig, std::optional<Page>& page, eha::os::FileDescriptor journal = {}) {
   std::optional<std::string> done;
   try {
@@ -96,8 +99,18 @@ std::string act(const eha::hal::SafeAction& rig, std::optional<Page>& page, eha:
   } catch (const eha::Error&) {
     // Tried again below.
   }
-  if (page) page->save_rows(std::move(journal));
-  return done ? *done : rig.make_safe(kReleaseLimit);
+  if (!page) return done ? *done : rig.make_safe(kReleaseLimit);
+  if (done) {
+    page->save_rows(std::move(journal));
+    return *done;
+  }
+  std::jthread saver;
+  try {
+    saver = std::jthread([&] { page->save_rows(std::move(journal)); });
+  } catch (const std::system_error&) {
+    page->save_rows(std::move(journal));
+  }
+  return rig.make_safe(kReleaseLimit);
 }
 
 /// @param file  empty: the program drives no machine, only its rows are saved

@@ -206,8 +206,8 @@ WatchEnd watch_parent(Watched& watched) {
     if (const auto end = listen(line, patience_ns, watched.journal)) return killed.value_or(*end);
     bool must_die = stall.look();
     WatchEnd reason = WatchEnd::stall;
-    // The run is over: its journal is anybody's again.
-    if (watched.journal && !watched.page->has_journal()) watched.journal.close();
+    // The run is over, or there are no rows to save: the journal is anybody's again.
+    if (watched.journal && (watched.page == nullptr || !watched.page->has_journal())) watched.journal.close();
     if (const std::int64_t now = now_ns(); now >= next_stop_look_ns) {
       next_stop_look_ns = now + kStopLook_ns;
       stopped_looks = is_stopped(parent) ? stopped_looks + 1 : 0;

@@ -12,12 +12,12 @@
 #include "daemon/doctor/latency.hpp"
 #include "daemon/eha/completion.hpp"
 #include "daemon/eha/display_units.hpp"
+#include "daemon/eha/export_options.hpp"
 #include "daemon/eha/model_command_options.hpp"
 #include "daemon/eha/option_values.hpp"
-#include "daemon/eha/picture_options.hpp"
+#include "daemon/eha/report_options.hpp"
 #include "daemon/eha/runs_options.hpp"
 #include "daemon/eha/service_options.hpp"
-#include "daemon/eha/use_options.hpp"
 #include "daemon/eha/version.hpp"
 
 namespace eha::cli {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/eha/use_options.hpp"
+#include "daemon/eha/export_options.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/eha/picture_options.hpp"
+#include "daemon/eha/report_options.hpp"
 
 namespace eha::cli {
 namespace {
