@@ -54,9 +54,13 @@ ComparedRecord::ComparedRecord(const Record& record, const Comparison& compariso
       step_(response_.step_spectrum(edges.empty() ? 0 : edges.back())),
       measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {
   const std::size_t before = before_;
-  Eigen::VectorXd input = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(before) + record.input.size());
-  input.tail(record.input.size()) = record.input;
-  input_ = response_.input_spectrum(input);
+  if (before == 0) {
+    input_ = response_.input_spectrum(record.input);
+  } else {
+    Eigen::VectorXd input = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(before) + record.input.size());
+    input.tail(record.input.size()) = record.input;
+    input_ = response_.input_spectrum(input);
+  }
   // A map is not evaluated for rows that nothing compared depends on.
   const auto simulated = static_cast<Eigen::Index>(response_.samples() - before) * block_;
   fine_input_.conservativeResize(std::min(fine_input_.size(), simulated));

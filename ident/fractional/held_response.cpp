@@ -5,6 +5,10 @@
 #include <cmath>
 #include <mutex>
 #include <numbers>
+#include <optional>
+#include <utility>
+
+#include "ident/signal/low_band_spectrum.hpp"
 
 namespace eha::ident {
 namespace {
@@ -63,6 +67,20 @@ void add_series(const std::vector<double>& a, std::size_t length, double negligi
   }
 }
 
+/// What the input rises by at each sample, times decay(n) as on the contour; zeros from `samples` up to `length`.
+template <typename Decay>
+std::vector<double> increments(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t samples, std::size_t length,
+                               const Decay& decay) {
+  std::vector<double> damped(length, 0.0);
+  double before = 0.0;
+  for (std::size_t n = 0; n < samples; ++n) {
+    const double now = input[static_cast<Eigen::Index>(n)];
+    damped[n] = (now - before) * decay(n);
+    before = now;
+  }
+  return damped;
+}
+
 }  // namespace
 
 struct HeldResponse::Scratch {
@@ -99,6 +117,12 @@ struct HeldResponse::Aliases {
   }
 };
 
+struct HeldResponse::QuickTables {
+  std::once_flag made;
+  std::optional<LowBandSpectrum> low_band;
+  std::vector<double> decay;  ///< rho^n of every input
+};
+
 HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     : selection_(selection),
       length_(
@@ -107,7 +131,8 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
       bins_(length_ / 2 + 1),
       aliases_(sigma_, selection.step_s),
       short_fft_(length_ / selection.every),
-      nearest_(std::make_shared<Aliases>()) {
+      nearest_(std::make_shared<Aliases>()),
+      quick_(std::make_shared<QuickTables>()) {
   const auto length = static_cast<double>(length_);
   std::vector<Complex> factor(bins_, 1.0);
   if (!selection_.filter_taps.empty()) {
@@ -135,9 +160,6 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     factor[j] *= std::polar(1.0, 2.0 * pi * turn);
   }
   selection_factor_ = std::move(factor);
-  low_band_.emplace(length_, selection_.samples, bins_);
-  decay_.resize(selection_.samples);
-  for (std::size_t n = 0; n < decay_.size(); ++n) decay_[n] = std::exp(-sigma_ * static_cast<double>(n));
   growth_.resize(static_cast<Eigen::Index>(selection_.count));
   for (Eigen::Index m = 0; m < growth_.size(); ++m) {
     const auto n = static_cast<double>(selection_.first + static_cast<std::size_t>(m) * selection_.every);
@@ -150,27 +172,26 @@ void HeldResponse::weigh(InputSpectrum& spectrum) const {
   for (std::size_t j = 0; j < bins_; ++j) spectrum[j] *= selection_factor_[j];
 }
 
-/// What the input rises by at each sample, damped as on the contour.
-std::vector<double> HeldResponse::increments(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t length) const {
-  std::vector<double> damped(length, 0.0);
-  double before = 0.0;
-  for (std::size_t n = 0; n < selection_.samples; ++n) {
-    const double now = input[static_cast<Eigen::Index>(n)];
-    damped[n] = (now - before) * decay_[n];
-    before = now;
-  }
-  return damped;
-}
-
 InputSpectrum HeldResponse::quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
-  InputSpectrum spectrum = (*low_band_)(increments(input, selection_.samples));
+  std::call_once(quick_->made, [&] {
+    quick_->low_band.emplace(length_, selection_.samples, bins_);
+    quick_->decay.resize(selection_.samples);
+    for (std::size_t n = 0; n < selection_.samples; ++n) {
+      quick_->decay[n] = std::exp(-sigma_ * static_cast<double>(n));
+    }
+  });
+  const std::vector<double>& decay = quick_->decay;
+  InputSpectrum spectrum = (*quick_->low_band)(
+      increments(input, selection_.samples, selection_.samples, [&](std::size_t n) { return decay[n]; }));
   weigh(spectrum);
   return spectrum;
 }
 
 InputSpectrum HeldResponse::input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
+  const std::vector<double> damped = increments(
+      input, selection_.samples, length_, [&](std::size_t n) { return std::exp(-sigma_ * static_cast<double>(n)); });
   InputSpectrum spectrum(length_ / 2 + 1);
-  RealFft(length_).forward(increments(input, length_), spectrum);
+  RealFft(length_).forward(damped, spectrum);
   weigh(spectrum);
   return spectrum;
 }

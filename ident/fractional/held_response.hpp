@@ -5,14 +5,12 @@
 #include <complex>
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "ident/fractional/alias_sum.hpp"
 #include "ident/fractional/transfer_columns.hpp"
 #include "ident/signal/fft.hpp"
-#include "ident/signal/low_band_spectrum.hpp"
 
 namespace eha::ident {
 
@@ -73,6 +71,7 @@ class HeldResponse {
   struct Scratch;
   struct Column;
   struct Aliases;
+  struct QuickTables;
   [[nodiscard]] Scratch main_columns(const TransferColumns& columns) const;
   void add_aliases(const TransferColumns& columns, double x, Scratch& main) const;
   void add_near_aliases(const TransferColumns& columns, double x, int aliases, Scratch& scratch) const;
@@ -80,8 +79,6 @@ class HeldResponse {
   void fold(const Column& column, const InputSpectrum& input, const std::vector<std::complex<double>>& shift,
             std::vector<std::complex<double>>& folded) const;
   void weigh(InputSpectrum& spectrum) const;
-  [[nodiscard]] std::vector<double> increments(const Eigen::Ref<const Eigen::VectorXd>& input,
-                                               std::size_t length) const;
 
   OutputSelection selection_;
   std::size_t length_;  ///< L
@@ -92,11 +89,10 @@ class HeldResponse {
   LaplacePoints points_;
   std::vector<double> inverse_re_;  ///< 1/p
   std::vector<double> inverse_im_;
-  std::vector<double> decay_;       ///< rho^n of every input
-  InputSpectrum selection_factor_;  ///< filter and shift to the first output
-  Eigen::VectorXd growth_;          ///< rho^-n of every output over L
-  std::optional<LowBandSpectrum> low_band_;
-  std::shared_ptr<Aliases> nearest_;  ///< points of k = +-1, made when a model first needs them
+  InputSpectrum selection_factor_;      ///< filter and shift to the first output
+  Eigen::VectorXd growth_;              ///< rho^-n of every output over L
+  std::shared_ptr<Aliases> nearest_;    ///< points of k = +-1, made when a model first needs them
+  std::shared_ptr<QuickTables> quick_;  ///< made at the first call of quick_input_spectrum
 };
 
 }  // namespace eha::ident

@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/ladder.hpp"
 #include "ident/estimation/output_error.hpp"
@@ -181,11 +182,9 @@ void TablesAtFullRate(benchmark::State& state) {
 }
 BENCHMARK(TablesAtFullRate)->Unit(benchmark::kMillisecond);
 
-/// The whole default fit, global search included, on one and on two threads.
-void GlobalFit(benchmark::State& state) {
-  const FitCase c(50'000, 0.001, 40);
-  const auto threads = static_cast<std::size_t>(state.range(0));
-  const Executor executor = [threads](std::size_t count, const std::function<void(std::size_t)>& task) {
+/// Runs the tasks of a fit on so many threads.
+Executor on_threads(std::size_t threads) {
+  return [threads](std::size_t count, const std::function<void(std::size_t)>& task) {
     std::atomic<std::size_t> next{0};
     std::vector<std::jthread> pool;
     for (std::size_t t = 0; t < threads; ++t) {
@@ -194,11 +193,27 @@ void GlobalFit(benchmark::State& state) {
       });
     }
   };
+}
+
+/// The default fit, global search and intervals included, on one and on two threads.
+void GlobalFit(benchmark::State& state) {
+  const FitCase c(50'000, 0.001, 40);
   FitOptions options;
   options.decimation = 40;
-  for (auto _ : state) benchmark::DoNotOptimize(fit(c.record, c.structure, options, executor));
+  const Executor executor = on_threads(static_cast<std::size_t>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(fit_by_default(c.record, c.structure, options, executor));
 }
 BENCHMARK(GlobalFit)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The same with the fits that leave out each term of a free order, which the verdict asks for.
+void FitForVerdict(benchmark::State& state) {
+  const FitCase c(50'000, 0.001, 40);
+  FitOptions options;
+  options.decimation = 40;
+  const Executor executor = on_threads(static_cast<std::size_t>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(fit(c.record, c.structure, options, executor));
+}
+BENCHMARK(FitForVerdict)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
 }  // namespace eha::ident
