@@ -27,10 +27,6 @@ constexpr auto kProcedures = std::to_array<std::pair<std::string_view, Procedure
     {{"default", Procedures::standard}, {"paper", Procedures::paper}, {"both", Procedures::both}});
 constexpr std::int64_t kAnySeed = std::numeric_limits<std::int64_t>::max();
 
-void add_fault(Document& document, const std::string& path, std::string_view expected, std::string_view got) {
-  document.issues.add(position_of(document.positions, path), path, expected, got);
-}
-
 void read_record(Section& root, ident::FitOptions& fit) {
   auto section = root.section("record", Need::optional);
   if (!section) return;

@@ -5,7 +5,6 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <variant>
@@ -29,7 +28,7 @@ struct FileCloser {
 };
 
 [[noreturn]] void refuse_to_read(const std::string& path, int error) {
-  const std::string message = path + ": cannot be read: " + std::strerror(error);
+  const std::string message = path + ": cannot be read: " + error_text(error);
   if (error == EACCES || error == EPERM) throw PermissionError(message + "; check the file's owner and mode");
   throw ConfigError(message + "; check the path");
 }

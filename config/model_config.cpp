@@ -21,10 +21,6 @@ constexpr auto kInitialStates = std::to_array<std::pair<std::string_view, Initia
     {{"auto", InitialState::automatic}, {"none", InitialState::none}, {"estimated", InitialState::estimated}});
 constexpr auto kDelays = std::to_array<std::pair<std::string_view, Freedom>>({{"free", Freedom::free}});
 
-void add_fault(Document& document, const std::string& path, std::string_view expected, std::string_view got) {
-  document.issues.add(position_of(document.positions, path), path, expected, got);
-}
-
 /// A key of the model whose path is `path`.
 std::string key_of(const std::string& path, std::string_view key) {
   return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);

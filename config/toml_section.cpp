@@ -83,6 +83,10 @@ std::string quoted_list(const std::vector<std::string_view>& names) {
 
 }  // namespace
 
+void add_fault(Document& document, const std::string& path, std::string_view expected, std::string_view got) {
+  document.issues.add(position_of(document.positions, path), path, expected, got);
+}
+
 Document parse_document(std::string_view text, const std::string& file_name, NamedFiles named_files) {
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
     throw ConfigError(file_name +

@@ -30,6 +30,9 @@ struct Document {
   NamedFiles named_files = NamedFiles::refuse;
 };
 
+/// Adds a fault of the key at `path`, with its place in the file.
+void add_fault(Document& document, const std::string& path, std::string_view expected, std::string_view got);
+
 /// @throws ConfigError  not TOML, with the place of the syntax error, or binary, or empty
 [[nodiscard]] Document parse_document(std::string_view text, const std::string& file_name,
                                       NamedFiles named_files = NamedFiles::refuse);

@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <string_view>
@@ -63,7 +62,7 @@ class VoltsCsv {
         lines_.push_back(line_number_);
       }
     }
-    if (stream_.bad()) throw ConfigError(fmt::format("{}: cannot be read: {}", path_.string(), std::strerror(errno)));
+    if (stream_.bad()) throw ConfigError(fmt::format("{}: cannot be read: {}", path_.string(), error_text(errno)));
     if (file.volts_V.empty()) throw ConfigError(fmt::format("{}: expected rows of voltages, got none", path_.string()));
     if (times_s_.size() >= 2) file.step_s = even_step_s();
     return file;
@@ -90,7 +89,7 @@ class VoltsCsv {
       throw ConfigError(fmt::format("{}: expected a CSV file, got a directory", path_.string()));
     }
     if (!stream_) {
-      throw ConfigError(fmt::format("{}: cannot be read: {}; check the path", path_.string(), std::strerror(errno)));
+      throw ConfigError(fmt::format("{}: cannot be read: {}; check the path", path_.string(), error_text(errno)));
     }
     const auto header = next_line();
     std::optional<std::size_t> volts_column;

@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -37,6 +38,9 @@ class Error : public std::runtime_error {
   ExitCode code_;
 };
 
+/// The system's words for an errno value.
+[[nodiscard]] inline std::string error_text(int error_number) { return std::generic_category().message(error_number); }
+
 /// A wrong command line.
 class UsageError : public Error {
  public:
@@ -62,6 +66,11 @@ class ConfigError : public Error {
 
   std::vector<std::string> lines_;
 };
+
+/// Throws ConfigError(message) unless the condition holds.
+inline void require(bool condition, const std::string& message) {
+  if (!condition) throw ConfigError(message);
+}
 
 /// A record that cannot be used.
 class DataError : public Error {

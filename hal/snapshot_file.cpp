@@ -3,7 +3,6 @@
 
 #include <cerrno>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 
@@ -17,7 +16,7 @@ namespace {
 constexpr std::uintmax_t kLargestFile = 65536;
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* doing) {
-  throw IoError(path.string() + ": " + doing + ": " + std::strerror(errno));
+  throw IoError(path.string() + ": " + doing + ": " + error_text(errno));
 }
 
 }  // namespace

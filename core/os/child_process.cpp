@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
 #include "core/error.hpp"
@@ -83,7 +82,7 @@ ChildProcess::ChildProcess(const SpawnRequest& request) {
                                 Attributes(request.session).get(), arguments.data(), environ);
   if (error == 0) return;
   pid_ = -1;
-  throw IoError(words.front() + ": cannot be started: " + std::generic_category().message(error));
+  throw IoError(words.front() + ": cannot be started: " + error_text(error));
 }
 
 ChildProcess::~ChildProcess() { wait(); }

@@ -45,7 +45,7 @@ std::size_t read_all(ReadSome&& read_some, std::size_t size, const std::filesyst
 
 void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number) {
   std::string message =
-      "cannot " + std::string(doing) + " " + path.string() + ": " + std::generic_category().message(error_number);
+      "cannot " + std::string(doing) + " " + path.string() + ": " + error_text(error_number);
   if (error_number == EACCES || error_number == EPERM) throw PermissionError(message);
   if (error_number == ENOSPC || error_number == EDQUOT) message += "; free some space or choose another folder";
   throw IoError(message);

@@ -10,10 +10,6 @@
 namespace eha::acquisition {
 namespace {
 
-void require(bool condition, const std::string& message) {
-  if (!condition) throw ConfigError(message);
-}
-
 }  // namespace
 
 TableSource::TableSource(std::span<const double> table_V, std::uint32_t repetitions)

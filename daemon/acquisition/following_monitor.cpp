@@ -8,7 +8,6 @@ namespace eha::acquisition {
 namespace {
 
 constexpr double kFilter_s = 0.05;
-constexpr double kSecondsPerNanosecond = 1e-9;
 constexpr double kEarly_V = 0.2;
 constexpr std::array<double, 2> kDirections{1.0, -1.0};
 

@@ -10,7 +10,6 @@ namespace {
 constexpr double kVelocityWindow_s = 0.020;
 constexpr double kJumpTolerance_s = 0.010;
 constexpr double kDrivenShare = 0.10;  // wider than the dead band of the valves this is meant for, some 1 to 5 %
-constexpr double kSecondsPerNanosecond = 1e-9;
 
 }  // namespace
 

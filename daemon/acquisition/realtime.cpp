@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/acquisition/realtime.hpp"
+#include "core/error.hpp"
 
 #include <fcntl.h>
 #include <malloc.h>
@@ -18,7 +19,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
-#include <system_error>
 
 #include "core/priorities.hpp"
 
@@ -34,8 +34,6 @@ constexpr std::size_t kPrefaultedStack = 128 * 1024;
 // glibc's defaults, to go back to once no loop runs.
 constexpr int kDefaultTrimThreshold = 128 * 1024;
 constexpr int kDefaultMmapMax = 65536;
-
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
 
 /// An unprivileged process under a finite limit could lock what it has now and then fail to allocate later.
 bool may_lock_everything() {
@@ -77,7 +75,7 @@ RealtimeProcess::RealtimeProcess(RealtimeFacts& facts) {
         "memory is not locked: the limit on locked memory is finite (LimitMEMLOCK=infinity, or memlock unlimited in "
         "/etc/security/limits.d, mends it)");
   } else if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
-    facts.refused.push_back("memory is not locked: " + reason(errno));
+    facts.refused.push_back("memory is not locked: " + error_text(errno));
   } else {
     locked_ = true;
     mallopt(M_TRIM_THRESHOLD, -1);
@@ -89,7 +87,7 @@ RealtimeProcess::RealtimeProcess(RealtimeFacts& facts) {
   facts.c_states_held = dma_latency_ && write(dma_latency_.get(), &latency_us, sizeof latency_us) ==
                                             static_cast<ssize_t>(sizeof latency_us);
   if (!facts.c_states_held) {
-    facts.refused.push_back("deep CPU sleep is not held off: /dev/cpu_dma_latency: " + reason(errno));
+    facts.refused.push_back("deep CPU sleep is not held off: /dev/cpu_dma_latency: " + error_text(errno));
   }
 }
 
@@ -111,7 +109,7 @@ void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts
     const int error = exists ? pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus) : EINVAL;
     facts.cpu_bound = error == 0;
     if (error != 0) {
-      facts.refused.push_back("the loop is not bound to CPU " + std::to_string(*options.cpu) + ": " + reason(error));
+      facts.refused.push_back("the loop is not bound to CPU " + std::to_string(*options.cpu) + ": " + error_text(error));
     }
   }
   sched_param parameter{};
@@ -125,7 +123,7 @@ void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts
   const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
   facts.fifo = error == 0;
   if (error != 0) {
-    facts.refused.push_back("SCHED_FIFO " + std::to_string(priority) + " is refused: " + reason(error) +
+    facts.refused.push_back("SCHED_FIFO " + std::to_string(priority) + " is refused: " + error_text(error) +
                             " (LimitRTPRIO, or rtprio in /etc/security/limits.d, mends it)");
   }
   prefault_stack();

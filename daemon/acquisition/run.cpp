@@ -9,8 +9,8 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <system_error>
 
+#include "core/error.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
 #include "daemon/acquisition/loop.hpp"
 #include "daemon/acquisition/realtime.hpp"
@@ -22,10 +22,6 @@ namespace {
 constexpr std::size_t kLoopStack = 1024 * 1024;
 constexpr double kGreatestPeriod_s = 1.0;
 constexpr double kLeastPeriod_s = 1e-4;
-
-void require(bool condition, const std::string& message) {
-  if (!condition) throw ConfigError(message);
-}
 
 void check(const CommandSource& source, const config::RigLimits& limits, const config::RealtimeOptions& realtime,
            const hal::RigCapabilities& rig) {
@@ -62,7 +58,7 @@ void run_in_thread(const std::function<void()>& work) {
   pthread_attr_destroy(&attributes);
   if (error == 0) pthread_setname_np(thread, "eha-loop");
   if (error != 0) {
-    throw Error(ExitCode::io, "cannot start the loop's thread: " + std::generic_category().message(error));
+    throw Error(ExitCode::io, "cannot start the loop's thread: " + error_text(error));
   }
   pthread_join(thread, nullptr);
 }

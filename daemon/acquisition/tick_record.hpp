@@ -11,6 +11,8 @@
 
 namespace eha::acquisition {
 
+inline constexpr double kSecondsPerNanosecond = 1e-9;
+
 /// State of a rig's latched state machine; see state_machine.hpp.
 enum class State : std::uint8_t { faulted, idle, armed, ramp_in, running, ramp_out, safe_stop };
 

@@ -10,7 +10,6 @@
 #include <array>
 #include <cerrno>
 #include <string_view>
-#include <system_error>
 
 #include "core/error.hpp"
 #include "daemon/control/socket_address.hpp"
@@ -25,24 +24,22 @@ using std::chrono::steady_clock;
 constexpr milliseconds kAnswerLimit{60'000};
 constexpr std::size_t kLongestAnswer = 64 * 1024 * 1024;
 
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
-
 os::FileDescriptor connect_to(const std::filesystem::path& path) {
   const sockaddr_un address = socket_address(path);
   os::FileDescriptor descriptor(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  if (!descriptor) throw DeviceError("cannot create a socket: " + reason(errno));
+  if (!descriptor) throw DeviceError("cannot create a socket: " + error_text(errno));
   if (connect(descriptor.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return descriptor;
   const int error_number = errno;
   if (error_number == EACCES || error_number == EPERM) {
     throw PermissionError(
         fmt::format("{}: {}; only members of the socket's group may use ehad; as root: adduser NAME ehad, then log in "
                     "again",
-                    path.string(), reason(error_number)));
+                    path.string(), error_text(error_number)));
   }
   throw DeviceError(
       fmt::format("ehad is not running ({}: {}); start it (systemctl start ehad), or use --local to run "
                   "an experiment in this process",
-                  path.string(), reason(error_number)));
+                  path.string(), error_text(error_number)));
 }
 
 }  // namespace
@@ -73,7 +70,7 @@ Json Client::call(const std::string& method, const Json& params) {
   for (std::string_view rest = text; !rest.empty();) {
     const ssize_t sent = ::send(descriptor_.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno == EINTR) continue;
-    if (sent < 0) lost(reason(errno));
+    if (sent < 0) lost(error_text(errno));
     rest.remove_prefix(static_cast<std::size_t>(sent));
   }
   const auto deadline = steady_clock::now() + kAnswerLimit;
@@ -110,7 +107,7 @@ std::optional<Json> Client::next_line(milliseconds timeout) {
     std::array<char, 65536> bytes;
     const ssize_t count = recv(descriptor_.get(), bytes.data(), bytes.size(), 0);
     if (count < 0 && errno == EINTR) return std::nullopt;
-    if (count < 0) lost(reason(errno));
+    if (count < 0) lost(error_text(errno));
     if (count == 0) lost("ehad closed it");
     input_.append({bytes.data(), static_cast<std::size_t>(count)});
   }

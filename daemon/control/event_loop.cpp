@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
 #include "core/error.hpp"
@@ -14,7 +13,7 @@ namespace eha::control {
 namespace {
 
 [[noreturn]] void fail(int error_number) {
-  throw IoError("cannot wait for events: " + std::generic_category().message(error_number));
+  throw IoError("cannot wait for events: " + error_text(error_number));
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <system_error>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -26,7 +25,7 @@ constexpr int kBacklog = 256;
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* doing, int error_number) {
   const std::string message =
-      fmt::format("{}: cannot {}: {}", path.string(), doing, std::generic_category().message(error_number));
+      fmt::format("{}: cannot {}: {}", path.string(), doing, error_text(error_number));
   if (error_number == EACCES || error_number == EPERM) throw PermissionError(message);
   throw IoError(message);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/doctor/machine_checks.hpp"
+#include "core/error.hpp"
 
 #include <fmt/format.h>
 
@@ -7,14 +8,11 @@
 #include <array>
 #include <cerrno>
 #include <string>
-#include <system_error>
 
 #include "core/priorities.hpp"
 
 namespace eha::doctor {
 namespace {
-
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
 
 bool contains(const std::vector<int>& cpus, int cpu) { return std::find(cpus.begin(), cpus.end(), cpu) != cpus.end(); }
 
@@ -37,7 +35,7 @@ Check check_kernel(const acquisition::KernelFacts& kernel) {
 Check check_scheduling(const Privileges& privileges, int priority, Stakes stakes) {
   if (privileges.fifo_error == 0) return ok("scheduling", fmt::format("SCHED_FIFO {} is granted", priority));
   const bool limit_allows = privileges.is_root || privileges.rtprio_limit >= static_cast<std::uint64_t>(priority);
-  return missing("scheduling", fmt::format("SCHED_FIFO {} is refused: {}", priority, reason(privileges.fifo_error)),
+  return missing("scheduling", fmt::format("SCHED_FIFO {} is refused: {}", priority, error_text(privileges.fifo_error)),
                  limit_allows ? "the limit allows it, so a container or control group forbids it: grant CAP_SYS_NICE, "
                                 "or cpu.rt_runtime_us above 0"
                               : raise_limit(fmt::format("rtprio {}", priority)),
@@ -107,7 +105,7 @@ Check check_sleep(const std::string& idle_driver, int dma_latency_error) {
   if (dma_latency_error == 0) return ok("c-states", "deep sleep can be held off (/dev/cpu_dma_latency)");
   if (idle_driver == "none") return ok("c-states", "no idle driver, no deep sleep");
   return warn(
-      "c-states", fmt::format("deep sleep cannot be held off: /dev/cpu_dma_latency: {}", reason(dma_latency_error)),
+      "c-states", fmt::format("deep sleep cannot be held off: /dev/cpu_dma_latency: {}", error_text(dma_latency_error)),
       dma_latency_error == ENOENT ? "boot with cpuidle.off=1"
                                   : "echo 'KERNEL==\"cpu_dma_latency\", GROUP=\"iocard\", MODE=\"0660\"' | sudo tee "
                                     "/etc/udev/rules.d/70-cpu-dma-latency.rules, then reboot");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/doctor/run_folder_check.hpp"
+#include "core/error.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -20,21 +21,19 @@ constexpr double kBytesPerTick = 144.0;
 constexpr double kTooShort_s = 600.0;
 constexpr double kShort_s = 3600.0;
 
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
-
 ExitCode code_of(int error_number) {
   return error_number == EACCES || error_number == EPERM ? ExitCode::permission : ExitCode::io;
 }
 
 Check check_writable(const RunsFolder& runs) {
   if (runs.write_error == 0) return ok("runs folder", fmt::format("{} can be written", runs.folder.string()));
-  return fail("runs folder", fmt::format("cannot write in {}: {}", runs.existing.string(), reason(runs.write_error)),
+  return fail("runs folder", fmt::format("cannot write in {}: {}", runs.existing.string(), error_text(runs.write_error)),
               "choose another with --output, or ask its owner for permission to write", code_of(runs.write_error));
 }
 
 Check check_space(const RunsFolder& runs, double sample_period_s) {
   if (runs.space_error != 0) {
-    return fail("disk space", fmt::format("unknown for {}: {}", runs.existing.string(), reason(runs.space_error)),
+    return fail("disk space", fmt::format("unknown for {}: {}", runs.existing.string(), error_text(runs.space_error)),
                 "choose another folder with --output", code_of(runs.space_error));
   }
   const double seconds = static_cast<double>(runs.available_bytes) / kBytesPerTick * sample_period_s;

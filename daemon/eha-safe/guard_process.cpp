@@ -9,7 +9,6 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,7 +39,7 @@ GuardProcess::GuardProcess(const std::filesystem::path& program, const std::file
                            const os::FileDescriptor* page) {
   std::array<int, 2> ends{};
   // A socket and not two pipes: it has the same end-of-file, and a write to a dead guard is an error, not a signal.
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) fail(program, std::strerror(errno));
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) fail(program, error_text(errno));
   stream_ = os::FileDescriptor(ends[0]);
   os::FileDescriptor guards_end(ends[1]);
   std::vector<std::string> words{program.string(), "--guard"};

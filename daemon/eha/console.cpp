@@ -14,7 +14,6 @@
 #include <iostream>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "core/error.hpp"
@@ -128,7 +127,7 @@ void Console::flush() const {
   errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     const int reason = errno != 0 ? errno : EIO;
-    throw IoError(fmt::format("cannot write to standard output: {}", std::generic_category().message(reason)));
+    throw IoError(fmt::format("cannot write to standard output: {}", error_text(reason)));
   }
 }
 

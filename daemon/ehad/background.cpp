@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <chrono>
-#include <system_error>
 
 #include "core/error.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
@@ -19,7 +18,7 @@ constexpr auto kBeat = std::chrono::milliseconds(200);
 
 os::FileDescriptor open_eventfd() {
   os::FileDescriptor descriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  if (!descriptor) throw IoError("cannot create an event descriptor: " + std::generic_category().message(errno));
+  if (!descriptor) throw IoError("cannot create an event descriptor: " + error_text(errno));
   return descriptor;
 }
 

@@ -13,7 +13,7 @@ namespace {
 using acquisition::Outcome;
 using acquisition::State;
 
-constexpr std::array kStates{State::faulted, State::idle,     State::armed,    State::ramp_in,
+constexpr std::array kMetricStates{State::faulted, State::idle,     State::armed,    State::ramp_in,
                              State::running, State::ramp_out, State::safe_stop};
 constexpr std::array<Outcome, Totals::kOutcomes> kAllOutcomes{Outcome::completed,    Outcome::interrupted,
                                                               Outcome::faulted,      Outcome::deadline,
@@ -74,7 +74,7 @@ std::string metrics_text(const Totals& totals, const MetricsFacts& facts) {
   text.one("ehad_queue_length", "gauge", "Experiments that wait, held ones included.", facts.waiting);
   text.one("ehad_queue_held", "gauge", "Experiments that wait for their release.", facts.held);
   text.begin("ehad_state", "gauge", "1 for the state that the rig is in.");
-  for (const State state : kStates) {
+  for (const State state : kMetricStates) {
     text.line(fmt::format("ehad_state{{state=\"{}\"}}", acquisition::to_text(state)), state == facts.state ? 1 : 0);
   }
   text.one("ehad_lease_held", "gauge", "Whether somebody holds the lease.", facts.lease_remaining_s ? 1 : 0);

@@ -20,11 +20,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kSchema = "eha-queue/1";
-constexpr std::array kStates{EntryState::held,    EntryState::waiting, EntryState::running,
+constexpr std::array kEntryStates{EntryState::held,    EntryState::waiting, EntryState::running,
                              EntryState::fitting, EntryState::over,    EntryState::cancelled};
 
 EntryState state_from_text(const std::string& text) {
-  for (const EntryState state : kStates) {
+  for (const EntryState state : kEntryStates) {
     if (to_text(state) == text) return state;
   }
   throw DataError(fmt::format("\"{}\" is no state of a queued experiment", text));

@@ -26,7 +26,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr double kBytesPerMB = 1e6;
-constexpr double kBytesPerGiB = 1024.0 * 1024.0 * 1024.0;
 constexpr const char* kUnreadable = "unreadable";
 
 std::uint64_t size_of(const fs::path& folder) {

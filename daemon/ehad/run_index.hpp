@@ -13,6 +13,8 @@
 
 namespace eha::service {
 
+inline constexpr double kBytesPerGiB = 1024.0 * 1024.0 * 1024.0;
+
 /// What is known of a run without looking into its folder.
 struct IndexedRun {
   std::int64_t sequence = 0;  ///< in the order of the runs' beginnings, from 1; the clock may be wrong, this is not

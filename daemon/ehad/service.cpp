@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <system_error>
 #include <type_traits>
 #include <variant>
 
@@ -30,7 +29,7 @@ os::FileDescriptor open_signals() {
   for (const int number : {SIGTERM, SIGINT, SIGHUP, SIGCHLD}) sigaddset(&signals, number);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   os::FileDescriptor descriptor(signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
-  if (!descriptor) throw IoError("cannot listen for signals: " + std::generic_category().message(errno));
+  if (!descriptor) throw IoError("cannot listen for signals: " + error_text(errno));
   return descriptor;
 }
 

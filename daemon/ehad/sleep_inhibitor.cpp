@@ -12,7 +12,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
-#include <system_error>
 #include <utility>
 
 #include "core/error.hpp"
@@ -26,8 +25,6 @@ constexpr int kLongestPoll_ms = 1000;
 constexpr const char* kService = "org.freedesktop.login1";
 constexpr const char* kPath = "/org/freedesktop/login1";
 constexpr const char* kInterface = "org.freedesktop.login1.Manager";
-
-std::string reason(int negative_errno) { return std::generic_category().message(-negative_errno); }
 
 /// A connection to logind and the inhibitor, both of one thread.
 class Logind {
@@ -43,11 +40,11 @@ class Logind {
   /// @returns empty when a suspend will be announced, otherwise why not
   std::string connect() {
     int result = sd_bus_open_system(&bus_);
-    if (result < 0) return reason(result);
+    if (result < 0) return error_text(-result);
     sd_bus_set_method_call_timeout(bus_, kCallLimit_us);
     result =
         sd_bus_match_signal(bus_, nullptr, kService, kPath, kInterface, "PrepareForSleep", &Logind::on_sleep, this);
-    return result < 0 ? reason(result) : "";
+    return result < 0 ? error_text(-result) : "";
   }
 
   /// @returns empty when the inhibitor is held, otherwise why not
@@ -62,7 +59,7 @@ class Logind {
     if (result >= 0) inhibitor_ = os::FileDescriptor(fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
     sd_bus_error_free(&error);
     sd_bus_message_unref(reply);
-    if (result < 0 && message.empty()) message = reason(result);
+    if (result < 0 && message.empty()) message = error_text(-result);
     return message;
   }
 
@@ -93,7 +90,7 @@ class Logind {
 
 SleepInhibitor::SleepInhibitor(Mailbox& mailbox, Events events)
     : mailbox_(mailbox), events_(std::move(events)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  if (!wake_) throw IoError("cannot create an event descriptor: " + std::generic_category().message(errno));
+  if (!wake_) throw IoError("cannot create an event descriptor: " + error_text(errno));
   thread_ = std::thread([this] { run(); });
   pthread_setname_np(thread_.native_handle(), "eha-sleep");
 }

@@ -19,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using acquisition::Outcome;
 
-constexpr double kBytesPerGiB = 1024.0 * 1024.0 * 1024.0;
 constexpr double kBytesPerMiB = 1024.0 * 1024.0;
 
 std::chrono::seconds whole_seconds(double seconds) { return std::chrono::seconds(static_cast<std::int64_t>(seconds)); }

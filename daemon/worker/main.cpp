@@ -10,7 +10,6 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 
 #include "core/error.hpp"
 
@@ -20,7 +19,7 @@ constexpr int kFirstWord = 5;  // argv[5] is the program
 constexpr int kLowestPriority = 19;
 
 [[noreturn]] void fail(const char* what) {
-  std::fprintf(stderr, "eha-worker: error: %s: %s\n", what, std::strerror(errno));
+  std::fprintf(stderr, "eha-worker: error: %s: %s\n", what, eha::error_text(errno).c_str());
   std::_Exit(static_cast<int>(eha::ExitCode::io));
 }
 

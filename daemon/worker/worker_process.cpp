@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <system_error>
 #include <utility>
 
 #include "core/error.hpp"
@@ -23,7 +22,7 @@ constexpr std::size_t kMostKept = 8000;  // bytes of the worker's messages
 os::FileDescriptor create_message_file() {
   os::FileDescriptor file(memfd_create("eha-worker", MFD_CLOEXEC));
   if (!file) {
-    throw IoError("cannot create a file for the worker's messages: " + std::generic_category().message(errno));
+    throw IoError("cannot create a file for the worker's messages: " + error_text(errno));
   }
   return file;
 }

@@ -17,7 +17,7 @@
 namespace eha::ident {
 namespace {
 
-constexpr Eigen::Index kFewestRows = 21;  // one more than the lags of a residual's correlation
+constexpr Eigen::Index kFewestPaperRows = 21;  // one more than the lags of a residual's correlation
 constexpr int kMaxEvaluations = 400;
 
 /// One part of the decimated record, shifted to start at zero.
@@ -157,7 +157,7 @@ void score_parts(FitResult& result, const TransferFunction& g, double step_s, co
   result.measured = y;
   result.simulated = y;
   result.simulated.head(rows) = estimated.array() + y[0];
-  if (y.size() - rows < kFewestRows) return;
+  if (y.size() - rows < kFewestPaperRows) return;
   const Part validation = part_of(u, y, rows, y.size() - rows);
   const Eigen::VectorXd simulated = simulate(g, validation.input, step_s, SimulationMethod::gl1);
   result.simulated.tail(y.size() - rows) = simulated.array() + y[rows];
@@ -196,8 +196,8 @@ FitResult fit_by_paper(const Record& record, const StructureOptions& asked, cons
   const Eigen::VectorXd u = every(record.input, discard, options.decimation);
   const Eigen::VectorXd y = every(record.output, discard, options.decimation);
   const auto rows = static_cast<Eigen::Index>(std::lround(options.split * static_cast<double>(y.size())));
-  if (rows < kFewestRows) {
-    throw DataError(fmt::format("record: {} rows are left to estimate from; expected at least {}", rows, kFewestRows));
+  if (rows < kFewestPaperRows) {
+    throw DataError(fmt::format("record: {} rows are left to estimate from; expected at least {}", rows, kFewestPaperRows));
   }
   const StageResult found = estimate(part_of(u, y, 0, rows), step_s, !has_finite_state(*published));
 

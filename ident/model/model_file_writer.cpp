@@ -8,35 +8,35 @@ namespace eha::ident {
 namespace {
 
 /// Keeps keys in the order they are written.
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-Json terms_to_json(const std::vector<Term>& terms) {
-  Json list = Json::array();
+OrderedJson terms_to_json(const std::vector<Term>& terms) {
+  OrderedJson list = OrderedJson::array();
   for (const Term& term : terms) list.push_back({{"coefficient", term.coefficient}, {"order", term.order}});
   return list;
 }
 
-Json score_to_json(const Score& score) {
+OrderedJson score_to_json(const Score& score) {
   return {{"r2_percent", score.r2_percent}, {"mse", score.mse}, {"fit_percent", score.fit_percent}};
 }
 
-Json validation_score_to_json(const Score& score) {
-  Json object = score_to_json(score);
+OrderedJson validation_score_to_json(const Score& score) {
+  OrderedJson object = score_to_json(score);
   object["error_min"] = score.error_min;
   object["error_max"] = score.error_max;
   object["samples"] = score.samples;
   return object;
 }
 
-Json correlation_to_json(const Correlation& correlation) {
+OrderedJson correlation_to_json(const Correlation& correlation) {
   return {{"lags", correlation.lags},
           {"values", correlation.values},
           {"bound95", correlation.bound95},
           {"bound99", correlation.bound99}};
 }
 
-Json parameters_to_json(const std::vector<ParameterEstimate>& parameters) {
-  Json list = Json::array();
+OrderedJson parameters_to_json(const std::vector<ParameterEstimate>& parameters) {
+  OrderedJson list = OrderedJson::array();
   for (const ParameterEstimate& parameter : parameters) {
     list.push_back({{"name", parameter.name},
                     {"value", parameter.value},
@@ -48,8 +48,8 @@ Json parameters_to_json(const std::vector<ParameterEstimate>& parameters) {
   return list;
 }
 
-Json estimation_to_json(const EstimationReport& report) {
-  Json object = score_to_json(report.score);
+OrderedJson estimation_to_json(const EstimationReport& report) {
+  OrderedJson object = score_to_json(report.score);
   object["samples"] = report.score.samples;
   object["evaluations"] = report.evaluations;
   object["seconds"] = report.seconds;
@@ -67,7 +67,7 @@ Json estimation_to_json(const EstimationReport& report) {
                              {"ar_order", i.ar_order},
                              {"samples", i.samples},
                              {"record", i.record}};
-    Json left_out = Json::array();
+    OrderedJson left_out = OrderedJson::array();
     for (const LeftOut& entry : i.left_out) left_out.push_back({{"order", entry.order}, {"rise", entry.rise}});
     object["information"]["left_out"] = std::move(left_out);
   }
@@ -79,12 +79,12 @@ Json estimation_to_json(const EstimationReport& report) {
   return object;
 }
 
-Json test_to_json(const ResidualTest& test) {
+OrderedJson test_to_json(const ResidualTest& test) {
   return {{"statistic", test.statistic}, {"degrees", test.degrees}, {"p", test.p}};
 }
 
-Json verdict_to_json(const Verdict& verdict) {
-  Json criteria = Json::array();
+OrderedJson verdict_to_json(const Verdict& verdict) {
+  OrderedJson criteria = OrderedJson::array();
   for (const Criterion& c : verdict.criteria) {
     criteria.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"passed", c.passed}});
   }
@@ -98,8 +98,8 @@ Json verdict_to_json(const Verdict& verdict) {
   return object;
 }
 
-Json validation_to_json(const ValidationReport& report) {
-  Json object = validation_score_to_json(report.score);
+OrderedJson validation_to_json(const ValidationReport& report) {
+  OrderedJson object = validation_score_to_json(report.score);
   object["acf"] = correlation_to_json(report.acf);
   object["ccf"] = correlation_to_json(report.ccf);
   for (const NamedStatistic& statistic : kValidationStatistics) object[statistic.name] = report.*statistic.value;
@@ -120,7 +120,7 @@ Json validation_to_json(const ValidationReport& report) {
 }  // namespace
 
 std::string to_text(const Model& model) {
-  Json object;
+  OrderedJson object;
   object["schema"] = "eha-model/1";
   object["name"] = model.name;
   if (model.input_map) {
@@ -159,9 +159,9 @@ std::string to_text(const Model& model) {
   }
   if (model.verdict) object["verdict"] = verdict_to_json(*model.verdict);
   object["procedure"] = model.procedure;
-  object["provenance"] = Json::object();
+  object["provenance"] = OrderedJson::object();
   for (const auto& [key, value] : model.provenance) object["provenance"][key] = value;
-  return object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return object.dump(2, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 }  // namespace eha::ident

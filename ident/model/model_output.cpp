@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMostPast = 100;  // times the rows simulated; a transform of that length still fits
 // A column this small beside the others it depends on is not solved for.
-constexpr double kRankThreshold = 1e-10;
+constexpr double kOffsetRank = 1e-10;
 constexpr double kEndless_rows = 1e15;  // fits an index
 
 /// Free responses s^i/D, i = 0.., as step responses of s^(i+1)/D.
@@ -156,7 +156,7 @@ Model with_offset_fitted(const Model& model, const ModelOutput& output, const Ei
   columns.col(0).setOnes();
   if (states > 0) columns.rightCols(states) = output.free.leftCols(states);
   const Eigen::VectorXd scale = columns.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const Eigen::VectorXd solved = scale.cwiseProduct(solve_ranked(columns * scale.asDiagonal(), rest, kRankThreshold));
+  const Eigen::VectorXd solved = scale.cwiseProduct(solve_ranked(columns * scale.asDiagonal(), rest, kOffsetRank));
   Model fitted = model;
   fitted.initial_output = solved[0];
   for (Eigen::Index i = 0; i < states; ++i) fitted.initial_state[static_cast<std::size_t>(i)] = solved[i + 1];

@@ -21,7 +21,7 @@ constexpr Eigen::Index kRowsPerUnknown = 4;
 constexpr Eigen::Index kHankel = 40;
 constexpr double kRidge = 1e-10;                            // of the mean square regressor, against a flat record
 constexpr std::array<double, 2> kQuietBelow = {0.05, 0.3};  // of the largest impulse response: still dead time
-constexpr double kLeastDamping = 1e-4;                      // of a guessed pole, over its magnitude
+constexpr double kGuessedPoleDamping = 1e-4;                      // of a guessed pole, over its magnitude
 
 /// h[1..], the response to a unit pulse of one sample, of y[k] = sum a_i y[k-i] + sum b_i u[k-i] + c.
 std::optional<Eigen::VectorXd> impulse_response(const Eigen::VectorXd& u, const Eigen::VectorXd& y) {
@@ -69,7 +69,7 @@ Complex continuous(Complex z, double step_s) {
   if (z.imag() == 0.0 && z.real() <= 0.0) return -fastest;  // no real pole has a negative image
   Complex s = std::log(z) / step_s;
   if (std::abs(s) > fastest) s *= fastest / std::abs(s);
-  const double damping = std::max(std::abs(s.real()), kLeastDamping * std::abs(s) + 1e-12 * fastest);
+  const double damping = std::max(std::abs(s.real()), kGuessedPoleDamping * std::abs(s) + 1e-12 * fastest);
   return {-damping, s.imag()};
 }
 

@@ -14,8 +14,8 @@ namespace {
 
 // Directions of the scaled parameter space that move the output less than this share of the strongest one are lost in
 // rounding (the derivatives are good to about 1e-9).
-constexpr double kRankThreshold = 1e-8;
-constexpr double kHighestOrder = 60.0;
+constexpr double kWeakDirection = 1e-8;
+constexpr double kMostLags = 60.0;
 
 /// Gamma J for the Toeplitz matrix of an autocovariance, by circulant embedding.
 Eigen::MatrixXd toeplitz_times(const std::vector<double>& autocovariance, const Eigen::MatrixXd& columns) {
@@ -48,7 +48,7 @@ Eigen::MatrixXd toeplitz_times(const std::vector<double>& autocovariance, const 
 ResidualModel residual_model(const Eigen::VectorXd& residual) {
   const Eigen::Index n = residual.size();
   const auto samples = static_cast<double>(n);
-  const auto highest = static_cast<Eigen::Index>(std::min(kHighestOrder, samples / 10.0));
+  const auto highest = static_cast<Eigen::Index>(std::min(kMostLags, samples / 10.0));
   std::vector<double> gamma;
   for (Eigen::Index k = 0; k <= highest; ++k) gamma.push_back(residual.head(n - k).dot(residual.tail(n - k)) / samples);
 
@@ -97,7 +97,7 @@ Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<st
   const Eigen::MatrixXd scaled = derivatives * scale.cwiseInverse().asDiagonal();
   const ThinSvd svd = thin_svd(scaled);
   const Eigen::VectorXd& s = svd.values;
-  const double least = kRankThreshold * s[0];
+  const double least = kWeakDirection * s[0];
   std::vector<bool> lost(static_cast<std::size_t>(p), false);
   for (Eigen::Index k = 0; k < p; ++k) {
     if (s[k] > least) continue;

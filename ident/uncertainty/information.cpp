@@ -16,7 +16,7 @@ namespace eha::ident {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kTiny = 1e-300;
+constexpr double kLeastVariance = 1e-300;
 
 /// FNV-1a of the samples' bits: equal samples in equal order give the same text, others practically never.
 std::string identity_of(const Eigen::VectorXd& samples) {
@@ -35,7 +35,7 @@ InformationCriteria information(const Eigen::VectorXd& residual, const Eigen::Ve
   const double mean_square = residual.squaredNorm() / static_cast<double>(residual.size());
   const double effective = effective_samples;
   const auto p = static_cast<double>(parameters);
-  const double fit = effective * std::log(std::max(mean_square, kTiny));
+  const double fit = effective * std::log(std::max(mean_square, kLeastVariance));
   InformationCriteria criteria;
   criteria.parameters = parameters;
   criteria.effective_samples = effective;
@@ -54,7 +54,7 @@ InformationCriteria information(const Eigen::VectorXd& residual, const Eigen::Ve
   const auto n = static_cast<double>(noise.samples);
   criteria.samples = noise.samples;
   criteria.ar_order = static_cast<std::size_t>(noise.coefficients.size());
-  criteria.ar_bic = n * std::log(std::max(noise.variance / std::max(spread, kTiny), kTiny)) +
+  criteria.ar_bic = n * std::log(std::max(noise.variance / std::max(spread, kLeastVariance), kLeastVariance)) +
                     (p + static_cast<double>(criteria.ar_order)) * std::log(n);
   return criteria;
 }

@@ -19,7 +19,7 @@ namespace {
 constexpr Eigen::Index kLags = 20;
 constexpr double kDriftOverNoise = 3.0;
 constexpr double kDriftOverError = 2.0;
-constexpr double kRankThreshold = 1e-6;  // lags of a slow input run together
+constexpr double kLagRank = 1e-6;  // lags of a slow input run together
 
 Eigen::MatrixXd centred(const Eigen::MatrixXd& columns) { return columns.rowwise() - columns.colwise().mean(); }
 
@@ -41,7 +41,7 @@ ResidualTest input_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& input, 
                         double variance, double freedom) {
   if (input.colwise().norm().maxCoeff() <= 0.0 || !(variance > 0.0)) return {};
   const ThinSvd svd = thin_svd(input);
-  const Eigen::Index rank = (svd.values.array() > kRankThreshold * svd.values[0]).count();
+  const Eigen::Index rank = (svd.values.array() > kLagRank * svd.values[0]).count();
   const Eigen::MatrixXd q = svd.left.leftCols(rank);
   const Eigen::MatrixXd seen = q.transpose() * error;
   Eigen::MatrixXd covariance = seen * seen.transpose();
