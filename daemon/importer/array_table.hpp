@@ -14,6 +14,9 @@ namespace eha::importer {
 /// Values that one file may hold, so that a wrong file does not fill the memory: 1.6 GB.
 inline constexpr std::size_t kMostValues = 200'000'000;
 
+/// Columns that one matrix may have.
+inline constexpr std::size_t kMostMatrixColumns = 64;
+
 /// A named array of numbers in a file, one-dimensional or a column of a matrix.
 struct ArrayColumn {
   std::string name;  ///< "rec.u", "/run/voltage", "X(:,2)"

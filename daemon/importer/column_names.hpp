@@ -25,6 +25,9 @@ namespace eha::importer {
 /// Seconds in one unit of time; none when it is no unit of time.
 [[nodiscard]] std::optional<double> seconds_in(std::string_view unit);
 
+/// Longest name or field in a message [bytes].
+inline constexpr std::size_t kLongestShown = 40;
+
 /// A name for a message: letters of every language stay, control characters and what is no UTF-8 become '?', and what
 /// is beyond `length` bytes becomes "...".
 [[nodiscard]] std::string readable(std::string_view name, std::size_t length);

@@ -15,8 +15,6 @@
 namespace eha::importer {
 namespace {
 
-constexpr std::size_t kLongestShown = 40;
-
 /// In order of preference where two explain a file equally well.
 constexpr std::string_view kDelimiters = ",;\t| ";
 constexpr std::string_view kDecimals = ".,";

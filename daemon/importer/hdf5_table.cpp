@@ -23,7 +23,6 @@ using record::Hdf5File;
 using record::Hdf5Space;
 using record::Hdf5Type;
 
-constexpr hsize_t kMostMatrixColumns = 64;
 constexpr std::size_t kMostDatasets = 1000;
 
 herr_t note_dataset(hid_t /*group*/, const char* name, const H5O_info_t* info, void* names_address) {
@@ -61,9 +60,9 @@ std::string unit_attribute(hid_t dataset) {
   return {};
 }
 
-class Collector {
+class Hdf5Collector {
  public:
-  Collector(const std::filesystem::path& path, hid_t file) : path_(path.string()), file_(file) {}
+  Hdf5Collector(const std::filesystem::path& path, hid_t file) : path_(path.string()), file_(file) {}
 
   void add(const std::string& name) {
     const Hdf5Dataset dataset(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
@@ -159,7 +158,7 @@ std::unique_ptr<Table> open_hdf5(const std::filesystem::path& path, const Option
   if (H5Ovisit(file.get(), H5_INDEX_NAME, H5_ITER_INC, note_dataset, &names) < 0) {
     throw DataError(fmt::format("{}: a damaged HDF5 file; save it again", path.string()));
   }
-  Collector collector(path, file.get());
+  Hdf5Collector collector(path, file.get());
   for (const std::string& name : names) collector.add(name);
   static_cast<void>(options);
   return table_of_arrays(path, "HDF5", std::move(collector.arrays()),

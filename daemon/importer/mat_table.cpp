@@ -22,7 +22,6 @@ using MatVariable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
 
 /// A damaged file may nest structs without end.
 constexpr int kDeepest = 8;
-constexpr std::size_t kMostMatrixColumns = 64;
 
 /// matio reports faults through this function; what it returned says enough.
 void say_nothing(int /*level*/, char* /*message*/) {}
@@ -86,9 +85,9 @@ bool extract(const matvar_t& variable, std::size_t first, std::size_t stride, st
   }
 }
 
-class Collector {
+class MatCollector {
  public:
-  explicit Collector(std::string path) : path_(std::move(path)) {}
+  explicit MatCollector(std::string path) : path_(std::move(path)) {}
 
   void add(matvar_t* variable, const std::string& name, int depth) {
     if (variable == nullptr || depth > kDeepest) return;
@@ -171,7 +170,7 @@ std::unique_ptr<Table> open_mat(const std::filesystem::path& path, const Options
   Mat_LogInitFunc("eha", say_nothing);
   const MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), &Mat_Close);
   if (!file) throw DataError(fmt::format("{}: a damaged or truncated MAT-file; save it again", path.string()));
-  Collector collector(path.string());
+  MatCollector collector(path.string());
   for (;;) {
     const MatVariable variable(Mat_VarReadNext(file.get()), &Mat_VarFree);
     if (!variable) break;

@@ -16,7 +16,6 @@
 namespace eha::importer {
 namespace {
 
-constexpr std::size_t kLongestShown = 40;
 constexpr std::size_t kMostListed = 12;
 
 /// "/group/u", "group.u" and "group/u" are one name.

@@ -27,8 +27,6 @@ constexpr std::size_t kMostColumns = 1024;
 /// 0.7 GB of three columns.
 constexpr std::size_t kMostRows = 30'000'000;
 constexpr std::size_t kRowsBetweenProgress = 1U << 17U;
-/// Longest name or field in a message, in characters.
-constexpr std::size_t kLongestShown = 40;
 
 std::string quoted_for_message(std::string_view text) { return '"' + shortened(text, kLongestShown) + '"'; }
 

@@ -26,13 +26,13 @@ double time_s(const ident::Record& record, Eigen::Index k) {
   return record.start_s + record.step_s * static_cast<double>(k);
 }
 
-struct Column {
+struct ExportedColumn {
   std::string name;  ///< as a variable of every language
   std::string unit;
   Eigen::VectorXd values;
 };
 
-std::vector<Column> columns(const ident::Record& record) {
+std::vector<ExportedColumn> columns(const ident::Record& record) {
   Eigen::VectorXd time(record.input.size());
   for (Eigen::Index k = 0; k < time.size(); ++k) time[k] = time_s(record, k);
   const auto name = [](const ident::Channel& channel) { return identifier(header_from_channel(channel)); };
@@ -72,8 +72,8 @@ void write_mat_file(const ident::Record& record, const std::filesystem::path& pa
     const std::unique_ptr<mat_t, int (*)(mat_t*)> file(Mat_CreateVer(temporary.c_str(), kMatHeader, MAT_FT_MAT5),
                                                        [](mat_t* open) { return Mat_Close(open); });
     require(file != nullptr);
-    std::vector<Column> all = columns(record);
-    for (Column& column : all) {
+    std::vector<ExportedColumn> all = columns(record);
+    for (ExportedColumn& column : all) {
       std::array<std::size_t, 2> size{static_cast<std::size_t>(column.values.size()), 1};
       const std::unique_ptr<matvar_t, void (*)(matvar_t*)> variable(
           Mat_VarCreate(column.name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, size.data(), column.values.data(), 0),
@@ -91,7 +91,7 @@ void write_hdf5_file(const ident::Record& record, const std::filesystem::path& p
     };
     Hdf5File file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
     require(static_cast<bool>(file));
-    for (const Column& column : columns(record)) {
+    for (const ExportedColumn& column : columns(record)) {
       const auto rows = static_cast<hsize_t>(column.values.size());
       const Hdf5Space space(H5Screate_simple(1, &rows, nullptr));
       const Hdf5Dataset dataset(H5Dcreate2(file.get(), column.name.c_str(), H5T_IEEE_F64LE, space.get(), H5P_DEFAULT,

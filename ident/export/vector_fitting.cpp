@@ -26,7 +26,7 @@ constexpr int kIterations = 12;
 constexpr int kFewestPoles = 4;
 constexpr int kMostPoles = 30;
 constexpr double kStaticWeight = 5.0;  // of the gain at s = 0 among the frequencies
-constexpr double kSameOrder = 1e-9;
+constexpr double kOrderTolerance = 1e-9;
 constexpr double kNoLoss = 1e-9;  // least share of a pole's size that its damping keeps
 
 double highest(const std::vector<Term>& terms) {
@@ -47,7 +47,7 @@ double lowest(const std::vector<Term>& terms) {
 
 double coefficient_at(const std::vector<Term>& terms, double order) {
   double sum = 0.0;
-  for (const Term& term : terms) sum += std::abs(term.order - order) <= kSameOrder ? term.coefficient : 0.0;
+  for (const Term& term : terms) sum += std::abs(term.order - order) <= kOrderTolerance ? term.coefficient : 0.0;
   return sum;
 }
 
@@ -277,10 +277,10 @@ Sections approximate(const TransferFunction& g, const AngularBand& band, double 
   TransferFunction h = g;
   h.delay_s = 0.0;
   const double at_zero = lowest(g.denominator) - lowest(g.numerator);
-  if (at_zero >= 2.0 - kSameOrder) {
+  if (at_zero >= 2.0 - kOrderTolerance) {
     throw ConfigError("transfer_function: a pole of order 2 or more at s = 0 beside fractional orders is not exported");
   }
-  const bool integrates = at_zero >= 1.0 - kSameOrder;
+  const bool integrates = at_zero >= 1.0 - kOrderTolerance;
   if (integrates) {
     // H = s G
     const double shared = std::min(1.0, lowest(g.denominator));
@@ -288,14 +288,14 @@ Sections approximate(const TransferFunction& g, const AngularBand& band, double 
     for (Term& term : h.numerator) term.order += 1.0 - shared;
   }
   Samples samples;
-  samples.has_direct = highest(h.numerator) >= highest(h.denominator) - kSameOrder;
+  samples.has_direct = highest(h.numerator) >= highest(h.denominator) - kOrderTolerance;
   for (const double w : dense_grid(h, band)) {
     samples.s.emplace_back(0.0, w);
     samples.g.push_back(frequency_response(h, samples.s.back()));
     samples.weight.push_back(1.0 / std::abs(samples.g.back()));
   }
   const double low = lowest(h.denominator);
-  if (std::abs(low - lowest(h.numerator)) <= kSameOrder) {
+  if (std::abs(low - lowest(h.numerator)) <= kOrderTolerance) {
     samples.s.emplace_back(0.0);
     samples.g.emplace_back(coefficient_at(h.numerator, low) / coefficient_at(h.denominator, low));
     samples.weight.push_back(kStaticWeight / std::abs(samples.g.back()));

@@ -15,8 +15,8 @@ using std::numbers::pi;
 using Complex = std::complex<double>;
 
 constexpr int kHighestDegree = 24;
-constexpr double kSameOrder = 1e-9;  // relative distance of two orders that count as one
-constexpr double kSamePole = 1e-6;   // distance in ln s of two results that are one pole
+constexpr double kCoincidentOrders = 1e-9;  // relative distance of two orders that count as one
+constexpr double kSamePole = 1e-6;          // distance in ln s of two results that are one pole
 constexpr int kMostSteps = 60;
 constexpr int kAngles = 13;  // starts between 0 and pi
 constexpr int kSizes = 9;    // starts of |s| around each crossing of two terms
@@ -94,7 +94,7 @@ ReducedPolynomial reduced(std::vector<Term> terms) {
   std::sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
   ReducedPolynomial out;
   for (const Term& term : terms) {
-    if (!out.terms.empty() && term.order - out.terms.back().order <= kSameOrder * std::max(1.0, term.order)) {
+    if (!out.terms.empty() && term.order - out.terms.back().order <= kCoincidentOrders * std::max(1.0, term.order)) {
       out.terms.back().coefficient += term.coefficient;
     } else {
       out.terms.push_back(term);
@@ -112,7 +112,7 @@ std::optional<double> base_order(const ReducedPolynomial& polynomial) {
   for (int degree = 1; degree <= kHighestDegree; ++degree) {
     const double q = top / degree;
     const bool fits = std::all_of(polynomial.terms.begin(), polynomial.terms.end(), [&](const Term& term) {
-      return std::abs(term.order / q - std::round(term.order / q)) <= kSameOrder * degree;
+      return std::abs(term.order / q - std::round(term.order / q)) <= kCoincidentOrders * degree;
     });
     if (fits) return q;
   }

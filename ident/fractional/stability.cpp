@@ -19,8 +19,6 @@ constexpr double kRounding = 1e-15;
 constexpr double kAlikeOrders = 0.02;
 constexpr double kOutweighed = 0.5;  // sum of the other terms over the group that outweighs them
 
-using Polynomial = ReducedPolynomial;
-
 /// D and s D'/D at s = exp(x + i phi), scaled by the largest term against overflow.
 struct Sample {
   double x;
@@ -74,7 +72,7 @@ double turn(const std::vector<Term>& terms, const Sample& a, const Sample& b, do
   return turn(terms, a, middle, phi, depth + 1) + turn(terms, middle, b, phi, depth + 1);
 }
 
-int zeros_in_sector(const Polynomial& d, double phi) {
+int zeros_in_sector(const ReducedPolynomial& d, double phi) {
   if (d.terms.size() < 2) return 0;
   double low = 1e300;
   double high = -1e300;
@@ -95,13 +93,13 @@ int zeros_in_sector(const Polynomial& d, double phi) {
 }
 
 /// Least |arg s| over the poles on the principal sheet, pi when there is none.
-double least_angle_commensurate(const Polynomial& d, double q) {
+double least_angle_commensurate(const ReducedPolynomial& d, double q) {
   double angle = pi;
   for (const Complex& root : commensurate_roots(d, q)) angle = std::min(angle, std::abs(std::arg(root)) / q);
   return angle;
 }
 
-double least_angle_by_winding(const Polynomial& d) {
+double least_angle_by_winding(const ReducedPolynomial& d) {
   double inside = 0.0;
   double outside = pi;
   if (zeros_in_sector(d, pi) == 0) return pi;
@@ -114,14 +112,14 @@ double least_angle_by_winding(const Polynomial& d) {
 
 /// Whether all terms have one sign and lie within a half plane for every s of the closed right half plane; their sum
 /// then never vanishes.
-bool plainly_stable(const Polynomial& d) {
+bool plainly_stable(const ReducedPolynomial& d) {
   const bool positive =
       std::all_of(d.terms.begin(), d.terms.end(), [](const Term& term) { return term.coefficient > 0.0; });
   return positive && d.terms.back().order < 2.0;
 }
 
 /// Whether orders and coefficients are within the range of the tests.
-bool decidable(const Polynomial& d) {
+bool decidable(const ReducedPolynomial& d) {
   return std::all_of(d.terms.begin(), d.terms.end(), [&](const Term& term) {
     return std::isfinite(term.coefficient) && std::abs(term.order + d.removed_order) <= kOrderLimit;
   });
@@ -134,7 +132,7 @@ int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad)
 }
 
 bool grows(const TransferFunction& g) {
-  const Polynomial d = reduced(g.denominator);
+  const ReducedPolynomial d = reduced(g.denominator);
   if (!decidable(d)) return true;
   if (d.terms.size() < 2 || plainly_stable(d)) return false;
   if (const auto q = base_order(d)) {
@@ -145,7 +143,7 @@ bool grows(const TransferFunction& g) {
 }
 
 StabilityReport stability(const TransferFunction& g) {
-  const Polynomial d = reduced(g.denominator);
+  const ReducedPolynomial d = reduced(g.denominator);
   StabilityReport report;
   report.test = "argument_principle";
   if (!decidable(d)) {

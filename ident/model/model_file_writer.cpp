@@ -88,10 +88,10 @@ OrderedJson verdict_to_json(const Verdict& verdict) {
   for (const Criterion& c : verdict.criteria) {
     criteria.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"passed", c.passed}});
   }
-  Json object = {{"accepted", verdict.accepted},
-                 {"grade", text(verdict.grade)},
-                 {"criteria", std::move(criteria)},
-                 {"reasons", verdict.reasons}};
+  OrderedJson object = {{"accepted", verdict.accepted},
+                        {"grade", text(verdict.grade)},
+                        {"criteria", std::move(criteria)},
+                        {"reasons", verdict.reasons}};
   if (verdict.usable_band) {
     object["usable_band_Hz"] = {verdict.usable_band->lowest_Hz, verdict.usable_band->highest_Hz};
   }

@@ -129,12 +129,12 @@ Eigen::VectorXd with_scanned_coefficients(const OutputError& problem, const Eige
 }
 
 /// The search box and the start inside it.
-struct Box {
+struct SearchBox {
   std::vector<double> lower;
   std::vector<double> upper;
   std::vector<double> start;
 
-  explicit Box(const std::vector<Coordinate>& coordinates) {
+  explicit SearchBox(const std::vector<Coordinate>& coordinates) {
     for (const Coordinate& c : coordinates) {
       lower.push_back(c.search_lower);
       upper.push_back(c.search_upper);
@@ -150,7 +150,7 @@ struct Seen {
 
 /// One population of a controlled random search: every stable point it tried. Deterministic for a seed: NLopt's
 /// generator is the calling thread's own.
-std::vector<Seen> look_around(const OutputError& problem, const Box& box, std::uint32_t seed) {
+std::vector<Seen> look_around(const OutputError& problem, const SearchBox& box, std::uint32_t seed) {
   const auto n = static_cast<Eigen::Index>(box.start.size());
   std::vector<Seen> seen;
   nlopt::srand(seed);
@@ -181,7 +181,8 @@ std::vector<Seen> look_around(const OutputError& problem, const Box& box, std::u
 }
 
 /// The stable points that all populations tried, population by population.
-std::vector<Seen> explore(const OutputError& problem, const Box& box, std::uint64_t seed, const Executor& executor) {
+std::vector<Seen> explore(const OutputError& problem, const SearchBox& box, std::uint64_t seed,
+                          const Executor& executor) {
   std::vector<std::vector<Seen>> populations(kPopulations);
   // NLopt takes 32 bits of a seed.
   std::seed_seq mixed{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U)};
@@ -208,7 +209,7 @@ std::vector<Seen> evaluated(const OutputError& problem, const std::vector<Eigen:
 /// Starts of local searches, all distinct.
 class Starts {
  public:
-  explicit Starts(const Box& box) : box_(box) {}
+  explicit Starts(const SearchBox& box) : box_(box) {}
 
   [[nodiscard]] const std::vector<Eigen::VectorXd>& all() const { return starts_; }
 
@@ -237,7 +238,7 @@ class Starts {
     return std::sqrt(sum / static_cast<double>(a.size()));
   }
 
-  const Box& box_;
+  const SearchBox& box_;
   std::vector<Eigen::VectorXd> starts_;
 };
 
@@ -325,7 +326,7 @@ SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorX
     result.optima.push_back(minimise(problem, Eigen::VectorXd()));
     return result;
   }
-  const Box box(problem.parametrisation().coordinates());
+  const SearchBox box(problem.parametrisation().coordinates());
   Starts starts(box);
   std::vector<Seen> seen = explore(problem, box, seed, executor);
   result.evaluations = seen.size() + guesses.size();

@@ -18,14 +18,14 @@ constexpr double kCarries = 0.1;    // of the greatest amplitude
 constexpr double kHalfLobe = 1.65;  // of a Hann window's main lobe where it falls to kCarries [1/T]
 constexpr std::size_t kPadding = 4;
 constexpr Eigen::Index kFewestRows = 8;
-constexpr std::size_t kPoints = 200;
+constexpr std::size_t kBandPoints = 200;
 constexpr double kFarAway = 100.0;  // how far beyond the band a resonance is looked for
 
 std::vector<double> logarithmic(double lowest_Hz, double highest_Hz) {
   if (!(highest_Hz > lowest_Hz)) return {lowest_Hz};
   std::vector<double> grid;
-  for (std::size_t i = 0; i < kPoints; ++i) {
-    const double share = static_cast<double>(i) / static_cast<double>(kPoints - 1);
+  for (std::size_t i = 0; i < kBandPoints; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(kBandPoints - 1);
     grid.push_back(lowest_Hz * std::pow(highest_Hz / lowest_Hz, share));
   }
   grid.back() = highest_Hz;
