@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 
 #include "daemon/record/run_folder.hpp"
@@ -65,14 +66,36 @@ min_validation_r2_percent = 90.0
 )";
 }
 
+std::string write_rig(const std::string& text) {
+  static int number = 0;
+  return write_file("/tmp/rig-" + std::to_string(number++) + ".toml", text);
+}
+
+/// Replaces the value of a key that stands at the beginning of a line.
+void set_key(std::string& text, const std::string& key, const std::string& value) {
+  const std::size_t at = text.find("\n" + key + " = ");
+  if (at == std::string::npos) throw std::runtime_error("the shipped rig file has no " + key);
+  const std::size_t begin = at + key.size() + 4;
+  text.replace(begin, text.find_first_of(" \n", begin) - begin, value);
+}
+
 }  // namespace
+
+std::string patient_pci1716_rig(const std::string& appended) {
+  std::ifstream shipped(kPci1716Rig);
+  std::stringstream text;
+  text << shipped.rdbuf() << appended;
+  std::string rig = text.str();
+  set_key(rig, "abort_consecutive_late", "500");
+  set_key(rig, "abort_total_late", "5000");
+  return write_rig(rig);
+}
 
 std::string kernel_board_rig(RigFile kind) {
   const std::string device = kind == RigFile::missing_device ? "/dev/comedi7" : "/dev/comedi0";
   const std::string board = kind == RigFile::wrong_board ? "pci1716" : "comedi_test";
   const std::string range_max_V = kind == RigFile::wrong_range ? "7.0" : "10.0";
-  static int number = 0;
-  return write_file("/tmp/rig-" + std::to_string(number++) + ".toml", R"(schema = 1
+  return write_rig(R"(schema = 1
 name = "kernel test board"
 backend = "comedi"
 [limits]
@@ -95,11 +118,13 @@ limit_in = 2.5
 [realtime]
 sample_period_s = 0.001
 priority = 80
-abort_consecutive_late = 5
-abort_total_late = 50
+abort_consecutive_late = 500
+abort_total_late = 5000
 [comedi]
-device = ")" + device + R"("
-board = ")" + board + R"("
+device = ")" + device +
+                   R"("
+board = ")" + board +
+                   R"("
 driver = "comedi_test"
 resolution_bits = 16
 feedback_settling_us = 10.0
@@ -120,7 +145,8 @@ subdevice = 1
 channel = 0
 reference = "ground"
 range_min_V = -10.0
-range_max_V = )" + range_max_V + "\n");
+range_max_V = )" + range_max_V +
+                   "\n");
 }
 
 EhaRun::EhaRun(const std::string& rig_file, std::chrono::milliseconds duration, Tones tones)

@@ -143,7 +143,7 @@ TEST(EhaOnTheStandInCard, RunsTheShippedRigFileAsItIs) {
 
 TEST(EhaOnTheStandInCard, EnablesTheHydraulicsForTheRunOnlyAndBeatsItsHeartWithEveryTick) {
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 500ms);
+  EhaRun run(patient_pci1716_rig(), 500ms);
   run.wait_until_recorded();
   bool enabled = false;
   bool was_enabled = false;
@@ -183,7 +183,7 @@ class EhaOnTheStandInCardWith : public ::testing::TestWithParam<CardFault> {};
 TEST_P(EhaOnTheStandInCardWith, EndsFaultedAndSafeOnTheWire) {
   const CardFault& fault = GetParam();
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 20s);
+  EhaRun run(fault.outcome == "deadline" ? kPci1716Rig : patient_pci1716_rig(), 20s);
   run.wait_until_running();
   EXPECT_FALSE(wire_is_safe());
   for (const auto& [parameter, value] : fault.parameters) board.set(parameter, value);
@@ -211,7 +211,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(EhaOnTheStandInCard, ToleratesOneTimeOutAndFlagsTheHeldSample) {
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 1500ms);
+  EhaRun run(patient_pci1716_rig(), 1500ms);
   run.wait_until_running();
   board.set("ai_timeout", 1);
   run.wait_until_recorded();
@@ -224,7 +224,7 @@ TEST(EhaOnTheStandInCard, ToleratesOneTimeOutAndFlagsTheHeldSample) {
 
 TEST(EhaOnTheStandInCard, CountsTheTicksThatAStalledConversionCosts) {
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 1500ms);
+  EhaRun run(patient_pci1716_rig(), 1500ms);
   run.wait_until_running();
   board.set("ai_stall_ms", 3);
   board.set("ai_stall", 1);
@@ -236,7 +236,7 @@ TEST(EhaOnTheStandInCard, CountsTheTicksThatAStalledConversionCosts) {
 
 TEST(EhaOnTheStandInCard, RampsOutOnSigterm) {
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 20s);
+  EhaRun run(patient_pci1716_rig(), 20s);
   run.wait_until_running();
   const std::int64_t signalled_ns = now_ns();
   run.process().signal(SIGTERM);
@@ -256,7 +256,7 @@ TEST(EhaOnTheStandInCard, RampsOutOnSigterm) {
 
 TEST(EhaOnTheStandInCard, IsMadeSafeWithinHalfASecondOfSigkillAndKeepsItsRecord) {
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 20s);
+  EhaRun run(patient_pci1716_rig(), 20s);
   run.wait_until_running();
   ASSERT_FALSE(wire_is_safe());
   const std::int64_t killed_ns = now_ns();
@@ -283,7 +283,7 @@ TEST(EhaOnTheStandInCard, IsMadeSafeWithinHalfASecondOfSigkillAndKeepsItsRecord)
 
 TEST(EhaOnTheStandInCard, IsKilledByItsGuardAndMadeSafeWhenItIsStopped) {
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 20s);
+  EhaRun run(patient_pci1716_rig(), 20s);
   run.wait_until_running();
   ASSERT_FALSE(wire_is_safe());
   const std::int64_t stopped_ns = now_ns();
@@ -297,7 +297,7 @@ class GuardLost : public ::testing::TestWithParam<int> {};
 
 TEST_P(GuardLost, RampsOutAndSaysSo) {
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 20s);
+  EhaRun run(patient_pci1716_rig(), 20s);
   run.wait_until_running();
   const std::vector<pid_t> children = children_of(run.process().id());
   ASSERT_EQ(children.size(), 1U);

@@ -9,10 +9,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
 #include <iostream>
 #include <ostream>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,7 +70,7 @@ TEST_P(RodWith, EndsAsDocumentedAndInTime) {
   const RodFault& fault = GetParam();
   const Board board("pci1716_card", "rod=1 ai_noise=1");
   for (const auto& [parameter, value] : fault.before) board.set(parameter, value);
-  EhaRun run(kPci1716Rig, 8s, Tones::slow);
+  EhaRun run(patient_pci1716_rig(), 8s, Tones::slow);
   run.wait_until_running();
   const double from_in = fault.before.empty() ? rod_in(board) : 2.95;
   const std::int64_t from_ns = now_ns();
@@ -106,68 +104,58 @@ TEST_P(RodWith, EndsAsDocumentedAndInTime) {
 
 INSTANTIATE_TEST_SUITE_P(
     OfTheStandInCard, RodWith,
-    ::testing::Values(RodFault{"ASensorThatSticksWithNoise",
-                               {},
-                               {{"ai_noise", 5}, {"ai_stuck", 1}},
-                               "faulted",
-                               {"not_following"},
-                               6.0,
-                               0.7},
-                      RodFault{"ASensorThatIsStuckFromTheStart",
-                               {{"ai_noise", 5}, {"ai_stuck", 1}},
-                               {},
-                               "faulted",
-                               {"not_following"},
-                               6.0,
-                               0.7},
-                      RodFault{"AnOpenWireThatReadsMidStroke",
-                               {{"ai_noise", 5}, {"ai_open", 1}},
-                               {},
-                               "faulted",
-                               {"not_following"},
-                               6.0,
-                               0.7},
-                      RodFault{"AnOpenWireThatReadsTheRail",
-                               {},
-                               {{"ai_open_mV", 10000}, {"ai_open", 1}},
-                               "faulted",
-                               {"feedback_rail", "feedback_band"},
-                               0.1,
-                               0.05},
-                      RodFault{"AReversedSensor",
-                               {{"ai_slope_percent", -100}},
-                               {},
-                               "faulted",
-                               {"not_following", "unexplained_motion"},
-                               6.0,
-                               0.7},
-                      RodFault{"ASlopeThatHalved", {{"ai_slope_percent", 50}}, {}, "completed", {}, 0.0, 0.0},
-                      RodFault{"OutputTimeOuts",
-                               {},
-                               {{"ao_timeout_ms", 1000}, {"ao_timeout", -1}},
-                               "faulted",
-                               {"call_overran", "consecutive_late"},
-                               1.1,
-                               0.5},
-                      RodFault{"AConverterThatStalls",
-                               {},
-                               {{"ai_stall_ms", 1000}, {"ai_stall", 1}},
-                               "faulted",
-                               {"loop_stalled"},
-                               1.1,
-                               0.5}),
+    ::testing::Values(
+        RodFault{"ASensorThatSticksWithNoise",
+                 {},
+                 {{"ai_noise", 5}, {"ai_stuck", 1}},
+                 "faulted",
+                 {"not_following"},
+                 6.0,
+                 0.7},
+        RodFault{"ASensorThatIsStuckFromTheStart",
+                 {{"ai_noise", 5}, {"ai_stuck", 1}},
+                 {},
+                 "faulted",
+                 {"not_following"},
+                 6.0,
+                 0.7},
+        RodFault{"AnOpenWireThatReadsMidStroke",
+                 {{"ai_noise", 5}, {"ai_open", 1}},
+                 {},
+                 "faulted",
+                 {"not_following"},
+                 6.0,
+                 0.7},
+        RodFault{"AnOpenWireThatReadsTheRail",
+                 {},
+                 {{"ai_open_mV", 10000}, {"ai_open", 1}},
+                 "faulted",
+                 {"feedback_rail", "feedback_band"},
+                 0.1,
+                 0.05},
+        RodFault{"AReversedSensor",
+                 {{"ai_slope_percent", -100}},
+                 {},
+                 "faulted",
+                 {"not_following", "unexplained_motion"},
+                 6.0,
+                 0.7},
+        RodFault{"ASlopeThatHalved", {{"ai_slope_percent", 50}}, {}, "completed", {}, 0.0, 0.0},
+        RodFault{
+            "OutputTimeOuts", {}, {{"ao_timeout_ms", 1000}, {"ao_timeout", -1}}, "faulted", {"call_overran"}, 1.1, 0.5},
+        RodFault{"AConverterThatStalls",
+                 {},
+                 {{"ai_stall_ms", 1000}, {"ai_stall", 1}},
+                 "faulted",
+                 {"loop_stalled"},
+                 1.1,
+                 0.5}),
     [](const auto& parameters) { return parameters.param.name; });
 
 /// The shipped rig file with an auxiliary contact.
 std::string rig_with_contact() {
-  std::ifstream shipped(kPci1716Rig);
-  std::stringstream text;
-  text << shipped.rdbuf();
-  const std::string path = "/tmp/rig-with-contact.toml";
-  std::ofstream(path) << text.str()
-                      << "\n[comedi.enable_contact]\nsubdevice = 2\nchannel = 1\nactive = \"high\"\n"
-                         "follows_within_s = 0.05\n";
-  return path;
+  return patient_pci1716_rig(
+      "\n[comedi.enable_contact]\nsubdevice = 2\nchannel = 1\nactive = \"high\"\nfollows_within_s = 0.05\n");
 }
 
 TEST(RodWithAContact, RunsWhileTheContactFollowsAndStopsWhenItDropsOut) {
