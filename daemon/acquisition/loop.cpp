@@ -143,6 +143,10 @@ void Loop::publish(const TickInputs& inputs) noexcept {
   snapshot.velocity_in_per_s = engine_.velocity_in_per_s();
   snapshot.travel_share = engine_.travel_share();
   snapshot.velocity_share = engine_.velocity_share();
+  snapshot.feedback_code = last_.feedback_code;
+  snapshot.digital_inputs = last_.digital_inputs;
+  snapshot.flags = last_.flags;
+  snapshot.enable_contact = engine_.enable_contact();
   snapshot.latency_max_ns = report_.latency.maximum_ns();
   snapshot.execution_max_ns = report_.execution.maximum_ns();
   snapshot.counters = counters();

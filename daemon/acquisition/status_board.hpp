@@ -42,6 +42,10 @@ struct Snapshot {
   double velocity_in_per_s = 0.0;
   double travel_share = 0.0;    ///< of the way from mid-travel to a travel limit; see LimitMonitor
   double velocity_share = 0.0;  ///< of the velocity limit
+  std::uint32_t feedback_code = 0;
+  std::uint32_t digital_inputs = 0;
+  std::uint16_t flags = 0;      ///< TickFlag bits of the last row
+  bool enable_contact = false;  ///< as read last
   std::int64_t latency_max_ns = 0;
   std::int64_t execution_max_ns = 0;
   LoopCounters counters;

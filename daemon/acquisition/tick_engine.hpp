@@ -63,6 +63,8 @@ class TickEngine {
   [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
   [[nodiscard]] const LoopCounters& counters() const noexcept { return counters_; }
   [[nodiscard]] double velocity_in_per_s() const noexcept { return limits_monitor_.velocity_in_per_s(); }
+  /// Of the last good reading.
+  [[nodiscard]] bool enable_contact() const noexcept { return reading_.enable_contact; }
   /// Of the last reading; see LimitMonitor.
   [[nodiscard]] double travel_share() const noexcept { return limits_monitor_.travel_share(); }
   [[nodiscard]] double velocity_share() const noexcept { return limits_monitor_.velocity_share(); }

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <string_view>
 
 #include "core/error.hpp"
@@ -43,6 +44,11 @@ os::FileDescriptor connect_to(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+std::filesystem::path default_socket() {
+  const char* named = std::getenv("EHA_SOCKET");
+  return named != nullptr && *named != '\0' ? named : kDefaultSocket;
+}
 
 Client::Client(const std::filesystem::path& socket)
     : path_(socket), descriptor_(connect_to(socket)), input_(kLongestAnswer) {

@@ -15,6 +15,9 @@ namespace eha::control {
 
 inline constexpr const char* kDefaultSocket = "/run/ehad/ehad.sock";
 
+/// The environment's EHA_SOCKET, otherwise kDefaultSocket.
+[[nodiscard]] std::filesystem::path default_socket();
+
 /// A connection to ehad. Blocking. Not thread-safe.
 class Client {
  public:

@@ -200,6 +200,7 @@ struct Commands {
   RunsCommands runs;
   DoctorCommand doctor;
   LatencyCommand latency;
+  ReadCommand read;
   ServiceCommand service;
   std::string shell;  ///< of completion
 };
@@ -221,6 +222,7 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_doctor(app, commands.doctor);
   add_latency(app, commands.latency);
   add_completion(app, commands.shell);
+  add_read(app, commands.read);
   add_service_commands(app, commands.service);
 }
 
@@ -256,6 +258,7 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("design")) return commands.design;
   if (app.got_subcommand("doctor")) return commands.doctor;
   if (app.got_subcommand("latency")) return commands.latency;
+  if (app.got_subcommand("read")) return commands.read;
   if (!commands.service.method.empty()) return commands.service;
   if (const CLI::App* sub = app.get_subcommand("runs"); sub->parsed()) {
     if (sub->got_subcommand("list")) return commands.runs.list;

@@ -24,7 +24,7 @@ namespace eha::cli {
 struct RunCommand {
   std::string experiment_file;
   std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
-  std::filesystem::path socket = control::kDefaultSocket;
+  std::filesystem::path socket = control::default_socket();
   bool local = false;                     ///< in this process
   bool fast = false;                      ///< virtual time
   bool yes = false;                       ///< move a real actuator without asking
@@ -162,10 +162,17 @@ struct LatencyCommand {
       {};  ///< whose period, priority and CPU the loop takes; none: default_rig_file()
 };
 
+struct ReadCommand {
+  std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig itself where nobody listens
+  std::optional<std::string> rig_file = {};          ///< with `local`; none: default_rig_file()
+  bool local = false;                                ///< read the rig in this process
+  bool watch = false;                                ///< repeatedly
+};
+
 /// A method of ehad-protocol(7): status, arm, disarm, stop, metrics, reload, queue, release, cancel, ack, remove.
 struct ServiceCommand {
   std::string method;
-  std::filesystem::path socket = control::kDefaultSocket;
+  std::filesystem::path socket = control::default_socket();
   std::int64_t entry = 0;  ///< of cancel and release; 0: every held one
   std::string run = {};    ///< of ack and remove: its folder or the folder's name
   bool yes = false;        ///< of remove: without asking
@@ -175,7 +182,7 @@ struct ServiceCommand {
 using Command =
     std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand, CompareCommand,
                  ReplayCommand, ReportCommand, PlotCommand, CheckCommand, DesignCommand, RunsListCommand,
-                 RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ServiceCommand>;
+                 RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ReadCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -196,6 +203,7 @@ using Command =
 /// `eha doctor --following RUN`. @throws DataError  the run holds too little   @throws IoError, PermissionError
 [[nodiscard]] ExitCode learn_following(const std::filesystem::path& folder, Console& console);
 [[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const ReadCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);
 
 }  // namespace eha::cli

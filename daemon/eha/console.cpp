@@ -75,6 +75,16 @@ void Console::print(std::string_view text) const {
   if (text.empty() || text.back() != '\n') write_out("\n");
 }
 
+void Console::redraw(std::string_view text) {
+  if (options_.json) return;
+  const bool replaces = isatty(STDOUT_FILENO) == 1;
+  // Cursor up, then erase from there to the end of the screen (ECMA-48 CUU, ED).
+  if (replaces && drawn_lines_ > 0) write_out(fmt::format("\x1b[{}A\x1b[J", drawn_lines_));
+  print(text);
+  drawn_lines_ = replaces ? std::count(text.begin(), text.end(), '\n') + (text.ends_with('\n') ? 0 : 1) : 0;
+  flush();
+}
+
 void Console::print_json(const nlohmann::ordered_json& document) const {
   if (options_.json) write_out(document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }

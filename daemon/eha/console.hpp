@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -38,6 +39,9 @@ class Console {
   /// Prints results as text, with a newline at the end; nothing with --json.
   void print(std::string_view text) const;
 
+  /// Prints results as text that the next call replaces on a terminal; elsewhere each is printed after the other.
+  void redraw(std::string_view text);
+
   /// The document of --json; prints nothing without that option.
   void print_json(const nlohmann::ordered_json& document) const;
 
@@ -64,6 +68,7 @@ class Console {
  private:
   ConsoleOptions options_;
   bool bar_wanted_ = false;
+  std::ptrdiff_t drawn_lines_ = 0;  ///< that redraw() replaces
   bool bar_drawn_ = false;
   double bar_share_ = 0.0;                           ///< when the work began
   std::chrono::steady_clock::time_point bar_begun_;  ///< of the work that the bar shows

@@ -110,11 +110,11 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   // Without a folder: the runs in ./runs, or the service's if that folder does not exist.
   const fs::path here = command.folder.value_or("runs");
   std::error_code ignored;
-  const bool asks_service =
-      command.socket || (!command.folder && !fs::exists(here, ignored) && fs::exists(control::kDefaultSocket, ignored));
+  const bool asks_service = command.socket || (!command.folder && !fs::exists(here, ignored) &&
+                                               fs::exists(control::default_socket(), ignored));
   if (command.folder && !asks_service) require_folder(*command.folder);
-  const RunList list =
-      asks_service ? runs_of_service(command.socket.value_or(control::kDefaultSocket)) : runs_of_folder(here, console);
+  const RunList list = asks_service ? runs_of_service(command.socket.value_or(control::default_socket()))
+                                    : runs_of_folder(here, console);
   console.print_json(to_json(list));
   if (list.runs.empty()) {
     console.print(fmt::format("no runs in {}", list.folder));

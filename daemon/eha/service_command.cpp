@@ -4,10 +4,12 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/text_table.hpp"
@@ -43,26 +45,28 @@ std::string queue_table(const Json& entries) {
                     rows);
 }
 
-void print_status(const Json& status, const Console& console) {
-  const auto line = [&](const char* name, const std::string& text) {
-    console.print(fmt::format("{:<8} {}", name, text));
-  };
+std::string status_text(const Json& status, const Console& console) {
+  std::vector<NamedText> lines;
   const Json& reason = status.at("reason");
-  line("state", fmt::format("{}{}", status.at("state").get<std::string>(),
-                            reason.is_string() ? fmt::format(" ({})", reason.get<std::string>()) : ""));
-  line("rig", fmt::format("{} ({})", status.at("rig").at("name").get<std::string>(),
-                          status.at("rig").at("file").get<std::string>()));
+  lines.push_back({"state", fmt::format("{}{}", status.at("state").get<std::string>(),
+                                        reason.is_string() ? fmt::format(" ({})", reason.get<std::string>()) : "")});
+  lines.push_back({"rig", fmt::format("{} ({})", status.at("rig").at("name").get<std::string>(),
+                                      status.at("rig").at("file").get<std::string>())});
+  for (NamedText& line : rod_lines(status.value("rod", Json()), console.units())) lines.push_back(std::move(line));
   const Json& lease = status.at("lease");
-  line("lease", lease.is_null() ? "none"
+  lines.push_back({"lease", lease.is_null()
+                                ? "none"
                                 : fmt::format("held by {}, {:.0f} s left", lease.at("user").get<std::string>(),
-                                              lease.at("remaining_s").get<double>()));
+                                              lease.at("remaining_s").get<double>())});
   if (const Json& run = status.at("run"); !run.is_null()) {
-    line("run", fmt::format("{} \"{}\" of {}: {}", run.at("entry").get<std::int64_t>(), run.value("name", ""),
-                            run.value("user", ""), progress_text(run)));
+    lines.push_back({"run", fmt::format("{} \"{}\" of {}: {}", run.at("entry").get<std::int64_t>(),
+                                        run.value("name", ""), run.value("user", ""), progress_text(run))});
   }
   if (const Json& worker = status.at("worker"); !worker.is_null()) {
-    line("worker", fmt::format("fitting {} \"{}\"", worker.at("entry").get<std::int64_t>(), worker.value("name", "")));
+    lines.push_back(
+        {"worker", fmt::format("fitting {} \"{}\"", worker.at("entry").get<std::int64_t>(), worker.value("name", ""))});
   }
+  return aligned(lines);
 }
 
 ExitCode watch_status(Client& client, Console& console) {
@@ -76,13 +80,10 @@ ExitCode watch_status(Client& client, Console& console) {
       console.flush();
       continue;
     }
-    const Json& run = status->at("run");
-    const std::string state = status->at("state");
-    console.progress(run.is_null() ? 0.0 : share_played(run),
-                     run.is_null() ? fmt::format("{}, {} waiting", state, status->at("waiting").get<int>())
-                                   : fmt::format("{}: {}", state, progress_text(run)));
+    console.redraw(status_text(*status, console) + fmt::format("{:<8} {} waiting, {} held\n", "queue",
+                                                               status->at("waiting").get<int>(),
+                                                               status->at("held").get<int>()));
   }
-  console.end_progress();
   return ExitCode::ok;
 }
 
@@ -152,7 +153,7 @@ ExitCode execute(const ServiceCommand& command, Console& console) {
   }
   if (command.method == "status") {
     answer["queue"] = client.call("queue").at("entries");
-    print_status(answer, console);
+    console.print(status_text(answer, console));
     console.print(queue_table(answer["queue"]));
   }
   print_answer(command, answer, console);

@@ -7,15 +7,25 @@
 namespace eha::cli {
 namespace {
 
-constexpr const char* kSocketHelp = "Where ehad listens (default /run/ehad/ehad.sock)";
+constexpr const char* kSocketHelp = "Where ehad listens (default $EHA_SOCKET, otherwise /run/ehad/ehad.sock)";
 
 constexpr const char* kStatusFooter = R"(
-Shows the state of the rig, the holder of the lease and its remaining time [s], the current run (s, V, in, latency in
-us) and the queue. --watch repeats it until Ctrl-C.
+Shows the state of the rig, the rod (in, V) on a bar between its limits, the holder of the lease and its remaining time
+[s], the current run (s, V, latency in us) and the queue. --watch redraws it until Ctrl-C.
 
 Examples:
   eha status
   eha status --watch)";
+
+constexpr const char* kReadFooter = R"(
+Shows where the rod is [in], on a bar between its limits ('=': beyond 80 % of the way to a limit), the sensor's voltage
+[V], code and noise [in], the digital lines and whether the rig is armed. Moves nothing. Asks the service; where none
+listens, or with --local, it reads the rig of --rig itself. --watch redraws it until Ctrl-C.
+
+Examples:
+  eha read
+  eha read --watch --units mm
+  eha read --local --rig rig.toml)";
 
 constexpr const char* kArmFooter = R"(
 Acknowledges earlier faults and arms the rig. For 10 minutes after your last command or run only you may run
@@ -81,6 +91,15 @@ CLI::Option* add_socket_option(CLI::App& app, std::filesystem::path& socket) {
 
 CLI::Option* add_socket_option(CLI::App& app, std::optional<std::filesystem::path>& socket) {
   return app.add_option("--socket", socket, kSocketHelp)->type_name("PATH");
+}
+
+void add_read(CLI::App& app, ReadCommand& read) {
+  CLI::App* sub = app.add_subcommand("read", "Where the rod is, and what the sensor and the lines say; moves nothing");
+  sub->footer(kReadFooter);
+  CLI::Option* local = sub->add_flag("--local", read.local, "Read the rig in this process instead of through ehad");
+  add_socket_option(*sub, read.socket)->excludes(local);
+  sub->add_option("--rig", read.rig_file, "Rig file (TOML); with --local only")->type_name("RIG")->needs(local);
+  sub->add_flag("--watch", read.watch, "Repeat until Ctrl-C");
 }
 
 void add_service_commands(CLI::App& app, ServiceCommand& service) {

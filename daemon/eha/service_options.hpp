@@ -13,6 +13,9 @@ namespace eha::cli {
 CLI::Option* add_socket_option(CLI::App& app, std::filesystem::path& socket);
 CLI::Option* add_socket_option(CLI::App& app, std::optional<std::filesystem::path>& socket);
 
+/// `read`.
+void add_read(CLI::App& app, ReadCommand& read);
+
 /// The commands that only call a method of ehad: status, arm, disarm, stop, metrics, reload, queue. Parsing sets
 /// `service.method`.
 void add_service_commands(CLI::App& app, ServiceCommand& service);

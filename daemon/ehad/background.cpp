@@ -5,8 +5,10 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <utility>
 
 #include "core/error.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
@@ -71,14 +73,34 @@ void Background::push(std::function<void()> work) {
   changed_.notify_one();
 }
 
+void Background::when_idle(std::chrono::milliseconds interval, std::function<void()> work) {
+  {
+    const std::lock_guard lock(mutex_);
+    idle_interval_ = interval;
+    idle_work_ = std::move(work);
+  }
+  changed_.notify_one();
+}
+
 void Background::run() {
+  using Clock = std::chrono::steady_clock;
   acquisition::block_all_but_fatal_signals();
   std::unique_lock lock(mutex_);
+  Clock::time_point idle_due = Clock::now();
   for (;;) {
     beats_.fetch_add(1, std::memory_order_relaxed);
     if (work_.empty()) {
       if (ending_) return;
-      changed_.wait_for(lock, kBeat);
+      if (!idle_work_) {
+        changed_.wait_for(lock, kBeat);
+      } else if (Clock::now() < idle_due) {
+        changed_.wait_until(lock, std::min(idle_due, Clock::now() + kBeat));
+      } else {
+        lock.unlock();
+        idle_work_();
+        lock.lock();
+        idle_due = Clock::now() + idle_interval_;
+      }
       continue;
     }
     const std::function<void()> work = std::move(work_.front());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -65,6 +66,9 @@ class Background {
     });
   }
 
+  /// Has the thread do `work` every `interval` while it has no task, the first time at once. For one caller, once.
+  void when_idle(std::chrono::milliseconds interval, std::function<void()> work);
+
   /// Counts up at least five times a second while the thread has nothing to do. Thread-safe.
   [[nodiscard]] std::uint64_t beats() const noexcept { return beats_.load(std::memory_order_relaxed); }
 
@@ -78,6 +82,8 @@ class Background {
   std::condition_variable changed_;
   std::deque<std::function<void()>> work_;
   bool ending_ = false;
+  std::function<void()> idle_work_;
+  std::chrono::milliseconds idle_interval_{};
   std::thread thread_;
 };
 

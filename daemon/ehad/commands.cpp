@@ -91,6 +91,7 @@ Json Supervisor::status() const {
                        {"user", holder->user},
                        {"remaining_s", std::ceil(lease_.remaining(Clock::now()).count())}};
   }
+  status["rod"] = active_ && active_->playing ? rig_.rod(active_->watch->board.read()) : rig_.rod();
   status["run"] = nullptr;
   if (active_) {
     status["run"] = entry(active_->entry);

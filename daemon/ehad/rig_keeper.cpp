@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <utility>
 
 #include "core/error.hpp"
@@ -12,6 +13,13 @@
 #include "hal/backend.hpp"
 
 namespace eha::service {
+namespace {
+
+constexpr std::chrono::milliseconds kIdleRead{20};
+/// Reads left out after one that failed: a card that does not answer holds the thread for up to a second.
+constexpr int kRestAfterFailure = 49;
+
+}  // namespace
 
 RigKeeper::Config RigKeeper::load(const std::filesystem::path& file) {
   auto config = std::make_shared<config::RigConfig>(config::load_rig(file.string()));
@@ -24,6 +32,7 @@ RigKeeper::RigKeeper(Config config, std::filesystem::path snapshot, Mailbox& mai
       snapshot_(std::move(snapshot)),
       thread_(std::make_unique<Background>("eha-rig", mailbox)) {
   open(*config_);
+  thread_->when_idle(kIdleRead, [this] { read_idle_rig(); });
 }
 
 RigKeeper::~RigKeeper() {
@@ -34,9 +43,15 @@ RigKeeper::~RigKeeper() {
 bool RigKeeper::moves_machine() const noexcept { return hal::moves_machine(config_->backend); }
 
 void RigKeeper::open(const config::RigConfig& config) {
-  if (!hal::moves_machine(config.backend)) return;
+  reads_left_out_ = 0;
+  if (!hal::moves_machine(config.backend)) {
+    replica_ = hal::open(config.backend, config.limits.safe_V);
+    rod_.begin(replica_->capabilities());
+    return;
+  }
   card_ = std::make_unique<OwnedRig>(config, snapshot_);
   const hal::RigCapabilities& card = card_->rig().capabilities();
+  rod_.begin(card);
   spdlog::info("{}: open ({}, {}), at {} V with the hydraulics off", card.device, card.board, card.driver,
                config.limits.safe_V);
   const ArmingFindings findings = arming_findings(config);
@@ -46,6 +61,7 @@ void RigKeeper::open(const config::RigConfig& config) {
 }
 
 void RigKeeper::close() noexcept {
+  replica_.reset();
   if (!card_) return;
   const bool is_safe = card_->rig().make_safe() == hal::RigStatus::ok;
   try {
@@ -56,6 +72,37 @@ void RigKeeper::close() noexcept {
   if (!is_safe)
     spdlog::critical("{}: THE OUTPUT IS NOT CONFIRMED SAFE; eha-safe tries again", card_->rig().capabilities().device);
   card_.reset();
+}
+
+void RigKeeper::read_idle_rig() {
+  hal::Rig* rig = card_ ? &card_->rig() : replica_.get();
+  if (rig == nullptr) return;
+  if (reads_left_out_ > 0) {
+    --reads_left_out_;
+    return;
+  }
+  hal::RigReading reading;
+  // The time of a run begins with the run.
+  const hal::RigStatus status = rig->read(0, reading);
+  if (status == hal::RigStatus::ok) {
+    rod_.add(reading);
+  } else {
+    rod_.fail(status);
+    reads_left_out_ = kRestAfterFailure;
+  }
+}
+
+RigKeeper::Json RigKeeper::rod(const acquisition::Snapshot& now) const {
+  const hal::Conversion conversion = hal::conversion_of(config_->backend);
+  hal::RigReading reading;
+  reading.displacement_in = now.displacement_in;
+  reading.feedback_V = (now.displacement_in - conversion.offset_in) / conversion.scale_in_per_V;
+  reading.feedback_code = now.feedback_code;
+  reading.digital_inputs = now.digital_inputs;
+  reading.feedback_at_rail = (now.flags & acquisition::kFeedbackRail) != 0;
+  reading.emergency_stop = (now.flags & acquisition::kEmergencyStop) != 0;
+  reading.enable_contact = now.enable_contact;
+  return rod_.describe(config_->limits, reading, now.travel_share);
 }
 
 void RigKeeper::arm(Done done) {

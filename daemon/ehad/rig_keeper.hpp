@@ -6,11 +6,14 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/state_machine.hpp"
+#include "daemon/acquisition/status_board.hpp"
 #include "daemon/ehad/background.hpp"
 #include "daemon/rig/owned_rig.hpp"
+#include "daemon/rig/rod_view.hpp"
 #include "hal/rig.hpp"
 
 namespace eha::service {
@@ -22,12 +25,13 @@ enum class GuardState { watching, died };
 ///
 /// One thread, "eha-rig", touches the rig after construction: it opens and closes the card, reads it before arming, and
 /// plays runs (the loop's own thread makes the ticks while this one waits). Whatever else is to happen beside the loop
-/// belongs to this thread: reads of an idle rig are tasks between runs and publish on a StatusBoard, as the loop does;
+/// belongs to this thread, as do the reads of a rig that is not driven, fifty a second, which move nothing;
 /// memory shared with the guard is created where the guard is started (OwnedRig) and lives as long as the card is open.
 /// The members belong to the main thread.
 class RigKeeper {
  public:
   using Config = std::shared_ptr<const config::RigConfig>;
+  using Json = nlohmann::ordered_json;
   /// Gets a future that is ready; get() throws what went wrong.
   using Done = std::function<void(std::future<void>)>;
 
@@ -67,6 +71,11 @@ class RigKeeper {
   /// was when that fails; the rig is opened anew before it is armed.
   void reconfigure(Config config, Done done);
 
+  /// Where the rod of a rig that is not driven is, read fifty times a second; see RodView.
+  [[nodiscard]] Json rod() const { return rod_.describe(config_->limits); }
+  /// The same of a run that is on.
+  [[nodiscard]] Json rod(const acquisition::Snapshot& now) const;
+
   /// Where eha-safe finds what makes the card safe.
   [[nodiscard]] const std::filesystem::path& snapshot() const noexcept { return snapshot_; }
 
@@ -91,10 +100,14 @@ class RigKeeper {
  private:
   void open(const config::RigConfig& config);
   void close() noexcept;
+  void read_idle_rig();
 
   Config config_;
   std::filesystem::path snapshot_;
-  std::unique_ptr<OwnedRig> card_;  ///< none for a simulated rig
+  std::unique_ptr<OwnedRig> card_;     ///< none for a simulated rig
+  std::unique_ptr<hal::Rig> replica_;  ///< a simulated rig for reading between runs; each run opens its own
+  RodView rod_;
+  int reads_left_out_ = 0;  ///< of a card that does not answer
   bool is_suspect_ = false;
   bool arming_ = false;
   int reconfiguring_ = 0;

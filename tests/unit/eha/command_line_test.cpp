@@ -62,6 +62,9 @@ TEST(CommandLine, ReadsTheCommandsOfTheService) {
     EXPECT_EQ(command_of<ServiceCommand>({method}).socket, "/run/ehad/ehad.sock");
   }
   EXPECT_TRUE(command_of<ServiceCommand>({"status", "--watch"}).watch);
+  EXPECT_FALSE(command_of<ReadCommand>({"read"}).socket);
+  EXPECT_TRUE(command_of<ReadCommand>({"read", "--watch", "--local", "--rig", "r.toml"}).watch);
+  EXPECT_NE(fault_of({"read", "--rig", "r.toml"}).find("--local"), std::string::npos);
   EXPECT_EQ(command_of<ServiceCommand>({"stop", "--socket", "s"}).socket, "s");
   const auto cancel = command_of<ServiceCommand>({"runs", "cancel", "7"});
   EXPECT_EQ(cancel.method, "cancel");

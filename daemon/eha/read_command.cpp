@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "daemon/control/client.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/rod_text.hpp"
+#include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/rig/rod_view.hpp"
+#include "daemon/rig/trusted_file.hpp"
+#include "hal/backend.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kReads_Hz = 5.0;
+
+/// What is read, with the state of the rig: {state, rig, rod}.
+using Reader = std::function<Json()>;
+
+Reader reader_of_service(control::Client& client) {
+  return [&client] {
+    Json status = client.call("status");
+    return Json{
+        {"schema", "eha-read/1"}, {"state", status.at("state")}, {"rig", status.at("rig")}, {"rod", status.at("rod")}};
+  };
+}
+
+/// Reads a rig that nobody drives, as often as its noise takes.
+Reader reader_of_rig(hal::Rig& rig, const config::RigConfig& config, RodView& view) {
+  view.begin(rig.capabilities());
+  return [&rig, &config, &view] {
+    const auto tick = std::chrono::nanoseconds(std::llround(config.realtime.sample_period_s * 1e9));
+    for (std::size_t i = 0; i < RodView::kKept; ++i) {
+      if (i > 0) std::this_thread::sleep_for(tick);
+      hal::RigReading reading;
+      if (const hal::RigStatus status = rig.read(0, reading); status != hal::RigStatus::ok) {
+        view.fail(status);
+        break;
+      }
+      view.add(reading);
+    }
+    return Json{{"schema", "eha-read/1"},
+                {"state", "not driven"},
+                {"rig", {{"name", config.name}, {"file", config.file_name}}},
+                {"rod", view.describe(config.limits)}};
+  };
+}
+
+std::string text_of(const Json& read, const Console& console) {
+  std::vector<NamedText> lines = rod_lines(read.at("rod"), console.units());
+  const Json& rig = read.at("rig");
+  lines.push_back(
+      {"rig", fmt::format("{} ({})", rig.at("name").get<std::string>(), rig.at("file").get<std::string>())});
+  lines.push_back({"state", read.at("state").get<std::string>()});
+  return aligned(lines);
+}
+
+ExitCode show(const Reader& read, bool watch, Console& console) {
+  if (!watch) {
+    const Json now = read();
+    console.print(text_of(now, console));
+    console.print_json(now);
+    const Json& rod = now.at("rod");
+    return rod.is_object() && rod.at("error").is_string() ? ExitCode::device_unavailable : ExitCode::ok;
+  }
+  const StopOnSignals stop(Driver::service);
+  while (stop.count() == 0) {
+    const Json now = read();
+    if (console.json()) {
+      console.print_content(now.dump() + "\n");
+      console.flush();
+    } else {
+      console.redraw(text_of(now, console));
+    }
+    std::this_thread::sleep_for(std::chrono::duration<double>(console.json() ? 1.0 : 1.0 / kReads_Hz));
+  }
+  return ExitCode::ok;
+}
+
+}  // namespace
+
+ExitCode execute(const ReadCommand& command, Console& console) {
+  std::error_code ignored;
+  const std::filesystem::path socket = command.socket.value_or(control::default_socket());
+  if (command.socket || (!command.local && std::filesystem::exists(socket, ignored))) {
+    control::Client client(socket);
+    return show(reader_of_service(client), command.watch, console);
+  }
+  const config::RigConfig config = load_rig_or_default(command.rig_file);
+  if (!command.local) {
+    console.info(fmt::format("no ehad listens at {}; reading {} in this process", socket.string(), config.file_name));
+  }
+  // Opening it writes the file's safe voltage.
+  require_trusted_rig_file(config);
+  const std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
+  RodView view;
+  return show(reader_of_rig(*rig, config, view), command.watch, console);
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/rod_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "daemon/acquisition/tick_record.hpp"
+#include "daemon/eha/display_units.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string line_text(const Json& rod) {
+  std::string text = fmt::format("inputs 0x{:08x}", rod.at("digital_inputs").get<std::uint32_t>());
+  const auto add = [&](const char* key, const char* name, const char* when_true, const char* when_false) {
+    const Json& value = rod.at(key);
+    text += fmt::format(", {} {}", name, value.is_null() ? "none" : value.get<bool>() ? when_true : when_false);
+  };
+  add("emergency_stop_open", "emergency stop", "OPEN", "closed");
+  add("enable_contact_closed", "enable contact", "closed", "open");
+  return text;
+}
+
+}  // namespace
+
+std::string travel_bar(double displacement, double lowest, double highest) {
+  constexpr int kWidth = 41;
+  std::string bar(kWidth, '-');
+  for (int i = 0; i < kWidth; ++i) {
+    const double share = std::abs(2.0 * i / (kWidth - 1) - 1.0);
+    if (share > acquisition::kWarningShare) bar[static_cast<std::size_t>(i)] = '=';
+  }
+  const double place = std::clamp((displacement - lowest) / (highest - lowest), 0.0, 1.0);
+  bar[static_cast<std::size_t>(std::lround(place * (kWidth - 1)))] = '#';
+  return fmt::format("{:.3f} [{}] {:.3f}", lowest, bar, highest);
+}
+
+std::vector<NamedText> rod_lines(const Json& rod, const std::string& units) {
+  if (rod.is_null()) return {{"rod", "not read yet"}};
+  if (rod.at("error").is_string()) return {{"rod", rod.at("error").get<std::string>()}};
+  const DisplayUnit unit(units);
+  const double factor = unit.factor("in");
+  const auto length = [&](const char* key) { return factor * rod.at(key).get<double>(); };
+  std::vector<NamedText> lines;
+  lines.push_back(
+      {"rod", fmt::format("{:.3f} {}  {}", length("displacement_in"), unit.of("in"),
+                          travel_bar(length("displacement_in"), length("travel_min_in"), length("travel_max_in")))});
+  const Json& noise = rod.at("noise_in");
+  lines.push_back(
+      {"sensor",
+       fmt::format(
+           "{:+.4f} V, code {}{}{}", rod.at("feedback_V").get<double>(), rod.at("feedback_code").get<std::uint32_t>(),
+           noise.is_null() ? "" : fmt::format(", noise {:.2g} {} RMS", factor * noise.get<double>(), unit.of("in")),
+           rod.value("at_rail", false) ? ", AT THE END OF THE CONVERTER" : "")});
+  lines.push_back({"lines", line_text(rod)});
+  if (rod.value("near_limit", false)) {
+    const double middle = 0.5 * (length("travel_min_in") + length("travel_max_in"));
+    lines.push_back({"WARNING", fmt::format("{:.0f} % of the way to the {} travel limit, 100 % trips",
+                                            rod.at("travel_percent").get<double>(),
+                                            length("displacement_in") > middle ? "upper" : "lower")});
+  }
+  return lines;
+}
+
+std::string aligned(const std::vector<NamedText>& lines) {
+  std::string text;
+  for (const NamedText& line : lines) text += fmt::format("{:<8} {}\n", line.name, line.text);
+  return text;
+}
+
+}  // namespace eha::cli

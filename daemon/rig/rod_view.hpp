@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "config/rig_config.hpp"
+#include "hal/rig.hpp"
+
+namespace eha {
+
+/// Readings of a rig that is not driven, for people: the last one, and the sensor's noise over the last kKept.
+/// Thread-safe: one thread reads the rig and adds, any thread asks.
+class RodView {
+ public:
+  static constexpr std::size_t kKept = 50;
+
+  /// Begins anew with a rig that has been opened.
+  void begin(const hal::RigCapabilities& rig);
+  void add(const hal::RigReading& reading);
+  /// The rig could not be read.
+  void fail(hal::RigStatus status);
+
+  /// The member `rod` of ehad-protocol(7) from the last reading; null before the first.
+  [[nodiscard]] nlohmann::ordered_json describe(const config::RigLimits& limits) const;
+
+  /// The same from a reading of a run that is on: nothing is said of the noise.
+  /// @param travel_share  of the run, stopping distance included; see LimitMonitor
+  [[nodiscard]] nlohmann::ordered_json describe(const config::RigLimits& limits, const hal::RigReading& reading,
+                                                double travel_share) const;
+
+ private:
+  /// From successive differences, so that a rod that creeps adds nothing (von Neumann, Ann. Math. Statist. 12, 1941).
+  [[nodiscard]] std::optional<double> noise_in() const;
+
+  mutable std::mutex mutex_;
+  bool has_emergency_stop_ = false;
+  bool has_enable_contact_ = false;
+  hal::RigReading last_;
+  std::array<double, kKept> positions_in_{};
+  std::size_t added_ = 0;
+  std::string error_;  ///< empty: the last reading succeeded
+};
+
+/// Share of the way from mid-travel to a travel limit of a rod at rest; over 1 beyond the limit.
+[[nodiscard]] double travel_share_at_rest(const config::RigLimits& limits, double displacement_in) noexcept;
+
+}  // namespace eha

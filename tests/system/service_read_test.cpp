@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where the rod is, with and without the service, on the simulated rig.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "core/error.hpp"
+#include "tests/system/daemon.hpp"
+#include "tests/system/program.hpp"
+
+namespace eha::test {
+namespace {
+
+using control::Client;
+
+/// The rod as the service sees it, once it has been read often enough for its noise.
+Json rod_of(Client& client) {
+  for (int i = 0; i < 1000; ++i) {
+    Json rod = client.call("status").at("rod");
+    if (rod.is_object() && rod.at("noise_in").is_number()) return rod;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return nullptr;
+}
+
+TEST(Read, SeesTheRodOfARigThatIsNotDriven) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const Json rod = rod_of(client);
+  ASSERT_TRUE(rod.is_object());
+  EXPECT_NEAR(rod.at("displacement_in").get<double>(), 2.95, 0.01);
+  EXPECT_NEAR(rod.at("feedback_V").get<double>(), 2.95 / 0.6, 0.02);
+  EXPECT_NEAR(rod.at("noise_in").get<double>(), 0.0006, 0.0005);
+  EXPECT_EQ(rod.at("travel_min_in"), 0.15);
+  EXPECT_EQ(rod.at("near_limit"), false);
+  EXPECT_EQ(client.call("status").at("state"), "faulted") << "reading arms nothing";
+
+  const Ended read = run_eha({"read", "--socket", daemon.socket()}, daemon.folder());
+  EXPECT_EQ(read.code, 0) << read.err;
+  EXPECT_NE(read.out.find("2.95"), std::string::npos) << read.out;
+  EXPECT_NE(read.out.find("faulted"), std::string::npos) << read.out;
+  const Ended status = run_eha({"status", "--socket", daemon.socket()}, daemon.folder());
+  EXPECT_NE(status.out.find("0.150 [===="), std::string::npos) << status.out;
+}
+
+TEST(Read, SeesTheRodWhileARunIsOn) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
+  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  const Json rod = client.call("status").at("rod");
+  EXPECT_NEAR(rod.at("displacement_in").get<double>(), 2.95, 0.2);
+  EXPECT_NEAR(rod.at("feedback_V").get<double>() * 0.6, rod.at("displacement_in").get<double>(), 1e-9);
+  EXPECT_GT(rod.at("feedback_code").get<int>(), 32768);
+  client.call("stop");
+  EXPECT_EQ(follow(daemon, entry).at("outcome"), "interrupted");
+}
+
+TEST(Read, ReadsALocalRigOnceAndTheOneOfTheEnvironmentsSocket) {
+  Daemon daemon;
+  daemon.start();
+  const Ended local = run_eha({"read", "--local", "--rig", daemon.rig_file(), "--json"}, daemon.folder());
+  EXPECT_EQ(local.code, 0) << local.err;
+  const Json read = Json::parse(local.out);
+  EXPECT_EQ(read.at("state"), "not driven");
+  EXPECT_NEAR(read.at("rod").at("displacement_in").get<double>(), 2.95, 0.01);
+  setenv("EHA_SOCKET", daemon.socket().c_str(), 1);
+  const Ended served = run_eha({"read", "--json"}, daemon.folder());
+  unsetenv("EHA_SOCKET");
+  EXPECT_EQ(served.code, 0) << served.err;
+  EXPECT_EQ(Json::parse(served.out).at("state"), "faulted");
+}
+
+}  // namespace
+}  // namespace eha::test

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/rod_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json rod_at(double displacement_in) {
+  return {{"displacement_in", displacement_in},
+          {"feedback_V", displacement_in / 0.6},
+          {"feedback_code", 48000},
+          {"at_rail", false},
+          {"noise_in", 0.0006},
+          {"digital_inputs", 3},
+          {"emergency_stop_open", nullptr},
+          {"enable_contact_closed", true},
+          {"travel_min_in", 0.0},
+          {"travel_max_in", 6.0},
+          {"travel_percent", 90.0},
+          {"near_limit", displacement_in > 5.4},
+          {"error", nullptr}};
+}
+
+TEST(TravelBar, MarksTheRodAndTheLastFifthTowardsEachLimit) {
+  EXPECT_EQ(travel_bar(3.0, 0.0, 6.0), "0.000 [====----------------#----------------====] 6.000");
+  EXPECT_EQ(travel_bar(0.0, 0.0, 6.0), "0.000 [#===---------------------------------====] 6.000");
+  EXPECT_EQ(travel_bar(9.0, 0.0, 6.0), "0.000 [====---------------------------------===#] 6.000");
+}
+
+TEST(RodText, ShowsPlaceSensorAndLines) {
+  const std::string text = aligned(rod_lines(rod_at(3.0), ""));
+  EXPECT_NE(text.find("rod      3.000 in  0.000 ["), std::string::npos) << text;
+  EXPECT_NE(text.find("sensor   +5.0000 V, code 48000, noise 0.0006 in RMS"), std::string::npos) << text;
+  EXPECT_NE(text.find("lines    inputs 0x00000003, emergency stop none, enable contact closed"), std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("WARNING"), std::string::npos);
+  EXPECT_NE(aligned(rod_lines(rod_at(3.0), "mm")).find("76.200 mm  0.000 ["), std::string::npos);
+}
+
+TEST(RodText, WarnsNearALimitAndNamesIt) {
+  EXPECT_NE(aligned(rod_lines(rod_at(5.7), "")).find("WARNING  90 % of the way to the upper travel limit"),
+            std::string::npos);
+}
+
+TEST(RodText, SaysWhyNothingIsKnown) {
+  EXPECT_EQ(aligned(rod_lines(nullptr, "")), "rod      not read yet\n");
+  EXPECT_EQ(aligned(rod_lines({{"error", "the rig cannot be read"}}, "")), "rod      the rig cannot be read\n");
+}
+
+}  // namespace
+}  // namespace eha::cli
