@@ -26,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kHogPriority = 90;
+constexpr off_t kOutputSubdevice = 1;
 constexpr std::chrono::seconds kGenerousStart(60);
 
 std::int64_t now_ns() {
@@ -71,6 +72,15 @@ bool may_be_fifo() {
   while (now_ns() < begun + duration_ns) {
   }
   _exit(0);
+}
+
+/// What stands after the name in /proc/PROCESS/stat: the state, the parent, ...; empty for a process that has ended.
+std::string stat_of(const fs::path& process) {
+  std::ifstream file(process / "stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t name_end = text.rfind(") ");
+  return name_end == std::string::npos ? "" : text.substr(name_end + 2);
 }
 
 }  // namespace
@@ -129,6 +139,17 @@ bool DrivenRig::is_driven(std::uint64_t ticks) const {
   return true;
 }
 
+os::FileDescriptor DrivenRig::take_output() const {
+  os::FileDescriptor file(open(file_.c_str(), O_RDWR | O_CLOEXEC));
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  lock.l_start = kOutputSubdevice;
+  lock.l_len = 1;
+  if (fcntl(file.get(), F_OFD_SETLK, &lock) != 0) throw std::runtime_error("somebody else has the output");
+  return file;
+}
+
 Driver::Driver(std::vector<std::string> words, const std::vector<std::string>& environment, const fs::path& at) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("cannot make a pipe");
@@ -160,6 +181,12 @@ Driver::~Driver() {
 }
 
 void Driver::send(int signal) const { kill(pid_, signal); }
+
+void Driver::end(int signal) {
+  send(signal);
+  siginfo_t ended{};
+  waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOWAIT);
+}
 
 int Driver::wait() {
   std::array<char, 4096> bytes{};
@@ -218,6 +245,25 @@ pid_t thread_named(pid_t process, const std::string& name) {
     if (std::getline(comm, line) && line == name) return std::stoi(task.path().filename().string());
   }
   throw std::runtime_error("no thread " + name);
+}
+
+pid_t child_of(pid_t process) {
+  std::vector<pid_t> children;
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    const std::string stat = stat_of(entry.path());
+    if (stat.size() > 2 && std::stoi(stat.substr(2)) == process) children.push_back(std::stoi(name));
+  }
+  if (children.size() != 1) throw std::runtime_error(std::to_string(children.size()) + " children");
+  return children.front();
+}
+
+bool waits_for_disk(pid_t process) {
+  for (const auto& task : fs::directory_iterator(fs::path("/proc") / std::to_string(process) / "task")) {
+    if (stat_of(task.path()).starts_with('D')) return true;
+  }
+  return false;
 }
 
 }  // namespace eha::test

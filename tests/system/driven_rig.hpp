@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/os/file_descriptor.hpp"
 #include "tests/system/stand_in_card.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -27,6 +28,7 @@ class DrivenRig {
   [[nodiscard]] static std::string obstacle();
 
   [[nodiscard]] CardMemory& card() { return *card_; }
+  [[nodiscard]] const CardMemory& card() const { return *card_; }
   /// A fresh card: position, counters and faults.
   void reset();
   /// NAME=VALUE for the programs that are to find the card.
@@ -37,6 +39,10 @@ class DrivenRig {
   /// Waits until the hydraulics are on and the loop has made `ticks` ticks since reset(). @returns whether that
   /// happened
   bool is_driven(std::uint64_t ticks) const;
+
+  /// Keeps the analogue output from everybody else for as long as the result lives, as a process does that is still
+  /// dying. @throws std::runtime_error  somebody else has it
+  [[nodiscard]] os::FileDescriptor take_output() const;
 
  private:
   std::filesystem::path file_;
@@ -53,6 +59,8 @@ class Driver {
 
   [[nodiscard]] pid_t pid() const { return pid_; }
   void send(int signal) const;
+  /// Ends the program alone by a signal and waits for that.
+  void end(int signal);
   /// Waits for the end of the program and of all that have its messages' stream, such as its guard.
   /// @returns exit code, 128 + the signal's number
   int wait();
@@ -89,5 +97,11 @@ class Hogs {
 
 /// A thread of a process, by its name. @throws std::runtime_error
 [[nodiscard]] pid_t thread_named(pid_t process, const std::string& name);
+
+/// The only child of a process, such as its guard. @throws std::runtime_error
+[[nodiscard]] pid_t child_of(pid_t process);
+
+/// Whether a thread of a process waits for a disk.
+[[nodiscard]] bool waits_for_disk(pid_t process);
 
 }  // namespace eha::test

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What becomes of a run whose folder or disk is taken from it while the rig is driven.
 #include <gtest/gtest.h>
-#include <sched.h>
 #include <sys/mount.h>
-#include <unistd.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -18,6 +15,7 @@
 #include "daemon/record/journal.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "tests/system/daemon.hpp"
+#include "tests/system/own_mounts.hpp"
 #include "tests/system/program.hpp"
 
 namespace eha::test {
@@ -29,27 +27,6 @@ using std::chrono::steady_clock;
 
 /// Longest time from the loss to the ramp-out.
 constexpr std::chrono::seconds kNoticed{1};
-
-/// A mount table of this process's own. @returns false when the system does not allow that
-bool has_own_mounts() {
-  static const bool is_own =
-      geteuid() == 0 && unshare(CLONE_NEWNS) == 0 && mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0;
-  return is_own;
-}
-
-bool shell(const std::string& command) { return std::system((command + " > /dev/null 2>&1").c_str()) == 0; }
-
-/// Mounts and loop devices of a test, undone at its end.
-class Mounted {
- public:
-  explicit Mounted(fs::path at) : at_(std::move(at)) {}
-  Mounted(const Mounted&) = delete;
-  Mounted& operator=(const Mounted&) = delete;
-  ~Mounted() { umount2(at_.c_str(), MNT_DETACH); }
-
- private:
-  fs::path at_;
-};
 
 class ServiceDisk : public ::testing::Test {
  protected:
@@ -138,15 +115,9 @@ TEST_F(ServiceDisk, RampsOutWhenTheFolderTakesNoMoreFiles) {
 
 TEST_F(ServiceDisk, RampsOutWhenTheDiskGoesReadOnly) {
   if (!has_own_mounts()) GTEST_SKIP() << "this user may not mount";
-  const fs::path image = daemon_.folder() / "disk";
   const fs::path state = daemon_.folder() / "state";
   fs::create_directory(state);
-  std::ofstream(image).close();
-  fs::resize_file(image, 256u << 20);
-  if (!shell("mkfs.ext4 -q " + image.string()) ||
-      !shell("mount -o loop,errors=remount-ro " + image.string() + " " + state.string())) {
-    GTEST_SKIP() << "no ext4 on a loop device here";
-  }
+  if (!mount_disk(daemon_.folder() / "disk", state)) GTEST_SKIP() << "no ext4 on a loop device here";
   const Mounted disk(state);
   const std::string device = output_of_shell("findmnt -n -o SOURCE " + state.string());
   const fs::path trigger =
