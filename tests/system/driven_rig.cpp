@@ -260,7 +260,8 @@ pid_t child_of(pid_t process) {
 }
 
 bool waits_for_disk(pid_t process) {
-  for (const auto& task : fs::directory_iterator(fs::path("/proc") / std::to_string(process) / "task")) {
+  std::error_code has_ended;
+  for (const auto& task : fs::directory_iterator(fs::path("/proc") / std::to_string(process) / "task", has_ended)) {
     if (stat_of(task.path()).starts_with('D')) return true;
   }
   return false;

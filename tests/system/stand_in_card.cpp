@@ -144,7 +144,7 @@ int perform(const comedi_t* device, const comedi_insn& instruction) {
     case 1:
       return write_output(instruction.data[0]);
     case 2:
-      instruction.data[1] = 1;  // the emergency-stop circuit is closed
+      instruction.data[1] = card().digital_inputs.load();
       return 1;
     default:
       return write_lines(instruction.data[0], instruction.data[1]);

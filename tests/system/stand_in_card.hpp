@@ -28,6 +28,7 @@ struct CardMemory {
   std::atomic<std::int64_t> stall_begun_ns{0};  ///< of the first write that timed out
 
   // For the test to set.
+  std::atomic<std::uint32_t> digital_inputs{1};  ///< bit 0: the emergency-stop circuit is closed
   std::atomic<std::int64_t> output_stall_ms{0};  ///< a write to the analogue output takes this long and then times out
 
   [[nodiscard]] bool is_enabled() const { return (digital_outputs.load() & kEnable) != 0; }

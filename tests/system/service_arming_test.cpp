@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the service does not arm: the built programs on the stand-in card.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <memory>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+
+#include "core/error.hpp"
+#include "tests/system/daemon.hpp"
+#include "tests/system/driven_rig.hpp"
+
+namespace eha::test {
+namespace {
+
+using control::Client;
+
+class ServiceArming : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string why = DrivenRig::obstacle(); !why.empty()) GTEST_SKIP() << why;
+  }
+  /// Starts the service with the sample rig file, one part of it replaced.
+  void start(const std::string& what = "", const std::string& by = "") {
+    std::string text = DrivenRig::rig_text(std::nullopt);
+    const std::size_t at = text.find(what);
+    if (at == std::string::npos) throw std::runtime_error("the sample rig file has no " + what);
+    std::ofstream(daemon_.rig_file()) << text.replace(at, what.size(), by);
+    for (const std::string& variable : rig_.environment()) daemon_.set_environment(variable);
+    daemon_.start();
+    client_ = std::make_unique<Client>(daemon_.socket());
+  }
+
+  DrivenRig rig_;
+  Daemon daemon_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ServiceArming, IsRefusedWhileTheEmergencyStopCircuitIsOpen) {
+  start();
+  rig_.card().digital_inputs = 0;
+  const Refused open = refused(*client_, "arm");
+  EXPECT_EQ(open.code, static_cast<int>(ExitCode::safety_trip));
+  EXPECT_NE(open.message.find("emergency-stop circuit is open"), std::string::npos) << open.message;
+  EXPECT_EQ(client_->call("status").at("state"), "faulted");
+  rig_.card().digital_inputs = 1;
+  EXPECT_EQ(client_->call("arm").at("state"), "armed");
+  EXPECT_EQ(rig_.card().enabled_ns, 0) << "arming powers nothing";
+}
+
+/// A line of a rig file that leaves a machine without protection, and the value that would do.
+struct BadLine {
+  std::string sound;
+  std::string bad;
+  std::string remedy;
+};
+
+void PrintTo(const BadLine& line, std::ostream* stream) { *stream << line.bad; }
+
+class ServiceArmingWith : public ServiceArming, public ::testing::WithParamInterface<BadLine> {};
+
+TEST_P(ServiceArmingWith, IsRefusedWithTheValueThatWouldDo) {
+  start(GetParam().sound, GetParam().bad);
+  const Refused answer = refused(*client_, "arm");
+  EXPECT_EQ(answer.code, static_cast<int>(ExitCode::configuration));
+  EXPECT_NE(answer.message.find("not armed: "), std::string::npos) << answer.message;
+  EXPECT_NE(answer.message.find(GetParam().remedy), std::string::npos) << answer.message;
+  EXPECT_EQ(client_->call("status").at("state"), "faulted");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    LimitsThatProtectFromNothing, ServiceArmingWith,
+    ::testing::Values(BadLine{"safe_V = 0.0 ", "safe_V = 4.9 ", "set 0, within 0.5 V"},
+                      BadLine{"velocity_limit_in_per_s = 8.0 ", "velocity_limit_in_per_s = 1e9 ", "at most 56"},
+                      BadLine{"slew_V_per_s = 20.0 ", "slew_V_per_s = 1e9 ", "at most 1e+03"},
+                      BadLine{"open_circuit_V = 10.0 ", "open_circuit_V = 0.0 ", "bias the input to a rail"}));
+
+}  // namespace
+}  // namespace eha::test
