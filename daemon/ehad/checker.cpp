@@ -64,20 +64,21 @@ void Checker::end() noexcept {
   checks_.clear();
 }
 
-void throw_if_failed(const worker::WorkerEnd& end, const std::filesystem::path& path, const std::string& name) {
+void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig) {
   if (end.exit_code == static_cast<int>(ExitCode::ok)) return;
   if (!end.exit_code) {
     throw IoError(
         fmt::format("{}: checking the experiment took more than {} s of processor time or {} s, or its process "
                     "was killed; make it shorter, or give it fewer tones",
-                    name, Checker::kLongestWork.count(), Checker::kLongestTime.count()));
+                    experiment.name, Checker::kLongestWork.count(), Checker::kLongestTime.count()));
   }
   std::vector<std::string> lines;
-  std::istringstream text(replace_all(end.text, path.string(), name));
+  std::istringstream text(
+      replace_all(replace_all(end.text, experiment.path.string(), experiment.name), rig.path.string(), rig.name));
   for (std::string line; std::getline(text, line);) {
     lines.push_back(line.starts_with(kPrefix) ? line.substr(kPrefix.size()) : line);
   }
-  if (lines.empty()) lines.push_back(fmt::format("{}: eha check ended with code {}", name, *end.exit_code));
+  if (lines.empty()) lines.push_back(fmt::format("{}: eha check ended with code {}", experiment.name, *end.exit_code));
   const auto code = static_cast<ExitCode>(*end.exit_code);
   if (code == ExitCode::configuration) throw ConfigError(lines);
   throw Error(code, fmt::format("{}", fmt::join(lines, "\n")));

@@ -46,9 +46,14 @@ class Checker {
   std::unique_ptr<worker::WorkerProcess> process_;
 };
 
+/// A file that a check reads, and what messages are to call it.
+struct CheckedFile {
+  std::filesystem::path path;
+  std::string name;
+};
+
 /// Throws what a check that did not succeed says about the experiment.
-/// @param path, name  the checked file, and what the client calls it
 /// @throws ConfigError  every fault, one a line   @throws Error  with the check's exit code otherwise
-void throw_if_failed(const worker::WorkerEnd& end, const std::filesystem::path& path, const std::string& name);
+void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig);
 
 }  // namespace eha::service

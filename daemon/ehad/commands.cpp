@@ -179,9 +179,9 @@ void Supervisor::check(std::shared_ptr<Entry> entry, Answer answer) {
   const fs::path folder = check_folder(entry->id);
   checker_.add(
       folder / kCheckedExperiment, folder / kCheckedRig, rig_.config()->realtime.cpu,
-      [this, entry, file = folder / kCheckedExperiment, answer = std::move(answer)](const worker::WorkerEnd& end) {
+      [this, entry, folder, answer = std::move(answer)](const worker::WorkerEnd& end) {
         try {
-          throw_if_failed(end, file, entry->file);
+          throw_if_failed(end, {folder / kCheckedExperiment, entry->file}, {folder / kCheckedRig, options_.rig_file});
         } catch (const Error&) {
           end_submission(*entry);
           answer([failure = std::current_exception()]() -> Json { std::rethrow_exception(failure); });

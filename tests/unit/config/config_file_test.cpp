@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
@@ -59,6 +63,22 @@ TEST_F(ConfigFile, ThatIsMissingIsNamed) {
 
 TEST_F(ConfigFile, ThatIsADirectoryIsRefused) {
   EXPECT_EQ(refusal(directory_), directory_ + ": expected a configuration file, got a directory; name a file in it");
+}
+
+TEST_F(ConfigFile, ThatIsAPipeIsWaitedForOnlyWhereSomebodyWrites) {
+  const std::string path = directory_ + "/pipe.toml";
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  EXPECT_EQ(read_config_file(path), "");
+  const int end = open(path.c_str(), O_RDWR | O_CLOEXEC);  // does not wait for another end
+  ASSERT_EQ(write(end, "schema = ", 9), 9);
+  std::thread writer([end] {
+    // Once the first part has been read, the reader waits for the next one.
+    for (int unread = 1; unread > 0;) ioctl(end, FIONREAD, &unread);
+    EXPECT_EQ(write(end, "1\n", 2), 2);
+    close(end);
+  });
+  EXPECT_EQ(read_config_file(path), "schema = 1\n");
+  writer.join();
 }
 
 TEST_F(ConfigFile, ThatIsEmptyIsRefused) {

@@ -10,24 +10,28 @@
 namespace eha::service {
 namespace {
 
-const std::string kPath = "/state/check/7/experiment.toml";
+const CheckedFile kExperiment{"/state/check/7/experiment.toml", "mine.toml"};
+const CheckedFile kRig{"/state/check/7/rig.toml", "/etc/ehad/rig.toml"};
 
-TEST(Checker, PassesASoundExperiment) { EXPECT_NO_THROW(throw_if_failed({0, ""}, kPath, "mine.toml")); }
+TEST(Checker, PassesASoundExperiment) { EXPECT_NO_THROW(throw_if_failed({0, ""}, kExperiment, kRig)); }
 
-TEST(Checker, NamesEveryFaultUnderTheClientsNameOfTheFile) {
+TEST(Checker, NamesEveryFaultAndFileAsTheClientKnowsThem) {
   const worker::WorkerEnd end{static_cast<int>(ExitCode::configuration),
-                              "eha: error: " + kPath + ":1:2: a\neha: error: " + kPath + ":3:4: b"};
+                              "eha: error: /state/check/7/experiment.toml:1:2: a\n"
+                              "eha: error: /state/check/7/experiment.toml:3:4: beyond the limits of "
+                              "/state/check/7/rig.toml"};
   try {
-    throw_if_failed(end, kPath, "mine.toml");
+    throw_if_failed(end, kExperiment, kRig);
     ADD_FAILURE();
   } catch (const ConfigError& error) {
-    EXPECT_EQ(error.lines(), (std::vector<std::string>{"mine.toml:1:2: a", "mine.toml:3:4: b"}));
+    EXPECT_EQ(error.lines(),
+              (std::vector<std::string>{"mine.toml:1:2: a", "mine.toml:3:4: beyond the limits of /etc/ehad/rig.toml"}));
   }
 }
 
 TEST(Checker, SaysThatACheckWasTooLong) {
   try {
-    throw_if_failed({std::nullopt, "killed"}, kPath, "mine.toml");
+    throw_if_failed({std::nullopt, "killed"}, kExperiment, kRig);
     ADD_FAILURE();
   } catch (const IoError& error) {
     EXPECT_NE(std::string(error.what()).find("fewer tones"), std::string::npos);
