@@ -5,12 +5,6 @@
 #include <ctime>
 
 namespace eha::acquisition {
-namespace {
-
-constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
-
-}  // namespace
-
 std::int64_t MonotonicClock::now_ns() noexcept {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);

@@ -5,6 +5,8 @@
 
 namespace eha::acquisition {
 
+inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
 /// Which clock a run is kept by.
 enum class TimeBase : std::uint8_t {
   monotonic,     ///< the real one, one tick each sample period

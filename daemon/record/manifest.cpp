@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/acquisition/clock.hpp"
 #include "daemon/record/report_json.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
@@ -20,11 +21,11 @@
 namespace eha::record {
 namespace {
 
+using acquisition::kNanosecondsPerSecond;
 using acquisition::LoopCounters;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kSchema = "eha-run/1";
-constexpr double kNanosecondsPerSecond = 1e9;
 
 // The counters that `eha` shows; the others are in run.json only.
 struct ShownCounter {
@@ -156,7 +157,7 @@ ReportEntry report_from_json(const Json& json, const std::string& place) {
 
 JournalGap gap_from_json(const Json& json, const std::string& place) {
   const Members members(json, place);
-  return {.at_ns = std::llround(members.number("at_s").value_or(0.0) * kNanosecondsPerSecond),
+  return {.at_ns = std::llround(members.number("at_s").value_or(0.0) * static_cast<double>(kNanosecondsPerSecond)),
           .rows = members.count("rows"),
           .blocks = static_cast<std::uint32_t>(members.count("blocks")),
           .bytes = members.count("bytes")};
@@ -189,7 +190,7 @@ Json to_json(const FileEntry& file) {
 }
 
 Json to_json(const JournalGap& gap) {
-  return {{"at_s", static_cast<double>(gap.at_ns) / kNanosecondsPerSecond},
+  return {{"at_s", static_cast<double>(gap.at_ns) / static_cast<double>(kNanosecondsPerSecond)},
           {"rows", gap.rows},
           {"blocks", gap.blocks},
           {"bytes", gap.bytes}};

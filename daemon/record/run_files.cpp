@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/acquisition/clock.hpp"
 #include "daemon/record/experiment_rows.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/raw_file.hpp"
@@ -20,9 +21,9 @@
 namespace eha::record {
 namespace {
 
+using acquisition::kNanosecondsPerSecond;
 using acquisition::TickRecord;
 
-constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 constexpr std::size_t kBufferedText = 1u << 16;
 
 /// Writes the rows that the experiment's decimation and discarded time keep.
