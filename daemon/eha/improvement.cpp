@@ -119,13 +119,13 @@ double estimated_std(const Model& model, const std::string& parameter) {
 }
 
 /// A design of at least the base's duration, and whether it reaches what is wanted.
-struct Answer {
+struct DesignAnswer {
   ident::Improvement found;
   bool reached = true;
 };
 
-Answer answered(const Model& model, const DesignCommand& command, ident::ImprovementTask& task) {
-  Answer answer{ident::improve(model, command.parameter, task)};
+DesignAnswer answered(const Model& model, const DesignCommand& command, ident::ImprovementTask& task) {
+  DesignAnswer answer{ident::improve(model, command.parameter, task)};
   if (!command.wanted_std) return answer;
   const double wanted = *command.wanted_std;
   const double compared_s = task.duration_s - task.options.discard_s;
@@ -159,7 +159,7 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
     with_base = ident::predicted_std(model, command.parameter, base.table_V, task);
   }
   task.period_s = 0.5 * (task.duration_s - task.options.discard_s);
-  const Answer answer = answered(model, command, task);
+  const DesignAnswer answer = answered(model, command, task);
   const ident::Improvement& found = answer.found;
   const std::filesystem::path path = command.output.value_or(fmt::format("improve-{}.toml", command.parameter));
   const std::string text = experiment_text(model, command, task, found);
