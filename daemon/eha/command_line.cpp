@@ -5,11 +5,14 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "daemon/doctor/latency.hpp"
+#include "daemon/eha/batch_options.hpp"
 #include "daemon/eha/completion.hpp"
 #include "daemon/eha/display_units.hpp"
 #include "daemon/eha/export_options.hpp"
@@ -195,6 +198,7 @@ struct Commands {
   ReplayCommand replay;
   ReportCommand report;
   PlotCommand plot;
+  BatchCommands batch;
   CheckCommand check;
   DesignCommand design;
   RunsCommands runs;
@@ -216,6 +220,7 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_replay(app, commands.replay);
   add_report(app, commands.report);
   add_plot(app, commands.plot);
+  add_batch(app, commands.batch);
   add_check(app, commands.check);
   add_design(app, commands.design);
   add_runs(app, commands.runs);
@@ -254,6 +259,10 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("replay")) return commands.replay;
   if (app.got_subcommand("report")) return commands.report;
   if (app.got_subcommand("plot")) return commands.plot;
+  if (const CLI::App* sub = app.get_subcommand("batch"); sub->parsed()) {
+    if (sub->got_subcommand("merge")) return commands.batch.merge;
+    return commands.batch.batch;
+  }
   if (app.got_subcommand("check")) return commands.check;
   if (app.got_subcommand("design")) return commands.design;
   if (app.got_subcommand("doctor")) return commands.doctor;
@@ -291,8 +300,12 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   CLI::App app("eha - from an electro-hydraulic actuator rig to validated models", "eha");
   add_common_options(app, parsed.console);
   add_commands(app, commands);
+  // What follows -- in a batch's line is the line of `eha fit`.
+  const auto separator = std::find(argv, argv + argc, std::string_view("--"));
+  const bool is_batch = std::find(argv, separator, std::string_view("batch")) != separator;
+  if (is_batch && separator != argv + argc) commands.batch.batch.fit_options.assign(separator + 1, argv + argc);
   try {
-    app.parse(argc, argv);
+    app.parse(is_batch ? static_cast<int>(separator - argv) : argc, argv);
   } catch (const CLI::CallForHelp&) {
     parsed.text = app.help();
     return parsed;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/batch/batch_folder.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/importer/options.hpp"
@@ -122,6 +123,19 @@ struct PlotCommand {
   std::optional<std::filesystem::path> output = {};  ///< none: in characters on standard output
 };
 
+struct BatchCommand {
+  std::vector<std::string> sources;  ///< run folders, files, folders of them, lists
+  std::filesystem::path output = "batch";
+  std::optional<std::size_t> jobs = {};  ///< none: the processors
+  batch::Shard shard = {};
+  std::vector<std::string> fit_options = {};  ///< of `eha fit`, what follows --
+};
+
+struct BatchMergeCommand {
+  std::vector<std::filesystem::path> folders;
+  std::optional<std::filesystem::path> output = {};  ///< none: the first folder
+};
+
 struct CheckCommand {
   std::string file;
   std::optional<std::string> rig_file = {};
@@ -179,10 +193,10 @@ struct ServiceCommand {
   bool watch = false;      ///< of status: repeatedly
 };
 
-using Command =
-    std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand, CompareCommand,
-                 ReplayCommand, ReportCommand, PlotCommand, CheckCommand, DesignCommand, RunsListCommand,
-                 RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand, ReadCommand, ServiceCommand>;
+using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand,
+                             CompareCommand, ReplayCommand, ReportCommand, PlotCommand, BatchCommand, BatchMergeCommand,
+                             CheckCommand, DesignCommand, RunsListCommand, RunsShowCommand, RunsRecoverCommand,
+                             DoctorCommand, LatencyCommand, ReadCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -194,6 +208,8 @@ using Command =
 [[nodiscard]] ExitCode execute(const ReplayCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ReportCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const PlotCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const BatchCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const BatchMergeCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const CheckCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const DesignCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const RunsListCommand& command, Console& console);

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/os/file_descriptor.hpp"
+#include "daemon/batch/record_list.hpp"
+
+// The folder of a batch:
+//
+//   batch.json             the rules and the list of records; written first, and never changed
+//   records/ID/result.json what became of a record, with its models in records/ID/models; appears complete or not at
+//   all work/                  records in progress table.csv, table.json  written at the end
+//
+// Every part of a batch (--shard) writes the same batch.json, so that parts may share a folder.
+
+namespace eha::batch {
+
+/// What is done to every record.
+struct Rules {
+  std::string version;                ///< of eha
+  std::vector<std::string> options;   ///< of `eha fit`
+  std::vector<std::string> contents;  ///< SHA-256 of each option that names a file, otherwise empty
+
+  bool operator==(const Rules&) const = default;
+};
+
+/// Rules of the given options of `eha fit`.
+[[nodiscard]] Rules rules_of(std::vector<std::string> options);
+
+struct Batch {
+  Rules rules;
+  std::vector<Record> records;
+};
+
+/// What became of a record.
+struct Result {
+  int exit_code = 0;           ///< of `eha fit`
+  std::string message;         ///< its last messages
+  nlohmann::ordered_json fit;  ///< its document (schema eha-fit/1); null without one
+  double seconds = 0.0;        ///< wall time
+  std::string host;
+};
+
+/// Whether models were fitted, accepted or not.
+[[nodiscard]] inline bool is_judged(const Result& result) { return result.fit.is_object(); }
+
+/// One of `count` equal parts of a list: the records whose place is `number` modulo `count`.
+struct Shard {
+  std::size_t number = 1;  ///< from 1
+  std::size_t count = 1;
+};
+
+/// A batch's folder. Not thread-safe; several processes may use one folder, each for a shard of its own.
+class BatchFolder {
+ public:
+  /// Creates the folder and batch.json, or continues the batch that is there.
+  /// @throws UsageError  the folder holds another batch: the message names the difference
+  /// @throws IoError, PermissionError
+  BatchFolder(std::filesystem::path path, Batch batch);
+  /// Opens the batch that is there. @throws DataError  no batch, or damaged; IoError, PermissionError
+  explicit BatchFolder(std::filesystem::path path);
+
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+  [[nodiscard]] const Batch& batch() const noexcept { return batch_; }
+
+  /// Takes a shard for this process and removes what a killed one left of it in work/.
+  /// @throws UsageError  another process works on it
+  void claim(const Shard& shard);
+
+  /// The records of a shard without a result.
+  [[nodiscard]] std::vector<Record> open_records(const Shard& shard) const;
+
+  /// A new, empty folder to fit a record in. Call after claim().
+  [[nodiscard]] std::filesystem::path work_folder(const Record& record) const;
+
+  /// Writes result.json into the record's work folder and moves that to its place.
+  void publish(const Record& record, const Result& result) const;
+
+  /// The result of a record; none without one. @throws DataError  damaged; IoError, PermissionError
+  [[nodiscard]] std::optional<Result> result(const Record& record) const;
+
+  /// Copies the results that this batch lacks from a part in another folder. @throws UsageError  it is another batch
+  void take_from(const BatchFolder& part) const;
+
+ private:
+  std::filesystem::path path_;
+  Batch batch_;
+  std::filesystem::path work_;
+  os::FileDescriptor lock_;
+};
+
+}  // namespace eha::batch

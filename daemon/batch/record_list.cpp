@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/batch/record_list.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <set>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "daemon/record/sha256.hpp"
+
+namespace eha::batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kListEnding = ".list";
+constexpr std::array<std::string_view, 7> kRecordEndings{".csv", ".txt", ".tsv", ".dat", ".mat", ".h5", ".hdf5"};
+constexpr std::size_t kLongestName = 40;
+
+bool is_record_file(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(kRecordEndings.begin(), kRecordEndings.end(), ending) != kRecordEndings.end();
+}
+
+std::vector<fs::path> records_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (fs::directory_iterator item(folder, error), end; !error && item != end; item.increment(error)) {
+    const bool is_run = !item->is_symlink() && record::is_run_folder(item->path());
+    if (is_run || (item->is_regular_file() && is_record_file(item->path()))) found.push_back(item->path());
+  }
+  if (error) os::throw_system_error("read", folder, error.value());
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::vector<fs::path> records_listed_in(const fs::path& list) {
+  std::vector<fs::path> found;
+  std::istringstream lines(os::read_file(list));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line.front() == '#') continue;
+    found.push_back((list.parent_path() / line).lexically_normal());
+  }
+  return found;
+}
+
+std::vector<fs::path> records_named_by(const fs::path& source) {
+  if (source.extension() == kListEnding) return records_listed_in(source);
+  std::error_code ignored;
+  if (fs::is_directory(source, ignored) && !record::is_run_folder(source)) return records_in(source);
+  return {source};
+}
+
+/// Letters, digits, '-', '_' and '.' of a record's name.
+std::string plain_name(const fs::path& source) {
+  const fs::path name = source.has_filename() ? source.filename() : source.parent_path().filename();
+  std::string plain = name.stem().string().substr(0, kLongestName);
+  for (char& c : plain) {
+    const bool stays = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+    if (!stays) c = '-';
+  }
+  return plain;
+}
+
+std::string content_of(const fs::path& source) {
+  try {
+    std::error_code ignored;
+    return record::sha256_of_file(fs::is_directory(source, ignored) ? source / record::kManifestFile : source);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+}  // namespace
+
+std::vector<Record> records_of(const std::vector<std::string>& sources) {
+  std::vector<Record> records;
+  std::set<fs::path> seen;
+  for (const std::string& source : sources) {
+    for (const fs::path& path : records_named_by(source)) {
+      if (!seen.insert(path.lexically_normal()).second) continue;
+      records.push_back(
+          {fmt::format("{:04}-{}", records.size() + 1, plain_name(path)), path.string(), content_of(path)});
+    }
+  }
+  if (records.empty()) {
+    throw UsageError(fmt::format("{}: no record: no run folder and no file ending in {}", fmt::join(sources, ", "),
+                                 fmt::join(kRecordEndings, ", ")));
+  }
+  return records;
+}
+
+}  // namespace eha::batch

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace eha::batch {
+
+/// A record of a batch, as its manifest names it.
+struct Record {
+  std::string id;  ///< "0007-pump": its place in the list from 1, and its name; a folder of this name holds its result
+  std::string source;  ///< run folder or file with a record; relative to the working directory, as listed
+  std::string sha256;  ///< of the file, or of the run's manifest; empty when it cannot be read
+
+  bool operator==(const Record&) const = default;
+};
+
+/// The records that a command names, each once, in the order of the names, folders sorted by name.
+/// @param sources  each a run folder; a folder of run folders and of files with records; a file with a record; or a
+/// list:
+///                 a text file whose name ends in ".list", one path a line relative to its folder, lines with # left
+///                 out
+/// @throws UsageError  no record
+/// @throws IoError, PermissionError  a folder or a list cannot be read
+[[nodiscard]] std::vector<Record> records_of(const std::vector<std::string>& sources);
+
+}  // namespace eha::batch

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/batch/run_records.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/os/child_process.hpp"
+#include "core/os/files.hpp"
+
+namespace eha::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::steady_clock;
+
+constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr const char* kFitFile = "fit.json";
+constexpr const char* kMessagesFile = "messages.txt";
+constexpr std::size_t kLongestMessage = 2000;
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
+}
+
+/// One record in progress.
+class Fit {
+ public:
+  Fit(const Record& record, fs::path folder, const fs::path& program, const std::vector<std::string>& options)
+      : record_(record),
+        folder_(std::move(folder)),
+        out_(os::open_file(folder_ / kFitFile, O_WRONLY | O_CREAT | O_TRUNC)),
+        messages_(os::open_file(folder_ / kMessagesFile, O_WRONLY | O_CREAT | O_TRUNC)) {
+    std::vector<std::string> words{program.string(), "fit",          record.source, "-o", (folder_ / "models").string(),
+                                   "--json",         "--no-progress"};
+    words.insert(words.end(), options.begin(), options.end());
+    process_ = std::make_unique<os::ChildProcess>(
+        os::SpawnRequest{.words = std::move(words), .standard_output = &out_, .standard_error = &messages_});
+  }
+
+  [[nodiscard]] const Record& record() const noexcept { return record_; }
+  void kill() const noexcept { process_->signal(SIGKILL); }
+
+  /// The result, or nothing while the process runs.
+  [[nodiscard]] std::optional<Result> poll() {
+    const std::optional<os::ChildEnd> end = process_->poll();
+    if (!end) return {};
+    Result result;
+    result.seconds = std::chrono::duration<double>(steady_clock::now() - begun_).count();
+    result.host = host_name();
+    result.message = os::read_file(folder_ / kMessagesFile);
+    if (result.message.size() > kLongestMessage) result.message.erase(0, result.message.size() - kLongestMessage);
+    const int status = end->status.value_or(0);
+    if (end->status && WIFSIGNALED(status)) {
+      result.exit_code = 128 + WTERMSIG(status);
+      result.message += fmt::format("ended by signal {} ({})\n", WTERMSIG(status), strsignal(WTERMSIG(status)));
+    } else {
+      result.exit_code = end->status ? WEXITSTATUS(status) : static_cast<int>(ExitCode::bug);
+    }
+    result.fit = nlohmann::ordered_json::parse(os::read_file(folder_ / kFitFile), nullptr, false);
+    if (!result.fit.is_object() || !result.fit.contains("models")) result.fit = nullptr;
+    fs::remove(folder_ / kFitFile);
+    fs::remove(folder_ / kMessagesFile);
+    // The models' documents stand in the folder `models`, too, and name the folder that this one was.
+    if (is_judged(result)) result.fit.erase("files");
+    return result;
+  }
+
+ private:
+  Record record_;
+  fs::path folder_;
+  os::FileDescriptor out_;
+  os::FileDescriptor messages_;
+  steady_clock::time_point begun_ = steady_clock::now();
+  std::unique_ptr<os::ChildProcess> process_;
+};
+
+}  // namespace
+
+bool run_records(BatchFolder& folder, const RunOptions& options) {
+  folder.claim(options.shard);
+  const std::vector<Record> open = folder.open_records(options.shard);
+  std::vector<std::unique_ptr<Fit>> running;
+  const auto end_all = [&] {
+    for (const auto& fit : running) fit->kill();
+    running.clear();
+  };
+  std::size_t begun = 0;
+  std::size_t done = 0;
+  while (done < open.size()) {
+    if (options.stopped()) {
+      end_all();
+      return false;
+    }
+    while (running.size() < options.jobs && begun < open.size()) {
+      const Record& next = open[begun++];
+      running.push_back(
+          std::make_unique<Fit>(next, folder.work_folder(next), options.program, folder.batch().rules.options));
+    }
+    for (auto item = running.begin(); item != running.end();) {
+      const std::optional<Result> result = (*item)->poll();
+      if (!result) {
+        ++item;
+        continue;
+      }
+      if (result->exit_code == static_cast<int>(ExitCode::configuration)) {
+        const std::string message = result->message;
+        end_all();
+        throw ConfigError("the rules of the batch are wrong: " + message);
+      }
+      folder.publish((*item)->record(), *result);
+      item = running.erase(item);
+      ++done;
+    }
+    const double share = static_cast<double>(done) / static_cast<double>(open.size());
+    options.progress(share, fmt::format("record {} of {}", std::min(done + 1, open.size()), open.size()));
+    std::this_thread::sleep_for(kPoll);
+  }
+  return true;
+}
+
+}  // namespace eha::batch

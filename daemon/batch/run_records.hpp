@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "daemon/batch/batch_folder.hpp"
+
+namespace eha::batch {
+
+struct RunOptions {
+  std::filesystem::path program;  ///< eha
+  std::size_t jobs = 1;           ///< processes at a time, at least 1
+  Shard shard = {};
+  /// Called several times a second: share of this process's records that are done, and what is in progress.
+  std::function<void(double, const std::string&)> progress;
+  std::function<bool()> stopped;  ///< whether to end early
+};
+
+/// Fits every record of the shard that has no result, each by `eha fit` in a process of its own. A record that cannot
+/// be read or fitted is a result, too. Stopped early, it kills the processes in progress; their records stay open.
+/// @returns whether all records of the shard have a result
+/// @throws ConfigError  the rules themselves are wrong, so that no record can be fitted
+/// @throws IoError, PermissionError, UsageError  as BatchFolder
+bool run_records(BatchFolder& folder, const RunOptions& options);
+
+}  // namespace eha::batch

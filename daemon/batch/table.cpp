@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/batch/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "core/os/files.hpp"
+
+namespace eha::batch {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kFewestForOutliers = 5;
+constexpr double kStdOfMad = 1.4826;  // of a normal distribution, in its median absolute deviations
+
+const Json* model_of(const Json& fit, const std::string& name) {
+  if (!fit.is_object()) return nullptr;
+  for (const Json& model : fit.at("models")) {
+    if (model.at("name") == name) return &model;
+  }
+  return nullptr;
+}
+
+std::string recommended_in(const Json& fit) {
+  const auto found = fit.find("recommendation");
+  if (found == fit.end() || !found->contains("model") || !found->at("model").is_string()) return "none";
+  return found->at("model");
+}
+
+/// Of a document of `eha fit` what does not depend on where and when it was made.
+Json essence_of(const Json& fit) {
+  Json models = Json::array();
+  for (const Json& model : fit.at("models")) {
+    Json kept;
+    for (const char* key : {"name", "transfer_function", "input_map", "units", "parameters", "verdict"}) {
+      if (model.contains(key)) kept[key] = model.at(key);
+    }
+    for (const char* key : {"r2_percent", "fit_percent", "error_min", "error_max"}) {
+      if (model.contains("validation")) kept["validation"][key] = model.at("validation").at(key);
+    }
+    models.push_back(std::move(kept));
+  }
+  return {{"models", std::move(models)}, {"recommendation", fit.value("recommendation", Json())}};
+}
+
+std::string last_line(const std::string& message) {
+  const std::size_t end = message.find_last_not_of('\n');
+  if (end == std::string::npos) return {};
+  const std::size_t begin = message.rfind('\n', end);
+  std::string line = message.substr(begin == std::string::npos ? 0 : begin + 1, end - (begin + 1) + 1);
+  const std::string prefix = "eha: error: ";
+  return line.starts_with(prefix) ? line.substr(prefix.size()) : line;
+}
+
+/// The model that most rows recommend, the first of equals; without one the first model of the first row.
+std::string common_model_of(const std::vector<Row>& rows) {
+  std::vector<std::pair<std::string, std::size_t>> counts;
+  for (const Row& row : rows) {
+    if (!row.judged || row.recommended == "none") continue;
+    const auto found =
+        std::find_if(counts.begin(), counts.end(), [&](const auto& count) { return count.first == row.recommended; });
+    if (found == counts.end()) {
+      counts.emplace_back(row.recommended, 1);
+    } else {
+      ++found->second;
+    }
+  }
+  const auto most =
+      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most != counts.end()) return most->first;
+  for (const Row& row : rows) {
+    if (row.judged && !row.fit.at("models").empty()) return row.fit.at("models").front().at("name");
+  }
+  return {};
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+/// A parameter's value in one row.
+struct Seen {
+  std::size_t row = 0;
+  double value = 0.0;
+  double std = 0.0;
+};
+
+void mark_outliers(std::vector<Row>& rows, const std::string& name) {
+  std::map<std::string, std::vector<Seen>> parameters;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Json* model = model_of(rows[i].fit, name);
+    if (model == nullptr) continue;
+    for (const Json& p : model->at("parameters")) {
+      const bool is_of_start = p.at("name") == "initial_output";
+      if (p.at("fixed") == true || is_of_start || !p.at("value").is_number() || !p.at("std").is_number()) continue;
+      parameters[p.at("name")].push_back({i, p.at("value"), p.at("std")});
+    }
+  }
+  std::size_t comparisons = 0;
+  for (const auto& [parameter, seen] : parameters) comparisons += seen.size();
+  for (const auto& [parameter, seen] : parameters) {
+    if (seen.size() < kFewestForOutliers) continue;
+    std::vector<double> values;
+    for (const Seen& one : seen) values.push_back(one.value);
+    const double median = median_of(values);
+    for (double& value : values) value = std::abs(value - median);
+    const double spread = kStdOfMad * median_of(values);
+    const boost::math::students_t student(static_cast<double>(seen.size() - 1));
+    const double share = kOutlierLevel / (2.0 * static_cast<double>(comparisons));
+    const double t = boost::math::quantile(boost::math::complement(student, share));
+    for (const Seen& one : seen) {
+      const double half_width = t * std::max(one.std, spread);
+      if (std::abs(one.value - median) > half_width) {
+        rows[one.row].outliers.push_back({parameter, one.value, median, half_width});
+      }
+    }
+  }
+}
+
+/// A field of a CSV file, quoted where it must be.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string number(const Json& value) { return value.is_number() ? fmt::format("{}", value.get<double>()) : ""; }
+
+std::vector<std::string> parameter_names(const Table& table) {
+  std::vector<std::string> names;
+  for (const Row& row : table.rows) {
+    if (!row.judged) continue;
+    for (const Json& model : row.fit.at("models")) {
+      for (const Json& p : model.at("parameters")) {
+        const std::string name = p.at("name");
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      }
+    }
+  }
+  return names;
+}
+
+std::string csv_of(const Row& row, const Json& model, const std::vector<std::string>& names, bool is_recommended) {
+  const Json verdict = model.value("verdict", Json::object());
+  const Json validation = model.value("validation", Json::object());
+  std::string line =
+      fmt::format("{},{},{},{},{},{},{},{}", row.record.id, field(row.record.source),
+                  model.at("name").get<std::string>(), is_recommended ? "yes" : "no",
+                  verdict.value("grade", std::string()), verdict.value("accepted", false) ? "yes" : "no",
+                  number(validation.value("fit_percent", Json())), number(validation.value("r2_percent", Json())));
+  for (const std::string& name : names) {
+    const Json& parameters = model.at("parameters");
+    const auto found =
+        std::find_if(parameters.begin(), parameters.end(), [&](const Json& p) { return p.at("name") == name; });
+    if (found == parameters.end()) {
+      line += ",,,";
+    } else {
+      line += fmt::format(",{},{},{}", number(found->at("value")), number(found->at("lower95")),
+                          number(found->at("upper95")));
+    }
+  }
+  return line + "\n";
+}
+
+}  // namespace
+
+Table table_of(const BatchFolder& folder) {
+  Table table;
+  for (const Record& record : folder.batch().records) {
+    Row row{.record = record,
+            .exit_code = 0,
+            .judged = false,
+            .reason = {},
+            .fit = {},
+            .recommended = "none",
+            .outliers = {}};
+    if (std::optional<Result> result = folder.result(record)) {
+      row.exit_code = result->exit_code;
+      row.judged = is_judged(*result);
+      if (row.judged) {
+        row.fit = essence_of(result->fit);
+        row.recommended = recommended_in(row.fit);
+        ++table.judged;
+      } else {
+        row.reason = last_line(result->message);
+      }
+    } else {
+      row.reason = "no result yet";
+      ++table.missing;
+    }
+    table.rows.push_back(std::move(row));
+  }
+  table.common_model = common_model_of(table.rows);
+  mark_outliers(table.rows, table.common_model);
+  return table;
+}
+
+std::string to_csv(const Table& table) {
+  const std::vector<std::string> names = parameter_names(table);
+  std::string text = "record,source,model,recommended,grade,accepted,validation_fit_percent,validation_r2_percent";
+  for (const std::string& name : names) text += fmt::format(",{0},{0}_lower95,{0}_upper95", name);
+  text += "\n";
+  for (const Row& row : table.rows) {
+    if (!row.judged) continue;
+    for (const Json& model : row.fit.at("models")) {
+      text += csv_of(row, model, names, model.at("name") == row.recommended);
+    }
+  }
+  return text;
+}
+
+nlohmann::ordered_json to_json(const Table& table) {
+  Json records = Json::array();
+  for (const Row& row : table.rows) {
+    Json outliers = Json::array();
+    for (const Outlier& one : row.outliers) {
+      outliers.push_back(
+          {{"parameter", one.parameter}, {"value", one.value}, {"median", one.median}, {"half_width", one.half_width}});
+    }
+    records.push_back({{"id", row.record.id},
+                       {"source", row.record.source},
+                       {"judged", row.judged},
+                       {"exit_code", row.exit_code},
+                       {"reason", row.reason},
+                       {"recommended", row.recommended},
+                       {"outliers", std::move(outliers)},
+                       {"fit", row.fit}});
+  }
+  return {{"schema", "eha-batch-table/1"},      {"records_judged", table.judged}, {"records_missing", table.missing},
+          {"common_model", table.common_model}, {"outlier_level", kOutlierLevel}, {"records", std::move(records)}};
+}
+
+std::vector<std::filesystem::path> write_table(const BatchFolder& folder, const Table& table) {
+  const std::vector<std::filesystem::path> files{folder.path() / "table.csv", folder.path() / "table.json"};
+  os::write_file_atomically(files[0], to_csv(table));
+  os::write_file_atomically(files[1], to_json(table).dump(2) + "\n");
+  return files;
+}
+
+}  // namespace eha::batch

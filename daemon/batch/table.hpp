@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/batch/batch_folder.hpp"
+
+namespace eha::batch {
+
+/// Probability that a batch names an outlier where there is none, for all records and parameters together.
+inline constexpr double kOutlierLevel = 0.01;
+
+/// A parameter of one record that lies apart from those of the others.
+struct Outlier {
+  std::string parameter;
+  double value = 0.0;
+  double median = 0.0;      ///< of all records
+  double half_width = 0.0;  ///< of the joint interval around the median
+};
+
+/// One record in the table.
+struct Row {
+  Record record;
+  int exit_code = 0;
+  bool judged = false;
+  std::string reason;             ///< why it was not judged
+  nlohmann::ordered_json fit;     ///< of Result: models and recommendation; null where it was not judged
+  std::string recommended;        ///< model; "none" without one
+  std::vector<Outlier> outliers;  ///< of the table's common model
+};
+
+struct Table {
+  std::vector<Row> rows;     ///< in the list's order
+  std::string common_model;  ///< the model that most records recommend, or the first that all have; may be empty
+  std::size_t judged = 0;
+  std::size_t missing = 0;  ///< without a result
+};
+
+/// The table of a batch as far as it has results. It depends on these alone, not on who computed them, or when.
+///
+/// A value is an outlier where its distance from the median of the records exceeds t max(std, 1.4826 MAD): std is its
+/// own standard error, MAD the median absolute deviation of the records, and t Student's quantile at kOutlierLevel,
+/// shared among all records and parameters (Bonferroni). At least five records are needed.
+/// @throws as BatchFolder::result
+[[nodiscard]] Table table_of(const BatchFolder& folder);
+
+/// One row a record and model: record, source, verdict, validation, and each parameter with its interval.
+[[nodiscard]] std::string to_csv(const Table& table);
+
+/// The same as a document of schema eha-batch-table/1.
+[[nodiscard]] nlohmann::ordered_json to_json(const Table& table);
+
+/// Writes table.csv and table.json into the batch's folder. @returns their paths
+std::vector<std::filesystem::path> write_table(const BatchFolder& folder, const Table& table);
+
+}  // namespace eha::batch

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `eha batch` as a user meets it: its table does not depend on kills, parts or the number of processes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/system/program.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kRecords = 12;
+constexpr int kOdd = 7;  // has another gain
+const std::vector<std::string> kFit{"--", "--model", "io1", "--decimate", "1"};
+
+/// A first-order plant's answer to a slow square wave, with noise.
+std::string record_text(int number) {
+  std::mt19937 random(static_cast<unsigned>(number));
+  std::normal_distribution<double> noise(0.0, 0.01);
+  const double gain = number == kOdd ? 3.0 : 2.0;
+  std::string text = "time_s,voltage_V,displacement_in\n";
+  double y = 0.0;
+  for (int k = 0; k < 300; ++k) {
+    const double u = (k / 25) % 2 == 0 ? 1.0 : -0.5;
+    text += std::to_string(0.04 * k) + "," + std::to_string(u) + "," + std::to_string(y + noise(random)) + "\n";
+    const double decay = std::exp(-0.04 * 1.5);
+    y = decay * y + (1.0 - decay) * gain / 1.5 * u;
+  }
+  return text;
+}
+
+class Batch : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    fs::create_directory(folder_->path() / "records");
+    for (int i = 1; i <= kRecords; ++i) folder_->write("records/r" + std::to_string(10 + i) + ".csv", record_text(i));
+    whole_ = new Ended(batch({"batch", "records", "-o", "whole"}));
+  }
+  static void TearDownTestSuite() {
+    delete whole_;
+    delete folder_;
+  }
+
+  static std::vector<std::string> with_fit(std::vector<std::string> words) {
+    words.insert(words.end(), kFit.begin(), kFit.end());
+    return words;
+  }
+  static Ended batch(const std::vector<std::string>& words) { return run_eha(with_fit(words), folder_->path()); }
+  static fs::path path(const std::string& name) { return folder_->path() / name; }
+  static std::string table(const std::string& name) {
+    return content_of(path(name) / "table.csv") + content_of(path(name) / "table.json");
+  }
+  static std::ptrdiff_t results(const std::string& name) {
+    std::error_code none_yet;
+    return std::distance(fs::directory_iterator(path(name) / "records", none_yet), fs::directory_iterator());
+  }
+
+  static inline TemporaryFolder* folder_ = nullptr;
+  static inline Ended* whole_ = nullptr;
+};
+
+TEST_F(Batch, JudgesEveryRecordAndNamesTheOneThatIsApart) {
+  ASSERT_EQ(whole_->code, 0) << whole_->err;
+  const json document = json::parse(content_of(path("whole") / "table.json"));
+  EXPECT_EQ(document.at("records_judged"), kRecords);
+  EXPECT_EQ(document.at("common_model"), "io1");
+  for (const json& record : document.at("records")) {
+    const bool is_odd = record.at("source") == "records/r" + std::to_string(10 + kOdd) + ".csv";
+    const json& outliers = record.at("outliers");
+    ASSERT_EQ(outliers.empty(), !is_odd) << record.at("source") << outliers;
+    if (is_odd) EXPECT_EQ(outliers.front().at("parameter"), "K");
+    EXPECT_TRUE(fs::exists(path("whole") / "records" / record.at("id") / "models" / "io1.json"));
+  }
+  EXPECT_NE(whole_->out.find("apart    0007-r17: K"), std::string::npos) << whole_->out;
+}
+
+TEST_F(Batch, GoesOnWhereItWasKilled) {
+  for (const int after : {1, 4, 9}) {
+    const std::string name = "killed" + std::to_string(after);
+    const std::vector<std::string> words = with_fit({"batch", "records", "-o", name, "--jobs", "1"});
+    const Ended killed = interrupt_eha(
+        words, folder_->path(), [&] { return results(name) >= after; }, SIGKILL);
+    ASSERT_EQ(killed.code, 128 + SIGKILL);
+    ASSERT_LT(results(name), kRecords) << "killed too late to prove anything";
+    const fs::path done = path(name) / "records" / "0001-r11" / "result.json";
+    const auto written = fs::last_write_time(done);
+    const Ended resumed = batch({"batch", "records", "-o", name});
+    ASSERT_EQ(resumed.code, 0) << resumed.err;
+    EXPECT_EQ(fs::last_write_time(done), written) << "fitted again";
+    EXPECT_EQ(table(name), table("whole"));
+  }
+}
+
+TEST_F(Batch, EndsAtCtrlCAndSaysHowToGoOn) {
+  const Ended ended = interrupt_eha(
+      with_fit({"batch", "records", "-o", "stopped", "--jobs", "1"}), folder_->path(),
+      [] { return results("stopped") >= 2; }, SIGINT);
+  EXPECT_EQ(ended.code, 130);
+  EXPECT_NE(ended.err.find("still open"), std::string::npos) << ended.err;
+}
+
+TEST_F(Batch, InPartsGivesTheSameTable) {
+  for (const std::string part : {"1", "2", "3"}) {
+    // The last two share a folder.
+    const std::string name = part == "1" ? "part1" : "part23";
+    const Ended ended = batch({"batch", "records", "-o", name, "--shard", part + "/3"});
+    ASSERT_EQ(ended.code, 0) << ended.err;
+  }
+  EXPECT_EQ(results("part1"), kRecords / 3);
+  const Ended merged = run_eha({"batch", "merge", "part1", "part23", "-o", "merged"}, folder_->path());
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  EXPECT_EQ(table("merged"), table("whole"));
+}
+
+TEST_F(Batch, ListsWhatCannotBeReadAndJudgesTheRest) {
+  fs::create_directory(path("mixed"));
+  for (int i = 1; i <= 3; ++i) folder_->write("mixed/good" + std::to_string(i) + ".csv", record_text(i));
+  folder_->write("mixed/words.csv", "a;b\nx;y\n");
+  folder_->write("mixed/broken.mat", std::string(200, '\1'));
+  folder_->write("mixed.list", "# two folders\nmixed/good1.csv\nmixed/gone.csv\nmixed/words.csv\nmixed/broken.mat\n");
+  const Ended ended = batch({"batch", "mixed.list", "mixed/good2.csv", "-o", "mixed_out", "--json"});
+  EXPECT_EQ(ended.code, 10) << ended.err;
+  const json document = json::parse(ended.out);
+  EXPECT_EQ(document.at("records_judged"), 2);
+  for (const json& record : document.at("records")) {
+    const bool is_good = record.at("source").get<std::string>().find("good") != std::string::npos;
+    EXPECT_EQ(record.at("judged").get<bool>(), is_good) << record;
+    EXPECT_EQ(record.at("reason").get<std::string>().empty(), is_good) << record;
+  }
+}
+
+TEST_F(Batch, RefusesAnotherBatchInItsFolderAndWrongOptions) {
+  const auto refused = [](const std::vector<std::string>& words, int code, const std::string& text) {
+    const Ended ended = run_eha(words, folder_->path());
+    EXPECT_EQ(ended.code, code) << text;
+    EXPECT_NE(ended.err.find(text), std::string::npos) << ended.err;
+  };
+  refused({"batch", "records", "-o", "whole", "--", "--model", "io"}, 2, "holds another batch: its options");
+  refused(with_fit({"batch", "records/r11.csv", "-o", "whole"}), 2, "it has 12 records, now there are 1");
+  refused({"batch", "records", "-o", "new", "--", "--modle", "io"}, 2, "after --:");
+  refused({"batch", "records", "-o", "new", "--", "-o", "x"}, 2, "the batch sets this option itself");
+  refused({"batch", "records", "-o", "new", "--shard", "4/3"}, 2, "expected I/N");
+  refused({"batch", "-o", "new"}, 2, "expected records");
+  refused({"batch", "merge", "records"}, 10, "no batch");
+  EXPECT_FALSE(fs::exists(path("new")));
+}
+
+}  // namespace
+}  // namespace eha::test
