@@ -79,7 +79,9 @@ TEST_F(Batch, JudgesEveryRecordAndNamesTheOneThatIsApart) {
     const bool is_odd = record.at("source") == "records/r" + std::to_string(10 + kOdd) + ".csv";
     const json& outliers = record.at("outliers");
     ASSERT_EQ(outliers.empty(), !is_odd) << record.at("source") << outliers;
-    if (is_odd) EXPECT_EQ(outliers.front().at("parameter"), "K");
+    if (is_odd) {
+      EXPECT_EQ(outliers.front().at("parameter"), "K");
+    }
     EXPECT_TRUE(fs::exists(path("whole") / "records" / record.at("id") / "models" / "io1.json"));
   }
   EXPECT_NE(whole_->out.find("apart    0007-r17: K"), std::string::npos) << whole_->out;
