@@ -160,7 +160,7 @@ class DefaultFit {
   [[nodiscard]] std::vector<double> costs_of(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts) {
     std::vector<double> costs(starts.size(), std::numeric_limits<double>::infinity());
     executor_(starts.size(), [&](std::size_t k) {
-      if (const auto point = problem.evaluate(starts[k], OutputError::Want::value)) costs[k] = point->cost;
+      if (const auto point = problem.evaluate(starts[k])) costs[k] = point->cost;
     });
     evaluations_ += starts.size();
     return costs;

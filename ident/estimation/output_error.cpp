@@ -75,18 +75,18 @@ InputSpectrum OutputError::Passed::total(double ratio) const {
   return sum;
 }
 
-std::optional<OutputError::Passed> OutputError::passed(const Eigen::VectorXd& theta) const {
+std::shared_ptr<const OutputError::Passed> OutputError::passed(const Eigen::VectorXd& theta) const {
   const std::optional<ValveMap> map = parametrisation_.valve(theta);
   if (!map) return {};
-  return Passed{*map, record_.spectrum_of(excess_above(*map, record_.fine_input())),
-                record_.spectrum_of(excess_below(*map, record_.fine_input()))};
+  return std::make_shared<const Passed>(Passed{*map, record_.spectrum_of(excess_above(*map, record_.fine_input())),
+                                               record_.spectrum_of(excess_below(*map, record_.fine_input()))});
 }
 
 double OutputError::ratio_at(const Passed& valve, const LinearSolution& linear) const {
   return linear_.solve_ratio ? linear.negative_gain_ratio : valve.map.negative_gain_ratio;
 }
 
-InputSpectrum OutputError::driving(const std::optional<Passed>& valve, const LinearSolution& linear) const {
+InputSpectrum OutputError::driving(const std::shared_ptr<const Passed>& valve, const LinearSolution& linear) const {
   return valve ? valve->total(ratio_at(*valve, linear)) : biased(linear.input_bias);
 }
 
@@ -215,7 +215,7 @@ LinearSolution OutputError::solve(const Eigen::MatrixXd& columns, const Eigen::V
 }
 
 Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
-                                                    const std::optional<Passed>& valve) const {
+                                                    const std::shared_ptr<const Passed>& valve) const {
   const TransferFunction g = parametrisation_.transfer_function(theta, linear.numerator);
   const std::vector<Sensitivity> sensitivities = parametrisation_.sensitivities(theta, g);
   const TransferColumns columns(g, {g.numerator}, sensitivities);
@@ -254,7 +254,7 @@ Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta
   return jacobian;
 }
 
-std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& theta, Want want) const {
+std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& theta) const {
   const TransferFunction g = parametrisation_.transfer_function(theta, {});
   if (top_order(g.numerator) >
       top_order(g.denominator) - (parametrisation_.must_be_strictly_proper() ? kLeastExcess : 0.0))
@@ -263,21 +263,18 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
   // Samples cannot tell an oscillation above the Nyquist frequency from its alias below; the alias is reported.
   if (parametrisation_.fastest_oscillation(theta) > kNyquist / record_.response().step_s()) return {};
   const double bias = bias_at(theta);
-  const std::optional<Passed> valve = passed(theta);
+  const std::shared_ptr<const Passed> valve = passed(theta);
   const InputSpectrum input = !valve                ? biased(bias)
                               : linear_.solve_ratio ? valve->above
                                                     : valve->total(valve->map.negative_gain_ratio);
-  const InputSpectrum* beside = linear_.solve_ratio  ? &valve.value().below
-                                : linear_.solve_bias ? &record_.step()
-                                                     : nullptr;
+  const InputSpectrum* beside = linear_.solve_ratio ? &valve->below : linear_.solve_bias ? &record_.step() : nullptr;
   Basis b = basis(g, input, beside);
   if (noise_) b = {seen(b.numerator), seen(b.beside), seen(b.states)};
   Eigen::MatrixXd columns(measured_.size(), b.numerator.cols() + b.beside.cols() + 1 + b.states.cols());
   columns << b.numerator, b.beside, constant_, b.states;
   if (!columns.allFinite()) return {};
-  Eigen::MatrixXd orthonormal;
   Point point;
-  point.linear = solve(columns, measured_, bias, want == Want::jacobian ? &orthonormal : nullptr);
+  point.linear = solve(columns, measured_, bias, &point.orthonormal);
   point.residual = measured_ - b.numerator * point.linear.numerator;
   point.residual -= point.linear.initial_output * constant_;
   if (valve && !linear_.solve_ratio) point.linear.negative_gain_ratio = valve->map.negative_gain_ratio;
@@ -287,12 +284,14 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
   }
   point.residual -= free_response(b, point.linear);
   point.cost = point.residual.squaredNorm();
-  if (want == Want::jacobian) {
-    point.jacobian = seen(coordinate_derivatives(theta, point.linear, valve));
-    point.jacobian -= orthonormal * (orthonormal.transpose() * point.jacobian);
-    if (!point.jacobian.allFinite()) return {};
-  }
+  point.passed = valve;
   return point;
+}
+
+bool OutputError::complete(const Eigen::VectorXd& theta, Point& point) const {
+  point.jacobian = seen(coordinate_derivatives(theta, point.linear, point.passed));
+  point.jacobian -= point.orthonormal * (point.orthonormal.transpose() * point.jacobian);
+  return point.jacobian.allFinite();
 }
 
 Eigen::VectorXd OutputError::residual(const Eigen::VectorXd& theta, const LinearSolution& linear) const {
@@ -310,7 +309,7 @@ Eigen::MatrixXd OutputError::derivatives(const Eigen::VectorXd& theta, const Lin
                                          std::vector<ParameterKey>& parameters) const {
   parameters.clear();
   for (const Coordinate& c : parametrisation_.coordinates()) parameters.push_back(c.key);
-  const std::optional<Passed> valve = passed(theta);
+  const std::shared_ptr<const Passed> valve = passed(theta);
   const Eigen::MatrixXd nonlinear = coordinate_derivatives(theta, linear, valve);
   const Basis b = basis(parametrisation_.transfer_function(theta, linear.numerator), driving(valve, linear),
                         valve ? &valve->below : &record_.step());

@@ -103,17 +103,27 @@ class OutputError {
   OutputError(const ComparedRecord& record, const Parametrisation& parametrisation, LinearPart linear,
               std::optional<Autoregression> noise = {});
 
+  /// What a valve map lets pass, by side.
+  struct Passed {
+    ValveMap map;
+    InputSpectrum above;
+    InputSpectrum below;
+    [[nodiscard]] InputSpectrum total(double ratio) const;
+  };
+
   struct Point {
     double cost = 0.0;         ///< sum of squares
     Eigen::VectorXd residual;  ///< measured less simulated
-    Eigen::MatrixXd jacobian;  ///< of the simulated output, projected; empty unless asked for
+    Eigen::MatrixXd jacobian;  ///< of the simulated output, projected; empty without complete()
     LinearSolution linear;
+    Eigen::MatrixXd orthonormal;           ///< spans what is solved for exactly
+    std::shared_ptr<const Passed> passed;  ///< null without a map
   };
 
-  enum class Want { value, jacobian };
-
   /// Nothing when the model at theta grows or is not proper.
-  [[nodiscard]] std::optional<Point> evaluate(const Eigen::VectorXd& theta, Want want) const;
+  [[nodiscard]] std::optional<Point> evaluate(const Eigen::VectorXd& theta) const;
+  /// Adds the Jacobian to the point at theta. @returns whether it is finite
+  [[nodiscard]] bool complete(const Eigen::VectorXd& theta, Point& point) const;
 
   /// Exact derivatives of the simulated output by every free quantity at a given solution, not projected: the
   /// coordinates first, then numerator, input_bias or negative_gain_ratio, initial_output and initial_state as far as
@@ -140,23 +150,16 @@ class OutputError {
     Eigen::MatrixXd beside;     ///< the same to what is weighed beside the gain, if anything is
     Eigen::MatrixXd states;     ///< free responses; to the past input for a gain of 1
   };
-  /// What a valve map lets pass, by side.
-  struct Passed {
-    ValveMap map;
-    InputSpectrum above;
-    InputSpectrum below;
-    [[nodiscard]] InputSpectrum total(double ratio) const;
-  };
-  [[nodiscard]] std::optional<Passed> passed(const Eigen::VectorXd& theta) const;
+  [[nodiscard]] std::shared_ptr<const Passed> passed(const Eigen::VectorXd& theta) const;
   /// @param beside  an input whose response is weighed beside the gain; null for none
   [[nodiscard]] Basis basis(const TransferFunction& g, const InputSpectrum& input, const InputSpectrum* beside) const;
   [[nodiscard]] LinearSolution solve(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double bias,
                                      Eigen::MatrixXd* orthonormal) const;
   [[nodiscard]] double ratio_at(const Passed& valve, const LinearSolution& linear) const;
   [[nodiscard]] std::vector<InputSpectrum> input_derivatives(const Passed& valve, const LinearSolution& linear) const;
-  [[nodiscard]] InputSpectrum driving(const std::optional<Passed>& valve, const LinearSolution& linear) const;
+  [[nodiscard]] InputSpectrum driving(const std::shared_ptr<const Passed>& valve, const LinearSolution& linear) const;
   [[nodiscard]] Eigen::MatrixXd coordinate_derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
-                                                       const std::optional<Passed>& valve) const;
+                                                       const std::shared_ptr<const Passed>& valve) const;
   [[nodiscard]] Eigen::Index shared_index(Eigen::Index window) const;
   [[nodiscard]] Eigen::VectorXd free_response(const Basis& basis, const LinearSolution& linear) const;
   [[nodiscard]] InputSpectrum biased(double bias) const;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "ident/signal/low_band_spectrum.hpp"
+#include "ident/vector_clones.hpp"
 
 namespace eha::ident {
 namespace {
@@ -24,6 +25,7 @@ constexpr double kNegligible =
     1e-2;  // share of an alias's allowed error; smaller coefficients of its series are left out
 
 /// Real and imaginary part of S(theta) at x = theta/pi by Clenshaw's recurrence in T_2(x), over all bins.
+EHA_VECTOR_CLONES
 void add_series(const std::vector<double>& a, std::size_t length, double negligible, std::vector<double>& re,
                 std::vector<double>& im) {
   std::size_t used = 0;

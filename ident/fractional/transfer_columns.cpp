@@ -7,12 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-// One build serves old and new processors; sanitizers cannot instrument the dispatch.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define EHA_VECTOR_CLONES __attribute__((target_clones("arch=haswell", "default")))
-#else
-#define EHA_VECTOR_CLONES
-#endif
+#include "ident/vector_clones.hpp"
 
 namespace eha::ident {
 namespace {

@@ -107,7 +107,7 @@ Eigen::VectorXd with_scanned_coefficients(const OutputError& problem, const Eige
   Eigen::VectorXd best = start;
   if (weights.empty() || weights.size() > 2) return best;
   const auto cost = [&](const Eigen::VectorXd& theta) {
-    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    const auto point = problem.evaluate(theta);
     return point ? point->cost : std::numeric_limits<double>::infinity();
   };
   double least = cost(start);
@@ -161,7 +161,7 @@ std::vector<Seen> look_around(const OutputError& problem, const SearchBox& box, 
   crs.set_population(kMembersPerDimension * static_cast<unsigned>(n + 1));
   const auto objective = [&](const std::vector<double>& x) {
     const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(x.data(), n);
-    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    const auto point = problem.evaluate(theta);
     const double value = point ? std::log(std::max(point->cost, kLeastCost)) : kInfeasible;
     if (point) seen.push_back({value, theta});
     return value;
@@ -200,7 +200,7 @@ std::vector<Seen> explore(const OutputError& problem, const SearchBox& box, std:
 std::vector<Seen> evaluated(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses) {
   std::vector<Seen> seen;
   for (const Eigen::VectorXd& theta : guesses) {
-    const auto point = problem.evaluate(theta, OutputError::Want::value);
+    const auto point = problem.evaluate(theta);
     if (point) seen.push_back({std::log(std::max(point->cost, kLeastCost)), theta});
   }
   return seen;

@@ -125,15 +125,16 @@ struct Damping {
 /// Evaluates the start, its orders lowered until the model is stable. @returns whether that succeeded
 bool begin(const OutputError& problem, const Eigen::VectorXd& start, const Box& box, LeastSquaresResult& result) {
   result.theta = box.clamped(start);
-  auto first = problem.evaluate(result.theta, OutputError::Want::jacobian);
+  auto first = problem.evaluate(result.theta);
   result.evaluations = 1;
   for (int attempt = 0; !first && attempt < kFeasibilityAttempts; ++attempt) {
     result.theta = box.clamped(problem.parametrisation().with_lower_orders(result.theta));
-    first = problem.evaluate(result.theta, OutputError::Want::jacobian);
+    first = problem.evaluate(result.theta);
     ++result.evaluations;
   }
-  if (first) result.point = std::move(*first);
-  return first.has_value();
+  if (!first || !problem.complete(result.theta, *first)) return false;
+  result.point = std::move(*first);
+  return true;
 }
 
 /// Iterates from a feasible point. @returns the reason for the end
@@ -159,17 +160,17 @@ Termination iterate(const OutputError& problem, const Box& box, const LeastSquar
     const double predicted = linearised.target.squaredNorm() - (linearised.target - change).squaredNorm();
     // The step's change of the output, relative to the output: below the rounding error no progress is possible.
     if (change.squaredNorm() <= options.step_tolerance * options.step_tolerance * total) return Termination::converged;
-    const auto trial = problem.evaluate(result.theta + step, OutputError::Want::value);
+    const Eigen::VectorXd next = result.theta + step;
+    auto trial = problem.evaluate(next);
     ++result.evaluations;
     const double gain = trial ? result.point.cost - trial->cost : -1.0;
     if (gain > 0.0) {
       const double ratio = predicted > 0.0 ? gain / predicted : 1.0;
       const bool settled = gain <= options.cost_tolerance * result.point.cost && ratio > kSettledRatio;
-      result.theta += step;
-      auto next = problem.evaluate(result.theta, OutputError::Want::jacobian);
+      if (!problem.complete(next, *trial)) return Termination::no_progress;
       ++result.evaluations;
-      if (!next) return Termination::no_progress;
-      result.point = std::move(*next);
+      result.theta = next;
+      result.point = std::move(*trial);
       linearised = Linearised(result.point);
       if (settled) return Termination::converged;
       damping.succeed(ratio);

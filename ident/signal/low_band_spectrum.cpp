@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "ident/vector_clones.hpp"
+
 namespace eha::ident {
 namespace {
 
@@ -24,6 +26,12 @@ std::vector<double> binomial(int power) {
   return taps;
 }
 
+/// to[k] += tap from[k]
+EHA_VECTOR_CLONES
+void add_scaled(const double* from, double tap, std::size_t count, double* to) {
+  for (std::size_t k = 0; k < count; ++k) to[k] += tap * from[k];
+}
+
 /// out[k] = sum_t taps[t] signal[2 k - t]
 std::vector<double> halved(const std::vector<double>& signal, const std::vector<double>& taps) {
   const std::size_t before = taps.size() / 2;
@@ -37,10 +45,8 @@ std::vector<double> halved(const std::vector<double>& signal, const std::vector<
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t block = std::min(kBlock, count - begin);
     for (std::size_t t = 0; t < taps.size(); ++t) {
-      const double tap = taps[t];
       const double* from = (t % 2 == 0 ? even : odd).data() + before + begin - t / 2;
-      double* to = out.data() + begin;
-      for (std::size_t k = 0; k < block; ++k) to[k] += tap * from[k];
+      add_scaled(from, taps[t], block, out.data() + begin);
     }
   }
   return out;
