@@ -156,14 +156,24 @@ class Climber {
     return true;
   }
 
+  /// Whether the model is the best of those of integer or of fractional order, as it is.
+  bool is_best_of_its_kind(const ClimbedModel& climbed) {
+    const bool is_fractional = has_estimated_order(climbed.result.model);
+    return best_of([&](const ClimbedModel& m) { return has_estimated_order(m.result.model) == is_fractional; }) ==
+           &climbed;
+  }
+
   void try_delays() {
-    bool helps = false;
+    bool changes_the_best = false;
     std::vector<ClimbedModel*> first = {
         best_of([](const ClimbedModel& m) { return m.structure.structure.family == "io1"; }),
         best_of([](const ClimbedModel& m) { return !has_estimated_order(m.result.model); }),
         best_of([](const ClimbedModel& m) { return has_estimated_order(m.result.model); })};
-    for (ClimbedModel* climbed : first) helps = (climbed != nullptr && try_delay(*climbed)) || helps;
-    if (!helps) return;
+    for (ClimbedModel* climbed : first) {
+      if (climbed == nullptr || !try_delay(*climbed)) continue;
+      changes_the_best = changes_the_best || is_best_of_its_kind(*climbed);
+    }
+    if (!changes_the_best) return;
     for (ClimbedModel& climbed : climb_.models) try_delay(climbed);
   }
 
