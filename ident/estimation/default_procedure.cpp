@@ -65,7 +65,10 @@ class DefaultFit {
       if (maps_known_models) break;
       for (LocalOptimum& optimum : estimate(variant, optima)) optima.push_back(std::move(optimum));
     }
-    if (behind_valve_) optima = followed_behind_valve(optima);
+    if (behind_valve_) {
+      for (const LocalOptimum& optimum : optima) cost_without_map_ = std::min(cost_without_map_, optimum.best.point.cost);
+      optima = followed_behind_valve(optima);
+    }
     if (optima.empty()) {
       throw NoStableModel(
           fmt::format("model {}: no stable model of this structure was found for the record", asked_.name));
@@ -76,7 +79,9 @@ class DefaultFit {
       chosen = with_bias_named(chosen);
     }
     chosen = followed_to_its_end(std::move(chosen));
-    if (auto refined = with_noise_model(compared_, chosen, evaluations_)) chosen = std::move(*refined);
+    if (auto refined = with_noise_model(compared_, chosen, most_cost_inside(chosen), evaluations_)) {
+      chosen = std::move(*refined);
+    }
     if (const auto map = valve_of(chosen)) {
       const auto discarded = static_cast<Eigen::Index>(rows_.discarded);
       require_both_sides(*map, seen_input().tail(seen_input().size() - discarded), asked_.name,
@@ -255,6 +260,13 @@ class DefaultFit {
     });
   }
 
+  /// What a model inside the structure leaves of the output, and a larger one may not exceed.
+  [[nodiscard]] double most_cost_inside(const LocalOptimum& chosen) const {
+    const double of_known =
+        least_known_error(chosen.parametrisation, known_) * static_cast<double>(compared_.measured().size());
+    return (1.0 + kNoWorse) * std::min(of_known, cost_without_map_);
+  }
+
   /// Brings terms back whose coefficient died on the way, and goes on from the best of them where it is better.
   LocalOptimum with_terms_revived(LocalOptimum chosen) {
     const std::vector<Eigen::VectorXd> starts = revived(chosen.parametrisation, chosen.best.theta);
@@ -392,6 +404,7 @@ class DefaultFit {
   std::vector<SearchRecord> coarse_;
   Parametrisation::Scale scale_;  ///< the estimating part sets it
   Parametrisation parametrisation_;
+  double cost_without_map_ = std::numeric_limits<double>::infinity();  ///< behind a map, the least without it
   std::size_t evaluations_ = 0;
 };
 

@@ -91,6 +91,8 @@ std::string signature(const StructureOptions& asked) {
   for (const StructureTerm& term : structure.numerator) add(term.order);
   text += '/';
   for (const StructureTerm& term : structure.denominator) add(term.order);
+  // A pole held at 0.
+  add(structure.denominator.front().coefficient);
   add(structure.delay);
   if (structure.base_order) add(*structure.base_order);
   return text;

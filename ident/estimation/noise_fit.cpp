@@ -45,7 +45,7 @@ Eigen::VectorXd stated_errors(const Eigen::MatrixXd& seen, const Eigen::VectorXd
 }  // namespace
 
 std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, const LocalOptimum& plain,
-                                             std::size_t& evaluations) {
+                                             double most_cost, std::size_t& evaluations) {
   if (compared.measured().size() < kFewestRows) return {};
   const OutputError problem(compared, plain.parametrisation, plain.variant.linear);
   std::vector<ParameterKey> parameters;
@@ -75,7 +75,8 @@ std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, con
   derivatives = problem.derivatives(found.best.theta, found.best.point.linear, parameters);
   const Eigen::VectorXd errors = stated_errors(whitened(derivatives, *found.noise), found.best.point.residual);
   if ((errors.array() > kGreatestLoss * errors_before.array()).any()) return {};
-  const bool is_noise = residual.squaredNorm() - plain.best.point.cost <= explained;
+  const double cost = residual.squaredNorm();
+  const bool is_noise = cost - plain.best.point.cost <= explained && cost <= most_cost;
   if (!is_noise || !(noise_information(residual) < before)) return {};
   return found;
 }

@@ -75,7 +75,7 @@ void count_numerator_anew(Structure& structure) {
   }
 }
 
-/// A polynomial of one degree less. Its numerator may have no higher degree.
+/// A polynomial of one degree less, whose numerator may have no higher degree, or with a pole held at 0.
 void add_lower_degrees(const StructureOptions& asked, std::vector<StructureOptions>& all) {
   if (!is_polynomial(asked.structure) || has_coefficient_request(asked)) return;
   const auto is_free = [](const StructureTerm& term) { return term.coefficient.freedom == Freedom::free; };
@@ -86,6 +86,13 @@ void add_lower_degrees(const StructureOptions& asked, std::vector<StructureOptio
     const std::size_t terms = smaller.structure.denominator.size();
     if (smaller.structure.numerator.size() > terms) smaller.structure.numerator.resize(terms);
     count_numerator_anew(smaller.structure);
+    all.push_back(std::move(smaller));
+  }
+  if (denominator.size() > 2 && !asked.structure.base_order && is_free(denominator.front())) {
+    StructureOptions smaller = asked;
+    StructureParameter& lowest = smaller.structure.denominator.front().coefficient;
+    lowest.freedom = Freedom::constant;
+    lowest.value = 0.0;
     all.push_back(std::move(smaller));
   }
   if (asked.structure.numerator.size() > 1 && is_free(asked.structure.numerator.back())) {
@@ -108,8 +115,11 @@ std::vector<StructureOptions> sub_structures(const StructureOptions& asked) {
         asked, whole, [](auto& structure) -> auto& { return structure.numerator[0].order; }, all);
   }
   if (asked.structure.base_order) {
+    const std::size_t before = all.size();
     add_held(
         asked, kBaseOrderOfIntegers, [](auto& structure) -> auto& { return *structure.base_order; }, all);
+    // A polynomial in s, whose poles can be guessed.
+    if (all.size() > before) all.back().structure.base_order.reset();
   }
   if (const auto whole = with_whole_orders(asked)) all.push_back(*whole);
   if (const StructureTerm& highest = asked.structure.denominator.back(); is_estimated(asked, highest.order)) {

@@ -124,6 +124,8 @@ struct ValidationReport {
   /// Samples, estimating ones included, at which the output stays at its greatest or least value while the model goes
   /// on beyond it [%].
   std::optional<double> saturated_percent = {};
+  /// Of what drives G at all compared samples, see excitation_order(); none for a constant input.
+  std::optional<std::size_t> excitation_order = {};
 };
 
 /// A statistic of one number by its name in model files, whose reader and writer take all of them from this list.

@@ -258,6 +258,7 @@ ValidationReport read_validation(const Node& node) {
                                      "residual_tests",
                                      "extrapolated_percent",
                                      "saturated_percent",
+                                     "excitation_order",
                                      "offset_reestimated"};
   for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
   const Node object = node.object(keys);
@@ -280,6 +281,7 @@ ValidationReport read_validation(const Node& node) {
   }
   if (object.has("extrapolated_percent")) object.read("extrapolated_percent", report.extrapolated_percent.emplace());
   if (object.has("saturated_percent")) object.read("saturated_percent", report.saturated_percent.emplace());
+  if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("offset_reestimated")) {
     report.offset_reestimated =
         read_score(object.at("offset_reestimated")

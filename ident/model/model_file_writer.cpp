@@ -113,6 +113,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
   }
   if (report.extrapolated_percent) object["extrapolated_percent"] = *report.extrapolated_percent;
   if (report.saturated_percent) object["saturated_percent"] = *report.saturated_percent;
+  if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
   if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);
   return object;
 }

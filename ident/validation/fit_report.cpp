@@ -7,11 +7,13 @@
 
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_output.hpp"
+#include "ident/uncertainty/autoregression.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/information.hpp"
 #include "ident/uncertainty/profile.hpp"
 #include "ident/uncertainty/stored_covariance.hpp"
 #include "ident/validation/correlation.hpp"
+#include "ident/validation/excitation_order.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/score.hpp"
 
@@ -20,6 +22,7 @@ namespace {
 
 constexpr int kCorrelationLags = 20;
 constexpr Eigen::Index kShortestStay = 5;
+constexpr double kBulgeOverNoise = 3.0;
 
 /// Value of a parameter of a model whose terms stand by rising order.
 double value_in(const Model& model, const ParameterKey& key) {
@@ -66,12 +69,12 @@ void add_free_response(std::vector<ParameterEstimate>& parameters, const Model& 
 }
 
 /// Share of the samples at which the output stays at its greatest or least value for at least kShortestStay samples,
-/// while the simulation is beyond it by more than the residual elsewhere (rms) on average [%].
+/// while the simulation turns back only beyond that value [%]; 0 unless its bulge, over what it is at the ends of a
+/// stay, exceeds kBulgeOverNoise times the white part of the residual on average. A fit that bends towards the flat
+/// pieces still bulges; a plant at rest, or a slow peak of few converter codes, does not.
 double saturated_percent(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated) {
-  const Eigen::VectorXd residual = measured - simulated;
-  std::vector<bool> stays(static_cast<std::size_t>(measured.size()), false);
-  double beyond = 0.0;
-  double elsewhere = 0.0;
+  if (measured.size() <= 2 * kHighestAutoregression) return 0.0;
+  double bulge = 0.0;
   Eigen::Index count = 0;
   for (const double extreme : {measured.maxCoeff(), measured.minCoeff()}) {
     const double side = extreme > measured.mean() ? 1.0 : -1.0;
@@ -79,21 +82,17 @@ double saturated_percent(const Eigen::VectorXd& measured, const Eigen::VectorXd&
       Eigen::Index end = k;
       while (end < measured.size() && measured[end] == extreme) ++end;
       if (end - k >= kShortestStay) {
-        for (Eigen::Index i = k; i < end; ++i) stays[static_cast<std::size_t>(i)] = true;
-        beyond -= side * residual.segment(k, end - k).sum();
+        const double at_ends = 0.5 * (simulated[k] + simulated[end - 1]);
+        bulge += side * (simulated.segment(k, end - k).array() - at_ends).sum();
         count += end - k;
       }
       k = std::max(end, k + 1);
     }
   }
   if (count == 0 || count == measured.size()) return 0.0;
-  for (Eigen::Index k = 0; k < measured.size(); ++k) {
-    if (!stays[static_cast<std::size_t>(k)]) elsewhere += residual[k] * residual[k];
-  }
-  const auto n = static_cast<double>(measured.size());
-  const auto at_limit = static_cast<double>(count);
-  if (!(beyond / at_limit > std::sqrt(elsewhere / (n - at_limit)))) return 0.0;
-  return 100.0 * at_limit / n;
+  const double noise = std::sqrt(autoregression(measured - simulated).variance);
+  if (!(bulge / static_cast<double>(count) > kBulgeOverNoise * noise)) return 0.0;
+  return 100.0 * static_cast<double>(count) / static_cast<double>(measured.size());
 }
 
 /// Share of the samples after the first `estimated` whose input lies outside the range of those [%].
@@ -220,7 +219,8 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   const ParameterCovariance stored = stored_covariance(result.model);
   const Eigen::VectorXd measured = result.measured.tail(rest);
   const Eigen::VectorXd simulated = result.simulated.tail(rest);
-  ValidationReport report = residual_report(measured, simulated, picked(record.input, comparison).tail(rest));
+  const Eigen::VectorXd input = picked(record.input, comparison);
+  ValidationReport report = residual_report(measured, simulated, input.tail(rest));
   ModelOutput tail{output.forced.tail(rest), Eigen::MatrixXd(output.free.rows() == 0 ? 0 : rest, output.free.cols())};
   if (output.free.cols() > 0) tail.free = output.free.bottomRows(rest);
   report.offset_reestimated = score(measured, tail.total(with_offset_fitted(result.model, tail, measured)));
@@ -228,7 +228,9 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   report.tests =
       residual_tests(tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known));
   report.saturated_percent = saturated_percent(result.measured, result.simulated);
-  if (estimated > 0) report.extrapolated_percent = extrapolated_percent(picked(record.input, comparison), estimated);
+  const std::optional<ValveMap>& map = result.model.input_map;
+  report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
+  if (estimated > 0) report.extrapolated_percent = extrapolated_percent(input, estimated);
   result.model.validation = report;
 }
 

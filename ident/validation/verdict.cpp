@@ -171,8 +171,10 @@ void judge_residual(const ValidationReport& validation, const AcceptanceLimits& 
         "controller closes the loop.");
   }
   if (validation.score.r2_percent < limits.min_validation_r2_percent && validation.offset_reestimated) {
-    judgement.note(fmt::format("With the offset estimated anew on the validation part R2 is {:.4g} %.",
-                               validation.offset_reestimated->r2_percent));
+    const double anew = validation.offset_reestimated->r2_percent;
+    judgement.note(fmt::format(
+        "With the offset estimated anew on the validation part R2 is {:.4g} %{}.", anew,
+        anew >= limits.min_validation_r2_percent ? ": the sensor or an offset drifts between the two parts" : ""));
   }
 }
 
@@ -204,9 +206,24 @@ void judge_order(const ParameterEstimate& p, const std::vector<LeftOut>& left_ou
   }
 }
 
+/// Compares the input with the parameters of G that it was to determine.
+void judge_excitation(const Model& model, Judgement& judgement) {
+  if (!model.validation || !model.validation->excitation_order) return;
+  const auto order = static_cast<double>(*model.validation->excitation_order);
+  const auto parameters =
+      static_cast<double>(std::count_if(model.parameters.begin(), model.parameters.end(), [](const auto& p) {
+        return !p.fixed && (is_order(p.role) || is_coefficient(p.role) || p.role == ParameterRole::delay);
+      }));
+  judgement.criterion("excitation_order", order, parameters, order >= parameters, Weight::lowers,
+                      fmt::format("The input is persistently exciting of order {:g} only (a tone gives 2), less than "
+                                  "the {:g} estimated parameters of G: too little excitation to test the model.",
+                                  order, parameters));
+}
+
 /// Judges whether the record determines what the structure leaves free. The paper's procedure gives no errors.
 void judge_parameters(const Model& model, Judgement& judgement) {
   if (!model.estimation || !model.estimation->correlation) return;
+  judge_excitation(model, judgement);
   const auto& information = model.estimation->information;
   for (const ParameterEstimate& p : model.parameters) {
     if (p.fixed || is_offset(p.role)) continue;

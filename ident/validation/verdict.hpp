@@ -29,11 +29,11 @@ struct RecordFacts {
 /// of which more than kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth
 /// model. A model that is not rejected is good when it passes the rest too, else usable: each residual test at 1 %, no
 /// drift of the residual, at most 1 % of samples at which the output is at its limit and the model is not, a
-/// validating error (rms) of at most kGreatestErrorOverNoise times the noise, and at most 5 % of the validating samples
-/// with an input beyond the estimating ones. Every criterion that applied is listed with value and limit; each that
-/// failed has a sentence, those of a rejection first. A model without validation (the whole record estimated) is judged
-/// by its estimation figures, and a sentence says so. Never throws on a model's content; a figure that is not finite
-/// does not pass.
+/// validating error (rms) of at most kGreatestErrorOverNoise times the noise, at most 5 % of the validating samples
+/// with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of G.
+/// Every criterion that applied is listed with value and limit; each that failed has a sentence, those of a rejection
+/// first. A model without validation (the whole record estimated) is judged by its estimation figures, and a sentence
+/// says so. Never throws on a model's content; a figure that is not finite does not pass.
 [[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts = {});
 
 }  // namespace eha::ident

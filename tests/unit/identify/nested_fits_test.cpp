@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <iostream>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "daemon/importer/import.hpp"
 #include "ident/estimation/fit.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
+#include "tests/unit/identify/twin_source.hpp"
 #include "tests/unit/shared_data.hpp"
 
 namespace eha::identify {
@@ -27,6 +29,7 @@ struct Data {
   std::string name;
   Record record;
   int decimation = 1;
+  double discard_s = 0.0;
 };
 
 /// The made-up records, and the measured ones where they are beside the repository.
@@ -37,10 +40,12 @@ std::vector<Data> records() {
   ident::Model integer = fractional(0.2, 2.0, 1.0, 0.7, 1.0);
   integer.transfer_function.delay_s = 0.1;
   all.push_back({"integer with a delay", record_of(integer, 0.05, 0.01, 4)});
+  const Source rig = test::source_of(test::seeded(1));
+  all.push_back({"simulated rig", rig.record, rig.experiment->fit.decimation, rig.experiment->fit.discard_s});
   const std::map<std::string, int> decimations = {
       {"hair_dryer.csv", 1}, {"eha_pump.csv", 31}, {"servohydraulic_mts.csv", 40}};
   for (const auto& [file, decimation] : decimations) {
-    const std::filesystem::path path = test::shared("data/" + file);
+    const std::filesystem::path path = eha::test::shared("data/" + file);
     if (std::filesystem::exists(path))
       all.push_back({file, importer::import_record(path.string(), {}).record, decimation});
   }
@@ -112,6 +117,7 @@ TEST(NestedFits, AreNeverWorseThanThoseInsideThem) {
     std::map<std::string, double> error;
     FitOptions options;
     options.decimation = data.decimation;
+    options.discard_s = data.discard_s;
     options.intervals = ident::IntervalMethod::straight;
     for (const StructureOptions& structure : structures_to_fit()) {
       try {

@@ -47,6 +47,7 @@ Model full_model() {
   validation.ljung_box_p = 1e-17;
   validation.tests = ResidualTests{2, {20.5, 21, 0.49}, {40.5, 18, 0.0018}};
   validation.extrapolated_percent = 1.5;
+  validation.excitation_order = 6;
   model.validation = validation;
   model.stability = StabilityReport{true, "argument_principle", 0.3};
   model.verdict = Verdict{true,

@@ -225,7 +225,8 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
           "The residual correlates with future input more than with past input: input and output may be exchanged, or "
           "a "
           "controller closes the loop.",
-          "With the offset estimated anew on the validation part R2 is 91.2 %."}));
+          "With the offset estimated anew on the validation part R2 is 91.2 %: the sensor or an offset drifts "
+          "between the two parts."}));
 }
 
 TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
