@@ -115,11 +115,13 @@ std::vector<std::size_t> denominator_terms(const std::vector<StructureOptions>& 
 
 TEST(SubStructures, LackOneFreedom) {
   EXPECT_TRUE(sub_structures({.structure = structures::io1()}).empty());
-  EXPECT_EQ(denominator_terms(sub_structures({.structure = structures::io()})), (std::vector<std::size_t>{2}));
-  // A pole less and a zero less.
+  EXPECT_EQ(denominator_terms(sub_structures({.structure = structures::io()})), (std::vector<std::size_t>{2, 3}));
+  // A pole less, a pole at 0, and a zero less.
   const auto of_io = sub_structures({.structure = structures::io({3, 1})});
-  EXPECT_EQ(denominator_terms(of_io), (std::vector<std::size_t>{3, 4}));
-  EXPECT_EQ(of_io[1].structure.numerator.front().coefficient.key.name, "K");
+  ASSERT_EQ(denominator_terms(of_io), (std::vector<std::size_t>{3, 4, 4}));
+  EXPECT_EQ(of_io[1].structure.denominator.front().coefficient.value, 0.0);
+  EXPECT_FALSE(is_estimated(of_io[1], of_io[1].structure.denominator.front().coefficient));
+  EXPECT_EQ(of_io[2].structure.numerator.front().coefficient.key.name, "K");
   // Whole orders, and without the term of the highest order.
   const auto of_fo = sub_structures({.structure = structures::fo()});
   ASSERT_EQ(denominator_terms(of_fo), (std::vector<std::size_t>{3, 2}));
