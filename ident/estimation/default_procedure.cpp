@@ -66,7 +66,8 @@ class DefaultFit {
       for (LocalOptimum& optimum : estimate(variant, optima)) optima.push_back(std::move(optimum));
     }
     if (behind_valve_) {
-      for (const LocalOptimum& optimum : optima) cost_without_map_ = std::min(cost_without_map_, optimum.best.point.cost);
+      for (const LocalOptimum& optimum : optima)
+        cost_without_map_ = std::min(cost_without_map_, optimum.best.point.cost);
       optima = followed_behind_valve(optima);
     }
     if (optima.empty()) {
