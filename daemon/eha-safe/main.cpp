@@ -29,10 +29,10 @@ namespace {
 /// Longest wait for a dying process to release the card; each converter call may take the kernel's time-out of 1 s.
 constexpr std::chrono::milliseconds kReleaseLimit{10'000};
 
-/// Signals that are sent to the watched process or its whole group must not end the guard. SIGABRT is what a service
-/// manager's watchdog sends.
+/// Signals that are sent to the watched process or its whole group must not end the guard, nor a journal that may not
+/// grow (SIGXFSZ). SIGABRT is what a service manager's watchdog sends.
 void ignore_group_signals() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGABRT}) signal(number, SIG_IGN);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGABRT, SIGXFSZ}) signal(number, SIG_IGN);
 }
 
 /// Whether the service's snapshot is absent: then it drove no card, or the card has been made safe. The service writes

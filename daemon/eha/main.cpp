@@ -13,8 +13,8 @@ using eha::ExitCode;
 using eha::cli::Console;
 
 ExitCode run_program(int argc, char** argv) {
-  // A closed pipe must give an error message, not end the process silently.
-  std::signal(SIGPIPE, SIG_IGN);
+  // A closed pipe, or a file at the limit of its size, must give an error message, not end the process silently.
+  for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
   Console console({});
   try {
     const eha::cli::ParsedLine line = eha::cli::parse_command_line(argc, argv);

@@ -44,8 +44,9 @@ ExitCode run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Writing to a closed pipe must be an error of write(), not the end of the process.
-  std::signal(SIGPIPE, SIG_IGN);
+  // Writing to a closed pipe, or to a file at the limit of its size, must be an error of write(), not the end of the
+  // process.
+  for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
   const int code = static_cast<int>(run_program(argc, argv));
   // The rig is safe and closed; a reader of the log that stands still must not keep the process.
   if (!eha::service::flush_log(std::chrono::seconds(1))) _exit(code);

@@ -252,5 +252,19 @@ TEST(KilledRun, IsRecoveredByTheNextOneWhateverElseCannotBe) {
   EXPECT_EQ(recover.code, static_cast<int>(ExitCode::bad_data)) << recover.err;
 }
 
+TEST(LimitedRun, EndsWithItsReasonWhenTheJournalReachesTheLimitOfAFilesSize) {
+  const TemporaryFolder folder;
+  const std::string rig = source_file("config/rigs/sim.toml");
+  const std::string experiment = source_file("config/experiments/paper.toml");
+  // In units of 512 bytes: half of the journal, and more than the memory that is shared with the guard.
+  const std::string out = output_of_shell("cd " + folder.path().string() +
+                                          " && ulimit -f 3000 && " EHA_PROGRAM " run --local --fast --rig " + rig +
+                                          " " + experiment + " 2>&1; echo $?");
+  EXPECT_NE(out.find("raw.ehalog: File too large"), std::string::npos) << out;
+  EXPECT_TRUE(out.ends_with("\n74\n")) << out;
+  const fs::path run = fs::directory_iterator(folder.path() / "runs")->path();
+  EXPECT_EQ(run_eha({"runs", "recover", run}, folder.path()).code, 0);
+}
+
 }  // namespace
 }  // namespace eha::test
