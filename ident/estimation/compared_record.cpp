@@ -49,21 +49,27 @@ ComparedRecord::ComparedRecord(const Record& record, const Comparison& compariso
                                const Options& options, const std::vector<std::size_t>& edges)
     : response_(selection(record, comparison, rows, options.resolved, edges.empty() ? 0 : edges.back()), options.guard),
       before_(edges.empty() ? 0 : edges.back()),
-      fine_input_(options.fine_input.size() > 0 ? options.fine_input : record.input),
       block_(options.block),
       step_(response_.step_spectrum(edges.empty() ? 0 : edges.back())),
       measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {
   const std::size_t before = before_;
+  // Where a filter leaves low frequencies only, a tenth of the memory serves as well.
+  const auto spectrum = [&](const Eigen::Ref<const Eigen::VectorXd>& input) {
+    return comparison.taps.empty() ? response_.input_spectrum(input) : response_.quick_input_spectrum(input);
+  };
   if (before == 0) {
-    input_ = response_.input_spectrum(record.input);
+    input_ = spectrum(record.input);
   } else {
     Eigen::VectorXd input = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(before) + record.input.size());
     input.tail(record.input.size()) = record.input;
-    input_ = response_.input_spectrum(input);
+    input_ = spectrum(input);
   }
-  // A map is not evaluated for rows that nothing compared depends on.
-  const auto simulated = static_cast<Eigen::Index>(response_.samples() - before) * block_;
-  fine_input_.conservativeResize(std::min(fine_input_.size(), simulated));
+  if (options.keep_input) {
+    const Eigen::VectorXd& fine = options.fine_input.size() > 0 ? options.fine_input : record.input;
+    // A map is not evaluated for rows that nothing compared depends on.
+    const auto simulated = static_cast<Eigen::Index>(response_.samples() - before) * block_;
+    fine_input_ = fine.head(std::min(fine.size(), simulated));
+  }
   std::size_t end = 0;
   InputSpectrum off = step_;
   for (const std::size_t edge : edges) {

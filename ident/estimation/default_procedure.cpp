@@ -52,7 +52,7 @@ class DefaultFit {
         behind_valve_(asked_behind_valve(asked)),
         asked_(with_bias_at_rest(without_valve(asked))),
         past_(wants_past_input(asked_)),
-        compared_(record, rows_.comparison, rows_.estimating, {.past = past_}),
+        compared_(record, rows_.comparison, rows_.estimating, {.past = past_, .keep_input = behind_valve_.has_value()}),
         coarse_(search_records(record, {rows_.discarded, rows_.last}, asked_, past_, behind_valve_.has_value())),
         scale_{record.step_s * static_cast<double>(rows_.last + 1), finest_step_s(), seen_input().minCoeff(),
                seen_input().maxCoeff()},

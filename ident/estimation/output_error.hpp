@@ -26,6 +26,7 @@ class ComparedRecord {
     /// Empty: the record's input itself.
     Eigen::VectorXd fine_input = {};
     Eigen::Index block = 1;
+    bool keep_input = true;  ///< whether fine_input() is wanted, which only a map before G needs
   };
   /// @param rows  how many of the comparison's rows are used, from the first on
   ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, const Options& options);
@@ -48,8 +49,8 @@ class ComparedRecord {
 
   HeldResponse response_;
   std::size_t before_;  ///< rows of the past, at the beginning of the simulation
-  Eigen::VectorXd fine_input_;
   Eigen::Index block_;
+  Eigen::VectorXd fine_input_;
   InputSpectrum input_;
   InputSpectrum step_;
   std::vector<InputSpectrum> past_;

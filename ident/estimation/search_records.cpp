@@ -25,7 +25,7 @@ std::vector<SearchRecord> search_records(const Record& record, const SearchedRow
       guesses = guess_poles(shortened.record, length, static_cast<int>(state_count(asked.structure)),
                             asked.structure.delay.freedom == Freedom::free);
     }
-    ComparedRecord::Options options{past, kSearchGuard, kSearchResolved};
+    ComparedRecord::Options options{past, kSearchGuard, kSearchResolved, {}, 1, behind_map};
     if (behind_map) {
       options.fine_input = shortened.fine_input;
       options.block = shortened.block;

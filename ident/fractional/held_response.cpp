@@ -69,18 +69,39 @@ void add_series(const std::vector<double>& a, std::size_t length, double negligi
   }
 }
 
-/// What the input rises by at each sample, times decay(n) as on the contour; zeros from `samples` up to `length`.
-template <typename Decay>
+/// What the input rises by at each sample, times rho^n as on the contour; zeros from `samples` up to `length`.
 std::vector<double> increments(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t samples, std::size_t length,
-                               const Decay& decay) {
+                               double sigma) {
   std::vector<double> damped(length, 0.0);
   double before = 0.0;
   for (std::size_t n = 0; n < samples; ++n) {
     const double now = input[static_cast<Eigen::Index>(n)];
-    damped[n] = (now - before) * decay(n);
+    damped[n] = (now - before) * std::exp(-sigma * static_cast<double>(n));
     before = now;
   }
   return damped;
+}
+
+/// Number of lowest bins of a transform of `length` above which a filter passes less than kStopband.
+std::size_t passing_bins(const std::vector<double>& taps, std::size_t length) {
+  constexpr std::size_t kOversampled = 16;  // the lobes of the stopband are a bin of the taps' own transform wide
+  const std::size_t grid = fast_length(kOversampled * taps.size());
+  std::vector<double> padded(taps);
+  padded.resize(grid, 0.0);
+  InputSpectrum passed(grid / 2 + 1);
+  RealFft(grid).forward(padded, passed);
+  std::size_t end = passed.size();
+  while (end > 1 && std::abs(passed[end - 1]) < kStopband) --end;
+  // The next point of the grid is in the stopband.
+  return length * end / grid + 1;
+}
+
+/// Transform of a symmetric filter that is delayed by half its length, damped as on the contour.
+InputSpectrum filter_spectrum(const std::vector<double>& taps, std::size_t length, std::size_t bins, double sigma) {
+  const double half = static_cast<double>(taps.size() / 2);
+  std::vector<double> damped(taps);
+  for (std::size_t m = 0; m < taps.size(); ++m) damped[m] *= std::exp(-sigma * (static_cast<double>(m) - half));
+  return LowBandSpectrum(length, taps.size(), bins)(std::move(damped));
 }
 
 }  // namespace
@@ -122,7 +143,6 @@ struct HeldResponse::Aliases {
 struct HeldResponse::QuickTables {
   std::once_flag made;
   std::optional<LowBandSpectrum> low_band;
-  std::vector<double> decay;  ///< rho^n of every input
 };
 
 HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
@@ -136,19 +156,13 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
       nearest_(std::make_shared<Aliases>()),
       quick_(std::make_shared<QuickTables>()) {
   const auto length = static_cast<double>(length_);
-  std::vector<Complex> factor(bins_, 1.0);
-  if (!selection_.filter_taps.empty()) {
-    const auto half = static_cast<std::ptrdiff_t>(selection_.filter_taps.size() / 2);
-    std::vector<double> circle(length_, 0.0);
-    for (std::ptrdiff_t m = -half; m <= half; ++m) {
-      const auto at = static_cast<std::size_t>(m < 0 ? m + static_cast<std::ptrdiff_t>(length_) : m);
-      circle[at] =
-          selection_.filter_taps[static_cast<std::size_t>(m + half)] * std::exp(-sigma_ * static_cast<double>(m));
-    }
-    RealFft(length_).forward(circle, factor);
-    while (bins_ > 1 && std::abs(factor[bins_ - 1]) < kStopband) --bins_;
+  InputSpectrum factor;
+  if (selection_.filter_taps.empty()) {
+    factor.assign(bins_, 1.0);
+  } else {
+    bins_ = std::min(bins_, passing_bins(selection_.filter_taps, length_));
+    factor = filter_spectrum(selection_.filter_taps, length_, bins_, sigma_);
   }
-  factor.resize(bins_);
   inverse_re_.resize(bins_);
   inverse_im_.resize(bins_);
   for (std::size_t j = 0; j < bins_; ++j) {
@@ -157,8 +171,10 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     const Complex inverse = 1.0 / Complex(sigma_, theta);
     inverse_re_[j] = inverse.real();
     inverse_im_[j] = inverse.imag();
-    // The shift's angle is reduced in integers: the sine of a double is not accurate for large j * first.
-    const double turn = static_cast<double>((j * selection_.first) % length_) / length;
+    // The shift's angle is reduced in integers: the sine of a double is not accurate for large j * first. The filter is
+    // symmetric about the output.
+    const std::size_t shift = selection_.first + selection_.filter_taps.size() / 2;
+    const double turn = static_cast<double>((j * shift) % length_) / length;
     factor[j] *= std::polar(1.0, 2.0 * pi * turn);
   }
   selection_factor_ = std::move(factor);
@@ -175,23 +191,14 @@ void HeldResponse::weigh(InputSpectrum& spectrum) const {
 }
 
 InputSpectrum HeldResponse::quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
-  std::call_once(quick_->made, [&] {
-    quick_->low_band.emplace(length_, selection_.samples, bins_);
-    quick_->decay.resize(selection_.samples);
-    for (std::size_t n = 0; n < selection_.samples; ++n) {
-      quick_->decay[n] = std::exp(-sigma_ * static_cast<double>(n));
-    }
-  });
-  const std::vector<double>& decay = quick_->decay;
-  InputSpectrum spectrum = (*quick_->low_band)(
-      increments(input, selection_.samples, selection_.samples, [&](std::size_t n) { return decay[n]; }));
+  std::call_once(quick_->made, [&] { quick_->low_band.emplace(length_, selection_.samples, bins_); });
+  InputSpectrum spectrum = (*quick_->low_band)(increments(input, selection_.samples, selection_.samples, sigma_));
   weigh(spectrum);
   return spectrum;
 }
 
 InputSpectrum HeldResponse::input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
-  const std::vector<double> damped = increments(
-      input, selection_.samples, length_, [&](std::size_t n) { return std::exp(-sigma_ * static_cast<double>(n)); });
+  const std::vector<double> damped = increments(input, selection_.samples, length_, sigma_);
   InputSpectrum spectrum(length_ / 2 + 1);
   RealFft(length_).forward(damped, spectrum);
   weigh(spectrum);

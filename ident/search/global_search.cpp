@@ -79,7 +79,10 @@ double bandwidth(const Eigen::VectorXd& output) {
 
 /// Rows begin..last of a record in blocks of `factor`, compared from row `first` of the record on.
 CoarseRecord blocks(const Record& record, std::size_t begin, std::size_t last, std::size_t first, std::size_t factor) {
-  CoarseRecord coarse{.record = record, .first = (first - begin + factor - 1) / factor};
+  CoarseRecord coarse{.record = {}, .first = (first - begin + factor - 1) / factor};
+  coarse.record.start_s = record.start_s;
+  coarse.record.input_channel = record.input_channel;
+  coarse.record.output_channel = record.output_channel;
   const auto width = static_cast<Eigen::Index>(factor);
   const auto start = static_cast<Eigen::Index>(begin);
   const Eigen::Index count = (static_cast<Eigen::Index>(last) + 1 - start) / width;
