@@ -11,6 +11,7 @@
 
 #include "config/file_kind.hpp"
 #include "config/toml_section.hpp"
+#include "core/display_unit.hpp"
 #include "hal/backend.hpp"
 
 namespace eha::config {
@@ -173,6 +174,9 @@ RigConfig parse_rig(std::string_view text, const std::string& file_name) {
   int schema = 0;
   root.integer("schema", schema, 1, 1);
   root.text("name", rig.name);
+  std::vector<std::pair<std::string_view, std::string>> units;
+  for (const LengthUnit& unit : kLengthUnits) units.emplace_back(unit.name, unit.name);
+  root.choice("units", rig.units, units, Need::optional);
   read_limits(root, rig.limits);
   root.optional_table("following", rig.limits.following);
   root.optional_table("sensor", rig.limits.sensor);

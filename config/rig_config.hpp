@@ -75,7 +75,8 @@ struct RealtimeOptions {
 /// A whole rig.toml.
 struct RigConfig {
   std::string name;
-  hal::Backend backend;  ///< what drives the rig, with its options; hal/backend.hpp answers questions about it
+  std::string units = {};  ///< of kLengthUnits, for what people read of this rig; empty: in
+  hal::Backend backend;    ///< what drives the rig, with its options; hal/backend.hpp answers questions about it
   RigLimits limits;
   RealtimeOptions realtime;
   std::string file_name;  ///< as given, for messages

@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/display_unit.hpp"
+
 namespace eha::cli {
 
 /// The options common to all commands.
@@ -16,7 +18,7 @@ struct ConsoleOptions {
   bool quiet = false;        ///< errors only
   bool verbose = false;      ///< debugging messages too
   bool no_progress = false;  ///< no progress bar even on a terminal
-  std::string units = {};    ///< of lengths shown to people; empty: the record's
+  std::string units = {};    ///< of lengths shown to people; empty: the rig file's, or the record's
 };
 
 /// Prints results to standard output, messages and the progress bar to standard error. Colours and the bar appear only
@@ -28,7 +30,11 @@ class Console {
 
   [[nodiscard]] bool json() const noexcept { return options_.json; }
   [[nodiscard]] bool verbose() const noexcept { return options_.verbose; }
-  [[nodiscard]] const std::string& units() const noexcept { return options_.units; }
+  [[nodiscard]] const std::string& units() const noexcept { return options_.units; }  ///< --units; may be empty
+  /// Of lengths shown to people: --units, else what the rig file asks for. @param of_rig  of kLengthUnits, or empty
+  [[nodiscard]] DisplayUnit unit(const std::string& of_rig = {}) const {
+    return DisplayUnit(options_.units.empty() ? of_rig : options_.units);
+  }
 
   /// Each line of `text` becomes a message of its own: "eha: error: ...".
   void error(std::string_view text) const;

@@ -33,19 +33,21 @@ std::string bounds_of_the_linear_part(const ident::Model& model) {
       model.name, 20.0 * std::log10(ratio));
 }
 
-std::string summary(const ident::FrequencyResponse& measured, const ident::Model* model) {
-  const std::string unit = model != nullptr ? model->output_unit : "";
+std::string summary(const ident::FrequencyResponse& measured, const std::string& unit, double factor) {
   std::string text =
       fmt::format("frequency response, mean of {} periods; output noise {:.3g} {} (signal to noise {:.1f} dB)",
-                  measured.periods.count, measured.noise_std, unit, measured.signal_to_noise_dB);
-  if (measured.drift_detected) text += fmt::format("; drift of {:.3g} {} removed", measured.drift_range, unit);
+                  measured.periods.count, factor * measured.noise_std, unit, measured.signal_to_noise_dB);
+  if (measured.drift_detected) text += fmt::format("; drift of {:.3g} {} removed", factor * measured.drift_range, unit);
   return text + "\n";
 }
 
 }  // namespace
 
 std::string frequency_table(const ident::FrequencyResponse& measured,
-                            const std::vector<identify::IdentifiedModel>& models) {
+                            const std::vector<identify::IdentifiedModel>& models, const DisplayUnit& unit) {
+  const std::string output_unit = models.empty() ? "" : models.front().result.model.output_unit;
+  const double factor = unit.factor(output_unit);
+  const double shift_dB = 20.0 * std::log10(factor);
   std::vector<Column> columns{{"line Hz", Align::right}, {"gain dB", Align::right}, {"phase deg", Align::right},
                               {"std %", Align::right},   {"even dB", Align::right}, {"odd dB", Align::right},
                               {"noise dB", Align::right}};
@@ -60,18 +62,19 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
   std::vector<std::vector<std::string>> cells;
   for (std::size_t i = 0; i < rows.size(); i += every) {
     const identify::ComparedLine& row = rows[i];
-    cells.push_back({fmt::format("{:.5g}", row.line->frequency_Hz), fmt::format("{:.2f}", row.measured.gain_dB),
+    cells.push_back({fmt::format("{:.5g}", row.line->frequency_Hz),
+                     fmt::format("{:.2f}", row.measured.gain_dB + shift_dB),
                      fmt::format("{:.1f}", row.measured.phase_deg), fmt::format("{:.2g}", row.std_percent),
                      cell(row.line->even_distortion_dB), cell(row.line->odd_distortion_dB),
                      fmt::format("{:.1f}", row.line->noise_dB)});
     for (const identify::GainAndPhase& model : row.models) {
-      cells.back().push_back(fmt::format("{:.2f}", model.gain_dB));
+      cells.back().push_back(fmt::format("{:.2f}", model.gain_dB + shift_dB));
       cells.back().push_back(std_cell(model.gain_std_dB));
       cells.back().push_back(fmt::format("{:.1f}", model.phase_deg));
       cells.back().push_back(std_cell(model.phase_std_deg));
     }
   }
-  std::string text = summary(measured, models.empty() ? nullptr : &models.front().result.model);
+  std::string text = summary(measured, unit.of(output_unit), factor);
   text += text_table(columns, cells);
   text +=
       "std: of the gain, by noise alone; even, odd: distortion beside the line, below its output; noise: the same of "

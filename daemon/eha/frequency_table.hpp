@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/display_unit.hpp"
 #include "daemon/identify/identification.hpp"
 #include "ident/signal/frequency_response.hpp"
 
@@ -13,7 +14,8 @@ namespace eha::cli {
 /// A table of gain, phase, standard deviation and distortion at each line, with each model's gain and phase. Of more
 /// than 40 lines it shows every Nth.
 [[nodiscard]] std::string frequency_table(const ident::FrequencyResponse& measured,
-                                          const std::vector<identify::IdentifiedModel>& models);
+                                          const std::vector<identify::IdentifiedModel>& models,
+                                          const DisplayUnit& unit = {});
 
 /// The same for every line with all digits; a missing value is null.
 [[nodiscard]] nlohmann::ordered_json frequency_json(const ident::FrequencyResponse& measured,

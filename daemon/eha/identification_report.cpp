@@ -9,16 +9,29 @@
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/model_report.hpp"
 #include "daemon/eha/short_report.hpp"
+#include "daemon/eha/shown_model.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/report/report.hpp"
 
 namespace eha::cli {
+namespace {
 
-void write_report(const std::filesystem::path& run_folder, std::vector<std::filesystem::path>& written,
-                  const Console& console) {
+/// Models for people to read.
+std::vector<identify::IdentifiedModel> shown_in(std::vector<identify::IdentifiedModel> models,
+                                                const DisplayUnit& unit) {
+  for (identify::IdentifiedModel& identified : models) {
+    identified.result.model = in_unit(std::move(identified.result.model), unit);
+  }
+  return models;
+}
+
+}  // namespace
+
+void write_report(const std::filesystem::path& run_folder, const DisplayUnit& unit,
+                  std::vector<std::filesystem::path>& written, const Console& console) {
   try {
-    for (const std::string& sentence : report::write_into_run(run_folder)) console.warning(sentence);
+    for (const std::string& sentence : report::write_into_run(run_folder, unit)) console.warning(sentence);
     written.push_back(run_folder / report::kReportFile);
   } catch (const std::exception& error) {
     console.warning(fmt::format("no report was written: {}", error.what()));
@@ -33,7 +46,7 @@ void print_warnings(const identify::Source& source, int decimation, const Consol
 
 void print_identification(const identify::Identification& identification,
                           const std::vector<std::filesystem::path>& written, nlohmann::ordered_json document,
-                          const Console& console) {
+                          const DisplayUnit& unit, const Console& console) {
   for (const std::string& sentence : identification.warnings) console.warning(sentence);
   for (const std::string& sentence : identification.notes) console.debug(sentence);
   document["models"] = identify::to_json(identification.models);
@@ -51,7 +64,7 @@ void print_identification(const identify::Identification& identification,
   for (const std::filesystem::path& path : written) document["files"].push_back(path.string());
   document["exit_code"] = static_cast<int>(identify::exit_code(identification.models));
   console.print_json(document);
-  console.print(short_report(answer_of(identification), DisplayUnit(console.units())));
+  console.print(short_report(answer_of(identification), unit));
   for (const identify::Round& round : identification.rounds) {
     if (round.reason.empty()) continue;
     console.print(wrapped(fmt::format("Tried {}, because {}", round.what, round.reason), 0));
@@ -60,13 +73,13 @@ void print_identification(const identify::Identification& identification,
     console.print(wrapped(fmt::format("Next experiment: {}.", identification.next_experiment->reason), 0));
   }
   if (console.verbose()) {
-    console.print(model_report(identification.models, identification.paper));
+    console.print(model_report(shown_in(identification.models, unit), shown_in(identification.paper, unit)));
     for (const ident::Refusal& refusal : identification.refused) {
       console.print(fmt::format("Left out: {}.", refusal.reason));
     }
   }
   if (console.verbose() && identification.frequency_response) {
-    console.print(frequency_table(*identification.frequency_response, identification.models));
+    console.print(frequency_table(*identification.frequency_response, identification.models, unit));
   }
   if (!identification.cross_validation.empty()) {
     console.print(cross_validation_table(identification.cross_validation));

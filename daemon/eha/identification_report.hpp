@@ -12,8 +12,8 @@
 namespace eha::cli {
 
 /// Writes the report of a fitted run and adds it to the list. A report that fails is a warning: the models are written.
-void write_report(const std::filesystem::path& run_folder, std::vector<std::filesystem::path>& written,
-                  const Console& console);
+void write_report(const std::filesystem::path& run_folder, const DisplayUnit& unit,
+                  std::vector<std::filesystem::path>& written, const Console& console);
 
 /// Prints the warnings before a fit: reasons why the source's models are less reliable, and a long computing time.
 void print_warnings(const identify::Source& source, int decimation, const Console& console);
@@ -24,6 +24,6 @@ void print_warnings(const identify::Source& source, int decimation, const Consol
 ///                  `paper_procedure`, `frequency_response`, `cross_validation`, `files` and `exit_code` are added
 void print_identification(const identify::Identification& identification,
                           const std::vector<std::filesystem::path>& written, nlohmann::ordered_json document,
-                          const Console& console);
+                          const DisplayUnit& unit, const Console& console);
 
 }  // namespace eha::cli

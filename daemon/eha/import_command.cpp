@@ -5,9 +5,9 @@
 #include <string>
 #include <system_error>
 
+#include "core/display_unit.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
-#include "daemon/eha/display_units.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -76,7 +76,7 @@ ExitCode execute(const ImportCommand& command, Console& console) {
   file.commit();
   console.end_progress();
   const ident::Record& record = imported.record;
-  const DisplayUnit unit(console.units());
+  const DisplayUnit unit = console.unit();
   console.print(fmt::format("written: {}\n{} rows, {}, {}", command.output->string(), record.input.size(),
                             range_text(record.input_channel, record.input, unit),
                             range_text(record.output_channel, record.output, unit)));

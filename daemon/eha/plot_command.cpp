@@ -19,6 +19,8 @@
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/record_csv.hpp"
+#include "daemon/record/run_header.hpp"
+#include "daemon/report/display.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/subject.hpp"
 
@@ -48,8 +50,10 @@ plot::Format format_of(const fs::path& path) {
   return at->format;
 }
 
-plot::Figure of_run(const std::string& folder) {
-  const report::Subject subject = report::load_run(folder);
+plot::Figure of_run(const std::string& folder, const Console& console) {
+  report::Subject loaded = report::load_run(folder);
+  const DisplayUnit unit = console.unit(record::rig_units(*loaded.manifest));
+  const report::Subject subject = report::in_unit(std::move(loaded), unit);
   std::vector<std::string> names;
   for (const report::ReportedModel& reported : subject.models) {
     if (names.size() < kMostCurves && subject.fit.find(reported.model.name) != nullptr) {
@@ -61,19 +65,22 @@ plot::Figure of_run(const std::string& folder) {
   return report::record_figure(*subject.record, subject.name);
 }
 
-plot::Figure of_model(const std::string& file) {
-  const report::Subject subject = report::load_models({file});
+plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
+  const report::Subject subject = report::in_unit(report::load_models({file}), unit);
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
   return report::bode_figure({&subject.models.front()}, response, subject.name);
 }
 
 /// A panel for each unit, in the order of the columns; the first column is x.
-plot::Figure of_table(const record::NumberTable& table, const std::string& name) {
+plot::Figure of_table(const record::NumberTable& table, const std::string& name, const DisplayUnit& unit) {
   plot::Figure figure{.title = name, .panels = {}};
   std::vector<std::string> units;
   const ident::Channel x = record::channel_from_header(table.names.front());
   for (std::size_t i = 1; i < table.names.size(); ++i) {
-    const ident::Channel column = record::channel_from_header(table.names[i]);
+    ident::Channel column = record::channel_from_header(table.names[i]);
+    std::vector<double> values = table.columns[i];
+    for (double& value : values) value *= unit.factor(column.unit);
+    column.unit = unit.of(column.unit);
     auto at = std::find(units.begin(), units.end(), column.unit);
     if (at == units.end()) {
       at = units.insert(units.end(), column.unit);
@@ -82,7 +89,7 @@ plot::Figure of_table(const record::NumberTable& table, const std::string& name)
     }
     plot::Panel& panel = figure.panels[static_cast<std::size_t>(at - units.begin())];
     if (panel.series.size() == kMostColumnsInPanel) continue;
-    plot::Points points = plot::envelope(table.columns.front(), table.columns[i]);
+    plot::Points points = plot::envelope(table.columns.front(), values);
     const int style = static_cast<int>(panel.series.size()) + 1;
     panel.series.push_back({.label = column.name,
                             .x = std::move(points.x),
@@ -116,12 +123,15 @@ bool is_own_table(const std::string& file) {
   return false;
 }
 
-plot::Figure figure_of(const std::string& source) {
+plot::Figure figure_of(const std::string& source, const Console& console) {
   std::error_code ignored;
-  if (fs::is_directory(source, ignored)) return of_run(source);
-  if (fs::path(source).extension() == ".json") return of_model(source);
-  if (is_own_table(source)) return of_table(record::read_number_table(source), source);
-  return report::record_figure(identify::load_source(source, std::nullopt).record, source);
+  if (fs::is_directory(source, ignored)) return of_run(source, console);
+  if (fs::path(source).extension() == ".json") return of_model(source, console.unit());
+  if (is_own_table(source)) return of_table(record::read_number_table(source), source, console.unit());
+  ident::Record record = identify::load_source(source, std::nullopt).record;
+  record.output *= console.unit().factor(record.output_channel.unit);
+  record.output_channel.unit = console.unit().of(record.output_channel.unit);
+  return report::record_figure(record, source);
 }
 
 plot::CharacterSize terminal_size(std::size_t panels) {
@@ -139,7 +149,7 @@ plot::CharacterSize terminal_size(std::size_t panels) {
 ExitCode execute(const PlotCommand& command, Console& console) {
   // Before the file is read, which may take a while.
   if (command.output) static_cast<void>(format_of(*command.output));
-  const plot::Figure figure = figure_of(command.source);
+  const plot::Figure figure = figure_of(command.source, console);
   if (!command.output) {
     console.print_content(plot::draw_in_characters(figure, terminal_size(figure.panels.size())));
     return ExitCode::ok;

@@ -77,19 +77,20 @@ void write_csv(const ident::Record& record, const Eigen::VectorXd& measured_in, 
   file.commit();
 }
 
-void draw_overlay(const ident::Record& record, const Eigen::VectorXd& measured_in, const Eigen::VectorXd& replayed_in,
-                  const std::filesystem::path& path) {
-  std::vector<double> time(static_cast<std::size_t>(measured_in.size()));
+/// @param measured, replayed  in `unit`
+void draw_overlay(const ident::Record& record, const Eigen::VectorXd& measured, const Eigen::VectorXd& replayed,
+                  const std::string& unit, const std::filesystem::path& path) {
+  std::vector<double> time(static_cast<std::size_t>(measured.size()));
   for (std::size_t k = 0; k < time.size(); ++k) time[k] = record.start_s + record.step_s * static_cast<double>(k);
   const auto curve = [&](const std::string& label, const Eigen::VectorXd& values, int style) {
     const std::vector<double> y(values.begin(), values.end());
     const plot::Points points = plot::envelope(time, y);
     return plot::Series{.label = label, .x = points.x, .y = points.y, .style = style};
   };
-  plot::Panel position{"", "displacement [in]"};
-  position.series = {curve("measured", measured_in, 0), curve("replayed", replayed_in, 1)};
-  plot::Panel error{"time [s]", "error [in]"};
-  error.series = {curve("", measured_in - replayed_in, 1)};
+  plot::Panel position{"", "displacement [" + unit + "]"};
+  position.series = {curve("measured", measured, 0), curve("replayed", replayed, 1)};
+  plot::Panel error{"time [s]", "error [" + unit + "]"};
+  error.series = {curve("", measured - replayed, 1)};
   const std::string ending = path.extension().string();
   const plot::Format format = ending == ".png"   ? plot::Format::png
                               : ending == ".pdf" ? plot::Format::pdf
@@ -119,6 +120,8 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
     console.end_progress();
     options = calibration->options;
   }
+  const DisplayUnit unit = console.unit(source.units.empty() ? rig.units : source.units);
+  const double factor = unit.factor("in");
   const Eigen::VectorXd replayed = replay::displacement_in(options, record.input, record.step_s);
   const ident::Score score = ident::score(measured, replayed);
 
@@ -131,9 +134,10 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
                 {"rms_error_in", std::sqrt(score.mse)},
                 {"error_min_in", score.error_min},
                 {"error_max_in", score.error_max}};
-  std::string text = fmt::format(
-      "{} on {}: R2 {:.2f} %, fit {:.2f} %, rms error {:.4g} in, error {:.3g} .. {:.3g} in\n", source.name, rig.name,
-      score.r2_percent, score.fit_percent, std::sqrt(score.mse), score.error_min, score.error_max);
+  std::string text =
+      fmt::format("{0} on {1}: R2 {2:.2f} %, fit {3:.2f} %, rms error {4:.4g} {7}, error {5:.3g} .. {6:.3g} {7}\n",
+                  source.name, rig.name, score.r2_percent, score.fit_percent, factor * std::sqrt(score.mse),
+                  factor * score.error_min, factor * score.error_max, unit.of("in"));
   if (calibration) {
     std::vector<std::vector<std::string>> rows;
     Json parameters = Json::array();
@@ -160,7 +164,7 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
     if (command.output->extension() == ".csv") {
       write_csv(record, measured, replayed, *command.output);
     } else {
-      draw_overlay(record, measured, replayed, *command.output);
+      draw_overlay(record, factor * measured, factor * replayed, unit.of("in"), *command.output);
     }
     document["file"] = command.output->string();
     text += fmt::format("written: {}\n", command.output->string());

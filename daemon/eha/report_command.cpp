@@ -6,7 +6,10 @@
 
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
+#include "daemon/report/display.hpp"
 #include "daemon/report/report.hpp"
 
 namespace eha::cli {
@@ -36,11 +39,14 @@ ExitCode execute(const ReportCommand& command, Console& console) {
   const bool is_run = is_folder(command.sources.front());
   fs::path path = command.output.value_or(is_run ? fs::path(command.sources.front()) / report::kReportFile
                                                  : fs::path(report::kReportFile));
+  const std::string of_rig =
+      is_run ? record::rig_units(record::to_json(record::read_manifest(command.sources.front()))) : std::string();
+  const DisplayUnit unit = console.unit(of_rig);
   std::vector<std::string> missing;
   if (is_run && !command.output && command.sources.size() == 1) {
-    missing = report::write_into_run(command.sources.front());
+    missing = report::write_into_run(command.sources.front(), unit);
   } else {
-    const report::Page page = report::page_of(load(command));
+    const report::Page page = report::page_of(report::in_unit(load(command), unit));
     os::write_file_atomically(path, page.html);
     missing = page.missing;
   }

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/display_unit.hpp"
 #include "daemon/acquisition/tick_record.hpp"
-#include "daemon/eha/display_units.hpp"
 
 namespace eha::cli {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "config/prepared_experiment.hpp"
+#include "core/display_unit.hpp"
 #include "daemon/eha/commands.hpp"
-#include "daemon/eha/display_units.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_service.hpp"
@@ -57,7 +57,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .page = &local.page(),
       .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); }};
   const double step_s = rig_config.realtime.sample_period_s;
-  const DisplayUnit unit(console.units());
+  const DisplayUnit unit = console.unit(rig_config.units);
   bool was_guarded = true;
   const auto miss_guard = [&](const char* consequence) {
     if (!was_guarded) return;
@@ -126,9 +126,10 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
       source, task, {.paper = paper, .ladder = identify::Comparisons::Ladder::include}, console.progress_callback());
   console.end_progress();
   std::vector<fs::path> written = identify::publish(identification, folder);
-  write_report(folder, written, console);
+  const DisplayUnit unit = console.unit(source.units);
+  write_report(folder, unit, written, console);
   print_identification(identification, written,
-                       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, console);
+                       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, unit, console);
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? fmt::format("eha run {}", next->string())
                          : fmt::format("eha runs show {}", folder.string()));

@@ -14,6 +14,7 @@
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/record/run_header.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace eha::cli {
@@ -160,7 +161,7 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   const std::vector<record::ModelEntry> models = record::models_of(manifest);
   if (models.empty()) return false;
   try {
-    console.print(short_report(answer_of_run(folder, manifest), DisplayUnit(console.units())));
+    console.print(short_report(answer_of_run(folder, manifest), console.unit(record::rig_units(manifest.other))));
     for (const record::ModelEntry& model : models)
       console.print(fmt::format("file     {}", (folder / model.file).string()));
   } catch (const Error& error) {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/display_unit.hpp"
 #include "daemon/eha/console.hpp"
-#include "daemon/eha/display_units.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/record/manifest.hpp"
 

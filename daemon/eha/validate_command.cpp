@@ -10,6 +10,7 @@
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
+#include "daemon/eha/shown_model.hpp"
 #include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"
@@ -76,13 +77,15 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));
   console.print_json(document);
 
+  const ident::Model shown = in_unit(model, console.unit(source.units));
+  const ident::ValidationReport& scored = *shown.validation;
   std::string text = fmt::format("{} on {}: {} samples\n", model.name, command.source, validation.score.samples);
-  text += score_line("offset kept", validation.score, model);
-  if (validation.offset_reestimated) text += score_line("offset re-estimated", *validation.offset_reestimated, model);
+  text += score_line("offset kept", scored.score, shown);
+  if (scored.offset_reestimated) text += score_line("offset re-estimated", *scored.offset_reestimated, shown);
   text += correlation_line("residual with itself", validation.acf, 1);
   text += correlation_line("residual with input", validation.ccf, 0);
   text += fmt::format("{}: {}\n", model.name, ident::text(model.verdict->grade));
-  for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);
+  for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
   console.print(text);
   if (!model.verdict->accepted) return ExitCode::model_rejected;
   console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", command.model_file));

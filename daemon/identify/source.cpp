@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "daemon/importer/import.hpp"
+#include "daemon/record/run_header.hpp"
 
 namespace eha::identify {
 
@@ -57,6 +58,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   source.record = std::move(run.record);
   source.run_folder = std::move(run.folder);
   source.outcome = run.outcome;
+  source.units = record::rig_units(run.manifest.other);
   source.interpolated_rows = run.interpolated_rows;
   source.repetition_samples = run.samples_per_repetition;
   if (!source.experiment) {

@@ -23,6 +23,7 @@ struct Source {
   /// Rows of one repetition, of the run or as the named experiment would play it; 0 when unknown.
   std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
+  std::string units = {};                 ///< of lengths for people, as the run's rig file asks for; empty: none
   std::size_t interpolated_rows = 0;      ///< as record::LoadedRun; of a file the rows that were filled
   std::string guess = {};                 ///< of a file: what was guessed, in one line; may be empty
   std::vector<std::string> repairs = {};  ///< of a file: gaps and jitter that were mended, one sentence each

@@ -108,6 +108,7 @@ Json to_json(const config::RigConfig& rig) {
               {"abort_consecutive_late", rig.realtime.abort_consecutive_late},
               {"abort_total_late", rig.realtime.abort_total_late},
               {"stall_limit_s", rig.realtime.stall_limit_s ? Json(*rig.realtime.stall_limit_s) : Json(nullptr)}}}};
+  if (!rig.units.empty()) json["units"] = rig.units;
   json["following"] = rig.limits.following ? JsonKeys::keys_of(*rig.limits.following) : Json(nullptr);
   json["sensor"] = rig.limits.sensor ? JsonKeys::keys_of(*rig.limits.sensor) : Json(nullptr);
   json[std::string(hal::name_of(rig.backend))] =

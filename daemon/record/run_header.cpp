@@ -125,4 +125,11 @@ RunHeader read_run_header(const Json& document, const std::string& source) {
   }
 }
 
+std::string rig_units(const Json& manifest) {
+  const auto rig = manifest.find("rig");
+  if (rig == manifest.end() || !rig->is_object()) return {};
+  const auto units = rig->find("units");
+  return units != rig->end() && units->is_string() ? units->get<std::string>() : std::string();
+}
+
 }  // namespace eha::record

@@ -47,4 +47,7 @@ struct RunHeader {
 /// @throws DataError  a member is missing or out of range; names `source` and the member
 [[nodiscard]] RunHeader read_run_header(const nlohmann::ordered_json& document, const std::string& source);
 
+/// The unit of lengths for people that the rig file asked for (`units`), of a manifest or header; empty: none.
+[[nodiscard]] std::string rig_units(const nlohmann::ordered_json& manifest);
+
 }  // namespace eha::record

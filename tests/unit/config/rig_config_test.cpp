@@ -115,6 +115,15 @@ TEST(RigConfig, RefusesASensorBandThatCutsTheTravelOrSaysNothingOfAnOpenWire) {
   EXPECT_NE(silent[0].find("sensor.open_circuit_V: expected a number or \"unknown\""), std::string::npos) << silent[0];
 }
 
+TEST(RigConfig, TakesAUnitOfLengthsForPeopleAndNoOther) {
+  EXPECT_EQ(parse_rig(kSim, "r.toml").units, "");
+  EXPECT_EQ(parse_rig("units = \"mm\"\n" + std::string(kSim), "r.toml").units, "mm");
+  const std::vector<std::string> faults = faults_of("units = \"miles\"\n" + std::string(kSim));
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_NE(faults[0].find("r.toml:1:"), std::string::npos) << faults[0];
+  EXPECT_NE(faults[0].find("units"), std::string::npos) << faults[0];
+}
+
 TEST(RigConfig, TakesEveryKeyOfASimulatedRigToItsPlace) {
   const RigConfig rig = parse_rig(kSim, "r.toml");
   EXPECT_EQ(rig.name, "bench");

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace eha {
+
+/// A unit of length.
+struct LengthUnit {
+  std::string_view name;
+  double metres;
+};
+
+/// The units of length that results may be shown in.
+inline constexpr std::array kLengthUnits =
+    std::to_array<LengthUnit>({{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}});
+
+/// A unit of length for everything that people read; files for programs and --json keep the record's.
+class DisplayUnit {
+ public:
+  DisplayUnit() = default;
+  /// @param name  of kLengthUnits; empty: as the record
+  explicit DisplayUnit(std::string name) : name_(std::move(name)) {}
+
+  /// The unit that values in `unit` are shown in: the asked one where both are lengths, else `unit`.
+  [[nodiscard]] std::string of(const std::string& unit) const {
+    return metres_in(unit) && metres_in(name_) ? name_ : unit;
+  }
+  /// What a value in `unit` is multiplied by.
+  [[nodiscard]] double factor(std::string_view unit) const {
+    const auto from = metres_in(unit);
+    const auto to = metres_in(name_);
+    return from && to ? *from / *to : 1.0;
+  }
+
+ private:
+  static std::optional<double> metres_in(std::string_view unit) {
+    for (const LengthUnit& length : kLengthUnits) {
+      if (length.name == unit) return length.metres;
+    }
+    return std::nullopt;
+  }
+
+  std::string name_ = {};  ///< empty: as the record
+};
+
+}  // namespace eha
