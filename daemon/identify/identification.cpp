@@ -50,9 +50,10 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
 
 /// Fits one structure and notes the time it took.
 ident::FitResult timed_fit(const IdentificationTask& task, const ident::StructureOptions& structure,
-                           const ident::FitOptions& options, const std::vector<ident::Model>& known) {
+                           const ident::FitOptions& options, const std::vector<ident::Model>& known,
+                           const ident::FitProgress& progress = {}) {
   const auto begin = std::chrono::steady_clock::now();
-  ident::FitResult result = ident::fit(task.record, structure, options, thread_executor(), known);
+  ident::FitResult result = ident::fit(task.record, structure, options, thread_executor(), known, progress);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   if (result.model.estimation) result.model.estimation->seconds = taken.count();
   return result;
@@ -73,8 +74,17 @@ void judge(const IdentificationTask& task, ident::FitResult& result) {
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
 }
 
-IdentifiedModel identify_one(const IdentificationTask& task, const ident::StructureOptions& structure) {
-  IdentifiedModel identified{structure, timed_fit(task, structure, task.options, {})};
+/// "fitting io to 125000 of 5000000 rows"
+std::string progress_text(const IdentificationTask& task, const std::string& structure) {
+  const auto rows = static_cast<std::size_t>(task.record.input.size());
+  const std::size_t compared = rows / static_cast<std::size_t>(std::max(1, task.options.decimation));
+  return compared == rows ? fmt::format("fitting {} to {} rows", structure, rows)
+                          : fmt::format("fitting {} to {} of {} rows", structure, compared, rows);
+}
+
+IdentifiedModel identify_one(const IdentificationTask& task, const ident::StructureOptions& structure,
+                             const ident::FitProgress& progress = {}) {
+  IdentifiedModel identified{structure, timed_fit(task, structure, task.options, {}, progress)};
   judge(task, identified.result);
   return identified;
 }
@@ -95,7 +105,7 @@ void climb(const IdentificationTask& task, const Progress& progress, Identificat
                                                 const std::vector<ident::Model>& known) {
     if (progress) {
       const double share = std::min(1.0, static_cast<double>(fitted++) / kUsualFits);
-      progress(share, fmt::format("fitting {}", asked.name));
+      progress(share, progress_text(task, asked.name));
     }
     return timed_fit(task, asked, options, known);
   };
@@ -114,9 +124,14 @@ void fit_named(const IdentificationTask& task, const Progress& progress, Identif
   const double count = static_cast<double>(task.structures.size());
   for (std::size_t i = 0; i < task.structures.size(); ++i) {
     const ident::StructureOptions& structure = task.structures[i];
-    if (progress) progress(static_cast<double>(i) / count, fmt::format("fitting {}", structure.name));
+    ident::FitProgress of_one;
+    if (progress) {
+      of_one = [&](double share, const std::string& fitted) {
+        progress((static_cast<double>(i) + share) / count, progress_text(task, fitted));
+      };
+    }
     try {
-      identification.models.push_back(identify_one(task, structure));
+      identification.models.push_back(identify_one(task, structure, of_one));
     } catch (const DataError& error) {
       if (!first_failure) first_failure = std::current_exception();
       identification.refused.push_back({structure.name, error.what()});

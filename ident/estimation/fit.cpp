@@ -107,10 +107,12 @@ class SubFits {
     options_.search = Search::known;
   }
 
-  void fit_inside(const StructureOptions& asked) {
+  void fit_inside(const StructureOptions& asked, const FitProgress& progress) {
+    if (progress && fitted_.empty()) count_inside(asked);
     for (const StructureOptions& smaller : sub_structures(asked)) {
       if (!fitted_.insert(signature(smaller)).second) continue;
-      fit_inside(smaller);
+      fit_inside(smaller, progress);
+      if (progress) progress(static_cast<double>(models_.size()) / fits(), smaller.name);
       try {
         models_.push_back(fit_by_default(record_, smaller, options_, executor_, models_).model);
       } catch (const DataError&) {
@@ -120,11 +122,20 @@ class SubFits {
   }
 
   [[nodiscard]] const std::vector<Model>& models() const { return models_; }
+  /// All fits, the asked structure's for two: its search is wider and its intervals are determined.
+  [[nodiscard]] double fits() const { return static_cast<double>(counted_.size()) + 2.0; }
 
  private:
+  void count_inside(const StructureOptions& asked) {
+    for (const StructureOptions& smaller : sub_structures(asked)) {
+      if (counted_.insert(signature(smaller)).second) count_inside(smaller);
+    }
+  }
+
   const Record& record_;
   FitOptions options_;
   const Executor& executor_;
+  std::set<std::string> counted_;
   std::set<std::string> fitted_;
   std::vector<Model> models_;
 };
@@ -147,7 +158,7 @@ FitResult fit_from(const Record& record, const StructureOptions& asked, const Fi
 }  // namespace
 
 FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options, const Executor& executor,
-              const std::vector<Model>& known) {
+              const std::vector<Model>& known, const FitProgress& progress) {
   check_record(record, options);
   check_input(record, asked, options);
   if (options.procedure == Procedure::paper) {
@@ -159,7 +170,8 @@ FitResult fit(const Record& record, const StructureOptions& asked, const FitOpti
   }
   if (options.search == Search::local || !known.empty()) return fit_from(record, asked, options, executor, known);
   SubFits inside(record, options, executor);
-  inside.fit_inside(asked);
+  inside.fit_inside(asked, progress);
+  if (progress) progress(static_cast<double>(inside.models().size()) / inside.fits(), asked.name);
   return fit_from(record, asked, options, executor, inside.models());
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ class NoStableModel : public DataError {
   using DataError::DataError;
 };
 
+/// Called before each fit of a structure. @param share  of the fits that are done, 0..1 @param structure  "io1"
+using FitProgress = std::function<void(double share, const std::string& structure)>;
+
 /// Estimates one structure from one record by output error. A record of constant input is refused unless the response
 /// to earlier input shows: `input_before` is given and another value, or an initial state is asked for.
 /// @throws DataError    the record is too short, constant, or not finite; as NoStableModel, nothing stable was found
@@ -41,7 +45,8 @@ class NoStableModel : public DataError {
 ///               paper's procedure they have no effect
 /// Deterministic for a given seed, whatever the executor.
 [[nodiscard]] FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options,
-                            const Executor& executor = run_in_order, const std::vector<Model>& known = {});
+                            const Executor& executor = run_in_order, const std::vector<Model>& known = {},
+                            const FitProgress& progress = {});
 
 /// Scores a model on a record it has not seen, without its past input: bias kept, initial_output (and initial_state) as
 /// stored in `score` and estimated anew in `offset_reestimated`.

@@ -69,7 +69,7 @@ TEST(Identify, FitsAndJudgesEachStructureAndTellsItsProgress) {
   EXPECT_EQ(model.provenance.at("record"), "lag.csv");
   EXPECT_TRUE(found.paper.empty());
   EXPECT_TRUE(found.cross_validation.empty());
-  EXPECT_EQ(steps, (std::vector<std::pair<double, std::string>>{{0.0, "fitting lag"}}));
+  EXPECT_EQ(steps, (std::vector<std::pair<double, std::string>>{{0.0, "fitting lag to 600 rows"}}));
 }
 
 TEST(Identify, NamesTheSourceOfABadRecord) {
