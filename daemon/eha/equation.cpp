@@ -26,6 +26,8 @@ std::string driving_text(const ident::Model& model) {
 std::string polynomial(const std::vector<ident::Term>& terms, double factor) {
   std::string text;
   for (const ident::Term& term : terms) {
+    // A pole at 0 leaves no constant.
+    if (terms.size() > 1 && !(std::abs(term.coefficient) > 0.0)) continue;
     const double value = factor * term.coefficient;
     const double size = std::abs(value);
     text += text.empty() ? (value < 0.0 ? "-" : "") : (value < 0.0 ? " - " : " + ");

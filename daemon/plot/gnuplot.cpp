@@ -23,7 +23,7 @@ namespace eha::plot {
 namespace {
 
 constexpr std::size_t kMostMessages = 300;  // bytes of gnuplot's complaint that are repeated
-constexpr int kPanelHeight_px = 210;        // of a panel among several
+constexpr int kPanelHeight_px = 225;        // of a panel among several
 constexpr int kSinglePanelHeight_px = 300;
 constexpr int kMapHeight_px = 380;
 constexpr int kWidth_px = 600;

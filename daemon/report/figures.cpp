@@ -83,6 +83,23 @@ Decades decades_of(const std::vector<std::complex<double>>& values) {
   return decades;
 }
 
+/// The direction in which the circles' captions meet no pole.
+double clearest_angle(const std::vector<std::complex<double>>& poles) {
+  double best = -3.0 * pi / 8.0;
+  double most = -1.0;
+  for (const double angle : {-3.0 * pi / 8.0, -5.0 * pi / 8.0, 3.0 * pi / 8.0, 5.0 * pi / 8.0, -pi / 8.0, pi / 8.0}) {
+    double nearest = pi;
+    for (const auto& pole : poles) {
+      if (std::abs(pole) > 0.0) nearest = std::min(nearest, std::abs(std::remainder(std::arg(pole) - angle, 2.0 * pi)));
+    }
+    if (nearest > most + 0.1) {
+      most = nearest;
+      best = angle;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::string axis_label(const ident::Channel& channel) {
@@ -174,12 +191,15 @@ plot::Figure pole_figure(const ident::Model& model) {
               .y_range = std::pair(-kReach, kReach),
               .is_map = true};
   panel.series.push_back(sector(std::min(pi, 0.5 * pi * poles.base_order), 1.05));
+  const double away = clearest_angle(poles.values);
   const int step = (decades.high - decades.low + kMostRings - 1) / kMostRings;
   for (int decade = decades.low; decade <= decades.high; decade += step) {
     const double radius = decades.radius(std::pow(10.0, decade));
     panel.series.push_back(circle(radius, plot::kGuideStyle));
     panel.series.back().label = "";
-    panel.captions.push_back({.x = radius, .y = -0.06, .text = fmt::format("{:g}", std::pow(10.0, decade))});
+    panel.captions.push_back({.x = radius * std::cos(away),
+                              .y = radius * std::sin(away),
+                              .text = fmt::format("{:g}", std::pow(10.0, decade))});
   }
   Series points{.label = "poles of " + model.name, .mark = Mark::points, .style = 1};
   for (const auto& value : poles.values) {

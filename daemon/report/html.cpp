@@ -32,6 +32,7 @@ const char* class_of(Column kind) {
 std::string polynomial(const std::vector<ident::Term>& terms) {
   std::string html;
   for (const ident::Term& term : terms) {
+    if (terms.size() > 1 && !(std::abs(term.coefficient) > 0.0)) continue;
     const double size = std::abs(term.coefficient);
     const bool negative = term.coefficient < 0.0;
     html += html.empty() ? (negative ? "&minus;" : "") : (negative ? " &minus; " : " + ");
