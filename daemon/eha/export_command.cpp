@@ -10,6 +10,7 @@
 #include "core/identifier.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/model_argument.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/record_export.hpp"
 #include "ident/export/model_formats.hpp"
@@ -34,7 +35,7 @@ ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& fo
     throw UsageError(fmt::format("{} is a folder; --format {} exports a model: name one of {}/models/*.json",
                                  command.source, format.name, command.source));
   }
-  const ident::Model model = ident::model_from_text(os::read_file(command.source), command.source);
+  const ident::Model model = read_model(command.source);
   ident::ExportedModel exported;
   try {
     exported = ident::exported(model, command.band);

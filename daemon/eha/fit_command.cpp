@@ -73,13 +73,15 @@ std::vector<fs::path> write(const Identification& identification, const FitComma
 
 std::string next_step(const FitCommand& command, const Identification& identification,
                       const std::vector<fs::path>& written) {
-  // The models' files come first.
+  // The models' files come first. The recommended model, else the first accepted one.
   const std::size_t files = std::min(identification.models.size(), written.size());
+  std::optional<std::size_t> best;
   for (std::size_t i = 0; i < files; ++i) {
-    if (is_accepted(identification.models[i])) {
-      return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[i].string());
-    }
+    if (!is_accepted(identification.models[i])) continue;
+    const bool is_recommended = identification.models[i].result.model.name == identification.recommendation.model;
+    if (!best || is_recommended) best = i;
   }
+  if (best) return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[*best].string());
   return importer::command_with(command.import, command.source, "-o models");
 }
 
@@ -105,8 +107,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   });
   console.end_progress();
   std::vector<fs::path> written = write(identification, command, source);
-  if (source.run_folder && !command.output) write_report(*source.run_folder, written, console);
-  print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, console);
+  const DisplayUnit unit = console.unit(source.units);
+  if (source.run_folder && !command.output) write_report(*source.run_folder, unit, written, console);
+  print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
   if (code == ExitCode::ok) console.next_step(next_step(command, identification, written));

@@ -17,6 +17,12 @@ ident::Model read_model(const std::string& file) {
                     "`eha runs show {}` lists them",
                     file, file, record::kModelsFolder, file));
   }
+  const std::filesystem::path path(file);
+  if (path.filename() == record::kManifestFile && record::is_run_folder(path.parent_path())) {
+    throw UsageError(
+        fmt::format("{}: the manifest of a run, where a model file was expected; the run's models are in {}", file,
+                    (path.parent_path() / record::kModelsFolder).string()));
+  }
   return ident::model_from_text(os::read_file(file), file);
 }
 

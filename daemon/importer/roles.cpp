@@ -99,6 +99,18 @@ class Finder {
     return columns_.size() > kMostListed ? fmt::format("{} and {} more", text, columns_.size() - kMostListed) : text;
   }
 
+  /// What stands in the way of a column that would be one of numbers; may be empty.
+  [[nodiscard]] std::string thousands() const {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const std::string& text = columns_[i].sampled_text;
+      const bool has_digits_alone = text.find_first_not_of("0123456789.,+- '") == std::string::npos;
+      if (columns_[i].is_number || !has_digits_alone || text.find_first_of("0123456789") == std::string::npos) continue;
+      return fmt::format("; {} holds numbers with thousands separators such as \"{}\": export them without",
+                         described(columns_, i), shortened(text, kLongestShown));
+    }
+    return {};
+  }
+
   /// Names in messages and in the files written must tell the columns apart.
   void require_names() const {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -274,8 +286,8 @@ class Finder {
     const std::size_t missing = (input ? 0 : 1) + (output ? 0 : 1);
     const std::vector<std::size_t> left = candidates(roles, {input, output}, missing);
     if (left.size() < missing) {
-      fail(fmt::format("expected a column each of input and output; columns: {}{}", list(),
-                       roles.time ? fmt::format(", of which {} is the time", *roles.time + 1) : ""));
+      fail(fmt::format("expected a column each of input and output; columns: {}{}{}", list(),
+                       roles.time ? fmt::format(", of which {} is the time", *roles.time + 1) : "", thousands()));
     }
     const auto input_strength = [&](std::size_t i) { return hints_[i].input - hints_[i].output; };
     const auto output_strength = [&](std::size_t i) { return hints_[i].output - hints_[i].input; };

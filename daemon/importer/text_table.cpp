@@ -204,7 +204,9 @@ class TextTable final : public Table {
     const std::string as = dialect_.is_record_format || dialect_.header_line > 0
                                ? "as in the header"
                                : fmt::format("as in line {}", dialect_.first_data_line);
-    lines_.fail(fmt::format("expected {} columns {}, got {}", dialect_.fields, as, fields.size()));
+    const char* mend = fields.size() == 1 ? "the line has another separator, or is no row: correct or remove it"
+                                          : "correct or remove the line";
+    lines_.fail(fmt::format("expected {} columns {}, got {}; {}", dialect_.fields, as, fields.size(), mend));
   }
 
   double number(const CsvFields& fields, const Selection& selection, std::size_t i, Rows& rows) {

@@ -83,7 +83,13 @@ Subject load_run(const fs::path& folder) {
   std::error_code ignored;
   const fs::path whole = fs::canonical(folder, ignored);
   subject.name = (whole.empty() ? folder : whole).filename().string();
-  subject.manifest = record::to_json(record::read_manifest(folder));
+  const record::Manifest manifest = record::read_manifest(folder);
+  // run.json belongs to the process that writes the run.
+  if (!manifest.outcome) {
+    throw DataError(folder.string() +
+                    ": the run is still going, or its process died; in the second case: eha runs recover");
+  }
+  subject.manifest = record::to_json(manifest);
   read_tables(folder, subject);
   const Json& identification = subject.part("identification");
   for (const record::ModelEntry& entry :

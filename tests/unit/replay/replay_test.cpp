@@ -72,6 +72,16 @@ TEST(Calibration, RefusesByNameWhatTheRecordDoesNotTell) {
       << flow;
 }
 
+TEST(Calibration, RefusesTwoVolumesThatTheSensorsNoiseHides) {
+  hal::SimOptions noisy;
+  noisy.sensor_noise_V = 0.01;  // ten times the shipped rig's
+  const std::vector<CalibrationRequest> volumes{
+      {"bulk_modulus_bar", {}}, {"cap_dead_volume_cm3", {}}, {"rod_dead_volume_cm3", {}}};
+  const std::string hidden = fault_of(record_of(noisy, 6.0), volumes);
+  EXPECT_NE(hidden.find("cap_dead_volume_cm3"), std::string::npos) << hidden;
+  EXPECT_NE(hidden.find("rod_dead_volume_cm3"), std::string::npos) << hidden;
+}
+
 TEST(Calibration, RefusesWrongRequests) {
   const TwinRecord record = record_of({}, 3.0);
   EXPECT_NE(fault_of(record, {{"moving_mass"}}).find("moving_mass_kg"), std::string::npos);
