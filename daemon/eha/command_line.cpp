@@ -10,17 +10,18 @@
 #include <string>
 #include <string_view>
 
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/doctor/latency.hpp"
 #include "daemon/eha/batch_options.hpp"
 #include "daemon/eha/completion.hpp"
-#include "daemon/eha/display_units.hpp"
 #include "daemon/eha/export_options.hpp"
 #include "daemon/eha/model_command_options.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/report_options.hpp"
 #include "daemon/eha/runs_options.hpp"
 #include "daemon/eha/service_options.hpp"
+#include "daemon/eha/study_options.hpp"
 #include "daemon/eha/version.hpp"
 
 namespace eha::cli {
@@ -205,6 +206,7 @@ struct Commands {
   DoctorCommand doctor;
   LatencyCommand latency;
   ReadCommand read;
+  StudyCommand study;
   ServiceCommand service;
   std::string shell;  ///< of completion
 };
@@ -226,6 +228,7 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_runs(app, commands.runs);
   add_doctor(app, commands.doctor);
   add_latency(app, commands.latency);
+  add_study(app, commands.study);
   add_completion(app, commands.shell);
   add_read(app, commands.read);
   add_service_commands(app, commands.service);
@@ -240,8 +243,9 @@ void add_common_options(CLI::App& app, ConsoleOptions& console) {
   app.add_flag("--json", console.json, "Results on standard output as one JSON document");
   app.add_flag("-q,--quiet", console.quiet, "Errors only");
   app.add_flag("-v,--verbose", console.verbose, "More messages, and every figure of a result");
-  const std::vector<std::string> units = display_units();
-  app.add_option("--units", console.units, "Unit of lengths in what is printed (default: the record's)")
+  std::vector<std::string> units;
+  for (const LengthUnit& unit : kLengthUnits) units.emplace_back(unit.name);
+  app.add_option("--units", console.units, "Unit of lengths for people (default: the rig file's, else the record's)")
       ->type_name(fmt::format("{}", fmt::join(units, "|")))
       ->check(CLI::IsMember(units).description(""));
   app.add_flag("--no-progress", console.no_progress, "No progress bar on a terminal (NO_COLOR: no colours)");
@@ -268,6 +272,7 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("doctor")) return commands.doctor;
   if (app.got_subcommand("latency")) return commands.latency;
   if (app.got_subcommand("read")) return commands.read;
+  if (app.got_subcommand("study")) return commands.study;
   if (!commands.service.method.empty()) return commands.service;
   if (const CLI::App* sub = app.get_subcommand("runs"); sub->parsed()) {
     if (sub->got_subcommand("list")) return commands.runs.list;

@@ -102,7 +102,7 @@ struct ExportCommand {
 
 struct CompareCommand {
   std::vector<std::string> sources;                  ///< run folders and records, or model files (.json)
-  std::optional<std::filesystem::path> output = {};  ///< picture of the Bode plots
+  std::optional<std::filesystem::path> output = {};  ///< report (.html), or picture of the Bode plots
 };
 
 struct ReplayCommand {
@@ -116,6 +116,11 @@ struct ReplayCommand {
 struct ReportCommand {
   std::vector<std::string> sources;                  ///< one run folder, or model files
   std::optional<std::filesystem::path> output = {};  ///< none: report.html, in the run folder of a run
+};
+
+struct StudyCommand {
+  int seeds = 10;  ///< records of each kind of plant
+  std::filesystem::path output = "study-paper";
 };
 
 struct PlotCommand {
@@ -196,7 +201,7 @@ struct ServiceCommand {
 using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand,
                              CompareCommand, ReplayCommand, ReportCommand, PlotCommand, BatchCommand, BatchMergeCommand,
                              CheckCommand, DesignCommand, RunsListCommand, RunsShowCommand, RunsRecoverCommand,
-                             DoctorCommand, LatencyCommand, ReadCommand, ServiceCommand>;
+                             DoctorCommand, LatencyCommand, ReadCommand, StudyCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -220,6 +225,7 @@ using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateComm
 [[nodiscard]] ExitCode learn_following(const std::filesystem::path& folder, Console& console);
 [[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ReadCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const StudyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);
 
 }  // namespace eha::cli

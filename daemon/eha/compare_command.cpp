@@ -11,9 +11,11 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/shown_model.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/plot/gnuplot.hpp"
+#include "daemon/report/comparison_page.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace eha::cli {
@@ -102,7 +104,51 @@ struct Compared {
   Json document;
   std::string text;
   std::vector<std::pair<std::string, const ident::Model*>> models;  ///< for the picture
+  report::ComparisonFindings findings;
+  std::vector<report::ComparedSubject> subjects;  ///< for the report
 };
+
+ident::PlantChange scaled(ident::PlantChange change, double factor) {
+  for (ParameterChange& p : change.parameters) {
+    if (!ident::scales_with_output(p.role)) continue;
+    for (double* value : {&p.before, &p.after, &p.std, &p.half_width}) *value *= factor;
+  }
+  return change;
+}
+
+/// A comparison for people to read.
+identify::RunComparison converted(identify::RunComparison comparison, const DisplayUnit& unit) {
+  for (identify::ComparedRun& run : comparison.runs) {
+    const double factor = unit.factor(run.fit.model.output_unit);
+    run.fit.model = in_unit(std::move(run.fit.model), unit);
+    run.fit.measured *= factor;
+    run.fit.simulated *= factor;
+    if (run.change) run.change = scaled(*run.change, factor);
+  }
+  return comparison;
+}
+
+/// The same of scores; models in the record's unit.
+identify::ScoredModel converted(identify::ScoredModel scored, const DisplayUnit& unit, const std::string& output_unit) {
+  const double factor = unit.factor(output_unit);
+  for (ident::Score* score :
+       {&scored.validation.score,
+        scored.validation.offset_reestimated ? &*scored.validation.offset_reestimated : nullptr}) {
+    if (score == nullptr) continue;
+    score->error_min *= factor;
+    score->error_max *= factor;
+  }
+  scored.rms_error *= factor;
+  scored.refit_rms_error *= factor;
+  if (scored.change) scored.change = scaled(*scored.change, factor);
+  return scored;
+}
+
+void add_changes(std::vector<std::string>& sentences, const ident::PlantChange& change, const ident::Model& model) {
+  for (const ParameterChange& p : change.parameters) {
+    if (p.changed) sentences.push_back(sentence(p, model));
+  }
+}
 
 Compared described(const identify::RunComparison& comparison, const std::vector<identify::Source>& sources) {
   Compared out;
@@ -112,6 +158,12 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const ident::Model& model = run.fit.model;
     const ident::Score& score = model.estimation->score;
     out.models.emplace_back(sources[i].name, &model);
+    out.subjects.push_back({.label = sources[i].name,
+                            .model = model,
+                            .change = run.change,
+                            .time_s = run.fit.time_s,
+                            .measured = run.fit.measured,
+                            .simulated = run.fit.simulated});
     out.text += fmt::format("{} {}: {} fitted, R2 {:.3f} %, rms error {:.3g} {}, {} samples\n",
                             i == 0 ? "before" : "after ", sources[i].name, model.name, score.r2_percent,
                             std::sqrt(score.mse), model.output_unit, score.samples);
@@ -119,13 +171,24 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (run.change) entry["change"] = to_json(*run.change, model);
     runs.push_back(std::move(entry));
   }
+  bool any_changed = false;
   for (std::size_t i = 1; i < sources.size(); ++i) {
     const ident::PlantChange& change = *comparison.runs[i].change;
     const ident::Model& model = comparison.runs[i].fit.model;
     out.text += fmt::format("\n{}: {}\n", sources[i].name,
                             change.changed ? "the plant has changed" : "no change of the plant found");
     out.text += described(change, model) + table_of(change, model);
+    any_changed = any_changed || change.changed;
+    add_changes(out.findings.sentences, change, model);
   }
+  out.findings.title =
+      fmt::format("Comparison of {} and {}", sources.front().name,
+                  sources.size() == 2 ? sources.back().name : fmt::format("{} others", sources.size() - 1));
+  out.findings.heading = any_changed ? "The plant has changed" : "No change of the plant found";
+  out.findings.is_alike = !any_changed;
+  out.findings.sentences.push_back(
+      fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
+  for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
   out.text += fmt::format("+-: joint interval; at most {:g} % false alarms for all parameters and runs together\n",
                           100.0 * identify::kFalseAlarm);
   out.document = {{"schema", "eha-comparison/1"},
@@ -151,6 +214,10 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
     const identify::ScoredModel& one = scored[i];
     const ident::Score best = one.validation.offset_reestimated.value_or(one.validation.score);
     out.models.emplace_back(files[i], &models[i]);
+    out.subjects.push_back({.label = files[i], .model = models[i]});
+    out.findings.sentences.push_back(fmt::format("{}: R2 {:.2f} %, rms error {:.3g} {}; of {} plant", files[i],
+                                                 best.r2_percent, one.rms_error, models[i].output_unit,
+                                                 one.refit ? plant_of(one) : "an unknown"));
     rows.push_back({files[i], fmt::format("{:.2f}", one.validation.score.r2_percent),
                     fmt::format("{:.2f}", best.r2_percent), fmt::format("{:.2f}", best.fit_percent),
                     fmt::format("{:.3g}", one.rms_error),
@@ -172,6 +239,11 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
         files[i], best.r2_percent, one.rms_error / one.refit_rms_error, source.name);
     sentences += described(*one.change, models[i]);
   }
+  out.findings.title = fmt::format("Models on {}", source.name);
+  const auto of_another =
+      std::count_if(scored.begin(), scored.end(), [](const auto& one) { return one.of_another_plant; });
+  out.findings.heading = fmt::format("{} of {} models are of another plant", of_another, scored.size());
+  out.findings.is_alike = of_another == 0;
   out.text = fmt::format("{}: {} samples\n", source.name, scored.front().validation.score.samples);
   out.text += text_table({{"model"},
                           {"R2 %", Align::right},
@@ -194,9 +266,15 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
   Json entries = Json::array();
   const double level = identify::kFalseAlarm / static_cast<double>(models.size() - 1);
   out.models.emplace_back(files.front(), &models.front());
+  out.subjects.push_back({.label = files.front(), .model = models.front()});
+  out.findings.title = "Comparison of models";
+  out.findings.is_alike = true;
   for (std::size_t i = 1; i < models.size(); ++i) {
     const ident::PlantChange change = ident::compare_parameters(models.front(), models[i], level);
     out.models.emplace_back(files[i], &models[i]);
+    out.subjects.push_back({.label = files[i], .model = models[i], .change = change});
+    out.findings.is_alike = out.findings.is_alike && !change.changed;
+    add_changes(out.findings.sentences, change, models[i]);
     out.text += fmt::format("{} and {}: {}\n", files.front(), files[i],
                             change.parameters.empty() ? "no parameter of both is estimated"
                             : change.changed          ? "the parameters differ"
@@ -204,6 +282,7 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     if (!change.parameters.empty()) out.text += described(change, models[i]) + table_of(change, models[i]);
     entries.push_back({{"file", files[i]}, {"change", to_json(change, models[i])}});
   }
+  out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";
   out.text += "Named with a record, the models are also scored on it.\n";
   out.document = {{"schema", "eha-comparison/1"}, {"first", files.front()}, {"models", std::move(entries)}};
   return out;
@@ -228,26 +307,41 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<identify::Source> sources;
   for (const std::string& record : records) sources.push_back(identify::load_source(record, {}));
 
-  Compared compared;
+  const DisplayUnit unit = console.unit(sources.empty() ? std::string() : sources.front().units);
+  std::vector<ident::Model> shown_models;
+  for (const ident::Model& model : models) shown_models.push_back(in_unit(model, unit));
+  // The document keeps the records' unit; text, picture and report are for people.
+  Json document;
+  Compared shown;
   std::optional<identify::RunComparison> runs;
-  std::vector<identify::ScoredModel> scored;
   if (files.empty()) {
-    runs = identify::compare_runs(sources);
-    for (const std::string& note : runs->notes) console.warning(note);
-    compared = described(*runs, sources);
+    const identify::RunComparison found = identify::compare_runs(sources);
+    for (const std::string& note : found.notes) console.warning(note);
+    document = described(found, sources).document;
+    runs = converted(found, unit);
+    shown = described(*runs, sources);
   } else if (!sources.empty()) {
-    scored = identify::score_models(models, sources.front());
-    compared = described(scored, models, files, sources.front());
+    std::vector<identify::ScoredModel> scored = identify::score_models(models, sources.front());
+    document = described(scored, models, files, sources.front()).document;
+    for (std::size_t i = 0; i < scored.size(); ++i) scored[i] = converted(scored[i], unit, models[i].output_unit);
+    shown = described(scored, shown_models, files, sources.front());
   } else {
-    compared = described(models, files);
+    document = described(models, files).document;
+    shown = described(shown_models, files);
   }
   if (command.output) {
-    draw_bode(compared.models, *command.output);
-    compared.document["file"] = command.output->string();
-    compared.text += fmt::format("written: {}\n", command.output->string());
+    if (command.output->extension() == ".html") {
+      const report::Page page = report::comparison_page(shown.findings, shown.subjects);
+      for (const std::string& sentence : page.missing) console.warning(sentence);
+      os::write_file_atomically(*command.output, page.html);
+    } else {
+      draw_bode(shown.models, *command.output);
+    }
+    document["file"] = command.output->string();
+    shown.text += fmt::format("written: {}\n", command.output->string());
   }
-  console.print_json(compared.document);
-  console.print(compared.text);
+  console.print_json(document);
+  console.print(shown.text);
   return ExitCode::ok;
 }
 

@@ -25,10 +25,12 @@ criteria, and shows what changed from the first to each other one, with joint in
 parameters and runs together.
 With models and one record: scores the models on it, and fits each one's structure to it. A model whose parameters differ
 and whose error is more than 1.5 times that of its refit is of another plant, whatever its R2.
-With models alone: compares their parameters. -o draws the Bode plots over one another (.svg, .png, .pdf).
+With models alone: compares their parameters.
+-o FILE.html writes a before/after report: what changed, both records and errors over time, Bode plots over one another;
+.svg, .png or .pdf draws the Bode plots alone.
 
 Examples:
-  eha compare runs/20261122T101500Z-paper runs/latest
+  eha compare runs/20261122T101500Z-paper runs/latest -o changes.html
   eha compare models/io.json models/fo.json record.csv -o bode.svg)";
 
 constexpr const char* kReplayFooter = R"(
@@ -118,9 +120,10 @@ void add_compare(CLI::App& app, CompareCommand& command) {
       ->required()
       ->expected(2, 1000)
       ->type_name("RUN|MODEL|FILE");
-  sub->add_option("-o,--output", command.output, "Picture of the Bode plots to write (.svg, .png, .pdf)")
+  sub->add_option("-o,--output", command.output,
+                  "Report to write (.html), or a picture of the Bode plots (.svg, .png, .pdf)")
       ->type_name("FILE")
-      ->check(ends_in({".svg", ".png", ".pdf"}));
+      ->check(ends_in({".html", ".svg", ".png", ".pdf"}));
 }
 
 void add_replay(CLI::App& app, ReplayCommand& command) {

@@ -3,95 +3,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <set>
-
 #include "core/os/files.hpp"
-#include "daemon/plot/gnuplot.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/report/display.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 
 namespace eha::report {
 namespace {
-
-constexpr const char* kStyle = R"(
-:root { color-scheme: light; }
-* { box-sizing: border-box; }
-body { margin: 0; background: #fff; color: #111; font: 16px/1.45 "Liberation Sans", Arial, Helvetica, sans-serif; }
-main { max-width: 1120px; margin: 0 auto; padding: 16px; }
-h1 { font-size: 1.6em; margin: 0 0 .1em; overflow-wrap: anywhere; }
-h2 { font-size: 1.25em; margin: 1.6em 0 .5em; padding-bottom: .15em; border-bottom: 2px solid #111; }
-h3 { font-size: 1em; margin: 1em 0 .3em; overflow-wrap: anywhere; }
-p { margin: .4em 0; overflow-wrap: anywhere; }
-ul { margin: .4em 0; padding-left: 1.3em; overflow-wrap: anywhere; }
-.subtitle { color: #444; }
-.verdict { border: 2px solid #111; padding: 4px 16px 8px; margin: 16px 0; }
-.verdict.some { border-left-width: 12px; }
-.verdict.none { border-style: dashed; }
-.verdict h2 { border: 0; margin: .4em 0; }
-.equation { font-family: "Liberation Serif", "Times New Roman", serif; font-size: 1.1em; }
-.item { margin: 0 0 1.2em; }
-.plot svg { display: block; width: 100%; height: auto; }
-.missing { border: 1px dashed #111; padding: 12px; }
-.remark dt { font-weight: bold; margin-top: .4em; }
-.remark dd { margin: 0; }
-.table { overflow-x: auto; }
-table { border-collapse: collapse; margin: .5em 0; font-size: .9em; }
-th, td { border-bottom: 1px solid #bbb; padding: 3px 10px 3px 0; text-align: left; vertical-align: top; }
-th { border-bottom: 2px solid #111; vertical-align: bottom; }
-td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
-td.wide { overflow-wrap: anywhere; }
-@media (max-width: 600px) {
-  .stacked thead { display: none; }
-  .stacked, .stacked tbody, .stacked tr, .stacked td { display: block; width: 100%; }
-  .stacked tr { border-bottom: 2px solid #111; padding: 4px 0; }
-  .stacked td, .stacked td.number { border: 0; padding: 1px 0; text-align: left; overflow-wrap: anywhere; }
-  .stacked td::before { content: attr(data-label) ": "; font-weight: bold; }
-  .stacked td:empty { display: none; }
-}
-@media (min-width: 900px) {
-  .with-plot { display: grid; grid-template-columns: minmax(0, 2fr) minmax(0, 1fr); column-gap: 24px; }
-  .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }
-}
-@page { size: A4; margin: 14mm; }
-@media print {
-  body { font-size: 10pt; }
-  main { max-width: none; padding: 0; }
-  .with-plot { display: grid; grid-template-columns: minmax(0, 2fr) minmax(0, 1fr); column-gap: 5mm; }
-  .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }
-  .with-plot, .verdict, tr { break-inside: avoid; }
-  h2, h3, thead { break-after: avoid; }
-  .table { overflow: visible; }
-  table { font-size: 8pt; width: 100%; }
-  td, th { padding-right: 6px; }
-}
-)";
-
-std::string remark_html(const Remark& remark) {
-  std::string html;
-  const auto add = [&](const char* what, const std::string& text) {
-    if (!text.empty()) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", what, escaped(text));
-  };
-  add("Seen here", remark.seen);
-  add("Good", remark.good);
-  add("To do", remark.to_do);
-  return html.empty() ? "" : "<dl class=\"remark\">\n" + html + "</dl>\n";
-}
-
-std::string item_html(const Item& item, const plot::InlineFigure* drawn) {
-  std::string html = drawn != nullptr ? "<div class=\"item with-plot\">\n" : "<div class=\"item\">\n";
-  if (!item.heading.empty()) html += "<h3>" + escaped(item.heading) + "</h3>\n";
-  if (drawn != nullptr) {
-    html += drawn->error.empty() ? "<div class=\"plot\">" + drawn->svg + "</div>\n"
-                                 : "<p class=\"missing\">This plot is missing: " + escaped(drawn->error) + "</p>\n";
-    if (const std::string remark = remark_html(item.remark); !remark.empty()) html += "<div>" + remark + "</div>\n";
-    if (!item.html.empty()) html += "<div class=\"below\">" + item.html + "</div>\n";
-  } else {
-    html += item.html;
-  }
-  return html + "</div>\n";
-}
 
 std::string subtitle(const Subject& subject) {
   if (!subject.manifest) return paragraph("From model files.");
@@ -106,45 +25,15 @@ std::string subtitle(const Subject& subject) {
 }  // namespace
 
 Page page_of(const Subject& subject) {
-  std::vector<Section> sections{time_section(subject),      models_section(subject),   frequency_section(subject),
-                                stability_section(subject), residual_section(subject), valve_section(subject),
-                                parameter_section(subject), paper_section(subject),    timing_section(subject),
-                                manifest_section(subject)};
-  std::vector<plot::Figure> figures;
-  for (const Section& section : sections) {
-    for (const Item& item : section.items) {
-      if (item.figure) figures.push_back(*item.figure);
-    }
-  }
-  const std::vector<plot::InlineFigure> drawn = plot::draw_inline(figures);
-  Page page;
-  std::set<std::string> missing;
-  for (const plot::InlineFigure& figure : drawn) {
-    if (!figure.error.empty() && missing.insert(figure.error).second) page.missing.push_back(figure.error);
-  }
-  const std::string title = escaped(subject.name);
-  page.html =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<link rel=\"icon\" href=\"data:,\">\n<title>" +
-      title + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n<h1>" + title + "</h1>\n" +
-      subtitle(subject) + verdict(subject) + list(subject.notes);
-  std::size_t next = 0;
-  for (const Section& section : sections) {
-    if (section.items.empty()) continue;
-    page.html += "<section>\n<h2>" + escaped(section.title) + "</h2>\n";
-    for (const Item& item : section.items) {
-      page.html += item_html(item, item.figure ? &drawn[next] : nullptr);
-      if (item.figure) ++next;
-    }
-    page.html += "</section>\n";
-  }
-  page.html += "</main>\n</body>\n</html>\n";
-  return page;
+  const std::vector<Section> sections{time_section(subject),      models_section(subject),   frequency_section(subject),
+                                      stability_section(subject), residual_section(subject), valve_section(subject),
+                                      parameter_section(subject), paper_section(subject),    timing_section(subject),
+                                      manifest_section(subject)};
+  return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections);
 }
 
-std::vector<std::string> write_into_run(const std::filesystem::path& run_folder) {
-  const Page page = page_of(load_run(run_folder));
+std::vector<std::string> write_into_run(const std::filesystem::path& run_folder, const DisplayUnit& unit) {
+  const Page page = page_of(in_unit(load_run(run_folder), unit));
   os::write_file_atomically(run_folder / kReportFile, page.html);
   record::Manifest manifest = record::read_manifest(run_folder);
   record::write_manifest(run_folder, manifest);

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/display_unit.hpp"
+#include "daemon/report/page.hpp"
 #include "daemon/report/subject.hpp"
 
 namespace eha::report {
@@ -13,17 +15,11 @@ namespace eha::report {
 /// Its name in a run folder.
 inline constexpr std::string_view kReportFile = "report.html";
 
-/// A report as one HTML page: no other file, no script, nothing from the network. It prints on A4.
-struct Page {
-  std::string html;
-  std::vector<std::string> missing = {};  ///< plots that could not be drawn, one sentence each
-};
-
-/// Cost: some 0.2 s, nearly all of it gnuplot's. A missing or failing gnuplot leaves the page without the plots.
+/// The report of a run or of models. Cost as assembled().
 [[nodiscard]] Page page_of(const Subject& subject);
 
-/// Writes RUN/report.html and lists it in run.json. @returns the plots that are missing, as Page
+/// Writes RUN/report.html, lengths in the unit, and lists it in run.json. @returns the plots that are missing, as Page
 /// @throws DataError, IoError, PermissionError  as load_run(), or the folder cannot be written
-std::vector<std::string> write_into_run(const std::filesystem::path& run_folder);
+std::vector<std::string> write_into_run(const std::filesystem::path& run_folder, const DisplayUnit& unit);
 
 }  // namespace eha::report

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -52,6 +53,19 @@ TEST_F(TwoRuns, CompareNamesTheDeadBand) {
   EXPECT_TRUE(change.at("changed").get<bool>());
   EXPECT_EQ(change.at("parameters").at(0).at("name"), "dead_band");
   EXPECT_NEAR(change.at("parameters").at(0).at("difference").get<double>(), 0.07, 0.005);
+}
+
+TEST_F(TwoRuns, CompareWritesAReportThatNamesTheChange) {
+  const Ended ended = run_eha({"compare", before_, after_, "-o", "changes.html", "--units", "mm"}, folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.out.find(" mm, "), std::string::npos) << ended.out;
+  const std::string html = content_of(folder_->path() / "changes.html");
+  EXPECT_NE(html.find("The plant has changed"), std::string::npos);
+  EXPECT_NE(html.find("dead_band moved by 0.0"), std::string::npos);
+  EXPECT_NE(html.find("measured [mm]"), std::string::npos);
+  if (std::system("command -v tidy >/dev/null") == 0) {
+    EXPECT_EQ(std::system(("tidy -q -e '" + (folder_->path() / "changes.html").string() + "'").c_str()), 0);
+  }
 }
 
 TEST_F(TwoRuns, CompareFindsNothingBetweenARunAndItself) {

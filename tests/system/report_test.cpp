@@ -83,6 +83,23 @@ TEST_F(Reports, AreWrittenAnewOnRequestAndElsewhere) {
   EXPECT_EQ(run_eha({"report", (paper_ / "models").string()}, folder_->path()).code, 10);
 }
 
+TEST_F(Reports, AndAnswersAreInTheUnitThatIsAskedFor) {
+  const Ended report = run_eha({"report", paper_.string(), "-o", "mm.html", "--units", "mm"}, folder_->path());
+  ASSERT_EQ(report.code, 0) << report.err;
+  EXPECT_NE(content_of(folder_->path() / "mm.html").find("displacement [mm]"), std::string::npos);
+  const Ended shown = run_eha({"runs", "show", paper_.string(), "--units", "mm"}, folder_->path());
+  EXPECT_NE(shown.out.find("error mm"), std::string::npos) << shown.out;
+  const std::string model = (paper_ / json::parse(content_of(paper_ / "run.json"))
+                                          .at("identification")
+                                          .at("models")
+                                          .at(0)
+                                          .at("file")
+                                          .get<std::string>())
+                                .string();
+  const Ended validated = run_eha({"validate", model, paper_.string(), "--units", "mm"}, folder_->path());
+  EXPECT_NE(validated.out.find(" mm^2 "), std::string::npos) << validated.out << validated.err;
+}
+
 TEST_F(Reports, GnuplotMissingCostsThePlotsAlone) {
   const std::string path = std::getenv("PATH");
   setenv("PATH", "/nowhere", 1);

@@ -8,6 +8,8 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "daemon/report/comparison_page.hpp"
+#include "daemon/report/display.hpp"
 #include "daemon/report/html.hpp"
 #include "ident/model/model_file.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -126,6 +128,57 @@ TEST(Page, IsWrittenWithoutGnuplotAndSaysSo) {
   EXPECT_NE(page.missing[0].find("gnuplot-nox"), std::string::npos);
   EXPECT_NE(page.html.find("This plot is missing"), std::string::npos);
   EXPECT_NE(page.html.find("Model: io (good)"), std::string::npos);
+}
+
+TEST(InUnit, ShowsTheOutputInMillimetres) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.response = record::NumberTable{{"frequency_Hz", "gain", "gain_dB", "io_gain_std_dB", "noise_dB"},
+                                         {{1.0}, {0.5}, {-6.0}, {0.1}, {-40.0}}};
+  const double measured = subject.fit.measured[7];
+  const Subject shown = in_unit(subject, DisplayUnit("mm"));
+  EXPECT_EQ(shown.fit.output.unit, "mm");
+  EXPECT_DOUBLE_EQ(shown.fit.measured[7], 25.4 * measured);
+  EXPECT_DOUBLE_EQ(shown.models[0].model.transfer_function.numerator[0].coefficient, 25.4 * 0.13);
+  EXPECT_DOUBLE_EQ(shown.response->columns[1][0], 25.4 * 0.5);
+  EXPECT_NEAR(shown.response->columns[2][0], -6.0 + 28.0967, 1e-3);
+  EXPECT_DOUBLE_EQ(shown.response->columns[3][0], 0.1);
+  EXPECT_DOUBLE_EQ(shown.response->columns[4][0], -40.0);
+  const std::string html = page_of(shown).html;
+  EXPECT_NE(html.find("displacement [mm]"), std::string::npos);
+  EXPECT_EQ(html.find(" in<"), std::string::npos);
+}
+
+TEST(ComparisonPage, SaysWhatChangedAndDrawsIt) {
+  const ident::Model before = model_named("io_valve", ident::Grade::good, 99.0);
+  ident::PlantChange change;
+  change.parameters = {{.name = "dead_band",
+                        .role = ident::ParameterRole::dead_band,
+                        .before = 0.15,
+                        .after = 0.22,
+                        .std = 0.001,
+                        .half_width = 0.004,
+                        .changed = true},
+                       {.name = "a2", .before = 0.0132, .after = 0.0133, .std = 0.001, .half_width = 0.003}};
+  change.changed = true;
+  const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 2.0);
+  const Eigen::VectorXd measured = time_s.array().sin();
+  const Eigen::VectorXd simulated = 0.99 * measured;
+  const Page page = comparison_page(
+      {.title = "Comparison", .heading = "The plant has changed", .sentences = {"dead_band moved by 0.07 V"}},
+      {{.label = "runs/<before>", .model = before, .time_s = time_s, .measured = measured, .simulated = simulated},
+       {.label = "runs/after",
+        .model = before,
+        .change = change,
+        .time_s = time_s,
+        .measured = measured,
+        .simulated = simulated}});
+  EXPECT_TRUE(page.missing.empty());
+  EXPECT_NE(page.html.find("The plant has changed"), std::string::npos);
+  EXPECT_NE(page.html.find("1 of 2 parameters changed."), std::string::npos);
+  EXPECT_NE(page.html.find(">0.22</td>"), std::string::npos);
+  EXPECT_NE(page.html.find("runs/&lt;before&gt;"), std::string::npos);
+  EXPECT_EQ(count(page.html, "<svg"), 3U);
+  EXPECT_EQ(count(page.html, "<dt>Good</dt>"), 3U);
 }
 
 TEST(LoadModels, TakesTheTableOfTheirFolder) {

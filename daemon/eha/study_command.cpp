@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/new_folders.hpp"
+#include "daemon/eha/short_report.hpp"
+#include "daemon/eha/text_table.hpp"
+#include "daemon/identify/executor.hpp"
+#include "daemon/study/study_page.hpp"
+
+namespace eha::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using study::Cell;
+using study::Quartiles;
+
+std::string middle(const Quartiles& q) { return fmt::format("{:.2f}", q.median); }
+
+std::string table_of_cells(const std::vector<Cell>& cells) {
+  std::vector<std::vector<std::string>> rows;
+  for (const Cell& cell : cells) {
+    rows.push_back({std::string(study::plant_kinds()[cell.plant].name), std::string(study::name_of(cell.treatment)),
+                    middle(cell.io_r2_percent), middle(cell.fo_r2_percent), fmt::format("{:+.2f}", cell.gain.median),
+                    fmt::format("{:+.1f}..{:+.1f}", cell.gain.lower, cell.gain.upper),
+                    fmt::format("{}, {}", cell.stable_io, cell.stable_fo)});
+  }
+  return text_table({{"plant"},
+                     {"treatment"},
+                     {"IO R2 %", Align::right},
+                     {"FO R2 %", Align::right},
+                     {"gain", Align::right},
+                     {"quartiles", Align::right},
+                     {"stable", Align::right}},
+                    rows);
+}
+
+Json to_json(const Quartiles& q) { return {{"lower", q.lower}, {"median", q.median}, {"upper", q.upper}}; }
+
+Json document_of(const study::PaperStudy& result, const std::vector<Cell>& cells,
+                 const std::vector<std::string>& sentences) {
+  Json entries = Json::array();
+  for (const Cell& cell : cells) {
+    entries.push_back({{"plant", study::plant_kinds()[cell.plant].name},
+                       {"treatment", study::name_of(cell.treatment)},
+                       {"records", cell.records},
+                       {"io_r2_percent", to_json(cell.io_r2_percent)},
+                       {"fo_r2_percent", to_json(cell.fo_r2_percent)},
+                       {"gain_points", to_json(cell.gain)},
+                       {"gains_as_printed", cell.gains_as_printed},
+                       {"stable_io", cell.stable_io},
+                       {"stable_fo", cell.stable_fo},
+                       {"fo_highest_order", to_json(cell.fo_order)}});
+  }
+  Json failures = Json::array();
+  for (const study::StudyFailure& failure : result.failures) {
+    failures.push_back(
+        {{"plant", study::plant_kinds()[failure.plant].name}, {"seed", failure.seed}, {"reason", failure.reason}});
+  }
+  return {{"schema", "eha-study/1"}, {"seeds", result.seeds},    {"printed_gain_points", study::kPrintedGain},
+          {"cells", entries},        {"conclusions", sentences}, {"failures", failures}};
+}
+
+}  // namespace
+
+ExitCode execute(const StudyCommand& command, Console& console) {
+  NewFolders folder(command.output);
+  const study::PaperStudy result =
+      study::study_paper(command.seeds, identify::thread_executor(), [&](std::size_t done, std::size_t records) {
+        console.progress(static_cast<double>(done) / static_cast<double>(records),
+                         fmt::format("{} of {} records", done, records));
+      });
+  console.end_progress();
+  for (const study::StudyFailure& failure : result.failures) {
+    console.warning(
+        fmt::format("{}, seed {}: {}", study::plant_kinds()[failure.plant].title, failure.seed, failure.reason));
+  }
+  const std::vector<Cell> cells = study::cells_of(result);
+  const std::vector<std::string> sentences = study::conclusions(cells);
+  std::string text = table_of_cells(cells);
+  text +=
+      "R2 on the half that estimated nothing, gain = FO - IO [points]: medians over the\n"
+      "records; stable: models of IO, FO. Treatments: eha(1)\n\n";
+  for (const std::string& sentence : sentences) text += wrapped(sentence, 0) + "\n";
+
+  const std::filesystem::path csv = command.output / "study.csv";
+  const std::filesystem::path page_file = command.output / "report.html";
+  const report::Page page = study::page_of(result);
+  for (const std::string& sentence : page.missing) console.warning(sentence);
+  os::write_file_atomically(csv, study::to_csv(result));
+  os::write_file_atomically(command.output / "study.txt", text);
+  os::write_file_atomically(page_file, page.html);
+
+  Json document = document_of(result, cells, sentences);
+  document["files"] = {csv.string(), (command.output / "study.txt").string(), page_file.string()};
+  console.print_json(document);
+  console.print(text);
+  for (const auto& file : document["files"]) console.print(fmt::format("written: {}", file.get<std::string>()));
+  console.next_step(fmt::format("xdg-open {}", page_file.string()));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/report/comparison_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "daemon/plot/envelope.hpp"
+#include "daemon/report/figures.hpp"
+#include "daemon/report/html.hpp"
+
+namespace eha::report {
+namespace {
+
+constexpr double kMostShown = 10.0;  // joint half widths to both sides
+
+std::string changes_table(const ident::PlantChange& change, const ident::Model& model) {
+  std::vector<std::vector<std::string>> rows;
+  for (const ident::ParameterChange& p : change.parameters) {
+    rows.push_back({p.name, ident::unit_of(p.role, model), fmt::format("{:.4g}", p.before),
+                    fmt::format("{:.4g}", p.after), fmt::format("{:.3g}", p.after - p.before),
+                    fmt::format("{:.2g}", p.half_width), p.changed ? "yes" : "no"});
+  }
+  return table({{"parameter"},
+                {"unit"},
+                {"before", Column::number},
+                {"after", Column::number},
+                {"difference", Column::number},
+                {"joint interval ±", Column::number},
+                {"changed"}},
+               rows);
+}
+
+/// Each difference over half its joint interval: beyond +-1 it is a change.
+plot::Figure changes_figure(const ident::PlantChange& change, const std::string& title) {
+  plot::Panel panel{.x_label = "", .y_label = "difference / half interval"};
+  plot::Series bars{.label = "", .mark = plot::Mark::error_bars, .style = 1};
+  double most = 2.0;
+  for (const ident::ParameterChange& p : change.parameters) {
+    const double x = static_cast<double>(bars.x.size()) + 1.0;
+    const double size = p.half_width > 0.0 ? (p.after - p.before) / p.half_width : 0.0;
+    const double shown = std::clamp(size, -kMostShown, kMostShown);
+    bars.x.push_back(x);
+    bars.y.push_back(shown);
+    bars.lower.push_back(shown - 1.0);
+    bars.upper.push_back(shown + 1.0);
+    most = std::max(most, std::abs(shown) + 1.0);
+    panel.x_ticks.push_back({.at = x, .text = p.name});
+  }
+  panel.x_range = std::pair(0.5, static_cast<double>(bars.x.size()) + 0.5);
+  panel.y_range = std::pair(-1.1 * most, 1.1 * most);
+  panel.rules = {{.at = 0.0, .vertical = false}};
+  panel.series.push_back(std::move(bars));
+  return {.title = title, .panels = {std::move(panel)}};
+}
+
+Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) {
+  const ident::PlantChange& change = *subject.change;
+  Item item{.heading = fmt::format("From {} to {}", first.label, subject.label)};
+  item.html = changes_table(change, subject.model);
+  if (change.parameters.empty()) return item;
+  item.figure = changes_figure(change, "Changes of the parameters, " + item.heading);
+  const auto changed = std::count_if(change.parameters.begin(), change.parameters.end(),
+                                     [](const ident::ParameterChange& p) { return p.changed; });
+  item.remark.seen = fmt::format("{} of {} parameters changed.", changed, change.parameters.size());
+  const bool is_beyond = std::any_of(change.parameters.begin(), change.parameters.end(), [](const auto& p) {
+    return p.half_width > 0.0 && std::abs(p.after - p.before) > kMostShown * p.half_width;
+  });
+  if (is_beyond) item.remark.seen += fmt::format(" Values beyond {:g} are drawn there.", kMostShown);
+  item.remark.good = "On an unchanged rig every bar reaches the dashed line at 0.";
+  item.remark.to_do = change.changed
+                          ? "Look for the cause of each change: a null or dead band that moved is the valve's, a gain "
+                            "the supply pressure's or a leak's. Identify the rig anew before you rely on an old model."
+                          : "Nothing: models of the first record still hold.";
+  for (const std::string& name : change.undetermined) {
+    item.remark.seen += fmt::format(" {} is not determined by both records.", name);
+  }
+  return item;
+}
+
+plot::Series curve_of(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, const std::string& label,
+                      int style) {
+  const auto all = [](const Eigen::VectorXd& v) { return std::span(v.data(), static_cast<std::size_t>(v.size())); };
+  plot::Points points = plot::envelope(all(time_s), all(values));
+  return {.label = label, .x = std::move(points.x), .y = std::move(points.y), .mark = plot::Mark::line, .style = style};
+}
+
+double rms(const Eigen::VectorXd& values) {
+  return std::sqrt(values.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, values.size())));
+}
+
+Item records_item(const std::vector<ComparedSubject>& subjects) {
+  const std::string& unit = subjects.front().model.output_unit;
+  plot::Panel output{.x_label = "", .y_label = axis_label({"measured", unit})};
+  plot::Panel error{.x_label = "time [s]", .y_label = axis_label({"error", unit})};
+  Item item{.heading = "Measured output, and the error of each model on its record"};
+  int style = 1;
+  for (const ComparedSubject& subject : subjects) {
+    if (subject.time_s.size() == 0) continue;
+    output.series.push_back(curve_of(subject.time_s, subject.measured, subject.label, style));
+    error.series.push_back(curve_of(subject.time_s, subject.measured - subject.simulated, "", style));
+    item.remark.seen +=
+        fmt::format("RMS error on {}: {:.3g} {}. ", subject.label, rms(subject.measured - subject.simulated), unit);
+    ++style;
+  }
+  if (style == 1) return {};
+  item.figure = plot::Figure{.title = item.heading, .panels = {std::move(output), std::move(error)}};
+  item.remark.good = "Errors of one size: then the models describe their records equally well.";
+  item.remark.to_do =
+      "If one error is much larger, what changed may be no parameter of the model: friction, air, a loose sensor.";
+  return item;
+}
+
+Item bode_item(const std::vector<ComparedSubject>& subjects) {
+  std::vector<ReportedModel> models;
+  for (const ComparedSubject& subject : subjects) {
+    models.push_back({subject.model, subject.label});
+    models.back().model.name = subject.label;
+  }
+  std::vector<const ReportedModel*> shown;
+  for (const ReportedModel& model : models) shown.push_back(&model);
+  Item item{.heading = "Gain and phase with 95 % bounds"};
+  item.figure = bode_figure(shown, nullptr, "Bode plots of what is compared");
+  item.remark.seen = "Grey: the usable band of the first one.";
+  item.remark.good = "Curves that lie within one another's bounds.";
+  item.remark.to_do = "Where they part, the plants differ at that frequency; outside the usable band trust neither.";
+  return item;
+}
+
+}  // namespace
+
+Page comparison_page(const ComparisonFindings& findings, const std::vector<ComparedSubject>& subjects) {
+  const std::string lead =
+      fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", findings.is_alike ? "none" : "some",
+                  escaped(findings.heading), list(findings.sentences));
+  Section parameters{.title = "Parameters"};
+  for (const ComparedSubject& subject : subjects) {
+    if (subject.change) parameters.items.push_back(changes_item(subjects.front(), subject));
+  }
+  Section models{.title = "Models"};
+  for (const ComparedSubject& subject : subjects) {
+    models.items.push_back({.heading = subject.label, .html = equation(subject.model)});
+  }
+  Section time{.title = "Over time"};
+  if (Item item = records_item(subjects); item.figure) time.items.push_back(std::move(item));
+  Section frequency{.title = "Frequency response"};
+  frequency.items.push_back(bode_item(subjects));
+  return assembled(findings.title, lead, {parameters, time, frequency, models});
+}
+
+}  // namespace eha::report
