@@ -39,8 +39,10 @@ ExitCode execute(const ReportCommand& command, Console& console) {
   const bool is_run = is_folder(command.sources.front());
   fs::path path = command.output.value_or(is_run ? fs::path(command.sources.front()) / report::kReportFile
                                                  : fs::path(report::kReportFile));
-  const std::string of_rig =
-      is_run ? record::rig_units(record::to_json(record::read_manifest(command.sources.front()))) : std::string();
+  std::string of_rig;
+  if (record::is_run_folder(command.sources.front())) {
+    of_rig = record::rig_units(record::to_json(record::read_manifest(command.sources.front())));
+  }
   const DisplayUnit unit = console.unit(of_rig);
   std::vector<std::string> missing;
   if (is_run && !command.output && command.sources.size() == 1) {

@@ -99,14 +99,12 @@ class Finder {
     return columns_.size() > kMostListed ? fmt::format("{} and {} more", text, columns_.size() - kMostListed) : text;
   }
 
-  /// What stands in the way of a column that would be one of numbers; may be empty.
   [[nodiscard]] std::string thousands() const {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const std::string& text = columns_[i].sampled_text;
-      const bool has_digits_alone = text.find_first_not_of("0123456789.,+- '") == std::string::npos;
-      if (columns_[i].is_number || !has_digits_alone || text.find_first_of("0123456789") == std::string::npos) continue;
-      return fmt::format("; {} holds numbers with thousands separators such as \"{}\": export them without",
-                         described(columns_, i), shortened(text, kLongestShown));
+      const bool has_both = text.find(',') != std::string::npos && text.find('.') != std::string::npos;
+      if (!has_both || text.find_first_not_of("0123456789.,+-") != std::string::npos) continue;
+      return fmt::format("; {} has thousands separators (\"{}\"): export it without", described(columns_, i), text);
     }
     return {};
   }
