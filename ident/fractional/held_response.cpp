@@ -69,14 +69,16 @@ void add_series(const std::vector<double>& a, std::size_t length, double negligi
   }
 }
 
-/// What the input rises by at each sample, times rho^n as on the contour; zeros from `samples` up to `length`.
+/// What the input rises by at each sample, times decay(n) = rho^n as on the contour; zeros from `samples` up to
+/// `length`.
+template <typename Decay>
 std::vector<double> increments(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t samples, std::size_t length,
-                               double sigma) {
+                               const Decay& decay) {
   std::vector<double> damped(length, 0.0);
   double before = 0.0;
   for (std::size_t n = 0; n < samples; ++n) {
     const double now = input[static_cast<Eigen::Index>(n)];
-    damped[n] = (now - before) * std::exp(-sigma * static_cast<double>(n));
+    damped[n] = (now - before) * decay(n);
     before = now;
   }
   return damped;
@@ -141,8 +143,11 @@ struct HeldResponse::Aliases {
 };
 
 struct HeldResponse::QuickTables {
+  static constexpr std::size_t kBlock = 1024;
   std::once_flag made;
   std::optional<LowBandSpectrum> low_band;
+  std::vector<double> within;  ///< rho^i, i < kBlock: with `blocks` as good as a table of every rho^n
+  std::vector<double> blocks;  ///< rho^(kBlock i)
 };
 
 HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
@@ -191,14 +196,26 @@ void HeldResponse::weigh(InputSpectrum& spectrum) const {
 }
 
 InputSpectrum HeldResponse::quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
-  std::call_once(quick_->made, [&] { quick_->low_band.emplace(length_, selection_.samples, bins_); });
-  InputSpectrum spectrum = (*quick_->low_band)(increments(input, selection_.samples, selection_.samples, sigma_));
+  constexpr std::size_t kBlock = QuickTables::kBlock;
+  std::call_once(quick_->made, [&] {
+    quick_->low_band.emplace(length_, selection_.samples, bins_);
+    for (std::size_t i = 0; i < kBlock; ++i) quick_->within.push_back(std::exp(-sigma_ * static_cast<double>(i)));
+    for (std::size_t n = 0; n < selection_.samples; n += kBlock) {
+      quick_->blocks.push_back(std::exp(-sigma_ * static_cast<double>(n)));
+    }
+  });
+  const QuickTables& tables = *quick_;
+  InputSpectrum spectrum =
+      (*tables.low_band)(increments(input, selection_.samples, selection_.samples, [&](std::size_t n) {
+        return tables.blocks[n / kBlock] * tables.within[n % kBlock];
+      }));
   weigh(spectrum);
   return spectrum;
 }
 
 InputSpectrum HeldResponse::input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
-  const std::vector<double> damped = increments(input, selection_.samples, length_, sigma_);
+  const std::vector<double> damped = increments(
+      input, selection_.samples, length_, [&](std::size_t n) { return std::exp(-sigma_ * static_cast<double>(n)); });
   InputSpectrum spectrum(length_ / 2 + 1);
   RealFft(length_).forward(damped, spectrum);
   weigh(spectrum);
