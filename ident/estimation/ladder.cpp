@@ -118,6 +118,19 @@ class Climber {
     climbed.result.model.verdict = judge(climbed.result.model, limits_.acceptance, limits_.facts);
   }
 
+  /// Whether the estimating part determines what the model leaves free.
+  [[nodiscard]] bool is_identified(const ClimbedModel& climbed) const {
+    Model unvalidated = climbed.result.model;
+    unvalidated.validation.reset();
+    return judge(unvalidated, limits_.acceptance, limits_.facts).accepted;
+  }
+
+  /// Of two structures of a rung. A lag that is too fast for the record must not displace the mere integrator.
+  [[nodiscard]] bool is_preferred(const ClimbedModel& a, const ClimbedModel& b) const {
+    if (is_identified(a) != is_identified(b)) return is_identified(a);
+    return ar_bic(a) < ar_bic(b);
+  }
+
   void fit_rung(const Rung& rung, const InputMapKind& map) {
     std::optional<ClimbedModel> best;
     // Behind a map every structure starts from its own fit without one.
@@ -127,7 +140,7 @@ class Climber {
       auto climbed = fitted(asked_for(rung, structure, map), quick(is_known ? Search::known : rung.search), known_);
       if (!climbed) continue;
       known_.push_back(climbed->result.model);
-      if (!best || ar_bic(*climbed) < ar_bic(*best)) best = std::move(climbed);
+      if (!best || is_preferred(*climbed, *best)) best = std::move(climbed);
     }
     if (best) climb_.models.push_back(std::move(*best));
   }
