@@ -46,6 +46,7 @@ struct Known {
   ParameterCovariance covariance;
   StoredNoise noise;
   std::size_t target = 0;
+  bool with_noise_model = false;  ///< its parameters were estimated together with one
 };
 
 Known known_of(const Model& model, const std::string& parameter, const ImprovementTask& task) {
@@ -57,6 +58,7 @@ Known known_of(const Model& model, const std::string& parameter, const Improveme
         model.name));
   }
   known.noise = *noise;
+  known.with_noise_model = model.provenance.contains("noise_model");
   std::vector<std::string> names;
   for (const ParameterKey& key : known.covariance.parameters) names.push_back(key.name);
   const auto at = std::find(names.begin(), names.end(), parameter);
@@ -87,15 +89,17 @@ double std_of(const Known& known, const Eigen::Ref<const Eigen::VectorXd>& input
   OutputOnRecord outputs(record, comparison);
   const Eigen::MatrixXd all = output_derivatives(known.model, outputs, known.covariance);
   const auto rows = static_cast<Eigen::Index>(std::lround(task.options.split * static_cast<double>(all.rows())));
-  if (rows <= 2 * kHighestAutoregression + all.cols()) return std::numeric_limits<double>::infinity();
-  const Eigen::MatrixXd seen = whitened(all.topRows(rows), known.noise.model);
-  if (!seen.allFinite()) return std::numeric_limits<double>::infinity();
+  if (rows <= 2 * kHighestAutoregression + all.cols() || !all.allFinite()) {
+    return std::numeric_limits<double>::infinity();
+  }
   std::vector<std::string> names;
   for (const ParameterKey& key : known.covariance.parameters) names.push_back(key.name);
-  ResidualModel white;
-  white.autocovariance.assign(1, known.noise.model.variance);
-  white.effective_samples = static_cast<double>(seen.rows());
-  const Uncertainty expected = uncertainty(seen, names, white);
+  // As the model was estimated: with its noise model, or without and with the errors that the coloured residual leaves.
+  const Eigen::MatrixXd seen =
+      known.with_noise_model ? whitened(all.topRows(rows), known.noise.model) : Eigen::MatrixXd(all.topRows(rows));
+  const Uncertainty expected = uncertainty(
+      seen, names,
+      known.with_noise_model ? white_residual(known.noise, seen.rows()) : coloured_residual(known.noise, seen.rows()));
   const auto& lost = expected.indistinguishable;
   if (std::find(lost.begin(), lost.end(), names[known.target]) != lost.end()) {
     return std::numeric_limits<double>::infinity();

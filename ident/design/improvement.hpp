@@ -49,8 +49,9 @@ struct Improvement {
 };
 
 /// Standard error of one parameter that an estimation from an experiment would have: the model simulated with the
-/// input, its derivatives by every estimated parameter at the samples that estimate, whitened by the model's stored
-/// noise.
+/// input, its derivatives by every estimated parameter at the samples that estimate, and the errors that the model's
+/// own residual would then leave. That residual holds noise and what the model cannot follow; the new one is taken to
+/// be alike. Whitened by it where the model was estimated together with a noise model, else as coloured as it is.
 /// @param input  one repetition, a value a tick [input unit]
 /// @throws ConfigError  the model file lacks standard errors, validation or Bode curve, or does not estimate the
 /// parameter Cost: a simulation a parameter.

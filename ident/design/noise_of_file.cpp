@@ -17,10 +17,12 @@ std::optional<StoredNoise> stored_noise(const Model& model) {
     if (acf.lags[i] == static_cast<int>(correlation.size())) correlation.push_back(acf.values[i]);
   }
   const auto samples = static_cast<double>(model.validation->score.samples);
-  const double power = model.validation->score.mse;
+  // Of the part whose residual the stored standard errors are of.
+  const double power = model.estimation ? model.estimation->score.mse : model.validation->score.mse;
   if (correlation.empty() || !(samples > 0.0) || !(power > 0.0)) return {};
   StoredNoise noise;
   noise.compared_step_s = 0.5 / model.bode->frequency_Hz.back();
+  noise.power = power;
   noise.model.variance = power;
   std::vector<double> c;
   double share = 1.0;  // of the power, that the model leaves
@@ -42,7 +44,37 @@ std::optional<StoredNoise> stored_noise(const Model& model) {
     noise.model.coefficients = Eigen::Map<const Eigen::VectorXd>(c.data(), static_cast<Eigen::Index>(c.size()));
     noise.model.variance = power * share;
   }
+  noise.correlation.assign(correlation.begin(), correlation.begin() + 1 + noise.model.coefficients.size());
   return noise;
+}
+
+ResidualModel coloured_residual(const StoredNoise& noise, Eigen::Index rows) {
+  ResidualModel model;
+  const Eigen::VectorXd& c = noise.model.coefficients;
+  model.coefficients.assign(c.begin(), c.end());
+  double sum = -noise.power;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(rows); ++k) {
+    double value = 0.0;
+    if (k < noise.correlation.size()) {
+      value = noise.power * noise.correlation[k];
+    } else {
+      for (std::size_t j = 0; j < model.coefficients.size(); ++j) {
+        value += model.coefficients[j] * model.autocovariance[k - 1 - j];
+      }
+    }
+    model.autocovariance.push_back(value);
+    sum += 2.0 * value;
+  }
+  const auto samples = static_cast<double>(rows);
+  model.effective_samples = sum > noise.power ? samples * noise.power / sum : samples;
+  return model;
+}
+
+ResidualModel white_residual(const StoredNoise& noise, Eigen::Index rows) {
+  ResidualModel model;
+  model.autocovariance.assign(1, noise.model.variance);
+  model.effective_samples = static_cast<double>(rows);
+  return model;
 }
 
 double noise_power(const StoredNoise& noise, double frequency_Hz) {

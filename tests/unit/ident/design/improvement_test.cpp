@@ -80,6 +80,10 @@ TEST(StoredNoise, IsTheAutoregressionOfTheStoredCorrelation) {
   EXPECT_NEAR(noise->model.coefficients[0], 0.9, 1e-12);
   EXPECT_NEAR(noise->model.variance, 4.0 * (1.0 - 0.81), 1e-12);
   EXPECT_NEAR(noise_power(*noise, 0.0), noise->model.variance / 0.01, 1e-9);
+  const ResidualModel coloured = coloured_residual(*noise, 1000);
+  EXPECT_NEAR(coloured.autocovariance.at(30), 4.0 * std::pow(0.9, 30), 1e-12);
+  EXPECT_NEAR(coloured.effective_samples, 1000.0 * 0.1 / 1.9, 1e-6);
+  EXPECT_NEAR(white_residual(*noise, 1000).autocovariance.front(), 4.0 * (1.0 - 0.81), 1e-12);
   model.validation.reset();
   EXPECT_FALSE(stored_noise(model));
 }
