@@ -21,6 +21,12 @@ constexpr double kTickTolerance = 1e-6;
 /// Relative tolerance of a peak or slope against its limit, for the rounding of the table.
 constexpr double kRounding = 1e-9;
 
+/// To three digits, never up.
+double rounded_down(double factor) {
+  const double unit = std::pow(10.0, std::floor(std::log10(factor)) - 2.0);
+  return std::floor(factor / unit) * unit;
+}
+
 class ConflictSearch {
  public:
   ConflictSearch(const ExperimentConfig& experiment, const PositionMap& positions, const RigConfig& rig,
@@ -32,6 +38,12 @@ class ConflictSearch {
     if (!issues_.clean("duration_s")) return {};
     if (!check_samples()) return {};
     check_decimation();
+    check_place("place.displacement_in", experiment_.place_in);
+    check_place("start.displacement_in", experiment_.start_in);
+    check_hold();
+    if (experiment_.place_in) {
+      return Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples_per_repetition(experiment_, rig_)));
+    }
     return issues_.clean("excitation") ? check_table() : Eigen::VectorXd();
   }
 
@@ -63,6 +75,32 @@ class ConflictSearch {
     const auto decimation = static_cast<std::size_t>(experiment_.fit.decimation);
     if (samples % decimation != 0) {
       add("record.decimation", fmt::format("a divisor of the {} samples", samples), fmt::format("{}", decimation));
+    }
+  }
+
+  void check_place(const std::string& key, const std::optional<double>& place_in) {
+    if (!place_in || !issues_.clean(key)) return;
+    const double margin_in = placing_margin_in(rig_);
+    const double lowest_in = rig_.limits.travel_min_in + margin_in;
+    const double highest_in = rig_.limits.travel_max_in - margin_in;
+    if (*place_in >= lowest_in && *place_in <= highest_in) return;
+    add(key,
+        fmt::format("{:.3f} to {:.3f} in, the travel limits of {} less {:.3f} in", lowest_in, highest_in,
+                    rig_.file_name, margin_in),
+        fmt::format("{:.3f} in", *place_in));
+  }
+
+  void check_hold() {
+    if (!experiment_.hold) return;
+    if (!rig_.limits.following) {
+      add("hold", fmt::format("[following] in {}, which predicts where the rod should be", rig_.file_name), "none");
+      return;
+    }
+    const std::optional<double>& gain = experiment_.hold->gain_V_per_in;
+    const double most = hold_gains(rig_).most;
+    if (gain && *gain > most) {
+      add("hold.gain_V_per_in", fmt::format("at most {:.3g} V/in for the gains of {}", most, rig_.file_name),
+          fmt::format("{:g}", *gain));
     }
   }
 
@@ -130,7 +168,11 @@ class ConflictSearch {
     const double limit = rig_.limits.slew_V_per_s;
     if (change_V <= limit * time_s * (1.0 + kRounding)) return;
     add("excitation", fmt::format("changes within the limit of {}, {} V/s", rig_.file_name, limit),
-        fmt::format("{:.4g} V within {:.6g} s at {:.6g} s", change_V, time_s, static_cast<double>(k + 1) * tick_s()));
+        fmt::format(
+            "{:.4g} V within {:.6g} s at {:.6g} s (peak {:.3g} V, RMS {:.3g} V); all amplitudes times {:.3g} pass",
+            change_V, time_s, static_cast<double>(k + 1) * tick_s(), table.cwiseAbs().maxCoeff(),
+            std::sqrt(table.squaredNorm() / static_cast<double>(table.size())),
+            rounded_down(limit * time_s / change_V)));
   }
 
   const ExperimentConfig& experiment_;
@@ -150,7 +192,9 @@ PreparedExperiment prepare(ExperimentConfig experiment, const RigConfig& rig) {
   IssueList issues(experiment.file_name);
   Eigen::VectorXd table_V = check_table(experiment, experiment.positions, rig, issues);
   issues.throw_if_any();
-  return {std::move(experiment), std::move(table_V)};
+  PreparedExperiment prepared{std::move(experiment), std::move(table_V), {}};
+  if (prepared.config.hold) prepared.predicted_in = predicted_displacement(prepared.config, rig, prepared.table_V);
+  return prepared;
 }
 
 std::size_t samples_per_repetition(const ExperimentConfig& experiment, const RigConfig& rig) {

@@ -62,6 +62,28 @@ void read_acceptance(Section& root, ident::AcceptanceLimits& acceptance) {
   section->finish();
 }
 
+/// Where the rod is to be.
+void read_motion(Section& root, ExperimentConfig& experiment) {
+  if (auto section = root.section("place", Need::optional)) {
+    double place_in = 0.0;
+    section->number("displacement_in", place_in, Range::any());
+    section->finish();
+    experiment.place_in = place_in;
+    return;
+  }
+  if (auto section = root.section("start", Need::optional)) {
+    double start_in = 0.0;
+    section->number("displacement_in", start_in, Range::any());
+    section->finish();
+    experiment.start_in = start_in;
+  }
+  if (auto section = root.section("hold", Need::optional)) {
+    experiment.hold.emplace();
+    section->number("gain_V_per_in", experiment.hold->gain_V_per_in, Range::above(0.0));
+    section->finish();
+  }
+}
+
 ExperimentConfig read_experiment(Document& document) {
   ExperimentConfig experiment;
   Section root = Section::root(document);
@@ -70,7 +92,11 @@ ExperimentConfig read_experiment(Document& document) {
   root.file_stem("name", experiment.name);
   root.number("duration_s", experiment.duration_s, Range{.low = 0.0, .high = kLongestRun_s, .low_excluded = true});
   root.integer("repetitions", experiment.repetitions, 1, 1000, Need::optional);
-  if (auto section = root.section("excitation")) {
+  read_motion(root, experiment);
+  if (experiment.place_in) {
+    for (const char* key : {"excitation", "start", "hold", "model"}) root.forbid(key, "[place], which plays nothing");
+    experiment.fit.discard_s = 0.0;
+  } else if (auto section = root.section("excitation")) {
     read_excitation(*section, experiment.excitation, document);
     section->finish();
   }
@@ -94,7 +120,12 @@ PreparedExperiment parse(std::string_view text, const std::string& file_name, Na
   Document document = parse_document(text, file_name, named_files);
   PreparedExperiment prepared;
   prepared.config = read_experiment(document);
-  if (rig != nullptr) prepared.table_V = check_table(prepared.config, document.positions, *rig, document.issues);
+  if (rig != nullptr) {
+    prepared.table_V = check_table(prepared.config, document.positions, *rig, document.issues);
+    if (prepared.config.hold && document.issues.clean("hold")) {
+      prepared.predicted_in = predicted_displacement(prepared.config, *rig, prepared.table_V);
+    }
+  }
   document.issues.throw_if_any();
   prepared.config.file_name = file_name;
   prepared.config.text = std::string(text);

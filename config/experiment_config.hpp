@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,11 +15,19 @@
 
 namespace eha::config {
 
+/// Keeps an integrating rod near where it is predicted to be: `[hold]`.
+struct Hold {
+  std::optional<double> gain_V_per_in = {};  ///< volts for each inch off the prediction; none: hold_gain_V_per_in()
+};
+
 /// A whole experiment.toml.
 struct ExperimentConfig {
   std::string name;
-  ident::Excitation excitation;
-  double duration_s = 0.0;  ///< of one repetition [s]
+  ident::Excitation excitation;         ///< none is played with place_in
+  std::optional<double> place_in = {};  ///< [place]: moves the rod there, in duration_s at most, and plays nothing [in]
+  std::optional<double> start_in = {};  ///< [start]: where the rod is moved first [in]
+  std::optional<Hold> hold = {};        ///< [hold]
+  double duration_s = 0.0;              ///< of one repetition [s]
   int repetitions = 1;
   ident::FitOptions fit;  ///< decimation, discarded time, split, procedure, seed
   /// procedure = "both": the paper's procedure too, for comparison.

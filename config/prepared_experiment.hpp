@@ -13,8 +13,34 @@ namespace eha::config {
 /// An experiment that is valid for a rig, with its table of volts. Made once for each run.
 struct PreparedExperiment {
   ExperimentConfig config;
-  Eigen::VectorXd table_V;  ///< one repetition, one voltage a tick [V]
+  Eigen::VectorXd table_V;       ///< one repetition, one voltage a tick [V]
+  Eigen::VectorXd predicted_in;  ///< with [hold]: see predicted_displacement() [in]; otherwise empty
 };
+
+/// The last rows of a table that hold whole periods of it: of its tones, or all rows where it is repeated or its lines
+/// have no common period that fits. Means over them are those of the motion, not of where a tone is cut off.
+/// @param table_rows  ticks of one repetition   @param tick_s  [s]
+[[nodiscard]] Eigen::Index periodic_rows(const ExperimentConfig& experiment, Eigen::Index table_rows, double tick_s);
+
+/// The displacement that an experiment's table causes in an integrating rod, one value a tick, without its mean and its
+/// drift over the periodic rows: what the valve of the rig's [following] makes of the volts, less the mean speed. The
+/// drift that is left out so is what a hold takes away. Cost: one pass. Precondition: the rig has [following].
+/// @returns [in]
+[[nodiscard]] Eigen::VectorXd predicted_displacement(const ExperimentConfig& experiment, const RigConfig& rig,
+                                                     const Eigen::Ref<const Eigen::VectorXd>& table_V);
+
+/// How steeply a hold may act [V/in]: so that an error dies out with a time constant of 1 s, `most`; and 1.3 s,
+/// `usual`.
+struct HoldGains {
+  double usual = 0.0;
+  double most = 0.0;
+};
+/// Precondition: the rig has [following].
+[[nodiscard]] HoldGains hold_gains(const RigConfig& rig);
+
+/// How near to a travel limit the rod may be placed [in]: the stopping distance that the tick keeps for a rod that has
+/// just begun to move, and 0.04 in.
+[[nodiscard]] double placing_margin_in(const RigConfig& rig);
 
 /// Checks an experiment against the rig that plays it: duration a whole number of ticks, tones and bands below the
 /// Nyquist frequency of the tick and of the decimated record, decimation a divisor of the samples, and the table of

@@ -62,6 +62,14 @@ std::optional<double> initial_displacement_in(const Backend& backend) {
       backend);
 }
 
+void begin_at(Backend& backend, double displacement_in) {
+  std::visit(
+      [&](auto& options) {
+        if constexpr (requires { options.initial_displacement_in; }) options.initial_displacement_in = displacement_in;
+      },
+      backend);
+}
+
 std::vector<OptionIssue> issues_of(const Backend& backend) {
   return std::visit([](const auto& options) { return check(options); }, backend);
 }

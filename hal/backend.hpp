@@ -58,6 +58,9 @@ namespace eha::hal {
 /// Where the rod stands when the rig is opened [in], where that is an option.
 [[nodiscard]] std::optional<double> initial_displacement_in(const Backend& backend);
 
+/// Has a rig opened from now on begin with its rod elsewhere, where that is an option; does nothing otherwise.
+void begin_at(Backend& backend, double displacement_in);
+
 /// Every option that contradicts itself or another one, as far as that shows without the rig.
 [[nodiscard]] std::vector<OptionIssue> issues_of(const Backend& backend);
 

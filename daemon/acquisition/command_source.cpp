@@ -8,9 +8,7 @@
 #include "core/error.hpp"
 
 namespace eha::acquisition {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 TableSource::TableSource(std::span<const double> table_V, std::uint32_t repetitions)
     : table_V_(table_V), repetitions_(repetitions) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "daemon/acquisition/limit_monitor.hpp"
 #include "hal/rig.hpp"
 
 namespace eha::acquisition {
@@ -20,6 +21,17 @@ class CommandSource {
   CommandSource(const CommandSource&) = delete;
   CommandSource& operator=(const CommandSource&) = delete;
   virtual ~CommandSource() = default;
+
+  /// What the source wants the run to do.
+  enum class Stage {
+    preparing,  ///< to go on asking for row 0, so that what it needs comes about: the rod in its place
+    playing,    ///< to play its rows
+    over,       ///< to end as after the last row
+  };
+  [[nodiscard]] virtual Stage stage() const noexcept { return Stage::playing; }
+
+  /// Why the run must not go on; asked for in each tick of ramp_in and running. Without a fault it goes on.
+  [[nodiscard]] virtual Breach breach() const noexcept { return {}; }
 
   /// Rows of the run, 1..kMostRows; fixed while it lasts.
   [[nodiscard]] virtual std::uint32_t rows() const noexcept = 0;

@@ -87,6 +87,17 @@ std::string describe_fault(const FaultReport& report) {
       return fmt::format(
           "the displacement sensor gives {:.3f} V, beyond the {:.3f} V of a sound one; check the sensor and its cable",
           value, limit);
+    case Fault::no_motion:
+      return fmt::format(
+          "the rod moved {:.3f} in of the {:.3f} in to its place before the time-out; check that the hydraulics are "
+          "on, "
+          "their pressure and the valve's plug, then null_V and dead_band_V of [following] in the rig file",
+          value, limit);
+    case Fault::not_in_place:
+      return fmt::format(
+          "the rod was still {:.3f} in from its place at the time-out, {:.3f} in are allowed; look at the way there "
+          "(eha plot RUN), and at [following] in the rig file",
+          value, limit);
     case Fault::loop_stalled:
       return fmt::format(
           "the loop stood still for {:.3f} s, and the guard switched the hydraulics off; look for a process of a "

@@ -186,15 +186,24 @@ void TickEngine::decide(const TickInputs& inputs) noexcept {
     machine_.move_to(State::ramp_out);
     return;
   }
+  const bool is_played = machine_.state() == State::ramp_in || machine_.state() == State::running;
+  if (const Breach breach = is_played ? source_.breach() : Breach{}; breach.fault != Fault::none) {
+    trip(breach.fault, breach.value, breach.limit);
+    return;
+  }
   switch (machine_.state()) {
     case State::armed:
       if (enabled_ && has_reading_ && ++armed_ticks_ >= armed_ticks_wanted_) machine_.move_to(State::ramp_in);
       break;
     case State::ramp_in:
-      if (ramp_reached_ && machine_.move_to(State::running)) first_row_ = inputs.sequence;
+      if (ramp_reached_ && source_.stage() != CommandSource::Stage::preparing && machine_.move_to(State::running)) {
+        first_row_ = inputs.sequence;
+      }
       break;
     case State::running:
-      if (inputs.sequence - first_row_ >= rows_) machine_.move_to(State::ramp_out);
+      if (inputs.sequence - first_row_ >= rows_ || source_.stage() == CommandSource::Stage::over) {
+        machine_.move_to(State::ramp_out);
+      }
       break;
     default:
       break;

@@ -41,6 +41,8 @@ enum class Fault : std::uint8_t {
   feedback_band,       ///< the sensor's voltage is none of a sound sensor
   loop_stalled,        ///< the loop stood still, and the guard switched the hydraulics off
   enable_contact,      ///< the contactor's auxiliary contact does not follow the enable line
+  no_motion,           ///< a placing's time is over, and the rod has hardly moved
+  not_in_place,        ///< a placing's time is over, and the rod is not at rest in its place
 };
 
 /// Share of a limit beyond which a reading is flagged, reported and shown, although nothing trips.

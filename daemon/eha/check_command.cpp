@@ -8,6 +8,7 @@
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
+#include "config/tone_grid.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/rig/arming.hpp"
@@ -42,6 +43,7 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
                             experiment.name, experiment.duration_s, experiment.repetitions,
                             experiment.repetitions == 1 ? "" : "s", models,
                             rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
+  for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   if (!rig_file) console.warning("no rig file to check the experiment against; name one with --rig");
   const std::string rig = command.rig_file ? fmt::format(" --rig {}", *command.rig_file) : "";
   console.next_step(fmt::format("eha run {} --local --fast{}", command.file, rig));

@@ -18,6 +18,7 @@
 #include "daemon/eha/export_options.hpp"
 #include "daemon/eha/model_command_options.hpp"
 #include "daemon/eha/option_values.hpp"
+#include "daemon/eha/place_options.hpp"
 #include "daemon/eha/report_options.hpp"
 #include "daemon/eha/runs_options.hpp"
 #include "daemon/eha/service_options.hpp"
@@ -74,11 +75,14 @@ With -o the table of volts is written as CSV (time_s,voltage_V), one row a tick.
 With --from and --improve instead: writes the experiment that makes the standard error of a model's parameter smallest
 within the rig's voltage, slew and travel, and shows what it predicts, how long it takes and which limit binds. --to
 makes it as long as the wanted standard error takes, at most 600 s; where that does not suffice it says so.
+With --band instead: writes an experiment (default band.toml) with tones of equal amplitude, spread over a band, their
+phases such that volts, slew and travel all have low peaks, as large as the rig's limits allow, in a held rod.
 
 Examples:
   eha design config/experiments/paper.toml
   eha design sweep.toml -o sweep.csv
-  eha design --from models/fo.json --improve n2 --to 0.05)";
+  eha design --from models/fo.json --improve n2 --to 0.05
+  eha design --band 0.05:1.5 --tones 30 -o band.toml)";
 
 constexpr const char* kDoctorFooter = R"(
 Checks kernel, scheduling, limits, CPUs and disk; for a rig on a card also the device, its driver, board and safety
@@ -143,6 +147,19 @@ void add_design(CLI::App& app, DesignCommand& design) {
           ->type_name("NAME")
           ->needs(from);
   from->needs(improve);
+  CLI::Option* band = sub->add_option_function<std::string>(
+                             "--band", [&design](const std::string& text) { design.band = band_of(text); },
+                             "Write an experiment with tones of equal amplitude in this band [Hz]")
+                          ->type_name("LOW:HIGH")
+                          ->excludes(from);
+  sub->add_option("--tones", design.tones, "Tones in the band, 2 to 500 (default 30)")
+      ->type_name("N")
+      ->needs(band)
+      ->check(CLI::Range(2, 500).description(""));
+  sub->add_option("--period", design.period_s, "Period of the tones, 1 to 1000 s (default 20); 1/period is their grid")
+      ->type_name("SECONDS")
+      ->needs(band)
+      ->check(finite_number("seconds from 1 to 1000", [](double s) { return s >= 1.0 && s <= 1000.0; }));
   sub->add_option("--to", design.wanted_std, "Wanted standard error; the experiment becomes as long as that takes")
       ->type_name("STD")
       ->needs(from)
@@ -205,6 +222,7 @@ struct Commands {
   RunsCommands runs;
   DoctorCommand doctor;
   LatencyCommand latency;
+  PlaceCommands place;
   ReadCommand read;
   StudyCommand study;
   ServiceCommand service;
@@ -231,6 +249,7 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_study(app, commands.study);
   add_completion(app, commands.shell);
   add_read(app, commands.read);
+  add_place_commands(app, commands.place);
   add_service_commands(app, commands.service);
 }
 
@@ -273,6 +292,8 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("latency")) return commands.latency;
   if (app.got_subcommand("read")) return commands.read;
   if (app.got_subcommand("study")) return commands.study;
+  if (app.got_subcommand("goto")) return commands.place.go_to;
+  if (app.got_subcommand("jog")) return commands.place.jog;
   if (!commands.service.method.empty()) return commands.service;
   if (const CLI::App* sub = app.get_subcommand("runs"); sub->parsed()) {
     if (sub->got_subcommand("list")) return commands.runs.list;

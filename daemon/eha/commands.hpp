@@ -24,6 +24,7 @@ namespace eha::cli {
 
 struct RunCommand {
   std::string experiment_file;
+  std::optional<std::string> text = {};      ///< of the experiment; none: experiment_file is read
   std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
   std::filesystem::path socket = control::default_socket();
   bool local = false;                     ///< in this process
@@ -150,9 +151,12 @@ struct DesignCommand {
   std::optional<std::string> experiment_file = {};  ///< none: with `model_file` alone
   std::optional<std::string> rig_file = {};
   std::optional<std::filesystem::path> output = {};
-  std::optional<std::string> model_file = {};  ///< --from: writes the experiment that improves this model
-  std::string parameter = {};                  ///< --improve
-  std::optional<double> wanted_std = {};       ///< --to
+  std::optional<std::string> model_file = {};         ///< --from: writes the experiment that improves this model
+  std::string parameter = {};                         ///< --improve
+  std::optional<double> wanted_std = {};              ///< --to
+  std::optional<ident::FrequencyInterval> band = {};  ///< --band: writes an experiment of equal tones in this band
+  int tones = 30;
+  double period_s = 20.0;  ///< of the tones
 };
 
 struct RunsListCommand {
@@ -181,6 +185,19 @@ struct LatencyCommand {
       {};  ///< whose period, priority and CPU the loop takes; none: default_rig_file()
 };
 
+/// `eha goto` and `eha jog`: a run whose experiment only moves the rod to a place.
+struct PlaceCommand {
+  std::string where;         ///< a length with its unit
+  bool is_relative = false;  ///< to where the rod is
+  std::optional<std::string> rig_file = {};
+  std::filesystem::path socket = control::default_socket();
+  bool local = false;
+  bool fast = false;
+  bool yes = false;
+  bool allow_non_realtime = false;
+  std::filesystem::path output = "runs";
+};
+
 struct ReadCommand {
   std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig itself where nobody listens
   std::optional<std::string> rig_file = {};          ///< with `local`; none: default_rig_file()
@@ -201,7 +218,7 @@ struct ServiceCommand {
 using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand,
                              CompareCommand, ReplayCommand, ReportCommand, PlotCommand, BatchCommand, BatchMergeCommand,
                              CheckCommand, DesignCommand, RunsListCommand, RunsShowCommand, RunsRecoverCommand,
-                             DoctorCommand, LatencyCommand, ReadCommand, StudyCommand, ServiceCommand>;
+                             DoctorCommand, LatencyCommand, PlaceCommand, ReadCommand, StudyCommand, ServiceCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -224,6 +241,7 @@ using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateComm
 /// `eha doctor --following RUN`. @throws DataError  the run holds too little   @throws IoError, PermissionError
 [[nodiscard]] ExitCode learn_following(const std::filesystem::path& folder, Console& console);
 [[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const PlaceCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ReadCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const StudyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "config/prepared_experiment.hpp"
+#include "config/tone_grid.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/flat_design.hpp"
 #include "daemon/eha/improvement.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/record/record_csv.hpp"
@@ -36,8 +38,11 @@ std::string table_csv(const Eigen::VectorXd& table_V, double step_s) {
 
 ExitCode execute(const DesignCommand& command, Console& console) {
   if (command.model_file) return design_improvement(command, console);
+  if (command.band) return design_flat(command, console);
   if (!command.experiment_file) {
-    throw UsageError("expected an experiment to show, or a model to improve: --from MODEL --improve NAME");
+    throw UsageError(
+        "expected an experiment to show, a band to fill: --band LOW:HIGH, or a model to improve: --from MODEL "
+        "--improve NAME");
   }
   const std::string& experiment_file = *command.experiment_file;
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
@@ -84,6 +89,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
     console.print(fmt::format("{} lines: {:.6g}{} Hz", lines_Hz.size(), fmt::join(shown, ", "),
                               lines_Hz.size() > kShown ? fmt::format(", ..., {:.6g}", lines_Hz.back()) : ""));
   }
+  for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   if (command.output) console.print(fmt::format("written: {}", command.output->string()));
   console.next_step(fmt::format("eha run {} --local --fast", experiment_file));
   return ExitCode::ok;

@@ -5,14 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/eha/option_values.hpp"
 #include "daemon/record/record_export.hpp"
 #include "ident/export/model_formats.hpp"
 
@@ -74,23 +73,6 @@ Examples:
   eha export models/io.json --format octave -o eha_io.m
   eha export models/fo.json --format c --band 0.02:5 -o eha_fo.c
   eha export runs/latest --format mat -o run.mat)";
-}
-
-std::optional<double> number(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc() && stop == end && std::isfinite(value) ? std::optional(value) : std::nullopt;
-}
-
-ident::FrequencyInterval band_of(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  const auto low = number(text.substr(0, colon));
-  const auto high = colon == std::string::npos ? std::nullopt : number(text.substr(colon + 1));
-  if (!low || !high || !(*low > 0.0 && *low < *high && *high / *low <= 1e8)) {
-    throw CLI::ValidationError("--band", "expected LOW:HIGH in Hz with 0 < LOW < HIGH, got " + text);
-  }
-  return {*low, *high};
 }
 
 }  // namespace

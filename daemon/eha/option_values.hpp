@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "ident/model/model.hpp"
+
 namespace eha::cli {
 
 /// One of the names that an option takes, and its value.
@@ -39,5 +41,8 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, Target& target
 
 /// Checks that a value is a finite number that `accept` takes. @param range  of such numbers, for the message
 [[nodiscard]] CLI::Validator finite_number(const std::string& range, bool (*accept)(double));
+
+/// The value of an option --band, "0.02:5" in Hz. @throws CLI::ValidationError  not LOW:HIGH with 0 < LOW < HIGH
+[[nodiscard]] ident::FrequencyInterval band_of(const std::string& text);
 
 }  // namespace eha::cli

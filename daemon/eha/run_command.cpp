@@ -10,8 +10,10 @@
 
 #include "config/prepared_experiment.hpp"
 #include "core/display_unit.hpp"
+#include "config/tone_grid.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
+#include "daemon/eha/place_text.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_service.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -51,6 +53,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .rig = rig_config,
       .experiment = experiment.config,
       .table_V = {experiment.table_V.data(), static_cast<std::size_t>(experiment.table_V.size())},
+      .predicted_in = {experiment.predicted_in.data(), static_cast<std::size_t>(experiment.predicted_in.size())},
       .folder = record::create_run_folder(command.output, experiment.config.name),
       .time_base = command.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse,
@@ -116,6 +119,18 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   return code;
 }
 
+/// Reports a rod that is in its place.
+ExitCode report_placed(const play::FinishedRun& run, double place_in, const Console& console) {
+  print_place(run.displacement_in, console);
+  console.print_json({{"schema", "eha-run/1"},
+                      {"run", run.folder.string()},
+                      {"outcome", acquisition::to_text(run.report.outcome)},
+                      {"place_in", place_in},
+                      {"displacement_in", run.displacement_in},
+                      {"exit_code", 0}});
+  return ExitCode::ok;
+}
+
 ExitCode identify_run(const fs::path& folder, Console& console) {
   const identify::Source source = identify::load_source(folder.string(), std::nullopt);
   const identify::IdentificationTask task = identify::task_of(source);
@@ -147,7 +162,9 @@ void recover_earlier_runs(const fs::path& folder, const Console& console) {
 ExitCode execute(const RunCommand& command, Console& console) {
   if (!command.local) return run_through_service(command, console);
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
-  const config::PreparedExperiment prepared = config::load_prepared_experiment(command.experiment_file, rig);
+  const config::PreparedExperiment prepared =
+      command.text ? config::parse_prepared_experiment(*command.text, command.experiment_file, rig)
+                   : config::load_prepared_experiment(command.experiment_file, rig);
   const config::ExperimentConfig& experiment = prepared.config;
   if (command.fast && !hal::has_virtual_clock(rig.backend)) {
     throw UsageError(fmt::format("--fast: {} drives a real machine, which keeps its own time", rig.file_name));
@@ -162,6 +179,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   }
   console.info(fmt::format("{}: {:g} s, {} repetition{} on {} ({})", experiment.name, experiment.duration_s,
                            experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
+  for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   recover_earlier_runs(command.output, console);
   const Acquired acquired = acquire(command, rig, prepared, console);
   const play::FinishedRun& run = acquired.run;
@@ -169,6 +187,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
     return report_incomplete(acquired, console);
   }
+  if (run.only_placed) return report_placed(run, *experiment.place_in, console);
   return identify_run(run.folder, console);
 }
 

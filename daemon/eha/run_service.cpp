@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/model_list.hpp"
+#include "daemon/eha/place_text.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -120,6 +121,10 @@ ExitCode report(const Json& entry, const Console& console) {
                       {"outcome", entry.at("state") == "cancelled" ? Json("cancelled") : entry.at("outcome")},
                       {"models", entry.at("models")},
                       {"exit_code", static_cast<int>(code)}});
+  if (entry.value("placed_in", Json()).is_number()) {
+    if (code == ExitCode::ok) print_place(entry.at("placed_in").get<double>(), console);
+    return code;
+  }
   print_answer_of_service(entry, console);
   if (code == ExitCode::ok) console.next_step(fmt::format("eha runs show {}", folder));
   return code;
@@ -128,7 +133,7 @@ ExitCode report(const Json& entry, const Console& console) {
 }  // namespace
 
 ExitCode run_through_service(const RunCommand& command, Console& console) {
-  const std::string text = config::read_config_file(command.experiment_file);
+  const std::string text = command.text ? *command.text : config::read_config_file(command.experiment_file);
   Client client(command.socket);
   const Json status = client.call("status");
   const Json& rig = status.at("rig");

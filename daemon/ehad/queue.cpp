@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSchema = "eha-queue/1";
 constexpr std::array kEntryStates{EntryState::held,    EntryState::waiting, EntryState::running,
-                             EntryState::fitting, EntryState::over,    EntryState::cancelled};
+                                  EntryState::fitting, EntryState::over,    EntryState::cancelled};
 
 EntryState state_from_text(const std::string& text) {
   for (const EntryState state : kEntryStates) {
@@ -48,6 +48,8 @@ Entry entry_from_text(const std::string& text) {
   entry.note = json.at("note");
   entry.models = json.at("models");
   entry.exit_code = json.at("exit_code");
+  if (const auto placed = json.find("placed_in"); placed != json.end() && placed->is_number())
+    entry.placed_in = *placed;
   if (entry.id < 1) throw DataError("entry: expected a number above 0");
   return entry;
 }
@@ -87,6 +89,7 @@ Json describe(const Entry& entry) {
           {"outcome", entry.outcome},
           {"note", entry.note},
           {"models", entry.models},
+          {"placed_in", entry.placed_in ? Json(*entry.placed_in) : Json(nullptr)},
           {"exit_code", entry.exit_code}};
 }
 

@@ -33,14 +33,15 @@ struct Entry {
   std::string file;  ///< the client's name for it, for messages
   uid_t uid = 0;     ///< who submitted it
   std::string user;
-  bool fast = false;            ///< virtual time
-  std::string submitted;        ///< UTC
-  std::string experiment;       ///< TOML; empty once it is over
-  std::string run;              ///< name of the run folder; empty before
-  std::string outcome;          ///< of the run: completed, faulted, ...; "lost" when nothing of it was recorded
-  std::string note;             ///< remarks for people
-  Json models = Json::array();  ///< as in the run's manifest, once it is fitted
-  int exit_code = 0;            ///< what `eha run` ends with, once it is over
+  bool fast = false;       ///< virtual time
+  std::string submitted;   ///< UTC
+  std::string experiment;  ///< TOML; empty once it is over
+  std::string run;         ///< name of the run folder; empty before
+  std::string outcome;     ///< of the run: completed, faulted, ...; "lost" when nothing of it was recorded
+  std::string note;        ///< remarks for people
+  std::optional<double> placed_in = {};  ///< of an experiment that only places the rod: where it is at its end [in]
+  Json models = Json::array();           ///< as in the run's manifest, once it is fitted
+  int exit_code = 0;                     ///< what `eha run` ends with, once it is over
 };
 
 /// "waiting", ...

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "config/experiment_config.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/recover.hpp"
@@ -29,8 +30,9 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
     }
   }
   if (entry.outcome == acquisition::to_text(acquisition::Outcome::completed)) {
-    // The run had ended by itself; only its queue entry was not saved.
-    entry.state = EntryState::fitting;
+    // The run had ended by itself; only its queue entry was not saved. One that placed the rod is not fitted.
+    const bool only_placed = config::parse_experiment(entry.experiment, entry.file).place_in.has_value();
+    entry.state = only_placed ? EntryState::over : EntryState::fitting;
     entry.exit_code = 0;
     entry.note.clear();
   } else {

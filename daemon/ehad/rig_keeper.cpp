@@ -74,6 +74,28 @@ void RigKeeper::close() noexcept {
   card_.reset();
 }
 
+RigKeeper::Config RigKeeper::config_of_next_run() const {
+  if (!placed_in_) return config_;
+  auto config = std::make_shared<config::RigConfig>(*config_);
+  hal::begin_at(config->backend, *placed_in_);
+  return config;
+}
+
+void RigKeeper::rod_is_at(double displacement_in) {
+  if (moves_machine()) return;
+  placed_in_ = displacement_in;
+  ++reopening_;
+  thread_->ask([this, config = config_of_next_run()] { open(*config); },
+               [this](std::future<void> opened) {
+                 --reopening_;
+                 try {
+                   opened.get();
+                 } catch (const Error& error) {
+                   spdlog::error("{}", error.what());
+                 }
+               });
+}
+
 void RigKeeper::read_idle_rig() {
   hal::Rig* rig = card_ ? &card_->rig() : replica_.get();
   if (rig == nullptr) return;
@@ -152,6 +174,7 @@ void RigKeeper::reconfigure(Config config, Done done) {
         try {
           opened.get();
           config_ = config;
+          placed_in_.reset();
           outcome.set_value();
         } catch (...) {
           outcome.set_exception(std::current_exception());

@@ -7,6 +7,7 @@
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/state_machine.hpp"
@@ -71,6 +72,11 @@ class RigKeeper {
   /// was when that fails; the rig is opened anew before it is armed.
   void reconfigure(Config config, Done done);
 
+  /// The configuration with a simulated rod where the last placing left it.
+  [[nodiscard]] Config config_of_next_run() const;
+  /// A placing has ended: a simulated rig, which is opened anew for each run, begins there from now on.
+  void rod_is_at(double displacement_in);
+
   /// Where the rod of a rig that is not driven is, read fifty times a second; see RodView.
   [[nodiscard]] Json rod() const { return rod_.describe(config_->limits); }
   /// The same of a run that is on.
@@ -107,7 +113,8 @@ class RigKeeper {
   std::unique_ptr<OwnedRig> card_;     ///< none for a simulated rig
   std::unique_ptr<hal::Rig> replica_;  ///< a simulated rig for reading between runs; each run opens its own
   RodView rod_;
-  int reads_left_out_ = 0;  ///< of a card that does not answer
+  std::optional<double> placed_in_;  ///< of a simulated rig
+  int reads_left_out_ = 0;           ///< of a card that does not answer
   bool is_suspect_ = false;
   bool arming_ = false;
   int reconfiguring_ = 0;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -80,7 +81,7 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
   spdlog::info("experiment {} (\"{}\" of {}): runs in {}", id, entry.name, entry.user, folder.string());
   active_->playing = true;
   rig_.play(
-      [this, entry, folder, config = rig_.config(), watch = active_->watch, stop = active_->stop](
+      [this, entry, folder, config = rig_.config_of_next_run(), watch = active_->watch, stop = active_->stop](
           OwnedRig* card, acquisition::StateMachine& machine) {
         return play(entry, folder, *config, card, rig_.snapshot(), options_.non_realtime, machine, *stop, *watch);
       },
@@ -129,7 +130,14 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   for (const std::string& sentence : remarks) {
     if (!sentence.empty()) entry.note += (entry.note.empty() ? "" : "; ") + sentence;
   }
-  if (outcome == Outcome::completed) {
+  if (run.only_placed && std::isfinite(run.displacement_in)) {
+    entry.placed_in = run.displacement_in;
+    rig_.rod_is_at(run.displacement_in);
+  }
+  if (outcome == Outcome::completed && run.only_placed) {
+    spdlog::info("experiment {}: the rod is at {:.3f} in", entry.id, run.displacement_in);
+    close_entry(entry, ExitCode::ok);
+  } else if (outcome == Outcome::completed) {
     spdlog::info("experiment {}: completed; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id,
                  run.report.counters.late, run.report.counters.skipped, run.report.counters.ticks,
                  static_cast<double>(run.report.latency.maximum_ns()) * 1e-3);

@@ -57,10 +57,8 @@ std::optional<ident::FrequencyResponse> frequency_response_of(const Source& sour
       return std::nullopt;
     }
     const double period_s = static_cast<double>(period) * step_s;
-    const bool harmonic = std::all_of(lines_Hz.begin(), lines_Hz.end(), [&](double f) {
-      return std::abs(f * period_s - std::round(f * period_s)) < 1e-6;
-    });
-    if (!harmonic) lines_Hz.clear();
+    // A tone between two harmonics is none of them. Without any other, the table's jump at its end makes the lines.
+    std::erase_if(lines_Hz, [&](double f) { return std::abs(f * period_s - std::round(f * period_s)) >= 1e-6; });
     const auto discard = ident::discarded_rows(options.discard_s, step_s);
     return ident::measure_frequency_response(source.record, ident::last_periods(samples, period, discard), lines_Hz);
   } catch (const Error& error) {

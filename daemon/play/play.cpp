@@ -14,6 +14,7 @@
 #include "daemon/acquisition/fatal_signals.hpp"
 #include "daemon/acquisition/record_queue.hpp"
 #include "daemon/play/journal_thread.hpp"
+#include "daemon/play/source.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/report_json.hpp"
@@ -120,15 +121,19 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   const record::FolderWatch folder(request.folder);
   JournalThread writer(*queue, journal, folder, request.time_base, run.watch);
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
-    acquisition::TableSource source(request.table_V, static_cast<std::uint32_t>(request.experiment.repetitions));
-    return acquisition::run(run.rig, run.machine, source, request.rig.limits, request.rig.realtime,
+    const std::unique_ptr<acquisition::CommandSource> source = make_source(request);
+    return acquisition::run(run.rig, run.machine, *source, request.rig.limits, request.rig.realtime,
                             request.non_realtime, *clock, *queue, run.stop, run.watch.board, request.page);
   });
   while (loop.wait_for(kProgressInterval) != std::future_status::ready) {
     display.show();
     if (writer.hangs()) queue->report_writer_failure();
   }
-  FinishedRun finished{.folder = request.folder, .report = loop.get(), .write_error = {}};
+  FinishedRun finished{.folder = request.folder,
+                       .report = loop.get(),
+                       .write_error = {},
+                       .only_placed = request.experiment.place_in.has_value(),
+                       .displacement_in = run.watch.board.read().displacement_in};
   run.watch.phase = RunWatch::Phase::draining;
   finished.write_error = writer.finish();
   is_journal_sound = writer.journal_is_sound();

@@ -24,8 +24,9 @@ namespace eha::play {
 struct PlayRequest {
   const config::RigConfig& rig;
   const config::ExperimentConfig& experiment;
-  std::span<const double> table_V;  ///< one repetition, one voltage a tick [V]
-  std::filesystem::path folder;     ///< made by record::create_run_folder
+  std::span<const double> table_V;            ///< one repetition, one voltage a tick [V]
+  std::span<const double> predicted_in = {};  ///< with [hold]: one repetition, one displacement a tick [in]
+  std::filesystem::path folder;               ///< made by record::create_run_folder
   acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
   acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
   RunWatch* watch = nullptr;  ///< none: nobody watches the run
@@ -39,6 +40,8 @@ struct FinishedRun {
   std::filesystem::path folder;
   acquisition::RunReport report;  ///< outcome write_failed also when only the files after the journal failed
   std::string write_error;        ///< message of the write that failed; empty when everything was written
+  bool only_placed = false;       ///< the rod was moved to a place; there is nothing to fit
+  double displacement_in = 0.0;   ///< of the last reading [in]
 };
 
 /// Called about ten times a second in the thread that called play(). When it throws, the run is ramped out, its files

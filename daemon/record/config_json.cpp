@@ -124,8 +124,16 @@ Json to_json(const config::ExperimentConfig& experiment) {
   const ident::FitOptions& fit = experiment.fit;
   Json models = Json::array();
   for (const ident::StructureOptions& model : experiment.models) models.push_back(model.name);
+  Json hold = nullptr;
+  if (experiment.hold) {
+    const auto& gain = experiment.hold->gain_V_per_in;
+    hold = {{"gain_V_per_in", gain ? Json(*gain) : Json(nullptr)}};
+  }
   return {{"name", experiment.name},
-          {"excitation", to_json(experiment.excitation)},
+          {"excitation", experiment.place_in ? Json(nullptr) : to_json(experiment.excitation)},
+          {"place_in", experiment.place_in ? Json(*experiment.place_in) : Json(nullptr)},
+          {"start_in", experiment.start_in ? Json(*experiment.start_in) : Json(nullptr)},
+          {"hold", std::move(hold)},
           {"duration_s", experiment.duration_s},
           {"repetitions", experiment.repetitions},
           {"record",

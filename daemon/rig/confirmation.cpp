@@ -9,6 +9,10 @@ namespace eha {
 
 std::optional<std::string> confirmation_text(const config::RigConfig& rig, const config::ExperimentConfig& experiment) {
   if (!hal::moves_machine(rig.backend)) return std::nullopt;
+  if (experiment.place_in) {
+    return fmt::format("This moves the actuator on {} slowly to {:.3f} in.", hal::describe(rig.backend),
+                       *experiment.place_in);
+  }
   return fmt::format("This moves the actuator on {}: \"{}\", {:g} s, within {:g}..{:g} V.", hal::describe(rig.backend),
                      experiment.name, experiment.duration_s * experiment.repetitions, rig.limits.command_min_V,
                      rig.limits.command_max_V);

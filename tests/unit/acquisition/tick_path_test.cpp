@@ -15,6 +15,8 @@
 #include "daemon/acquisition/loop.hpp"
 #include "daemon/acquisition/realtime.hpp"
 #include "daemon/acquisition/tick_engine.hpp"
+#include "daemon/place/hold_source.hpp"
+#include "daemon/place/place_source.hpp"
 #include "hal/faults/fault_rig.hpp"
 #include "hal/sim/sim_rig.hpp"
 #include "tests/unit/acquisition/fake_rig.hpp"
@@ -25,10 +27,9 @@ namespace eha::acquisition {
 namespace {
 
 /// Plays a run with the trap set around the loop. @returns allocations and locks seen in it
-std::pair<long, long> trapped_run(Play& play, hal::Rig& rig) {
+std::pair<long, long> trapped_run(Play& play, hal::Rig& rig, CommandSource& source) {
   play.machine.reset();
   play.machine.arm();
-  TableSource source(play.table_V, play.repetitions);
   TickEngine engine(rig, play.machine, source, play.limits, play.realtime, LatePolicy::abort, play.clock);
   const auto page = std::make_unique<GuardPage>();
   std::pair<long, long> seen;
@@ -40,6 +41,11 @@ std::pair<long, long> trapped_run(Play& play, hal::Rig& rig) {
   }
   play.drain();
   return seen;
+}
+
+std::pair<long, long> trapped_run(Play& play, hal::Rig& rig) {
+  TableSource source(play.table_V, play.repetitions);
+  return trapped_run(play, rig, source);
 }
 
 class TickPath : public ::testing::Test {
@@ -71,6 +77,21 @@ TEST_F(TickPath, NeitherAllocatesNorLocksInAnyStateOfAGoodRun) {
   Play simulated;
   EXPECT_EQ(trapped_run(simulated, *sim), std::make_pair(0L, 0L));
   EXPECT_EQ(simulated.report.outcome, Outcome::completed) << describe(simulated.report);
+}
+
+TEST_F(TickPath, NeitherAllocatesNorLocksWithSourcesThatLookAtTheRod) {
+  const std::unique_ptr<hal::Rig> sim = hal::open_rig(hal::SimOptions(), 0.0);
+  Play placing;
+  place::PlaceSource to_place(place::PlaceController(placing.limits, 0.001, 2.96), 4000);
+  EXPECT_EQ(trapped_run(placing, *sim, to_place), std::make_pair(0L, 0L));
+  EXPECT_EQ(placing.report.outcome, Outcome::completed) << describe(placing.report);
+
+  Play held;
+  const std::vector<double> predicted_in(held.table_V.size(), 0.0);
+  place::StartingSource started(place::PlaceController(held.limits, 0.001, 2.95), held.limits, 0.001,
+                                std::make_unique<place::HoldSource>(held.table_V, predicted_in, 1U, 5.0, 1.0));
+  EXPECT_EQ(trapped_run(held, *sim, started), std::make_pair(0L, 0L));
+  EXPECT_EQ(held.report.outcome, Outcome::completed) << describe(held.report);
 }
 
 TEST_F(TickPath, NeitherAllocatesNorLocksOnAnyFault) {

@@ -301,7 +301,7 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"frequency_Hz = 0.4",
              "frequency_Hz = 4.0",
              {"5:1: excitation: expected changes within the limit of rig.toml, 20 V/s, got 0.05089 V within 0.001 s at "
-              "6.688 s"}}));
+              "6.688 s (peak 3.25 V, RMS 1.6 V); all amplitudes times 0.392 pass"}}));
 
 TEST(ExperimentConfig, ReportsEveryFaultAtOnceInTheOrderOfTheFile) {
   std::string text = edited(kExperiment, "schema = 1", "schema = 3");
@@ -445,7 +445,8 @@ TEST_F(TableFile, HasOneRowForEachTick) {
 TEST_F(TableFile, StaysWithinTheRigsLimits) {
   EXPECT_EQ(faults_with("voltage_V\n0\n1\n0\n0\n"),
             (std::vector<std::string>{"e.toml:4:1: excitation: expected changes within the limit of rig.toml, 20 V/s, "
-                                      "got 1 V within 0.001 s at 0.001 s"}));
+                                      "got 1 V within 0.001 s at 0.001 s (peak 2 V, RMS 1.32 V); all amplitudes times "
+                                      "0.02 pass"}));
   EXPECT_EQ(faults_with("voltage_V\n9\n9\n9\n9\n").size(), 1U);
 }
 
@@ -523,7 +524,8 @@ TEST(ExcitationKeys, ThatTheRigCannotPlayAreRefused) {
                                       "frequency of the tick, 500 Hz, got 500"}));
   EXPECT_EQ(faults_of(with_excitation("kind = \"prms\"\namplitude_V = 4\nlevels = 3\nhold_s = 0.1\n")),
             (std::vector<std::string>{"e.toml:4:1: excitation: expected changes within the limit of rig.toml, 20 V/s, "
-                                      "got 8 V within 0.1 s at 0.1 s"}));
+                                      "got 8 V within 0.1 s at 0.1 s (peak 4 V, RMS 3.53 V); all amplitudes times 0.25 "
+                                      "pass"}));
   EXPECT_EQ(
       faults_of(with_excitation("kind = \"step\"\namplitude_V = 4\nhold_s = 10\n")).back(),
       "e.toml:7:10: excitation.hold_s: expected a time from one tick, 0.001 s, to less than duration_s = 10, got 10");

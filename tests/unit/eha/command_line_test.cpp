@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/eha/length_argument.hpp"
 
 namespace eha::cli {
 namespace {
@@ -70,6 +71,24 @@ TEST(CommandLine, ReadsTheCommandsOfTheService) {
   EXPECT_EQ(cancel.method, "cancel");
   EXPECT_EQ(cancel.entry, 7);
   EXPECT_NE(fault_of({"runs", "cancel", "0"}).find("number"), std::string::npos);
+}
+
+TEST(CommandLine, ReadsPlacings) {
+  const auto go_to = command_of<PlaceCommand>({"goto", "2.95in", "--yes"});
+  EXPECT_EQ(go_to.where, "2.95in");
+  EXPECT_FALSE(go_to.is_relative);
+  EXPECT_TRUE(go_to.yes);
+  const auto jog = command_of<PlaceCommand>({"jog", "-5mm", "--local", "--rig", "r.toml"});
+  EXPECT_EQ(jog.where, "-5mm");
+  EXPECT_TRUE(jog.is_relative);
+  EXPECT_EQ(command_of<PlaceCommand>({"jog", "+0.2in"}).where, "+0.2in");
+}
+
+TEST(DisplayUnits, ReadLengthsWithTheirUnit) {
+  EXPECT_DOUBLE_EQ(inches_of("2.95in").value_or(0.0), 2.95);
+  EXPECT_NEAR(inches_of("+25.4 mm").value_or(0.0), 1.0, 1e-12);
+  EXPECT_NEAR(inches_of("-5mm").value_or(0.0), -5.0 / 25.4, 1e-12);
+  for (const char* wrong : {"2.95", "in", "", "nanin", "infmm", "3 V", "1in2"}) EXPECT_FALSE(inches_of(wrong)) << wrong;
 }
 
 TEST(CommandLine, ReadsQueue) {

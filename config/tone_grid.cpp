@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "config/tone_grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+namespace eha::config {
+namespace {
+
+/// Of a cycle: the rounding of decimals.
+constexpr double kCycleTolerance = 1e-6;
+
+}  // namespace
+
+std::vector<std::string> off_grid_tones(const ExperimentConfig& experiment) {
+  const bool repeats = experiment.repetitions > 1;
+  const double period_s = repeats ? experiment.duration_s : 0.5 * (experiment.duration_s - experiment.fit.discard_s);
+  std::vector<std::string> sentences;
+  const auto judge = [&](const std::vector<ident::Tone>& tones) {
+    for (const ident::Tone& tone : tones) {
+      const double cycles = tone.frequency_Hz * period_s;
+      if (std::abs(cycles - std::round(cycles)) <= kCycleTolerance * std::max(1.0, cycles)) continue;
+      sentences.push_back(fmt::format(
+          "excitation: {:g} Hz is no multiple of 1/{:g} s ({}): {:g} Hz is the nearest; as it is, the tone is "
+          "no line of the measured frequency response",
+          tone.frequency_Hz, period_s, repeats ? "a repetition" : "half of what is used of the record",
+          std::max(1.0, std::round(cycles)) / period_s));
+    }
+  };
+  std::visit(
+      [&](const auto& kind) {
+        if constexpr (requires { kind.tones; }) judge(kind.tones);
+      },
+      experiment.excitation.kind);
+  return sentences;
+}
+
+}  // namespace eha::config

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/flat_design.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "config/valve_estimate.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "ident/design/low_peak_phases.hpp"
+
+namespace eha::cli {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kShareOfVolts = 0.88;   ///< of what is left beside the null: a hold needs the rest
+constexpr double kShareOfSlew = 0.95;    ///< the rounding of amplitudes and the hold
+constexpr double kShareOfTravel = 0.75;  ///< below the 80 % from which the tick warns
+constexpr int kPeriods = 3;              ///< the first of which is discarded
+
+/// Harmonics of 1 / period, spread evenly over the logarithm of the band, each once.
+std::vector<std::size_t> spread_harmonics(double low_Hz, double high_Hz, double period_s, int tones) {
+  const double lowest = std::max(1.0, std::ceil(low_Hz * period_s - 1e-9));
+  const double highest = std::floor(high_Hz * period_s + 1e-9);
+  if (!(lowest < highest)) {
+    throw UsageError(fmt::format("--band: expected a band that holds two multiples of 1/{:g} s, got {:g}:{:g} Hz",
+                                 period_s, low_Hz, high_Hz));
+  }
+  std::vector<std::size_t> harmonics;
+  for (int i = 0; i < tones; ++i) {
+    const double share = tones == 1 ? 0.0 : static_cast<double>(i) / (tones - 1);
+    harmonics.push_back(static_cast<std::size_t>(std::llround(lowest * std::pow(highest / lowest, share))));
+  }
+  // Low tones may fall on one harmonic; the next free ones take their place.
+  for (std::size_t i = 1; i < harmonics.size(); ++i) harmonics[i] = std::max(harmonics[i], harmonics[i - 1] + 1);
+  while (!harmonics.empty() && static_cast<double>(harmonics.back()) > highest) harmonics.pop_back();
+  return harmonics;
+}
+
+/// A signal that one of the rig's limits bounds: its amplitudes for tones of 1 V, and its greatest peak.
+struct Bounded {
+  const char* name;
+  const char* unit;
+  Eigen::VectorXcd amplitudes;
+  double limit;
+  double peak = 0.0;  ///< of tones of 1 V
+};
+
+std::array<Bounded, 3> bounded_signals(const std::vector<std::size_t>& harmonics, double period_s,
+                                       const config::RigConfig& rig) {
+  const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
+  const double gain = 0.5 * (valve.gain_positive_in_per_V_s + valve.gain_negative_in_per_V_s);
+  const auto count = static_cast<Eigen::Index>(harmonics.size());
+  Eigen::VectorXcd volts = Eigen::VectorXcd::Ones(count);
+  Eigen::VectorXcd slew(count);
+  Eigen::VectorXcd travel(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const std::complex<double> s(0.0, kTwoPi * static_cast<double>(harmonics[static_cast<std::size_t>(k)]) / period_s);
+    slew[k] = s;
+    travel[k] = gain / s;
+  }
+  const config::RigLimits& limits = rig.limits;
+  const double room_V = std::min(limits.command_max_V - valve.null_V, valve.null_V - limits.command_min_V);
+  return {Bounded{"voltage", "V", volts, kShareOfVolts * room_V},
+          Bounded{"slew", "V/s", slew, kShareOfSlew * limits.slew_V_per_s},
+          Bounded{"travel", "in", travel, 0.5 * kShareOfTravel * (limits.travel_max_in - limits.travel_min_in)}};
+}
+
+/// The signals that come near to their limits, whose peaks are worth keeping low.
+std::vector<Eigen::VectorXcd> crowded(const std::array<Bounded, 3>& signals) {
+  constexpr double kShareOfGreatest = 0.5;
+  double greatest = 0.0;
+  for (const Bounded& signal : signals) greatest = std::max(greatest, signal.amplitudes.norm() / signal.limit);
+  std::vector<Eigen::VectorXcd> near;
+  for (const Bounded& signal : signals) {
+    if (signal.amplitudes.norm() / signal.limit >= kShareOfGreatest * greatest) near.push_back(signal.amplitudes);
+  }
+  return near;
+}
+
+std::string experiment_text(const DesignCommand& command, const config::RigConfig& rig,
+                            const std::vector<std::size_t>& harmonics, const Eigen::VectorXd& phase_rad,
+                            double amplitude_V, double period_s, const std::string& remark) {
+  const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
+  std::string text = fmt::format(
+      "# Made by `eha design --band {:g}:{:g} --tones {} --period {:g}` for \"{}\".\n# {}\nschema = 1\nname = "
+      "\"band\"\n"
+      "duration_s = {:.3f}\n\n[start]\ndisplacement_in = {:.3f}\n\n[hold]\n\n[excitation]\nkind = \"multisine\"\n"
+      "offset_V = {:.3f}\ntones = [\n",
+      command.band->lowest_Hz, command.band->highest_Hz, command.tones, period_s, rig.name, remark, kPeriods * period_s,
+      middle_in, rig.limits.following->null_V);
+  for (std::size_t k = 0; k < harmonics.size(); ++k) {
+    text +=
+        fmt::format("  {{ frequency_Hz = {:.6f}, amplitude_V = {:.4f}, phase_rad = {:.4f} }},\n",
+                    static_cast<double>(harmonics[k]) / period_s, amplitude_V, phase_rad[static_cast<Eigen::Index>(k)]);
+  }
+  // At least ten compared rows in the shortest period.
+  const double tick_s = rig.realtime.sample_period_s;
+  const double highest_Hz = static_cast<double>(harmonics.back()) / period_s;
+  const int decimation = highest_Hz * 0.4 > 1.0 ? std::max(1, static_cast<int>(std::lround(0.005 / tick_s)))
+                                                : std::max(1, static_cast<int>(std::lround(0.04 / tick_s)));
+  return text + fmt::format("]\n\n[record]\ndiscard_s = {:.3f}\ndecimation = {}\n", period_s, decimation);
+}
+
+}  // namespace
+
+ExitCode design_flat(const DesignCommand& command, Console& console) {
+  const config::RigConfig rig = load_rig_or_default(command.rig_file);
+  if (!rig.limits.following) {
+    throw ConfigError(
+        fmt::format("{}: no [following], which predicts the travel of the tones; see eha-rig(5)", rig.file_name));
+  }
+  const auto [low_Hz, high_Hz] = *command.band;
+  const double period_s = command.period_s;
+  const std::vector<std::size_t> harmonics = spread_harmonics(low_Hz, high_Hz, period_s, command.tones);
+  std::array<Bounded, 3> signals = bounded_signals(harmonics, period_s, rig);
+  const Eigen::VectorXd phase_rad = ident::low_peak_phases(harmonics, crowded(signals));
+  const Bounded* binding = nullptr;
+  double amplitude_V = 0.0;
+  for (Bounded& signal : signals) {
+    signal.peak = ident::crest_factor_of(harmonics, signal.amplitudes, phase_rad) * signal.amplitudes.norm() /
+                  std::numbers::sqrt2;
+    if (binding == nullptr || signal.limit / signal.peak < amplitude_V) {
+      binding = &signal;
+      amplitude_V = signal.limit / signal.peak;
+    }
+  }
+  amplitude_V = std::floor(amplitude_V * 1e4) / 1e4;
+  const double rms_V = amplitude_V * std::sqrt(0.5 * static_cast<double>(harmonics.size()));
+  const double dead_band_V = config::valve_estimate(*rig.limits.following).dead_band_V;
+  const std::string remark = fmt::format(
+      "{} tones of {:.3g} V, peak {:.3g} V, +-{:.3g} in; the {} limit keeps them from being larger", harmonics.size(),
+      amplitude_V, amplitude_V * signals[0].peak, amplitude_V * signals[2].peak, binding->name);
+  const std::filesystem::path file = command.output.value_or("band.toml");
+  os::write_file_atomically(file, experiment_text(command, rig, harmonics, phase_rad, amplitude_V, period_s, remark));
+  nlohmann::ordered_json document{{"schema", "eha-design/1"},   {"file", file.string()}, {"tones", harmonics.size()},
+                                  {"amplitude_V", amplitude_V}, {"rms_V", rms_V},        {"binding", binding->name}};
+  console.print(remark);
+  for (const Bounded& signal : signals) {
+    const double crest = signal.peak * std::numbers::sqrt2 / signal.amplitudes.norm();
+    document["crest_factor"][signal.name] = crest;
+    console.print(fmt::format("{:<8} peak {:.3g} of {:.3g} {}, crest factor {:.3f}", signal.name,
+                              amplitude_V * signal.peak, signal.limit, signal.unit, crest));
+  }
+  if (rms_V < 3.0 * dead_band_V) {
+    console.warning(
+        fmt::format("the tones have {:.3g} V RMS beside a dead band of {:.3g} V: gains will be read too "
+                    "low; a narrower band or a shorter period allows more",
+                    rms_V, dead_band_V));
+  }
+  console.print_json(document);
+  console.next_step(fmt::format("eha run {}", file.string()));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "core/error.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/console.hpp"
+
+namespace eha::cli {
+
+/// `eha design --band LOW:HIGH`: writes an experiment with tones of equal amplitude in a band, their phases such that
+/// volts, slew and travel have low peaks, as large as the first of the rig's three limits allows.
+/// @throws ConfigError  the rig has no [following], which predicts the travel   @throws UsageError, IoError
+[[nodiscard]] ExitCode design_flat(const DesignCommand& command, Console& console);
+
+}  // namespace eha::cli

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "core/display_unit.hpp"
+
+namespace eha::cli {
+
+/// A length with its unit, "2.95in" or "+5 mm", in inches; none when it is not one.
+[[nodiscard]] inline std::optional<double> inches_of(std::string_view text) {
+  constexpr double kInch = 0.0254;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  for (const LengthUnit& unit : kLengthUnits) {
+    if (unit.name == text) return value * unit.metres / kInch;
+  }
+  return std::nullopt;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "config/rig_config.hpp"
+#include "daemon/acquisition/limit_monitor.hpp"
+#include "hal/rig.hpp"
+
+namespace eha::place {
+
+inline constexpr double kTolerance_in = 0.02;  ///< a rod so near is in its place
+inline constexpr double kSettled_s = 0.5;      ///< once it has been so near for so long
+
+/// Fastest speed of a placing: 0.3 in/s, at most a tenth of the rig's velocity limit [in/s].
+[[nodiscard]] double placing_speed_in_per_s(const config::RigLimits& limits) noexcept;
+
+/// How long a placing may take [s]: twice the way at placing speed, and 20 s for finding the valve's null and dead
+/// band.
+[[nodiscard]] double placing_time_s(const config::RigLimits& limits, double way_in) noexcept;
+
+/// Moves the rod slowly to a place and keeps it there:
+///   w = clamp(1.5/s e, +-speed), e = target - y;   u = b + w / g + d clamp(w / 0.02 in/s, +-1);   b' = (3/s / g) (w -
+///   v)
+/// y the displacement [in], v its slope filtered over 0.1 s, u the command [V]. g, d and the start of b are gain, dead
+/// band and null of the rig's [following]; without it g is a third of the greatest gain that the limits allow, d = 0,
+/// and b starts at the safe voltage. The integral b finds what the numbers do not say. w = 0 within 5/1000 in, so
+/// that the rod rests. |u - null| stays within what the speed needs, 0.3 V and the dead band more.
+/// The limits of the tick come after it, as after every source. Real-time safe. Not thread-safe.
+class PlaceController {
+ public:
+  /// @param target_in  within the allowed travel
+  PlaceController(const config::RigLimits& limits, double period_s, double target_in) noexcept;
+
+  /// The command of one tick [V].
+  [[nodiscard]] double voltage_V(const hal::RigReading& last) noexcept;
+
+  [[nodiscard]] bool is_in_place() const noexcept { return settled_s_ >= kSettled_s; }
+  /// What a time-out now would say: the rod does not move, or has not come to rest in its place.
+  [[nodiscard]] acquisition::Breach failure() const noexcept;
+  /// Of the first command [in]. Valid after it.
+  [[nodiscard]] double way_in() const noexcept;
+
+ private:
+  double period_s_;
+  double target_in_;
+  double speed_in_per_s_;
+  double gain_positive_in_per_V_s_;
+  double gain_negative_in_per_V_s_;
+  double null_V_;
+  double dead_band_V_;
+  double most_V_;  ///< of |u - null|
+  double bias_V_;
+  bool has_begun_ = false;
+  double start_in_ = 0.0;
+  double last_in_ = 0.0;
+  double filtered_in_ = 0.0;
+  double settled_s_ = 0.0;
+};
+
+}  // namespace eha::place

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/play/source.hpp"
+
+#include <utility>
+
+#include "config/prepared_experiment.hpp"
+#include "daemon/place/hold_source.hpp"
+#include "daemon/place/place_source.hpp"
+
+namespace eha::play {
+namespace {
+
+using acquisition::CommandSource;
+
+/// Of half the command range: what a hold may add to the table.
+constexpr double kMostShareOfHold = 0.2;
+
+std::unique_ptr<CommandSource> excitation_of(const PlayRequest& request) {
+  const auto repetitions = static_cast<std::uint32_t>(request.experiment.repetitions);
+  if (!request.experiment.hold) return std::make_unique<acquisition::TableSource>(request.table_V, repetitions);
+  const config::RigLimits& limits = request.rig.limits;
+  const double gain = request.experiment.hold->gain_V_per_in.value_or(config::hold_gains(request.rig).usual);
+  return std::make_unique<place::HoldSource>(request.table_V, request.predicted_in, repetitions, gain,
+                                             kMostShareOfHold * 0.5 * (limits.command_max_V - limits.command_min_V));
+}
+
+}  // namespace
+
+std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
+  const config::RigLimits& limits = request.rig.limits;
+  const double step_s = request.rig.realtime.sample_period_s;
+  const config::ExperimentConfig& experiment = request.experiment;
+  if (experiment.place_in) {
+    return std::make_unique<place::PlaceSource>(place::PlaceController(limits, step_s, *experiment.place_in),
+                                                static_cast<std::uint32_t>(request.table_V.size()));
+  }
+  std::unique_ptr<CommandSource> excitation = excitation_of(request);
+  if (!experiment.start_in) return excitation;
+  // A held rod begins where its motion is about the start.
+  const double ahead_in = experiment.hold ? request.predicted_in.front() : 0.0;
+  return std::make_unique<place::StartingSource>(
+      place::PlaceController(limits, step_s, *experiment.start_in + ahead_in), limits, step_s, std::move(excitation));
+}
+
+}  // namespace eha::play

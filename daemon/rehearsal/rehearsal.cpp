@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rehearsal/rehearsal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "config/valve_estimate.hpp"
+#include "ident/excitation/portable_draw.hpp"
+
+namespace eha {
+namespace {
+
+constexpr int kDraws = 200;
+constexpr double kStep_s = 0.005;
+constexpr double kShareWithin = 0.95;
+constexpr double kMostShareOfHold = 0.2;  ///< of half the command range, as the hold's own
+constexpr double kVelocityAge_s = 0.011;  ///< of the tick's estimate of the velocity, see LimitMonitor
+
+/// Where a rod has been, and whether the tick would have stopped it.
+struct Passage {
+  double lowest_in = 0.0;
+  double highest_in = 0.0;
+  bool trips = false;
+};
+
+class Play {
+ public:
+  Play(const config::PreparedExperiment& experiment, const config::RigConfig& rig)
+      : experiment_(experiment),
+        limits_(rig.limits),
+        ticks_(std::max<Eigen::Index>(1, std::llround(kStep_s / rig.realtime.sample_period_s))),
+        step_s_(static_cast<double>(ticks_) * rig.realtime.sample_period_s) {
+    if (!experiment.config.hold) return;
+    gain_V_per_in_ = experiment.config.hold->gain_V_per_in.value_or(config::hold_gains(rig).usual);
+    most_V_ = kMostShareOfHold * 0.5 * (limits_.command_max_V - limits_.command_min_V);
+  }
+
+  [[nodiscard]] Passage on(const config::ValveEstimate& valve, double start_in) const {
+    const Eigen::VectorXd& table_V = experiment_.table_V;
+    Passage passage{.lowest_in = start_in, .highest_in = start_in};
+    double place_in = start_in;
+    const bool is_held = gain_V_per_in_ > 0.0;
+    const double middle_in = is_held ? start_in - experiment_.predicted_in[0] : 0.0;
+    for (int repetition = 0; repetition < experiment_.config.repetitions && !passage.trips; ++repetition) {
+      for (Eigen::Index k = 0; k < table_V.size() && !passage.trips; k += ticks_) {
+        double command_V = table_V[k];
+        if (is_held) {
+          const double off_in = middle_in + experiment_.predicted_in[k] - place_in;
+          command_V += std::clamp(gain_V_per_in_ * off_in, -most_V_, most_V_);
+        }
+        command_V = std::clamp(command_V, limits_.command_min_V, limits_.command_max_V);
+        const double velocity = valve.velocity_in_per_s(command_V);
+        place_in += step_s_ * velocity;
+        passage.lowest_in = std::min(passage.lowest_in, place_in);
+        passage.highest_in = std::max(passage.highest_in, place_in);
+        passage.trips = is_beyond(place_in, velocity);
+      }
+    }
+    return passage;
+  }
+
+ private:
+  [[nodiscard]] bool is_beyond(double place_in, double velocity) const {
+    if (std::abs(velocity) > limits_.velocity_limit_in_per_s) return true;
+    const double braking = limits_.stopping_deceleration_in_per_s2;
+    const double speed = std::abs(velocity) + std::min(braking * kVelocityAge_s, limits_.velocity_limit_in_per_s);
+    const double stopping_in = speed * speed / (2.0 * braking);
+    return place_in + (velocity > 0.0 ? stopping_in : 0.0) > limits_.travel_max_in ||
+           place_in - (velocity < 0.0 ? stopping_in : 0.0) < limits_.travel_min_in;
+  }
+
+  const config::PreparedExperiment& experiment_;
+  const config::RigLimits& limits_;
+  Eigen::Index ticks_;
+  double step_s_;
+  double gain_V_per_in_ = 0.0;
+  double most_V_ = 0.0;
+};
+
+config::ValveEstimate drawn(const config::ValveEstimate& valve, const ValveUncertainty& uncertainty,
+                            ident::PortableDraw& draw) {
+  config::ValveEstimate other = valve;
+  other.null_V += uncertainty.null_V * draw.normal();
+  other.dead_band_V = std::max(0.0, other.dead_band_V + uncertainty.dead_band_V * draw.normal());
+  other.gain_positive_in_per_V_s *= std::max(0.1, 1.0 + uncertainty.gain_share * draw.normal());
+  other.gain_negative_in_per_V_s *= std::max(0.1, 1.0 + uncertainty.gain_share * draw.normal());
+  return other;
+}
+
+double mean_velocity(const config::ValveEstimate& valve, const Eigen::Ref<const Eigen::VectorXd>& volts_V,
+                     double offset_V) {
+  double sum = 0.0;
+  for (const double u : volts_V) sum += valve.velocity_in_per_s(u + offset_V);
+  return sum / static_cast<double>(volts_V.size());
+}
+
+/// Whole periods of the excitation.
+Eigen::VectorXd periodic_part(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
+  return experiment.table_V.tail(
+      config::periodic_rows(experiment.config, experiment.table_V.size(), rig.realtime.sample_period_s));
+}
+
+bool plays_open_loop(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
+  return rig.limits.following && !experiment.config.place_in && !experiment.config.hold;
+}
+
+}  // namespace
+
+std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
+                                  double start_in, const ValveUncertainty& uncertainty, std::uint64_t seed) {
+  if (!rig.limits.following || experiment.config.place_in || experiment.table_V.size() == 0) return std::nullopt;
+  const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
+  const double ahead_in = experiment.config.hold ? experiment.predicted_in[0] : 0.0;
+  const double from_in = experiment.config.start_in ? *experiment.config.start_in + ahead_in : start_in;
+  const Play play(experiment, rig);
+  ident::PortableDraw draw(seed);
+  std::vector<double> lowest(kDraws);
+  std::vector<double> highest(kDraws);
+  int trips = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const Passage passage = play.on(drawn(valve, uncertainty, draw), from_in);
+    lowest[static_cast<std::size_t>(i)] = passage.lowest_in;
+    highest[static_cast<std::size_t>(i)] = passage.highest_in;
+    trips += passage.trips ? 1 : 0;
+  }
+  std::sort(lowest.begin(), lowest.end());
+  std::sort(highest.begin(), highest.end());
+  constexpr auto kLow = static_cast<std::size_t>((1.0 - kShareWithin) * kDraws);
+  constexpr auto kHigh = static_cast<std::size_t>(kShareWithin * kDraws) - 1;
+  return Rehearsal{.lowest_in = lowest[kLow],
+                   .highest_in = highest[kHigh],
+                   .drift_in_per_s = plays_open_loop(experiment, rig)
+                                         ? mean_velocity(valve, periodic_part(experiment, rig), 0.0)
+                                         : 0.0,
+                   .chance_of_trip = static_cast<double>(trips) / kDraws};
+}
+
+std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
+                              const Eigen::Ref<const Eigen::VectorXd>& displacement_in) {
+  if (!plays_open_loop(experiment, rig) || displacement_in.size() < 2) return std::nullopt;
+  const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
+  const Eigen::VectorXd& table_V = experiment.table_V;
+  const double step_s = rig.realtime.sample_period_s;
+  const Eigen::Index rows = displacement_in.size();
+  double explained_in = 0.0;
+  for (Eigen::Index k = 0; k + 1 < rows; ++k) {
+    explained_in += step_s * valve.velocity_in_per_s(table_V[k % table_V.size()]);
+  }
+  const double moved_in = displacement_in[rows - 1] - displacement_in[0];
+  const double unexplained = (moved_in - explained_in) / (static_cast<double>(rows - 1) * step_s);
+  const Eigen::VectorXd periods_V = periodic_part(experiment, rig);
+  const auto rate = [&](double offset_V) { return mean_velocity(valve, periods_V, offset_V) + unexplained; };
+  Drift drift{.rate_in_per_s = rate(0.0)};
+  // The speed rises with the offset; bisection finds where it is 0.
+  double low_V = rig.limits.command_min_V - table_V.minCoeff();
+  double high_V = rig.limits.command_max_V - table_V.maxCoeff();
+  if (!(low_V < high_V) || rate(low_V) > 0.0 || rate(high_V) < 0.0) return drift;
+  for (int i = 0; i < 40; ++i) {
+    const double middle_V = 0.5 * (low_V + high_V);
+    (rate(middle_V) > 0.0 ? high_V : low_V) = middle_V;
+  }
+  drift.offset_V = experiment.config.excitation.offset_V + 0.5 * (low_V + high_V);
+  return drift;
+}
+
+}  // namespace eha

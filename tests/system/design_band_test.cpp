@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// An experiment made for a band of frequencies.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/system/program.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(DesignBand, FillsTheLimitsWithLowPeaksAndIsAValidExperiment) {
+  const TemporaryFolder folder;
+  const std::string rig = source_file("config/rigs/sim.toml");
+  const Ended made = run_eha(
+      {"design", "--band", "0.05:1.5", "--tones", "30", "--rig", rig, "-o", "band.toml", "--json"}, folder.path());
+  ASSERT_EQ(made.code, 0) << made.err;
+  const Json design = Json::parse(made.out);
+  EXPECT_EQ(design.at("tones"), 30);
+  EXPECT_EQ(design.at("binding"), "slew");
+  EXPECT_LT(design.at("crest_factor").at("voltage").get<double>(), 1.7);
+  EXPECT_LT(design.at("crest_factor").at("slew").get<double>(), 1.7);
+  const Ended checked = run_eha({"check", "band.toml", "--rig", rig}, folder.path());
+  EXPECT_EQ(checked.code, 0) << checked.err;
+  EXPECT_EQ(checked.err.find("no multiple"), std::string::npos) << checked.err;
+  EXPECT_NE(content_of(folder.path() / "band.toml").find("[hold]"), std::string::npos);
+}
+
+TEST(DesignBand, RefusesABandWithoutLinesAndOneThatIsNone) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(run_eha({"design", "--band", "0.051:0.052"}, folder.path()).code, 2);
+  EXPECT_EQ(run_eha({"design", "--band", "5:1"}, folder.path()).code, 2);
+  EXPECT_EQ(run_eha({"design", "--tones", "5"}, folder.path()).code, 2);
+}
+
+}  // namespace
+}  // namespace eha::test

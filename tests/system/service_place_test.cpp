@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rod to a place, through the service and without it, on the simulated rig.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "core/error.hpp"
+#include "tests/system/daemon.hpp"
+#include "tests/system/program.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using control::Client;
+
+constexpr const char* kGoTo = "schema = 1\nname = \"goto\"\nduration_s = 60.0\n[place]\ndisplacement_in = 4.5\n";
+
+class ServicePlace : public ::testing::Test {
+ protected:
+  void SetUp() override { daemon_.start(); }
+
+  Ended eha(std::vector<std::string> words) {
+    words.insert(words.end(), {"--socket", daemon_.socket()});
+    return run_eha(words, daemon_.folder());
+  }
+
+  double rod_in() { return Json::parse(eha({"read", "--json"}).out).at("rod").at("displacement_in").get<double>(); }
+
+  Daemon daemon_;
+};
+
+TEST_F(ServicePlace, MovesTheRodThereAndAgainRelativeToIt) {
+  Client(daemon_.socket()).call("arm");
+  const Ended there = eha({"goto", "4in", "--fast"});
+  ASSERT_EQ(there.code, 0) << there.err;
+  EXPECT_NE(there.out.find("the rod is at "), std::string::npos) << there.out;
+  EXPECT_NEAR(rod_in(), 4.0, 0.03);
+  const Ended back = eha({"jog", "-5.08mm", "--fast", "--json"});
+  ASSERT_EQ(back.code, 0) << back.err;
+  EXPECT_NEAR(rod_in(), 3.8, 0.05);
+  const Json run = Json::parse(back.out);
+  EXPECT_EQ(run.at("outcome"), "completed");
+  const fs::path folder = run.at("run").get<std::string>();
+  EXPECT_TRUE(fs::exists(folder / "raw.h5")) << "a placing is recorded as a run";
+  const Json manifest = Json::parse(content_of(folder / "run.json"));
+  EXPECT_NEAR(manifest.at("experiment").at("place_in").get<double>(), 3.8, 0.03);
+  EXPECT_TRUE(fs::is_empty(folder / "models")) << "there is nothing to fit";
+  EXPECT_EQ(Client(daemon_.socket()).call("status").at("state"), "armed") << "the next may follow";
+}
+
+TEST_F(ServicePlace, RefusesPlacesOutsideTheTravelAndLengthsWithoutAUnit) {
+  Client(daemon_.socket()).call("arm");
+  const Ended outside = eha({"goto", "5.74in", "--fast"});
+  EXPECT_EQ(outside.code, static_cast<int>(ExitCode::configuration));
+  EXPECT_NE(outside.err.find("place.displacement_in"), std::string::npos) << outside.err;
+  EXPECT_EQ(eha({"jog", "+9in", "--fast"}).code, static_cast<int>(ExitCode::configuration));
+  EXPECT_EQ(eha({"goto", "3"}).code, static_cast<int>(ExitCode::usage));
+  EXPECT_NEAR(rod_in(), 2.95, 0.01);
+}
+
+TEST_F(ServicePlace, RampsOutOnAStopAndRefusesToJogMeanwhile) {
+  Client client(daemon_.socket());
+  client.call("arm");
+  const std::int64_t entry = submit(client, kGoTo, false);
+  follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  EXPECT_EQ(eha({"jog", "+0.1in"}).code, static_cast<int>(ExitCode::usage));
+  EXPECT_EQ(client.call("stop").at("stopped"), "ramping_out");
+  const Json over = follow(daemon_, entry);
+  EXPECT_EQ(over.at("outcome"), "interrupted");
+  EXPECT_EQ(client.call("status").at("state"), "idle");
+}
+
+TEST_F(ServicePlace, MovesNothingForAUserWhoDoesNotHoldTheLease) {
+  if (!can_change_user()) GTEST_SKIP() << "needs two users";
+  daemon_.open_to_all();
+  const auto alice = connect_as(65534, daemon_);
+  const auto bob = connect_as(1, daemon_);
+  alice->call("arm");
+  const std::int64_t entry = submit(*bob, kGoTo);
+  EXPECT_EQ(entry_of(daemon_, entry).at("state"), "held");
+  EXPECT_NE(refused(*bob, "release").code, 0);
+  EXPECT_NEAR(rod_in(), 2.95, 0.01);
+}
+
+TEST_F(ServicePlace, StartsAnExperimentWhereItAsksAndHoldsItThere) {
+  Client client(daemon_.socket());
+  client.call("arm");
+  const std::string text = experiment_text("started") + "\n[start]\ndisplacement_in = 2.0\n\n[hold]\n";
+  const Json over = follow(daemon_, submit(client, text),
+                           [](const Json& snapshot) { return snapshot.at("entry").at("state") == "fitting"; });
+  EXPECT_EQ(over.at("outcome"), "completed") << over;
+  const Json manifest = Json::parse(content_of(fs::path(over.at("folder").get<std::string>()) / "run.json"));
+  EXPECT_EQ(manifest.at("experiment").at("start_in"), 2.0);
+  EXPECT_TRUE(manifest.at("experiment").at("hold").is_object());
+  EXPECT_EQ(over.at("placed_in"), nullptr);
+}
+
+TEST_F(ServicePlace, MovesALocalRigToo) {
+  const Ended there =
+      run_eha({"goto", "75mm", "--local", "--fast", "--rig", daemon_.rig_file(), "--json"}, daemon_.folder());
+  ASSERT_EQ(there.code, 0) << there.err;
+  const Json run = Json::parse(there.out);
+  EXPECT_NEAR(run.at("displacement_in").get<double>(), 75.0 / 25.4, 0.02);
+  EXPECT_EQ(run.at("outcome"), "completed");
+}
+
+}  // namespace
+}  // namespace eha::test

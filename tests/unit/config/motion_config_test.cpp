@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where an experiment wants the rod: [start], [hold], [place]; and tones that do not fit the record.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "config/prepared_experiment.hpp"
+#include "config/tone_grid.hpp"
+#include "config/valve_estimate.hpp"
+#include "core/error.hpp"
+
+namespace eha::config {
+namespace {
+
+const RigConfig& sim() {
+  static const RigConfig rig = load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  return rig;
+}
+
+std::string experiment(const std::string& more, double frequency_Hz = 0.25) {
+  return "schema = 1\nname = \"bench\"\nduration_s = 20.0\n[excitation]\nkind = \"multisine\"\noffset_V = -0.2\n"
+         "tones = [{ frequency_Hz = " +
+         std::to_string(frequency_Hz) + ", amplitude_V = 1.0 }]\n[record]\ndiscard_s = 4.0\n" + more;
+}
+
+/// The message of the refusal, empty when there is none.
+std::string refusal(const std::string& text, const RigConfig& rig = sim()) {
+  try {
+    static_cast<void>(parse_prepared_experiment(text, "e.toml", rig));
+    return "";
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+}
+
+bool contains(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
+
+TEST(MotionConfig, ReadsStartAndHold) {
+  const auto prepared = parse_prepared_experiment(
+      experiment("[start]\ndisplacement_in = 2.5\n[hold]\ngain_V_per_in = 3.0\n"), "e", sim());
+  EXPECT_EQ(prepared.config.start_in, 2.5);
+  ASSERT_TRUE(prepared.config.hold.has_value());
+  EXPECT_EQ(prepared.config.hold->gain_V_per_in, 3.0);
+  EXPECT_EQ(prepared.predicted_in.size(), prepared.table_V.size());
+  const auto plain = parse_prepared_experiment(experiment(""), "e", sim());
+  EXPECT_FALSE(plain.config.start_in || plain.config.hold || plain.config.place_in);
+  EXPECT_EQ(plain.predicted_in.size(), 0);
+}
+
+TEST(MotionConfig, RefusesPlacesTooNearToALimit) {
+  EXPECT_EQ(refusal(experiment("[start]\ndisplacement_in = 5.6\n")), "");
+  EXPECT_TRUE(contains(refusal(experiment("[start]\ndisplacement_in = 5.72\n")), "start.displacement_in: expected 0."));
+  EXPECT_TRUE(contains(refusal("schema = 1\nname = \"g\"\nduration_s = 60.0\n[place]\ndisplacement_in = 0.16\n"),
+                       "e.toml:5:19: place.displacement_in"));
+}
+
+TEST(MotionConfig, TakesAPlaceInsteadOfAnExcitation) {
+  const std::string place = "schema = 1\nname = \"g\"\nduration_s = 60.0\n[place]\ndisplacement_in = 3.0\n";
+  const auto prepared = parse_prepared_experiment(place, "e.toml", sim());
+  EXPECT_EQ(prepared.config.place_in, 3.0);
+  EXPECT_EQ(prepared.table_V.size(), 60'000);
+  EXPECT_EQ(prepared.table_V.cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_TRUE(contains(refusal(place + "[start]\ndisplacement_in = 3.0\n"), "start: expected no such key"));
+  EXPECT_TRUE(contains(refusal(experiment("[place]\ndisplacement_in = 3.0\n")), "excitation: expected no such key"));
+}
+
+TEST(MotionConfig, BoundsTheGainOfAHoldByTheRig) {
+  const HoldGains gains = hold_gains(sim());
+  EXPECT_NEAR(gains.most, 1.0 / 0.148, 1e-9);
+  EXPECT_LT(gains.usual, gains.most);
+  EXPECT_TRUE(
+      contains(refusal(experiment("[hold]\ngain_V_per_in = 50.0\n")), "hold.gain_V_per_in: expected at most 6.76"));
+  RigConfig unknown = sim();
+  unknown.limits.following.reset();
+  EXPECT_TRUE(contains(refusal(experiment("[hold]\n"), unknown), "hold: expected [following]"));
+}
+
+TEST(MotionConfig, EstimatesTheValveWithoutTheMarginsOfTheCheck) {
+  const ValveEstimate valve = valve_estimate(*sim().limits.following);
+  EXPECT_DOUBLE_EQ(valve.velocity_in_per_s(-0.2 + 0.15), 0.0);
+  EXPECT_NEAR(valve.velocity_in_per_s(-0.2 + 1.15), 0.148, 1e-12);
+  EXPECT_NEAR(valve.velocity_in_per_s(-0.2 - 1.15), -0.130, 1e-12);
+}
+
+TEST(ToneGrid, NamesTheNearestFrequencyThatFits) {
+  const auto sentences = [](const std::string& text) { return off_grid_tones(parse_experiment(text, "e.toml")); };
+  // Half of 16 s.
+  EXPECT_TRUE(sentences(experiment("", 0.25)).empty());
+  const auto off = sentences(experiment("", 0.33));
+  ASSERT_EQ(off.size(), 1U);
+  EXPECT_TRUE(contains(off[0], "0.33 Hz is no multiple of 1/8 s (half of what is used of the record): 0.375 Hz"))
+      << off[0];
+  const auto repeated = sentences("repetitions = 3\n" + experiment("", 0.33));
+  ASSERT_EQ(repeated.size(), 1U);
+  EXPECT_TRUE(contains(repeated[0], "1/20 s (a repetition): 0.35 Hz")) << repeated[0];
+  EXPECT_TRUE(off_grid_tones(load_experiment(EHA_SOURCE_DIR "/config/experiments/paper.toml")).empty());
+}
+
+TEST(SlewRefusal, NamesTheFactorThatPasses) {
+  const auto text = [](double amplitude_V) {
+    return "schema = 1\nname = \"fast\"\nduration_s = 20.0\n[excitation]\nkind = \"sine\"\ntones = [{ frequency_Hz = "
+           "2.0, "
+           "amplitude_V = " +
+           std::to_string(amplitude_V) + " }]\n[record]\ndiscard_s = 4.0\n";
+  };
+  const std::string message = refusal(text(4.0));
+  const std::size_t at = message.find("all amplitudes times ");
+  ASSERT_NE(at, std::string::npos) << message;
+  const double factor = std::stod(message.substr(at + 21));
+  EXPECT_EQ(refusal(text(4.0 * factor)), "");
+  EXPECT_NE(refusal(text(4.0 * factor * 1.02)), "");
+}
+
+}  // namespace
+}  // namespace eha::config

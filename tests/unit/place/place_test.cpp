@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rod to a place, on the simulated rig under the tick with all its limits.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "daemon/place/place_source.hpp"
+#include "hal/sim/sim_rig.hpp"
+#include "tests/unit/place/long_play.hpp"
+
+namespace eha::place {
+namespace {
+
+using acquisition::Fault;
+using acquisition::Outcome;
+using acquisition::State;
+
+TEST(Place, MovesUpAndDownAndComesToRestWithinTheTolerance) {
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(hal::SimOptions{}, 0.0);
+  for (const double target_in : {4.5, 1.0, 1.03}) {
+    LongPlay play;
+    const double end_in = play.move(*rig, target_in);
+    EXPECT_EQ(play.report.outcome, Outcome::completed) << target_in;
+    EXPECT_EQ(play.machine.state(), State::idle);
+    EXPECT_NEAR(end_in, target_in, kTolerance_in);
+    for (const auto& row : play.rows) ASSERT_LT(std::abs(row.applied_V), 5.0);
+  }
+}
+
+TEST(Place, NeedsNoNumbersOfTheValve) {
+  for (const double null_V : {-0.4, 0.4}) {
+    hal::SimOptions options;
+    options.valve_null_offset_V = null_V;
+    options.valve_dead_band_V = 0.3;
+    const std::unique_ptr<hal::Rig> rig = hal::open_rig(options, 0.0);
+    LongPlay play;
+    play.used_limits.following.reset();
+    EXPECT_NEAR(play.move(*rig, 3.6), 3.6, kTolerance_in) << null_V;
+    EXPECT_EQ(play.report.outcome, Outcome::completed) << null_V;
+  }
+}
+
+TEST(Place, StopsAtALimitThatTheRodReachesOnTheWay) {
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(hal::SimOptions{}, 0.0);
+  LongPlay play;
+  play.used_limits.travel_max_in = 4.0;
+  const double end_in = play.move(*rig, 4.5);
+  EXPECT_EQ(play.report.outcome, Outcome::faulted);
+  EXPECT_EQ(play.report.fault.fault, Fault::travel_limit);
+  EXPECT_TRUE(play.report.safe_confirmed);
+  EXPECT_LT(end_in, 4.0);
+}
+
+TEST(Place, SaysThatTheRodDoesNotMove) {
+  hal::SimOptions options;
+  options.valve_dead_band_V = 4.9;
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(options, 0.0);
+  LongPlay play;
+  // The following check would find it first.
+  play.used_limits.following->limit_in = 1e6;
+  play.used_limits.frozen_sensor_s = 0.0;
+  play.move(*rig, 3.5, 5.0);
+  EXPECT_EQ(play.report.outcome, Outcome::faulted);
+  EXPECT_EQ(play.report.fault.fault, Fault::no_motion);
+  EXPECT_NEAR(play.report.fault.limit, 0.55, 0.01) << "the way to go";
+}
+
+TEST(Place, SaysThatItWasStillOnItsWayAtTheTimeOut) {
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(hal::SimOptions{}, 0.0);
+  LongPlay play;
+  play.move(*rig, 5.0, 4.0);
+  EXPECT_EQ(play.report.fault.fault, Fault::not_in_place);
+  EXPECT_GT(play.report.fault.value, 0.5) << "what was left of the way";
+}
+
+TEST(Place, RampsOutOnAStop) {
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(hal::SimOptions{}, 0.0);
+  LongPlay play;
+  play.stop.request();
+  play.move(*rig, 5.0);
+  EXPECT_EQ(play.report.outcome, Outcome::interrupted);
+  EXPECT_TRUE(play.report.safe_confirmed);
+}
+
+TEST(StartingSource, PlaysTheExperimentFromItsPlaceOn) {
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(hal::SimOptions{}, 0.0);
+  LongPlay play;
+  play.limits = play.used_limits;
+  std::vector<double> table_V = acquisition::cosine(1000);
+  for (double& u : table_V) u *= 0.5;  // within the slew limit
+  StartingSource source(PlaceController(play.limits, 0.001, 2.0), play.limits, 0.001,
+                        std::make_unique<acquisition::TableSource>(table_V, 1));
+  play.play_on(*rig, source);
+  EXPECT_EQ(play.report.outcome, Outcome::completed);
+  EXPECT_EQ(play.count(State::running), 1000U);
+  const std::size_t first = play.first(State::running);
+  EXPECT_NEAR(play.rows[first].displacement_in, 2.0, 0.06) << "the ramp to row 0 moves it a little";
+  for (std::size_t k = 0; k < table_V.size(); ++k) {
+    ASSERT_DOUBLE_EQ(play.rows[first + k].requested_V, table_V[k]);
+    ASSERT_EQ(play.rows[first + k].flags & acquisition::kSlewLimited, 0) << "row " << k;
+  }
+}
+
+TEST(StartingSource, PlaysNothingWhenThePlaceIsNotReached) {
+  hal::SimOptions options;
+  options.valve_dead_band_V = 4.9;
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(options, 0.0);
+  LongPlay play;
+  play.used_limits.following->limit_in = 1e6;
+  play.used_limits.frozen_sensor_s = 0.0;
+  play.limits = play.used_limits;
+  const std::vector<double> table_V = acquisition::cosine(100);
+  StartingSource source(PlaceController(play.limits, 0.001, 3.0), play.limits, 0.001,
+                        std::make_unique<acquisition::TableSource>(table_V, 1));
+  play.play_on(*rig, source);
+  EXPECT_EQ(play.report.fault.fault, Fault::no_motion);
+  EXPECT_EQ(play.count(State::running), 0U);
+}
+
+}  // namespace
+}  // namespace eha::place

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rehearsal/rehearsal.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "config/valve_estimate.hpp"
+
+namespace eha {
+namespace {
+
+const config::RigConfig& sim() {
+  static const config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  return rig;
+}
+
+config::PreparedExperiment sine(double offset_V, const std::string& more = "", double duration_s = 60.0) {
+  const std::string text = fmt::format(
+      "schema = 1\nname = \"s\"\nduration_s = {:.1f}\n[excitation]\nkind = \"sine\"\noffset_V = {:.4f}\n"
+      "tones = [{{ frequency_Hz = 0.2, amplitude_V = 2.0 }}]\n[record]\ndiscard_s = 0.0\n{}",
+      duration_s, offset_V, more);
+  return config::parse_prepared_experiment(text, "s.toml", sim());
+}
+
+/// Where a rod on this valve goes in the first 30 s of an experiment [in].
+Eigen::VectorXd moved_by(const config::ValveEstimate& valve, const config::PreparedExperiment& experiment) {
+  Eigen::VectorXd displacement(30'000);
+  double place_in = 2.95;
+  for (Eigen::Index k = 0; k < displacement.size(); ++k) {
+    displacement[k] = place_in;
+    place_in += 0.001 * valve.velocity_in_per_s(experiment.table_V[k]);
+  }
+  return displacement;
+}
+
+/// The offset at which the shipped rig's valve makes no drift of the sine.
+double balanced_V() {
+  const config::PreparedExperiment any = sine(-0.2);
+  return drift_of(any, sim(), moved_by(config::valve_estimate(*sim().limits.following), any))->offset_V.value_or(9.0);
+}
+
+TEST(Rehearsal, SaysThatABalancedSineStaysInsideAndAnOffsetOneDoesNot) {
+  const auto good = rehearse(sine(balanced_V()), sim(), 2.95);
+  ASSERT_TRUE(good.has_value());
+  EXPECT_LT(good->chance_of_trip, 0.05);
+  EXPECT_NEAR(good->drift_in_per_s, 0.0, 1e-3);
+  EXPECT_GT(good->lowest_in, 1.0);
+  EXPECT_LT(good->highest_in, 5.0);
+  const auto bad = rehearse(sine(balanced_V() + 0.6), sim(), 2.95);
+  EXPECT_GT(bad->chance_of_trip, 0.95);
+  EXPECT_GT(bad->drift_in_per_s, 0.05);
+}
+
+TEST(Rehearsal, IsUncertainWhereTheNullDecides) {
+  // At some drift the rod just reaches the limit in 60 s, or just not.
+  int undecided = 0;
+  for (int i = 0; i <= 20; ++i) {
+    const double chance = rehearse(sine(balanced_V() + 0.2 + 0.02 * i), sim(), 2.95)->chance_of_trip;
+    undecided += chance > 0.05 && chance < 0.95 ? 1 : 0;
+  }
+  EXPECT_GE(undecided, 1);
+  EXPECT_LE(undecided, 8);
+}
+
+TEST(Rehearsal, KnowsThatAHoldTakesTheDriftAway) {
+  const auto held = rehearse(sine(balanced_V() + 0.6, "[hold]\n"), sim(), 2.95);
+  ASSERT_TRUE(held.has_value());
+  EXPECT_LT(held->chance_of_trip, 0.05);
+  EXPECT_EQ(held->drift_in_per_s, 0.0);
+}
+
+TEST(Rehearsal, BeginsAtTheStartOfTheExperiment) {
+  const auto started = rehearse(sine(balanced_V(), "[start]\ndisplacement_in = 1.5\n"), sim(), 5.0);
+  EXPECT_LT(started->highest_in, 4.0);
+}
+
+TEST(Rehearsal, IsNoneWithoutTheValveAndForAPlacing) {
+  config::RigConfig unknown = sim();
+  unknown.limits.following.reset();
+  EXPECT_FALSE(rehearse(sine(-0.2), unknown, 2.95).has_value());
+  const auto placing = config::parse_prepared_experiment(
+      "schema = 1\nname = \"g\"\nduration_s = 60.0\n[place]\ndisplacement_in = 3.0\n", "g.toml", sim());
+  EXPECT_FALSE(rehearse(placing, sim(), 2.95).has_value());
+}
+
+TEST(Drift, NamesTheOffsetThatStopsIt) {
+  const config::ValveEstimate valve = config::valve_estimate(*sim().limits.following);
+  // The rod's valve has its null 0.1 V away from where the file has it.
+  config::ValveEstimate true_valve = valve;
+  true_valve.null_V -= 0.1;
+  const config::PreparedExperiment played = sine(-0.2);
+  const Eigen::VectorXd displacement = moved_by(true_valve, played);
+  const auto drift = drift_of(played, sim(), displacement);
+  ASSERT_TRUE(drift && drift->offset_V);
+  EXPECT_NEAR(drift->rate_in_per_s, (displacement[29'999] - 2.95) / 30.0, 1e-3);
+  EXPECT_NEAR(*drift->offset_V, balanced_V() - 0.1, 0.01);
+}
+
+}  // namespace
+}  // namespace eha
