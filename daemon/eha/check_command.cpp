@@ -10,6 +10,7 @@
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/rig/arming.hpp"
 #include "hal/backend.hpp"
@@ -31,10 +32,12 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
 }
 
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
-                       const std::optional<std::string>& rig_file, Console& console) {
+                       const std::optional<std::string>& rig_file, const std::optional<Rehearsal>& rehearsal,
+                       Console& console) {
   nlohmann::ordered_json document{
       {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
   if (rig_file) document["rig"] = *rig_file;
+  if (rehearsal) document["rehearsal"] = to_json(*rehearsal);
   console.print_json(document);
   const std::size_t count = experiment.models.size();
   const std::string models =
@@ -43,6 +46,7 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
                             experiment.name, experiment.duration_s, experiment.repetitions,
                             experiment.repetitions == 1 ? "" : "s", models,
                             rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
+  report_rehearsal(rehearsal, command.file, console);
   for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   if (!rig_file) console.warning("no rig file to check the experiment against; name one with --rig");
   const std::string rig = command.rig_file ? fmt::format(" --rig {}", *command.rig_file) : "";
@@ -63,12 +67,15 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   if (!rig_file) {
     if (const auto found = default_rig_file()) rig_file = found->string();
   }
-  report_experiment(command,
-                    rig_file ? config::parse_prepared_experiment(text, command.file, config::load_rig(*rig_file),
-                                                                 config::NamedFiles::read)
-                                   .config
-                             : config::parse_experiment(text, command.file, config::NamedFiles::read),
-                    rig_file, console);
+  if (!rig_file) {
+    report_experiment(command, config::parse_experiment(text, command.file, config::NamedFiles::read), rig_file,
+                      std::nullopt, console);
+    return ExitCode::ok;
+  }
+  const config::RigConfig rig = config::load_rig(*rig_file);
+  const config::PreparedExperiment prepared =
+      config::parse_prepared_experiment(text, command.file, rig, config::NamedFiles::read);
+  report_experiment(command, prepared.config, rig_file, rehearse(prepared, rig, start_of(rig)), console);
   return ExitCode::ok;
 }
 

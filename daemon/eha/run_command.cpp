@@ -14,6 +14,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/place_text.hpp"
+#include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_service.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -97,6 +98,7 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report));
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
+  if (run.report.fault.fault == acquisition::Fault::travel_limit) explain_trip(folder, console);
   std::error_code unknown;
   if (!fs::exists(run.folder / record::kJournalFile, unknown)) {
     console.info(fmt::format("nothing of this run is in {}", folder));
@@ -172,6 +174,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   require_trusted_rig_file(rig);
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
+  report_rehearsal(rehearse(prepared, rig, start_of(rig)), command.experiment_file, console);
   const std::optional<std::string> confirmation = confirmation_text(rig, experiment);
   if (confirmation && !command.yes && !console.confirm(*confirmation)) {
     console.info("not confirmed; nothing was moved");

@@ -9,10 +9,13 @@
 #include <string>
 
 #include "config/file_kind.hpp"
+#include "config/prepared_experiment.hpp"
+#include "config/tone_grid.hpp"
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/place_text.hpp"
+#include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -113,6 +116,7 @@ ExitCode report(const Json& entry, const Console& console) {
   const std::string folder = entry.value("folder", "");
   const std::string note = entry.value("note", "");
   if (code != ExitCode::ok && !note.empty()) console.error(note);
+  if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && entry.value("outcome", "") != "completed") {
     console.info(fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same", folder, folder));
   }
@@ -130,6 +134,22 @@ ExitCode report(const Json& entry, const Console& console) {
   return code;
 }
 
+/// Rehearses an experiment with the service's rig file, where this user may read it. What is wrong with either file is
+/// the service's to say.
+void rehearse_for_service(const RunCommand& command, const std::string& text, const Json& status, Console& console) {
+  try {
+    const config::RigConfig rig = config::load_rig(status.at("rig").at("file").get<std::string>());
+    const config::PreparedExperiment prepared = config::parse_prepared_experiment(text, command.experiment_file, rig);
+    for (const std::string& sentence : config::off_grid_tones(prepared.config)) console.warning(sentence);
+    const Json rod = status.value("rod", Json());
+    const bool is_read = rod.is_object() && rod.contains("displacement_in");
+    const double place_in = is_read ? rod.at("displacement_in").get<double>() : start_of(rig);
+    report_rehearsal(rehearse(prepared, rig, place_in), command.experiment_file, console);
+  } catch (const Error& error) {
+    console.debug(fmt::format("not rehearsed: {}", error.what()));
+  }
+}
+
 }  // namespace
 
 ExitCode run_through_service(const RunCommand& command, Console& console) {
@@ -137,6 +157,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   Client client(command.socket);
   const Json status = client.call("status");
   const Json& rig = status.at("rig");
+  rehearse_for_service(command, text, status, console);
   if (rig.at("moves") == true && !command.yes &&
       !console.confirm(fmt::format("This moves the actuator of \"{}\" ({}) with {}.", rig.at("name").get<std::string>(),
                                    rig.at("file").get<std::string>(), command.experiment_file))) {

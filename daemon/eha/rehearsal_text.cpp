@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/rehearsal_text.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/display_unit.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "hal/backend.hpp"
+
+namespace eha::cli {
+namespace {
+
+constexpr double kWarnedFrom = 0.05;
+
+}  // namespace
+
+double start_of(const config::RigConfig& rig) {
+  const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
+  return hal::initial_displacement_in(rig.backend).value_or(middle_in);
+}
+
+nlohmann::ordered_json to_json(const Rehearsal& rehearsal) {
+  return {{"lowest_in", rehearsal.lowest_in},
+          {"highest_in", rehearsal.highest_in},
+          {"drift_in_per_s", rehearsal.drift_in_per_s},
+          {"chance_of_trip", rehearsal.chance_of_trip}};
+}
+
+void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
+                      const Console& console) {
+  if (!rehearsal) return;
+  const DisplayUnit unit(console.units());
+  const double factor = unit.factor("in");
+  console.info(
+      fmt::format("{}: rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts "
+                  "{:+.4f} {}/s",
+                  experiment_file, factor * rehearsal->lowest_in, factor * rehearsal->highest_in, unit.of("in"),
+                  factor * rehearsal->drift_in_per_s, unit.of("in")));
+  if (rehearsal->chance_of_trip < kWarnedFrom) return;
+  console.warning(
+      fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit; lower the amplitudes, change offset_V, or "
+                  "add [start] or [hold]",
+                  experiment_file, 100.0 * rehearsal->chance_of_trip));
+}
+
+void explain_trip(const std::string& run_folder, const Console& console) {
+  try {
+    const record::LoadedRun run = record::read_run(run_folder);
+    const config::RigConfig rig = config::parse_rig(run.rig_text, run_folder + "/run.json (rig)");
+    const config::PreparedExperiment experiment =
+        config::parse_prepared_experiment(run.experiment_text, run_folder + "/run.json (experiment)", rig);
+    const std::optional<Drift> drift = drift_of(experiment, rig, run.record.output);
+    if (!drift) return;
+    const DisplayUnit unit(console.units());
+    console.info(fmt::format("the rod drifted at {:+.4f} {}/s{}", unit.factor("in") * drift->rate_in_per_s,
+                             unit.of("in"),
+                             drift->offset_V ? fmt::format("; offset_V = {:.3f} would stop it", *drift->offset_V)
+                                             : "; no offset_V within the command limits would stop it"));
+  } catch (const Error& error) {
+    console.debug(error.what());
+  }
+}
+
+}  // namespace eha::cli

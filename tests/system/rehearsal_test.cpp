@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What an experiment will do to the rod is said before it is played, and what it did after a trip.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/error.hpp"
+#include "tests/system/program.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kDrifts =
+    "schema = 1\nname = \"drifts\"\nduration_s = 60.0\n[excitation]\nkind = \"sine\"\noffset_V = 0.8\n"
+    "tones = [{ frequency_Hz = 0.2, amplitude_V = 2.0 }]\n[record]\ndiscard_s = 0.0\n[[model]]\nname = \"io\"\n"
+    "structure = \"io\"\n";
+
+TEST(Rehearsal, IsSaidByCheckAndTheTripIsExplainedByRun) {
+  const std::string rig = source_file("config/rigs/sim.toml");
+  const TemporaryFolder folder;
+  folder.write("drifts.toml", kDrifts);
+  const Ended good =
+      run_eha({"check", source_file("config/experiments/paper.toml"), "--rig", rig, "--json"}, folder.path());
+  ASSERT_EQ(good.code, 0) << good.err;
+  EXPECT_LT(Json::parse(good.out).at("rehearsal").at("chance_of_trip").get<double>(), 0.05);
+  EXPECT_EQ(good.err.find("warning"), std::string::npos) << good.err;
+  const Ended bad = run_eha({"check", "drifts.toml", "--rig", rig}, folder.path());
+  EXPECT_EQ(bad.code, 0) << "a warning, not a fault of the file";
+  EXPECT_NE(bad.err.find("100 % of the rehearsed rods reach a limit"), std::string::npos) << bad.err;
+  const Ended tripped = run_eha({"run", "drifts.toml", "--local", "--fast", "--rig", rig}, folder.path());
+  EXPECT_EQ(tripped.code, static_cast<int>(ExitCode::safety_trip)) << tripped.err;
+  EXPECT_NE(tripped.err.find("the rod drifted at +"), std::string::npos) << tripped.err;
+  EXPECT_NE(tripped.err.find("offset_V = -0."), std::string::npos) << tripped.err;
+}
+
+}  // namespace
+}  // namespace eha::test
