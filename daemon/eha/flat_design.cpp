@@ -85,9 +85,9 @@ std::vector<Eigen::VectorXcd> crowded(const std::array<Bounded, 3>& signals) {
   return near;
 }
 
-std::string experiment_text(const DesignCommand& command, const config::RigConfig& rig,
-                            const std::vector<std::size_t>& harmonics, const Eigen::VectorXd& phase_rad,
-                            double amplitude_V, double period_s, const std::string& remark) {
+std::string band_experiment_text(const DesignCommand& command, const config::RigConfig& rig,
+                                 const std::vector<std::size_t>& harmonics, const Eigen::VectorXd& phase_rad,
+                                 double amplitude_V, double period_s, const std::string& remark) {
   const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
   std::string text = fmt::format(
       "# Made by `eha design --band {:g}:{:g} --tones {} --period {:g}` for \"{}\".\n# {}\nschema = 1\nname = "
@@ -139,7 +139,8 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
       "{} tones of {:.3g} V, peak {:.3g} V, +-{:.3g} in; the {} limit keeps them from being larger", harmonics.size(),
       amplitude_V, amplitude_V * signals[0].peak, amplitude_V * signals[2].peak, binding->name);
   const std::filesystem::path file = command.output.value_or("band.toml");
-  os::write_file_atomically(file, experiment_text(command, rig, harmonics, phase_rad, amplitude_V, period_s, remark));
+  os::write_file_atomically(file,
+                            band_experiment_text(command, rig, harmonics, phase_rad, amplitude_V, period_s, remark));
   nlohmann::ordered_json document{{"schema", "eha-design/1"},   {"file", file.string()}, {"tones", harmonics.size()},
                                   {"amplitude_V", amplitude_V}, {"rms_V", rms_V},        {"binding", binding->name}};
   console.print(remark);

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "daemon/eha/console.hpp"
 #include "core/display_unit.hpp"
+#include "daemon/eha/console.hpp"
 
 namespace eha::cli {
 

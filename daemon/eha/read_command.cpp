@@ -70,7 +70,7 @@ std::string text_of(const Json& read, const Console& console) {
   return aligned(lines);
 }
 
-ExitCode show(const Reader& read, bool watch, Console& console) {
+ExitCode show_readings(const Reader& read, bool watch, Console& console) {
   if (!watch) {
     const Json now = read();
     console.print(text_of(now, console));
@@ -99,7 +99,7 @@ ExitCode execute(const ReadCommand& command, Console& console) {
   const std::filesystem::path socket = command.socket.value_or(control::default_socket());
   if (command.socket || (!command.local && std::filesystem::exists(socket, ignored))) {
     control::Client client(socket);
-    return show(reader_of_service(client), command.watch, console);
+    return show_readings(reader_of_service(client), command.watch, console);
   }
   const config::RigConfig config = load_rig_or_default(command.rig_file);
   if (!command.local) {
@@ -109,7 +109,7 @@ ExitCode execute(const ReadCommand& command, Console& console) {
   require_trusted_rig_file(config);
   const std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
   RodView view;
-  return show(reader_of_rig(*rig, config, view), command.watch, console);
+  return show_readings(reader_of_rig(*rig, config, view), command.watch, console);
 }
 
 }  // namespace eha::cli

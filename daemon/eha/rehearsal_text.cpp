@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "core/error.hpp"
 #include "core/display_unit.hpp"
+#include "core/error.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "hal/backend.hpp"
 

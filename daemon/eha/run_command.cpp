@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "config/prepared_experiment.hpp"
-#include "core/display_unit.hpp"
 #include "config/tone_grid.hpp"
+#include "core/display_unit.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/place_text.hpp"
