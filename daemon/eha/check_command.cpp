@@ -46,7 +46,8 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
                             experiment.name, experiment.duration_s, experiment.repetitions,
                             experiment.repetitions == 1 ? "" : "s", models,
                             rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
-  report_rehearsal(rehearsal, command.file, console);
+  if (rehearsal) console.print(sentence_on(*rehearsal, console));
+  warn_of_trips(rehearsal, command.file, console);
   for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   if (!rig_file) console.warning("no rig file to check the experiment against; name one with --rig");
   const std::string rig = command.rig_file ? fmt::format(" --rig {}", *command.rig_file) : "";

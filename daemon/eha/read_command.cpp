@@ -28,6 +28,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kReads_Hz = 5.0;
+constexpr int kTries = 20;  // 1 s
+constexpr auto kRetry = std::chrono::milliseconds(50);
 
 /// What is read, with the state of the rig: {state, rig, rod}.
 using Reader = std::function<Json()>;
@@ -35,6 +37,11 @@ using Reader = std::function<Json()>;
 Reader reader_of_service(control::Client& client) {
   return [&client] {
     Json status = client.call("status");
+    // After a run the service reads the rig anew within some milliseconds.
+    for (int i = 0; i < kTries && status.at("rod").is_null(); ++i) {
+      std::this_thread::sleep_for(kRetry);
+      status = client.call("status");
+    }
     return Json{
         {"schema", "eha-read/1"}, {"state", status.at("state")}, {"rig", status.at("rig")}, {"rod", status.at("rod")}};
   };

@@ -27,21 +27,28 @@ nlohmann::ordered_json to_json(const Rehearsal& rehearsal) {
           {"chance_of_trip", rehearsal.chance_of_trip}};
 }
 
-void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
-                      const Console& console) {
-  if (!rehearsal) return;
+std::string sentence_on(const Rehearsal& rehearsal, const Console& console) {
   const DisplayUnit unit(console.units());
   const double factor = unit.factor("in");
-  console.info(
-      fmt::format("{}: rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts "
-                  "{:+.4f} {}/s",
-                  experiment_file, factor * rehearsal->lowest_in, factor * rehearsal->highest_in, unit.of("in"),
-                  factor * rehearsal->drift_in_per_s, unit.of("in")));
-  if (rehearsal->chance_of_trip < kWarnedFrom) return;
+  return fmt::format(
+      "rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s",
+      factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"), factor * rehearsal.drift_in_per_s,
+      unit.of("in"));
+}
+
+void warn_of_trips(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
+                   const Console& console) {
+  if (!rehearsal || rehearsal->chance_of_trip < kWarnedFrom) return;
   console.warning(
       fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit; lower the amplitudes, change offset_V, or "
                   "add [start] or [hold]",
                   experiment_file, 100.0 * rehearsal->chance_of_trip));
+}
+
+void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
+                      const Console& console) {
+  if (rehearsal) console.info(fmt::format("{}: {}", experiment_file, sentence_on(*rehearsal, console)));
+  warn_of_trips(rehearsal, experiment_file, console);
 }
 
 void explain_trip(const std::string& run_folder, const Console& console) {

