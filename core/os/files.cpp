@@ -44,8 +44,7 @@ std::size_t read_all(ReadSome&& read_some, std::size_t size, const std::filesyst
 }  // namespace
 
 void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number) {
-  std::string message =
-      "cannot " + std::string(doing) + " " + path.string() + ": " + error_text(error_number);
+  std::string message = "cannot " + std::string(doing) + " " + path.string() + ": " + error_text(error_number);
   if (error_number == EACCES || error_number == EPERM) throw PermissionError(message);
   if (error_number == ENOSPC || error_number == EDQUOT) message += "; free some space or choose another folder";
   throw IoError(message);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/acquisition/realtime.hpp"
-#include "core/error.hpp"
 
 #include <fcntl.h>
 #include <malloc.h>
@@ -20,6 +19,7 @@
 #include <cstdint>
 #include <fstream>
 
+#include "core/error.hpp"
 #include "core/priorities.hpp"
 
 namespace eha::acquisition {
@@ -109,7 +109,8 @@ void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts
     const int error = exists ? pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus) : EINVAL;
     facts.cpu_bound = error == 0;
     if (error != 0) {
-      facts.refused.push_back("the loop is not bound to CPU " + std::to_string(*options.cpu) + ": " + error_text(error));
+      facts.refused.push_back("the loop is not bound to CPU " + std::to_string(*options.cpu) + ": " +
+                              error_text(error));
     }
   }
   sched_param parameter{};

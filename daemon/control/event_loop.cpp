@@ -12,9 +12,7 @@
 namespace eha::control {
 namespace {
 
-[[noreturn]] void fail(int error_number) {
-  throw IoError("cannot wait for events: " + error_text(error_number));
-}
+[[noreturn]] void fail(int error_number) { throw IoError("cannot wait for events: " + error_text(error_number)); }
 
 }  // namespace
 

@@ -24,8 +24,7 @@ constexpr std::size_t kReadAtOnce = 64 * 1024;
 constexpr int kBacklog = 256;
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* doing, int error_number) {
-  const std::string message =
-      fmt::format("{}: cannot {}: {}", path.string(), doing, error_text(error_number));
+  const std::string message = fmt::format("{}: cannot {}: {}", path.string(), doing, error_text(error_number));
   if (error_number == EACCES || error_number == EPERM) throw PermissionError(message);
   throw IoError(message);
 }

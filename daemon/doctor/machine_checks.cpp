@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/doctor/machine_checks.hpp"
-#include "core/error.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +8,7 @@
 #include <cerrno>
 #include <string>
 
+#include "core/error.hpp"
 #include "core/priorities.hpp"
 
 namespace eha::doctor {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/doctor/run_folder_check.hpp"
-#include "core/error.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,6 +9,8 @@
 #include <cerrno>
 #include <string>
 #include <system_error>
+
+#include "core/error.hpp"
 
 namespace eha::doctor {
 namespace {
@@ -27,7 +28,8 @@ ExitCode code_of(int error_number) {
 
 Check check_writable(const RunsFolder& runs) {
   if (runs.write_error == 0) return ok("runs folder", fmt::format("{} can be written", runs.folder.string()));
-  return fail("runs folder", fmt::format("cannot write in {}: {}", runs.existing.string(), error_text(runs.write_error)),
+  return fail("runs folder",
+              fmt::format("cannot write in {}: {}", runs.existing.string(), error_text(runs.write_error)),
               "choose another with --output, or ask its owner for permission to write", code_of(runs.write_error));
 }
 

@@ -14,7 +14,7 @@ using acquisition::Outcome;
 using acquisition::State;
 
 constexpr std::array kMetricStates{State::faulted, State::idle,     State::armed,    State::ramp_in,
-                             State::running, State::ramp_out, State::safe_stop};
+                                   State::running, State::ramp_out, State::safe_stop};
 constexpr std::array<Outcome, Totals::kOutcomes> kAllOutcomes{Outcome::completed,    Outcome::interrupted,
                                                               Outcome::faulted,      Outcome::deadline,
                                                               Outcome::write_failed, Outcome::recovered};

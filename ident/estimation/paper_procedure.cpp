@@ -197,7 +197,8 @@ FitResult fit_by_paper(const Record& record, const StructureOptions& asked, cons
   const Eigen::VectorXd y = every(record.output, discard, options.decimation);
   const auto rows = static_cast<Eigen::Index>(std::lround(options.split * static_cast<double>(y.size())));
   if (rows < kFewestPaperRows) {
-    throw DataError(fmt::format("record: {} rows are left to estimate from; expected at least {}", rows, kFewestPaperRows));
+    throw DataError(
+        fmt::format("record: {} rows are left to estimate from; expected at least {}", rows, kFewestPaperRows));
   }
   const StageResult found = estimate(part_of(u, y, 0, rows), step_s, !has_finite_state(*published));
 

@@ -21,7 +21,7 @@ constexpr Eigen::Index kRowsPerUnknown = 4;
 constexpr Eigen::Index kHankel = 40;
 constexpr double kRidge = 1e-10;                            // of the mean square regressor, against a flat record
 constexpr std::array<double, 2> kQuietBelow = {0.05, 0.3};  // of the largest impulse response: still dead time
-constexpr double kGuessedPoleDamping = 1e-4;                      // of a guessed pole, over its magnitude
+constexpr double kGuessedPoleDamping = 1e-4;                // of a guessed pole, over its magnitude
 
 /// h[1..], the response to a unit pulse of one sample, of y[k] = sum a_i y[k-i] + sum b_i u[k-i] + c.
 std::optional<Eigen::VectorXd> impulse_response(const Eigen::VectorXd& u, const Eigen::VectorXd& y) {
