@@ -125,7 +125,7 @@ TEST_F(ServiceLease, GivesEachUserAPartOfTheQueueOnly) {
   const auto bob = connect_as(kBob, daemon_);
   for (int i = 0; i < 20; ++i) submit(*alice, experiment_text("alices"));
   const Refused answer =
-      refused(*alice, "submit", {{"experiment", experiment_text("one more")}, {"name", "e.toml"}, {"fast", true}});
+      refused(*alice, "submit", {{"experiment", experiment_text("one-more")}, {"name", "e.toml"}, {"fast", true}});
   EXPECT_EQ(answer.code, static_cast<int>(ExitCode::io));
   EXPECT_NE(answer.message.find("20 experiments of nobody"), std::string::npos) << answer.message;
   submit(*bob, experiment_text("bobs"));

@@ -4,11 +4,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include "core/error.hpp"
 #include "tests/system/daemon.hpp"
@@ -27,6 +29,23 @@ std::int64_t start_long_run(const Daemon& daemon, Client& client) {
   const Json playing = follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
   EXPECT_EQ(playing.at("state"), "running");
   return entry;
+}
+
+TEST(Service, DrivesNothingOnArmAloneThatWasSubmittedBefore) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  std::string experiment = experiment_text("waits");
+  const std::size_t model = experiment.find("[[model]]");
+  experiment.replace(model, experiment.find("[acceptance]") - model,
+                     "[[model]]\nname = \"io\"\nstructure = \"io\"\npoles = 1\nzeros = 0\n");
+  const std::int64_t entry = submit(client, experiment);
+  client.call("arm");
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_EQ(client.call("status").at("state"), "armed");
+  const std::string state = entry_of(daemon, entry).at("state");
+  EXPECT_TRUE(state == "held" || state == "waiting") << state;
+  EXPECT_TRUE(!fs::exists(daemon.runs()) || fs::is_empty(daemon.runs())) << "arming started it";
 }
 
 TEST(Service, StartsFaultedAndStartsWhatIsHeldOnlyOnItsRelease) {
