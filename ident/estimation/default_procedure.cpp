@@ -24,6 +24,7 @@
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/validation/fit_report.hpp"
+#include "ident/validation/score.hpp"
 
 namespace eha::ident {
 namespace {
@@ -40,25 +41,25 @@ constexpr int kMostFurtherRounds = 3;  // along a flat valley
 /// One structure on one record.
 class DefaultFit {
  public:
-  DefaultFit(const Record& record, const StructureOptions& asked, const FitOptions& options, const Executor& executor,
-             const std::vector<Model>& known)
-      : record_(record),
+  DefaultFit(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
+             const Executor& executor, const std::vector<Model>& known)
+      : record_(prepared.record),
         options_(options),
         executor_(executor),
         known_(known),
-        rows_(fit_rows(record, options)),
-        rest_(rest_level(record, asked, options, rows_)),
+        rows_(prepared.rows),
+        rest_(rest_level(record_, asked, options, rows_)),
         bias_asked_(find_request(asked, asked.structure.input_map.bias) != nullptr),
         behind_valve_(asked_behind_valve(asked)),
         asked_(with_bias_at_rest(without_valve(asked))),
         past_(wants_past_input(asked_)),
-        compared_(record, rows_.comparison, rows_.estimating, {.past = past_, .keep_input = behind_valve_.has_value()}),
-        coarse_(search_records(record, {rows_.discarded, rows_.last}, asked_, past_, behind_valve_.has_value())),
-        scale_{record.step_s * static_cast<double>(rows_.last + 1), finest_step_s(), seen_input().minCoeff(),
+        compared_(prepared.compared(past_, behind_valve_.has_value())),
+        coarse_(search_records(prepared.coarse, asked_, past_, behind_valve_.has_value())),
+        scale_{record_.step_s * static_cast<double>(rows_.last + 1), finest_step_s(), seen_input().minCoeff(),
                seen_input().maxCoeff()},
         parametrisation_(Parametrisation::search(asked_, scale_)) {}
 
-  FitResult run() {
+  FitResult run(Reported what) {
     std::vector<LocalOptimum> optima;
     const bool maps_known_models = behind_valve_ && options_.search == Search::known && has_known_behind_valve();
     for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
@@ -88,7 +89,7 @@ class DefaultFit {
       require_both_sides(*map, seen_input().tail(seen_input().size() - discarded), asked_.name,
                          record_.input_channel.unit);
     }
-    return report(chosen);
+    return report(chosen, what);
   }
 
  private:
@@ -355,7 +356,14 @@ class DefaultFit {
     }
   }
 
-  [[nodiscard]] FitResult report(const LocalOptimum& chosen) const {
+  /// What the optimum leaves of the output, not whitened.
+  [[nodiscard]] Eigen::VectorXd plain_residual(const LocalOptimum& chosen) const {
+    if (!chosen.noise) return chosen.best.point.residual;
+    return OutputError(compared_, chosen.parametrisation, chosen.variant.linear)
+        .residual(chosen.best.theta, chosen.best.point.linear);
+  }
+
+  [[nodiscard]] FitResult report(const LocalOptimum& chosen, Reported what) const {
     LinearSolution solution = chosen.best.point.linear;
     const Normalised scaled =
         normalised(chosen.parametrisation.transfer_function(chosen.best.theta, solution.numerator));
@@ -382,9 +390,14 @@ class DefaultFit {
     fill_parameters(
         result, {.compared = compared_, .optimum = chosen, .linear = reported, .solution = solution, .asked = asked_},
         options_.intervals == IntervalMethod::profile ? &profile : nullptr);
-    const double compared_step_s = record_.step_s * static_cast<double>(rows_.comparison.every);
-    model.bode = bode_curve(model, bode_frequencies(scale_.duration_s, compared_step_s), result.covariance);
-    fill_validation(result, record_, rows_.comparison);
+    if (what == Reported::everything) {
+      const double compared_step_s = record_.step_s * static_cast<double>(rows_.comparison.every);
+      model.bode = bode_curve(model, bode_frequencies(scale_.duration_s, compared_step_s), result.covariance);
+      fill_validation(result, record_, rows_.comparison);
+    } else {
+      const Eigen::VectorXd& measured = compared_.measured();
+      model.estimation->score = score(measured, measured - plain_residual(chosen));
+    }
     // Highest order first, as transfer functions are written.
     std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());
     std::reverse(model.transfer_function.denominator.begin(), model.transfer_function.denominator.end());
@@ -401,7 +414,7 @@ class DefaultFit {
   std::optional<StructureOptions> behind_valve_;  ///< what is asked, where its structure has a valve map
   StructureOptions asked_;                        ///< without the map until followed_behind_valve()
   bool past_;
-  ComparedRecord compared_;
+  const ComparedRecord& compared_;
   std::vector<SearchRecord> coarse_;
   Parametrisation::Scale scale_;  ///< the estimating part sets it
   Parametrisation parametrisation_;
@@ -411,9 +424,9 @@ class DefaultFit {
 
 }  // namespace
 
-FitResult fit_by_default(const Record& record, const StructureOptions& asked, const FitOptions& options,
-                         const Executor& executor, const std::vector<Model>& known) {
-  return DefaultFit(record, asked, options, executor, known).run();
+FitResult fit_by_default(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
+                         const Executor& executor, const std::vector<Model>& known, Reported reported) {
+  return DefaultFit(prepared, asked, options, executor, known).run(reported);
 }
 
 }  // namespace eha::ident

@@ -2,16 +2,24 @@
 #pragma once
 
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/prepared_record.hpp"
 
 namespace eha::ident {
 
+/// What a fit computes of its model beside the estimate.
+enum class Reported {
+  everything,
+  estimation,  ///< not the Bode curve and the validation: of a model that only serves others
+};
+
 /// Output error of a structure on a record, as fit() promises it: prepare the record, search each variant of what came
 /// before t = 0 on coarse records, follow the best optima on the whole one, choose, report.
-/// @param record  checked: finite, of one length, moving
-/// @param known   models fitted to the same rows: those inside the structure are starts, and the result's cost is at
+/// @param prepared  of a checked record: finite, of one length, moving; and of the same options
+/// @param known     models fitted to the same rows: those inside the structure are starts, and the result's cost is at
 ///                most 0.1 % above theirs
-[[nodiscard]] FitResult fit_by_default(const Record& record, const StructureOptions& asked, const FitOptions& options,
-                                       const Executor& executor, const std::vector<Model>& known);
+[[nodiscard]] FitResult fit_by_default(const PreparedRecord& prepared, const StructureOptions& asked,
+                                       const FitOptions& options, const Executor& executor,
+                                       const std::vector<Model>& known, Reported reported = Reported::everything);
 
 /// Fewest rows that a fit estimates from.
 inline constexpr Eigen::Index kFewestRows = 20;

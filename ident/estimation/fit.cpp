@@ -101,8 +101,8 @@ std::string signature(const StructureOptions& asked) {
 /// Fits the structures inside the asked one, the smallest first.
 class SubFits {
  public:
-  SubFits(const Record& record, const FitOptions& options, const Executor& executor)
-      : record_(record), options_(options), executor_(executor) {
+  SubFits(const PreparedRecord& prepared, const FitOptions& options, const Executor& executor)
+      : prepared_(prepared), options_(options), executor_(executor) {
     options_.intervals = IntervalMethod::straight;
     options_.search = Search::known;
   }
@@ -114,7 +114,7 @@ class SubFits {
       fit_inside(smaller, progress);
       if (progress) progress(static_cast<double>(models_.size()) / fits(), smaller.name);
       try {
-        models_.push_back(fit_by_default(record_, smaller, options_, executor_, models_).model);
+        models_.push_back(fit_by_default(prepared_, smaller, options_, executor_, models_, Reported::estimation).model);
       } catch (const DataError&) {
         // No stable model, or no map where the input does not pass the dead band on both sides: nothing to start from.
       }
@@ -132,7 +132,7 @@ class SubFits {
     }
   }
 
-  const Record& record_;
+  const PreparedRecord& prepared_;
   FitOptions options_;
   const Executor& executor_;
   std::set<std::string> counted_;
@@ -140,18 +140,18 @@ class SubFits {
   std::vector<Model> models_;
 };
 
-FitResult fit_from(const Record& record, const StructureOptions& asked, const FitOptions& options,
+FitResult fit_from(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
                    const Executor& executor, const std::vector<Model>& known) {
-  FitResult result = fit_by_default(record, asked, options, executor, known);
+  FitResult result = fit_by_default(prepared, asked, options, executor, known);
   StructureOptions fitted = asked;
   const StructureParameter& bias = asked.structure.input_map.bias;
-  if (find_request(asked, bias) == nullptr && is_bias_lost(result.model, record.input.cwiseAbs().maxCoeff())) {
+  if (find_request(asked, bias) == nullptr && is_bias_lost(result.model, prepared.record.input.cwiseAbs().maxCoeff())) {
     fitted.parameters.push_back({bias.key.name, true, 0.0, {}, {}});
-    result = fit_by_default(record, fitted, options, executor, known);
+    result = fit_by_default(prepared, fitted, options, executor, known);
     result.model.provenance["input_bias"] =
         "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
   }
-  if (options.intervals == IntervalMethod::profile) note_left_out(result, record, fitted, options, executor);
+  if (options.intervals == IntervalMethod::profile) note_left_out(result, prepared, fitted, options, executor);
   return result;
 }
 
@@ -168,11 +168,12 @@ FitResult fit(const Record& record, const StructureOptions& asked, const FitOpti
     }
     return fit_by_paper(record, asked, options);
   }
-  if (options.search == Search::local || !known.empty()) return fit_from(record, asked, options, executor, known);
-  SubFits inside(record, options, executor);
+  const PreparedRecord prepared(record, options);
+  if (options.search == Search::local || !known.empty()) return fit_from(prepared, asked, options, executor, known);
+  SubFits inside(prepared, options, executor);
   inside.fit_inside(asked, progress);
   if (progress) progress(static_cast<double>(inside.models().size()) / inside.fits(), asked.name);
-  return fit_from(record, asked, options, executor, inside.models());
+  return fit_from(prepared, asked, options, executor, inside.models());
 }
 
 ValidationReport validate(const Model& model, const Record& record, const FitOptions& options) {

@@ -66,8 +66,8 @@ std::optional<StructureOptions> without_order(const StructureOptions& asked, con
   return smaller;
 }
 
-void note_left_out(FitResult& result, const Record& record, const StructureOptions& asked, const FitOptions& options,
-                   const Executor& executor) {
+void note_left_out(FitResult& result, const PreparedRecord& prepared, const StructureOptions& asked,
+                   const FitOptions& options, const Executor& executor) {
   Model& model = result.model;
   if (!model.estimation || !model.estimation->information) return;
   FitOptions quick = options;
@@ -81,7 +81,7 @@ void note_left_out(FitResult& result, const Record& record, const StructureOptio
     if (!smaller) continue;
     LeftOut entry{p.name, std::numeric_limits<double>::infinity()};
     try {
-      const FitResult without = fit_by_default(record, *smaller, quick, executor, {});
+      const FitResult without = fit_by_default(prepared, *smaller, quick, executor, {}, Reported::estimation);
       entry.rise = without.model.estimation->information->ar_bic - model.estimation->information->ar_bic;
     } catch (const NoStableModel&) {
       // Nothing but this term makes a model.

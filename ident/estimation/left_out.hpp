@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/prepared_record.hpp"
 
 namespace eha::ident {
 
@@ -16,7 +17,7 @@ namespace eha::ident {
 /// denominator share the least rise: a smaller model may keep either of two terms.
 /// @param result  of the structure `asked` on the same record and options; has no effect without its criteria
 /// Cost: one fit without intervals a free order.
-void note_left_out(FitResult& result, const Record& record, const StructureOptions& asked, const FitOptions& options,
-                   const Executor& executor);
+void note_left_out(FitResult& result, const PreparedRecord& prepared, const StructureOptions& asked,
+                   const FitOptions& options, const Executor& executor);
 
 }  // namespace eha::ident

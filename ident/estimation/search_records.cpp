@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "ident/search/global_search.hpp"
 #include "ident/signal/decimation.hpp"
 
 namespace eha::ident {
@@ -15,10 +14,10 @@ constexpr double kSearchResolved = 1e-7;
 
 }  // namespace
 
-std::vector<SearchRecord> search_records(const Record& record, const SearchedRows& rows, const StructureOptions& asked,
+std::vector<SearchRecord> search_records(const std::vector<CoarseRecord>& coarse, const StructureOptions& asked,
                                          bool past, bool behind_map) {
   std::vector<SearchRecord> all;
-  for (const CoarseRecord& shortened : coarsen(record, rows.discarded, rows.last)) {
+  for (const CoarseRecord& shortened : coarse) {
     const auto length = static_cast<std::size_t>(shortened.record.input.size());
     std::vector<PoleGuess> guesses;
     if (has_finite_state(asked.structure)) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ident/estimation/output_error.hpp"
+#include "ident/search/global_search.hpp"
 #include "ident/search/realisation.hpp"
 #include "ident/structure/structure_options.hpp"
 
@@ -17,18 +18,12 @@ struct SearchRecord {
   std::vector<PoleGuess> guesses;
 };
 
-/// The rows of a record that are searched: compared from `discarded` on, up to and with `last`.
-struct SearchedRows {
-  std::size_t discarded = 0;
-  std::size_t last = 0;
-};
-
-/// The coarse records of coarsen(), the first one over the whole length.
+/// The records that a search takes.
+/// @param coarse        of coarsen()
 /// @param asked         whose poles are guessed where it has a finite state
 /// @param past          whether an input before t = 0 is wanted
 /// @param behind_map    whether a map before G will be searched for
-/// @throws as coarsen()
-[[nodiscard]] std::vector<SearchRecord> search_records(const Record& record, const SearchedRows& rows,
+[[nodiscard]] std::vector<SearchRecord> search_records(const std::vector<CoarseRecord>& coarse,
                                                        const StructureOptions& asked, bool past, bool behind_map);
 
 /// Coordinates of the poles guessed from a record.

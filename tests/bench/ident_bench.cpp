@@ -201,7 +201,9 @@ void GlobalFit(benchmark::State& state) {
   FitOptions options;
   options.decimation = 40;
   const Executor executor = on_threads(static_cast<std::size_t>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(fit_by_default(c.record, c.structure, options, executor, {}));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(fit_by_default(PreparedRecord(c.record, options), c.structure, options, executor, {}));
+  }
 }
 BENCHMARK(GlobalFit)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
