@@ -41,11 +41,13 @@ td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
 td.wide { overflow-wrap: anywhere; }
 td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
 @media (max-width: 600px) {
-  th, td { overflow-wrap: anywhere; padding-right: 6px; }
+  th, td { padding-right: 6px; }
+  th:first-child, td:first-child { overflow-wrap: anywhere; }
   .stacked thead { display: none; }
   .stacked, .stacked tbody, .stacked tr, .stacked td { display: block; width: 100%; }
   .stacked tr { border-bottom: 2px solid #111; padding: 4px 0; }
   .stacked td, .stacked td.number { border: 0; padding: 1px 0; text-align: left; overflow-wrap: anywhere; }
+  .stacked td.number + td:not(.number) { padding-left: 0; }
   .stacked td::before { content: attr(data-label) ": "; font-weight: bold; }
   .stacked td:empty { display: none; }
 }
