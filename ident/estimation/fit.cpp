@@ -13,6 +13,7 @@
 #include "ident/estimation/left_out.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/sub_structures.hpp"
+#include "ident/estimation/valve_starts.hpp"
 #include "ident/signal/decimation.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/validation/fit_report.hpp"
@@ -79,7 +80,7 @@ bool is_bias_lost(const Model& model, double largest_input) {
 
 /// What tells structures inside one another apart: terms and the values that are held.
 std::string signature(const StructureOptions& asked) {
-  std::string text;
+  std::string text = asked_behind_valve(asked) ? "behind a valve: " : "";
   const auto add = [&](const StructureParameter& parameter) {
     if (is_estimated(asked, parameter)) {
       text += "*,";

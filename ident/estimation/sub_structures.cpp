@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "ident/estimation/left_out.hpp"
+#include "ident/estimation/valve_starts.hpp"
 #include "ident/structure/parameter_requests.hpp"
 
 namespace eha::ident {
@@ -107,6 +108,7 @@ void add_lower_degrees(const StructureOptions& asked, std::vector<StructureOptio
 
 std::vector<StructureOptions> sub_structures(const StructureOptions& asked) {
   std::vector<StructureOptions> all;
+  if (asked_behind_valve(asked)) all.push_back(without_valve(asked));
   add_held(
       asked, 0.0, [](auto& structure) -> auto& { return structure.delay; }, all);
   if (asked.structure.numerator.size() == 1 && asked.structure.numerator[0].order.freedom == Freedom::held) {
