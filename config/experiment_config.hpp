@@ -17,7 +17,7 @@ namespace eha::config {
 
 /// Keeps an integrating rod near where it is predicted to be: `[hold]`.
 struct Hold {
-  std::optional<double> gain_V_per_in = {};  ///< volts for each inch off the prediction; none: hold_gain_V_per_in()
+  std::optional<double> gain_V_per_in = {};  ///< volts for each inch off the prediction; none: hold_gains().usual
 };
 
 /// A whole experiment.toml.

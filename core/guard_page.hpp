@@ -20,6 +20,7 @@ struct JournalPosition {
 /// lives, and leaves each row there until the journal has it; the guard tells the loop that it has acted, and writes
 /// the remaining rows when the process has died. All zero is a page that nobody uses. Each member has one writer; no
 /// call locks or allocates. core/os/shared_memory.hpp maps it.
+// NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding): members of different writers lie on lines of their own
 class GuardPage {
  public:
   static constexpr std::size_t kRowSize = 64;  ///< a TickRecord [bytes]

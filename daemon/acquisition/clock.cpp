@@ -5,6 +5,7 @@
 #include <ctime>
 
 namespace eha::acquisition {
+
 std::int64_t MonotonicClock::now_ns() noexcept {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);

@@ -8,8 +8,6 @@
 #include "core/error.hpp"
 
 namespace eha::acquisition {
-namespace {}  // namespace
-
 TableSource::TableSource(std::span<const double> table_V, std::uint32_t repetitions)
     : table_V_(table_V), repetitions_(repetitions) {
   require(!table_V.empty(), "the excitation is empty; give the experiment a duration");

@@ -90,8 +90,7 @@ std::string describe_fault(const FaultReport& report) {
     case Fault::no_motion:
       return fmt::format(
           "the rod moved {:.3f} in of the {:.3f} in to its place before the time-out; check that the hydraulics are "
-          "on, "
-          "their pressure and the valve's plug, then null_V and dead_band_V of [following] in the rig file",
+          "on, their pressure and the valve's plug, then null_V and dead_band_V of [following] in the rig file",
           value, limit);
     case Fault::not_in_place:
       return fmt::format(

@@ -36,16 +36,15 @@ struct TickInputs {
 /// Does the work of one tick: read, check, decide, command, record. The loop decides when.
 ///
 /// armed (100 ms): the safe voltage is written, then the enable line goes on, and the velocity estimate fills.
-/// ramp_in: from the safe voltage to the source's row 0 under the slew limit, for as long as the source is
-/// preparing. running: the source's rows until they or the source are over; the row follows the grid, so a skipped tick
-/// does not shift the excitation. ramp_out: back to the safe voltage under the slew
-/// limit, then make_safe() and idle; on the normal end, a stop, or a failing sink. safe_stop: on any fault or a second
-/// stop: the enable line off, the safe voltage (left out where this tick's write timed out) and make_safe() in the same
-/// tick, make_safe() again each tick until the device confirms (20 times), then faulted.
-/// A reading beyond 80 % of a travel or velocity limit is flagged. Where the rig has an auxiliary contact, it is a
-/// fault that it stays open longer than the rig allows while the enable line is on. One time-out that returns within a
-/// tick is held and flagged; three ticks with one in a row, any other failure, and any failure that took longer than a
-/// tick are faults. Real-time safe. Not thread-safe.
+/// ramp_in: from the safe voltage to the source's row 0 under the slew limit, for as long as the source is preparing.
+/// running: the source's rows until they or the source are over; the row follows the grid, so a skipped tick does not
+/// shift the excitation. ramp_out: back to the safe voltage under the slew limit, then make_safe() and idle; on the
+/// normal end, a stop, or a failing sink. safe_stop: on any fault or a second stop: the enable line off, the safe
+/// voltage (left out where this tick's write timed out) and make_safe() in the same tick, make_safe() again each tick
+/// until the device confirms (20 times), then faulted. A reading beyond 80 % of a travel or velocity limit is flagged.
+/// Where the rig has an auxiliary contact, it is a fault that it stays open longer than the rig allows while the enable
+/// line is on. One time-out that returns within a tick is held and flagged; three ticks with one in a row, any other
+/// failure, and any failure that took longer than a tick are faults. Real-time safe. Not thread-safe.
 class TickEngine {
  public:
   /// Arguments are checked by run(). The rig, the machine, the source and the clock must outlive the engine.

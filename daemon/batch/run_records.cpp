@@ -36,6 +36,13 @@ std::string host_name() {
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
 }
 
+/// Whether a process was told to end: by a user, a batch system, or a machine short of memory. That says nothing of its
+/// record.
+bool was_told_to_end(int exit_code) {
+  constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGKILL};
+  return std::any_of(kSignals.begin(), kSignals.end(), [&](int number) { return exit_code == 128 + number; });
+}
+
 /// One record in progress.
 class Fit {
  public:
@@ -47,8 +54,10 @@ class Fit {
     std::vector<std::string> words{program.string(), "fit",          record.source, "-o", (folder_ / "models").string(),
                                    "--json",         "--no-progress"};
     words.insert(words.end(), options.begin(), options.end());
-    process_ = std::make_unique<os::ChildProcess>(
-        os::SpawnRequest{.words = std::move(words), .standard_output = &out_, .standard_error = &messages_});
+    process_ = std::make_unique<os::ChildProcess>(os::SpawnRequest{.words = std::move(words),
+                                                                   .standard_output = &out_,
+                                                                   .standard_error = &messages_,
+                                                                   .session = os::Session::own});
   }
 
   [[nodiscard]] const Record& record() const noexcept { return record_; }
@@ -100,6 +109,7 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
   };
   std::size_t begun = 0;
   std::size_t done = 0;
+  bool all_have_results = true;
   while (done < open.size()) {
     if (options.stopped()) {
       end_all();
@@ -121,7 +131,11 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
         end_all();
         throw ConfigError("the rules of the batch are wrong: " + message);
       }
-      folder.publish((*item)->record(), *result);
+      if (was_told_to_end(result->exit_code)) {
+        all_have_results = false;
+      } else {
+        folder.publish((*item)->record(), *result);
+      }
       item = running.erase(item);
       ++done;
     }
@@ -129,7 +143,7 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
     options.progress(share, fmt::format("record {} of {}", std::min(done + 1, open.size()), open.size()));
     std::this_thread::sleep_for(kPoll);
   }
-  return true;
+  return all_have_results;
 }
 
 }  // namespace eha::batch

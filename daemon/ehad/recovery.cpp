@@ -15,6 +15,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Whether an experiment only places the rod, so that there is nothing to fit.
+bool only_places(const Entry& entry) {
+  try {
+    return config::parse_experiment(entry.experiment, entry.file).place_in.has_value();
+  } catch (const Error&) {
+    // A queue of another version, perhaps: the fit says what is wrong.
+    return false;
+  }
+}
+
 void settle_running(Entry& entry, const fs::path& runs_folder) {
   entry.state = EntryState::over;
   entry.exit_code = static_cast<int>(ExitCode::device_unavailable);
@@ -30,16 +40,16 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
     }
   }
   if (entry.outcome == acquisition::to_text(acquisition::Outcome::completed)) {
-    // The run had ended by itself; only its queue entry was not saved. One that placed the rod is not fitted.
-    const bool only_placed = config::parse_experiment(entry.experiment, entry.file).place_in.has_value();
-    entry.state = only_placed ? EntryState::over : EntryState::fitting;
+    // The run had ended by itself; only its queue entry was not saved.
+    entry.state = only_places(entry) ? EntryState::over : EntryState::fitting;
     entry.exit_code = 0;
     entry.note.clear();
-  } else {
-    entry.experiment.clear();
   }
+  if (entry.state == EntryState::over) entry.experiment.clear();
+  const char* completed =
+      entry.state == EntryState::fitting ? "it had completed and is fitted now" : "it had completed";
   spdlog::warn("experiment {} (\"{}\" of {}): was on when ehad ended: {}", entry.id, entry.name, entry.user,
-               entry.state == EntryState::fitting ? "it had completed and is fitted now" : entry.note);
+               entry.note.empty() ? completed : entry.note);
 }
 
 /// Concludes an experiment whose fit had ended before the program died; the others are fitted again.

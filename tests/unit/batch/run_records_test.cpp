@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What becomes of a record whose process ends otherwise than by itself; a script stands for `eha fit`.
+#include "daemon/batch/run_records.hpp"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <string>
+
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::batch {
+namespace {
+
+class RunRecords : public ::testing::Test {
+ protected:
+  /// A program that is called as `eha fit SOURCE ...`.
+  std::filesystem::path program(const std::string& body) {
+    const std::filesystem::path path = folder_.write("fit.sh", "#!/bin/sh\n" + body + "\n");
+    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+    return path;
+  }
+  bool run(const std::filesystem::path& program) {
+    return run_records(batch_, {.program = program,
+                                .jobs = 2,
+                                .shard = {},
+                                .progress = [](double, const std::string&) {},
+                                .stopped = [] { return false; }});
+  }
+
+  test::TemporaryFolder folder_;
+  Record first_{.id = "0001-a", .source = "a.csv", .sha256 = ""};
+  Record second_{.id = "0002-b", .source = "b.csv", .sha256 = ""};
+  BatchFolder batch_{folder_.path() / "out", {rules_of({}), {first_, second_}}};
+};
+
+TEST_F(RunRecords, LeavesOpenWhatWasToldToEndAndGoesOnWithIt) {
+  for (const char* signal : {"TERM", "INT", "KILL"}) {
+    EXPECT_FALSE(run(program(std::string("[ $2 = a.csv ] && kill -") + signal + " $$\necho '{\"models\": []}'")))
+        << signal;
+    EXPECT_FALSE(batch_.result(first_)) << signal;
+  }
+  ASSERT_TRUE(batch_.result(second_));
+  EXPECT_TRUE(is_judged(*batch_.result(second_)));
+  EXPECT_TRUE(run(program("echo '{\"models\": []}'")));
+  EXPECT_TRUE(batch_.result(first_));
+}
+
+TEST_F(RunRecords, KeepsACrashAsAResultThatIsNotTriedAgain) {
+  EXPECT_TRUE(run(program("kill -SEGV $$")));
+  const std::optional<Result> crashed = batch_.result(first_);
+  ASSERT_TRUE(crashed);
+  EXPECT_FALSE(is_judged(*crashed));
+  EXPECT_EQ(crashed->exit_code, 128 + SIGSEGV);
+  EXPECT_TRUE(batch_.open_records({}).empty());
+}
+
+}  // namespace
+}  // namespace eha::batch
