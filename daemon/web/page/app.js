@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page of eha-web: asks for state, samples, response and runs, and hands each to its view. Only Stop acts on the rig.
+import { Contact, Poller } from './contact.js';
+import { byId, setText } from './dom.js';
+import { LivePlots } from './live.js';
+import { QueueView } from './queue.js';
+import { ResponseView } from './response.js';
+import { isDriven, RigView } from './rig.js';
+import { RunsView } from './runs.js';
+import { StopButton } from './stop.js';
+import { isNumber, LengthUnit } from './units.js';
+
+const kLive_ms = 100;
+const kState_ms = 250;
+const kResponse_ms = 1000;
+const kResponseIdle_ms = 5000;
+const kRuns_ms = 5000;
+
+const rig = new RigView();
+const live = new LivePlots();
+const queue = new QueueView();
+const response = new ResponseView();
+const runs = new RunsView();
+const stop = new StopButton();
+const contact = new Contact((isLive) => document.body.classList.toggle('old', !isLive));
+
+let unit = new LengthUnit('in');
+let travel = null;
+let fittedOrDriven = '';
+
+/** Travel limits [in]: of the rig file, or as the last reading tells them. */
+function travelOf(answer) {
+  const limits = [answer.limits?.travel_min_in ?? answer.status.rod?.travel_min_in,
+    answer.limits?.travel_max_in ?? answer.status.rod?.travel_max_in];
+  return limits.every(isNumber) && limits[0] < limits[1] ? limits : travel;
+}
+
+new Poller(() => live.path(), kLive_ms, (answer) => {
+  contact.answered();
+  live.take(answer);
+  const newest = live.newest();
+  if (newest && contact.isLive) {
+    rig.showRod(isNumber(newest.x_min) ? 0.5 * (newest.x_min + newest.x_max) : null, unit, travel);
+    rig.showVolts(isNumber(newest.v_min) ? 0.5 * (newest.v_min + newest.v_max) : null);
+  }
+});
+
+new Poller('api/state', kState_ms, (answer) => {
+  contact.answered();
+  contact.daemonIs(answer.daemon === 'connected');
+  setText(byId('versions'), `ehad ${answer.status?.ehad ?? answer.version ?? ''}`);
+  setText(byId('delay'), live.delayText());
+  if (!answer.status) return;
+  unit = new LengthUnit(answer.units);
+  travel = travelOf(answer);
+  live.show(unit, travel);
+  rig.show(answer.status, unit, travel);
+  if (!live.newest()) rig.showRod(answer.status.rod?.displacement_in ?? null, unit, travel);
+  queue.show(answer.queue ?? []);
+  stop.show(answer.status);
+  // A run that begins, ends or is fitted changes the lists at once.
+  const now = JSON.stringify([answer.status.run?.entry ?? null, answer.status.worker?.entry ?? null]);
+  if (now !== fittedOrDriven) {
+    fittedOrDriven = now;
+    runsPoller.askNow();
+    responsePoller.period_ms = isDriven(answer.status) ? kResponse_ms : kResponseIdle_ms;
+    responsePoller.askNow();
+  }
+});
+
+const responsePoller = new Poller('api/response', kResponseIdle_ms, (answer) => response.show(answer, unit));
+const runsPoller = new Poller('api/runs?limit=50', kRuns_ms, (answer) => runs.show(answer));

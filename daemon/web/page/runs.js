@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The runs, newest first: outcome, recommended model with its grade, report, downloads.
+import { byId, make, setText } from './dom.js';
+import { localTime } from './units.js';
+
+/** Sign beside a grade or an outcome, so that colour is not the only one. */
+const kSigns = { good: '\u2713', usable: '\u2248', rejected: '\u2715' };
+
+export class RunsView {
+  constructor() {
+    this.shown = null;
+  }
+
+  /** @param runs  answer of /api/runs */
+  show(runs) {
+    const wanted = JSON.stringify(runs);
+    if (wanted === this.shown) return;
+    this.shown = wanted;
+    setText(byId('runs-note'), runs.length === 0 ? 'No runs yet. eha run EXPERIMENT.toml plays one.' : '');
+    const open = new Set([...document.querySelectorAll('#runs details[open]')].map((element) => element.dataset.run));
+    byId('runs').replaceChildren(...runs.map((run) => item(run, open.has(run.id))));
+  }
+}
+
+function item(run, isOpen) {
+  return make('li', { 'data-run': run.id },
+    make('p', { class: 'title' }, make('strong', {}, run.name || run.id), ` ${localTime(run.started)} `, tag(run)),
+    make('p', {}, recommendation(run)),
+    run.reason ? make('p', { class: 'note' }, `because ${run.reason}`) : null,
+    run.note ? make('p', { class: 'note' }, run.note) : null,
+    make('p', { class: 'links' },
+      run.has_report ? make('a', { href: `runs/${encodeURIComponent(run.id)}/report.html`, target: '_blank', rel: 'noopener' },
+        'report', make('span', { class: 'unseen' }, ` of ${run.id}, in a new tab`)) : 'no report'),
+    downloads(run, isOpen));
+}
+
+function tag(run) {
+  const isComplete = run.outcome === 'completed';
+  return make('span', { class: `tag ${isComplete ? 'completed' : 'not-completed'}` }, run.outcome ?? 'unreadable');
+}
+
+function recommendation(run) {
+  if (run.recommended) {
+    return make('span', { class: `grade ${run.grade}` }, `${kSigns[run.grade] ?? ''} recommended: ${run.recommended} (${run.grade})`);
+  }
+  if (run.grade === 'rejected') return make('span', { class: 'grade rejected' }, `${kSigns.rejected} all rejected`);
+  return make('span', { class: 'grade' }, 'not fitted');
+}
+
+function downloads(run, isOpen) {
+  const files = run.files ?? [];
+  if (files.length === 0) return null;
+  const links = files.map((file) => make('li', {},
+    make('a', { href: `runs/${encodeURIComponent(run.id)}/files/${file.split('/').map(encodeURIComponent).join('/')}`, download: '' }, file)));
+  return make('details', { 'data-run': run.id, open: isOpen ? '' : null },
+    make('summary', {}, `${files.length === 1 ? '1 file' : `${files.length} files`}`,
+      make('span', { class: 'unseen' }, ` of ${run.id}`)),
+    make('ul', { class: 'files' }, ...links));
+}

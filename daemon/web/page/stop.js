@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The Stop button and its token, which this tab keeps until it is closed.
+import { byId, setAttribute, setText, showBanner } from './dom.js';
+import { stateOf } from './rig.js';
+
+const kKey = 'eha-token';
+const kPatience_ms = 3000;
+const kTold_ms = 15000;
+
+const kEffects = {
+  ramping_out: 'The command ramps down. Stop again makes the rig safe at once.',
+  safe_at_once: 'The rig is made safe at once.',
+  disarmed: 'Nothing was running; the rig is disarmed.',
+};
+
+/** @returns {status, error, what} of a POST with the token. @throws Error  no answer */
+async function post(path, token) {
+  const response = await fetch(path, {
+    method: 'POST',
+    headers: { 'Content-Type': 'application/json', 'X-Eha-Token': token },
+    body: '{}',
+    signal: AbortSignal.timeout(kPatience_ms),
+  });
+  const answer = await response.json().catch(() => ({}));
+  return { status: response.status, error: answer.error ?? `HTTP ${response.status}`, what: answer.what };
+}
+
+export class StopButton {
+  constructor() {
+    this.button = byId('stop');
+    this.dialog = byId('token-dialog');
+    this.button.addEventListener('click', () => this.press());
+    byId('token-cancel').addEventListener('click', () => this.dialog.close());
+    byId('token-form').addEventListener('submit', (event) => {
+      event.preventDefault();
+      const token = byId('token').value.trim();
+      if (event.submitter?.value === 'keep') this.keep(token);
+      else this.stop(token);
+    });
+    this.show(null);
+  }
+
+  get token() {
+    return sessionStorage.getItem(kKey);
+  }
+
+  /** Tells on the button what pressing it does now. */
+  show(status) {
+    const state = stateOf(status);
+    const effect = this.token === null ? 'needs the token: enter it now'
+      : state === 'ramp_out' ? 'again: safe at once'
+        : state === 'running' || state === 'ramp_in' ? 'ramps the command down'
+          : state === 'armed' ? 'disarms' : 'nothing is running';
+    setText(byId('stop-effect'), effect);
+    setAttribute(this.button, 'data-token', this.token === null ? 'missing' : 'kept');
+  }
+
+  press() {
+    if (this.token === null) this.ask('');
+    else this.stop(this.token);
+  }
+
+  /** Asks for the token. @param fault  why the last one would not do; "": there was none */
+  ask(fault) {
+    setText(byId('token-fault'), fault);
+    setAttribute(byId('token'), 'aria-invalid', fault !== '');
+    if (!this.dialog.open) this.dialog.showModal();
+    byId('token').focus();
+    byId('token').select();
+  }
+
+  async stop(token) {
+    try {
+      const answer = await post('api/stop', token);
+      if (answer.status === 200) this.accepted(token, kEffects[answer.what] ?? 'Stopped.');
+      else if (answer.status === 409) this.accepted(token, 'Nothing was running.');
+      else this.refused(answer, 'NOT STOPPED');
+    } catch {
+      this.tell('NOT STOPPED: eha-web does not answer. Use the emergency stop, or eha stop at the rig.', true);
+    }
+  }
+
+  /** Has a token checked without stopping, and keeps it. */
+  async keep(token) {
+    try {
+      const answer = await post('api/token', token);
+      if (answer.status === 200) this.accepted(token, 'Token kept: Stop now acts at once.');
+      else this.refused(answer, 'Not kept');
+    } catch {
+      this.ask('Not kept: eha-web does not answer.');
+    }
+  }
+
+  accepted(token, text) {
+    sessionStorage.setItem(kKey, token);
+    byId('token').value = '';
+    if (this.dialog.open) this.dialog.close();
+    this.button.focus();
+    this.tell(text, false);
+    this.show(null);
+  }
+
+  refused(answer, consequence) {
+    if (answer.status === 401) {
+      sessionStorage.removeItem(kKey);
+      this.show(null);
+      this.ask(`${consequence}: wrong token.`);
+    } else if (this.dialog.open) {
+      this.ask(`${consequence}: ${answer.error}`);
+    } else {
+      this.tell(`${consequence}: ${answer.error}`, true);
+    }
+  }
+
+  /** A sentence beneath the header; good news leaves after a while. */
+  tell(text, isBad) {
+    const banner = byId('stop-banner');
+    banner.classList.toggle('bad', isBad);
+    showBanner(banner, text);
+    clearTimeout(this.timer);
+    if (!isBad) this.timer = setTimeout(() => showBanner(banner, null), kTold_ms);
+  }
+}
