@@ -103,7 +103,7 @@ export class LivePlots {
 
   /** From each new block's last tick to its drawing, by this machine's clock. */
   noteDelay() {
-    const drawn_ms = performance.timeOrigin + performance.now();
+    const drawn_ms = Date.now();
     const fresh = this.blocks.filter((block) => block.wall_ns > this.drawn_ns);
     for (const block of fresh) this.delays_ms.push(drawn_ms - block.wall_ns * 1e-6);
     this.drawn_ns = this.blocks.at(-1)?.wall_ns ?? 0;

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page in a browser, against a live ehad on the simulated rig. The tests build on one another: one bench, one page.
+import assert from 'node:assert/strict';
+import http from 'node:http';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { Bench, kExperiment, kGenerous_ms, kScreenshots, kToken, launchBrowser, request, until } from './bench.mjs';
+
+const bench = new Bench();
+const complaints = [];
+let browser;
+let page;
+let run;
+
+/** A page whose errors count, those of refused or impossible requests only where none is expected. */
+async function open(options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  const opened = await context.newPage();
+  opened.on('pageerror', (error) => complaints.push(error.stack));
+  opened.on('console', (message) => {
+    if (['error', 'warning'].includes(message.type())) complaints.push(`${message.text()} ${message.location().url}`);
+  });
+  await opened.goto(bench.address);
+  return opened;
+}
+
+const text = (selector) => page.locator(selector).textContent();
+const data = (selector, name) => page.locator(selector).getAttribute(`data-${name}`).then(Number);
+const pageSays = (what, selector, pattern, patience_ms) =>
+  until(what, async () => pattern.test(await text(selector)), patience_ms);
+
+/** Forgets complaints of requests that were to fail. */
+function forgive(pattern) {
+  const rest = complaints.filter((complaint) => !pattern.test(complaint));
+  complaints.splice(0, complaints.length, ...rest);
+}
+
+async function takeScreenshots(name) {
+  for (const colorScheme of ['light', 'dark']) {
+    for (const width of [1280, 390]) {
+      const shown = await open({ colorScheme, viewport: { width, height: width === 390 ? 844 : 900 } });
+      await until('the page is filled', () => shown.locator('#state').getAttribute('data-state').then((state) => state !== 'unknown'));
+      await until('samples are drawn', () => shown.locator('#live-card').getAttribute('data-blocks').then((count) => Number(count) > 10));
+      await until('the lists are filled', () => shown.locator('#queue li').count());
+      await shown.screenshot({ path: path.join(kScreenshots, `${name}-${width}-${colorScheme}.png`), fullPage: true });
+      const wide = await shown.evaluate(() => document.documentElement.scrollWidth);
+      assert.ok(wide <= width, `${name}: ${wide} px wide on a screen of ${width}`);
+      await shown.context().close();
+    }
+  }
+}
+
+before(async () => {
+  await bench.startDaemon();
+  await bench.startWeb();
+  browser = await launchBrowser();
+  page = await open();
+});
+
+after(async () => {
+  await browser?.close();
+  await bench.close();
+  if (process.exitCode) console.error(bench.logs);
+});
+
+test('shows the rig before anything is armed', async () => {
+  await pageSays('the state', '#state-word', /^(idle|faulted)$/);
+  assert.equal(await text('#rig-name'), 'simulated rig');
+  assert.match(await text('#fact-lease'), /^none$/);
+  assert.match(await text('#runs-note'), /No runs yet/);
+  assert.match(await text('#travel-max'), /^5\.750 in$/);
+  await pageSays('the rod', '#displacement', /^2\.9\d\d$/);
+});
+
+test('the first key reaches Stop, and the focus is seen', async () => {
+  await page.keyboard.press('Tab');
+  const focused = await page.evaluate(() => ({ id: document.activeElement.id, outline: getComputedStyle(document.activeElement).outlineStyle }));
+  assert.deepEqual(focused, { id: 'stop', outline: 'solid' });
+});
+
+test('curves move while an experiment runs', async () => {
+  assert.equal((await bench.eha('arm')).code, 0);
+  run = bench.eha('run', kExperiment, '--no-progress');
+  await pageSays('the run', '#state-word', /^running$/);
+  await pageSays('its holder', '#fact-lease', /^held by \S+, \d+ min/);
+  await pageSays('its name', '#fact-run', /"short"/);
+  const seen = new Set();
+  await until('ten places of the rod', async () => seen.add(await text('#displacement')).size >= 10);
+  const before_ns = await data('#live-card', 'newest-ns');
+  const image = () => page.evaluate(() => document.querySelector('#displacement-plot canvas').toDataURL());
+  const first = await image();
+  await until('newer samples', async () => (await data('#live-card', 'newest-ns')) > before_ns + 0.5e9);
+  assert.notEqual(await image(), first);
+});
+
+test('the intervals of the response shrink period by period', async () => {
+  const widest = async (periods) => {
+    await until(`${periods} periods`, async () => (await data('#response-card', 'periods')) >= periods);
+    return data('#response-card', 'widest-db');
+  };
+  const early = await widest(2);
+  const rows = Number((await text('#response-rows')).replace(/\D/g, ''));
+  assert.ok(rows > 0, `${rows} rows`);
+  await takeScreenshots('running');
+  const late = await widest(9);
+  assert.ok(early > 0 && late > 0 && late < early, `+-${early} dB after 2 periods, +-${late} dB after 9`);
+  console.log(`# widest 95 % interval: +-${early.toFixed(3)} dB after 2 periods, +-${late.toFixed(3)} dB after 9`);
+});
+
+test('a sample is on the page within 200 ms', async () => {
+  // By the page's clock, when a draw has put them there: the middle sample of those that it added, and the oldest.
+  const delays_ms = await page.evaluate(() => new Promise((resolve) => {
+    const card = document.querySelector('#live-card');
+    const found = { middle: [], oldest: [] };
+    let last_ns = 0;
+    const look = () => {
+      const newest_ns = Number(card.dataset.newestNs);
+      if (newest_ns > last_ns && last_ns > 0) {
+        const now_ms = Date.now();
+        found.middle.push(now_ms - 0.5e-6 * (last_ns + newest_ns));
+        found.oldest.push(now_ms - 1e-6 * last_ns);
+      }
+      last_ns = Math.max(last_ns, newest_ns);
+      if (found.middle.length < 40) return;
+      observer.disconnect();
+      resolve(found);
+    };
+    const observer = new MutationObserver(look);
+    observer.observe(card, { attributes: true });
+  }));
+  const median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
+  const [middle_ms, oldest_ms] = [median(delays_ms.middle), median(delays_ms.oldest)];
+  console.log(`# from a sample to the page: median ${middle_ms.toFixed(0)} ms; the oldest sample of a draw ${oldest_ms.toFixed(0)} ms`);
+  assert.ok(middle_ms < 200, `median ${middle_ms} ms`);
+});
+
+test('verdict and report appear after the run', async () => {
+  const ended = await run;
+  assert.equal(ended.code, 0, ended.text);
+  await until('the run is listed', () => page.locator('#runs li .grade.good, #runs li .grade.usable').count());
+  assert.match(await text('#runs li'), /recommended: rig \((good|usable)\)/);
+  const [report] = await Promise.all([page.context().waitForEvent('page'), page.click('#runs a:has-text("report")')]);
+  await report.waitForLoadState();
+  assert.match(await report.title(), /short/);
+  await report.close();
+  await page.click('#runs summary');
+  const link = await page.getAttribute('#runs a[download]:has-text("data_40ms.csv")', 'href');
+  const answer = await request(bench.port, 'GET', `/${link}`);
+  assert.equal(answer.status, 200);
+  assert.match(answer.text, /time_s,voltage_V,displacement_in/);
+  await takeScreenshots('judged');
+});
+
+test('a wrong token is said, and stops nothing', async () => {
+  run = bench.eha('run', kExperiment, '--no-progress');
+  await pageSays('the run', '#state-word', /^running$/);
+  await page.click('#stop');
+  await page.fill('#token', 'guessed');
+  await page.click('#token-stop');
+  await pageSays('the refusal', '#token-fault', /NOT STOPPED: wrong token/);
+  assert.equal((await bench.status()).state, 'running');
+  const without = await request(bench.port, 'POST', '/api/stop', { 'Content-Type': 'application/json', Host: `127.0.0.1:${bench.port}` }, '{}');
+  assert.equal(without.status, 401);
+  assert.equal((await bench.status()).state, 'running');
+  forgive(/status of 401/);
+});
+
+test('the token is checked when it is entered', async () => {
+  await page.fill('#token', kToken);
+  await page.click('#token-keep');
+  await until('the dialog closes', async () => !(await page.locator('#token-dialog').isVisible()));
+  assert.equal((await bench.status()).state, 'running');
+  await pageSays('what Stop does', '#stop-effect', /ramps the command down/);
+});
+
+test('forged hosts and other origins are refused', async () => {
+  const json = { 'Content-Type': 'application/json', 'X-Eha-Token': kToken };
+  const own = `127.0.0.1:${bench.port}`;
+  for (const [headers, what] of [[{ ...json, Host: `rebound.test:${bench.port}` }, 'host'],
+    [{ ...json, Host: own, Origin: 'http://elsewhere.test' }, 'origin']]) {
+    const answer = await request(bench.port, 'POST', '/api/stop', headers, '{}');
+    assert.ok([400, 403, 421].includes(answer.status), `${what}: ${answer.status}`);
+  }
+  assert.equal((await request(bench.port, 'GET', '/api/state', { Host: `rebound.test:${bench.port}` })).status, 403);
+
+  // The same in a browser: a name that resolves to this machine, and a page of another origin that knows the token.
+  const context = await browser.newContext();
+  const tab = await context.newPage();
+  const rebound = await tab.goto(`http://rebound.test:${bench.port}/api/state`);
+  assert.equal(rebound.status(), 403);
+  const elsewhere = http.createServer((asked, answer) => answer.end('<!doctype html>')).listen(0, '127.0.0.1');
+  await tab.goto(`http://127.0.0.1:${elsewhere.address().port}/`);
+  const outcome = await tab.evaluate(async ([address, token]) => {
+    const tried = [{ headers: { 'X-Eha-Token': token, 'Content-Type': 'application/json' } }, { mode: 'no-cors' }];
+    const results = [];
+    for (const options of tried) results.push(await fetch(`${address}api/stop`, { method: 'POST', body: '{}', ...options }).then((answer) => answer.type, () => 'failed'));
+    results.push(await fetch(`${address}api/state`).then(() => 'read', () => 'failed'));
+    return results;
+  }, [bench.address, kToken]);
+  assert.deepEqual(outcome, ['failed', 'opaque', 'failed']);
+  elsewhere.close();
+  await context.close();
+  assert.equal((await bench.status()).state, 'running');
+});
+
+test('Stop with the token stops within 100 ms', async () => {
+  let stopped_ms = null;
+  const watching = (async () => {
+    while ((await bench.status()).state === 'running') { /* as fast as it answers */ }
+    stopped_ms = Date.now();
+  })();
+  const pressed_ms = await page.evaluate(() => {
+    const at_ms = Date.now();
+    document.querySelector('#stop').click();
+    return at_ms;
+  });
+  await watching;
+  console.log(`# from the click to the ramp: ${stopped_ms - pressed_ms} ms`);
+  assert.ok(stopped_ms - pressed_ms < 100, `${stopped_ms - pressed_ms} ms`);
+  await pageSays('what happened', '#stop-banner', /The command ramps down/);
+  assert.equal((await run).code, 130);
+  await until('the run is listed', async () => /interrupted/.test(await text('#runs li')));
+});
+
+test('a killed ehad is said within a second, and the page recovers', async () => {
+  await bench.kill(bench.daemon);
+  const killed_ms = Date.now();
+  await pageSays('the loss', '#contact-banner', /ehad does not answer since/, 5000);
+  const said_ms = Date.now() - killed_ms;
+  console.log(`# ehad killed: said after ${said_ms} ms`);
+  assert.ok(said_ms < 1000, `${said_ms} ms`);
+  await bench.startDaemon();
+  await until('the page is live', async () => !(await page.locator('#contact-banner').isVisible()));
+  const before_ns = await data('#live-card', 'newest-ns');
+  await until('new samples', async () => (await data('#live-card', 'newest-ns')) > before_ns);
+});
+
+test('a killed eha-web is said within a second, and the page recovers', async () => {
+  await bench.kill(bench.web);
+  const killed_ms = Date.now();
+  await pageSays('the loss', '#contact-banner', /No contact with eha-web since/, 5000);
+  const said_ms = Date.now() - killed_ms;
+  console.log(`# eha-web killed: said after ${said_ms} ms`);
+  assert.ok(said_ms < 1000, `${said_ms} ms`);
+  await page.click('#stop');
+  await pageSays('that Stop does not reach the rig', '#stop-banner', /NOT STOPPED: eha-web does not answer/);
+  await bench.startWeb();
+  await until('the page is live', async () => !(await page.locator('#contact-banner').isVisible()));
+  const before_ns = await data('#live-card', 'newest-ns');
+  await until('new samples', async () => (await data('#live-card', 'newest-ns')) > before_ns);
+  forgive(/ERR_CONNECTION_REFUSED|ERR_CONNECTION_RESET|ERR_EMPTY_RESPONSE/);
+});
+
+test('the rig is run again after both were away', async () => {
+  assert.equal((await bench.eha('arm')).code, 0);
+  await pageSays('armed', '#state-word', /^armed$/);
+});
+
+test('no error in the console', () => {
+  assert.deepEqual(complaints, []);
+});
