@@ -22,7 +22,12 @@ const queue = new QueueView();
 const response = new ResponseView();
 const runs = new RunsView();
 const stop = new StopButton();
-const contact = new Contact((isLive) => document.body.classList.toggle('old', !isLive));
+const contact = new Contact((isLive) => {
+  document.body.classList.toggle('old', !isLive);
+  if (isLive) return;
+  rig.lose();
+  stop.show(null);
+});
 
 let unit = new LengthUnit('in');
 let travel = null;
@@ -50,7 +55,7 @@ new Poller('api/state', kState_ms, (answer) => {
   contact.daemonIs(answer.daemon === 'connected');
   setText(byId('versions'), `ehad ${answer.status?.ehad ?? answer.version ?? ''}`);
   setText(byId('delay'), live.delayText());
-  if (!answer.status) return;
+  if (!answer.status || !contact.isLive) return;
   unit = new LengthUnit(answer.units);
   travel = travelOf(answer);
   live.show(unit, travel);

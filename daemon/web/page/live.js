@@ -7,7 +7,7 @@ import { fixed, isNumber, median } from './units.js';
 const kWindow_s = 60;
 /** A pause between blocks that is drawn as a gap [s]. */
 const kGap_s = 1;
-const kHeight_px = 170;
+const kHeight_px = 200;
 const kDelays = 200;
 
 export class LivePlots {
@@ -71,7 +71,7 @@ export class LivePlots {
     this.frame = requestAnimationFrame(() => {
       this.frame = null;
       this.draw();
-      if (isCurrent) this.noteDelay();
+      this.noteDelay(isCurrent);
     });
   }
 
@@ -102,9 +102,9 @@ export class LivePlots {
   }
 
   /** From each new block's last tick to its drawing, by this machine's clock. */
-  noteDelay() {
+  noteDelay(isCurrent) {
     const drawn_ms = Date.now();
-    const fresh = this.blocks.filter((block) => block.wall_ns > this.drawn_ns);
+    const fresh = isCurrent ? this.blocks.filter((block) => block.wall_ns > this.drawn_ns) : [];
     for (const block of fresh) this.delays_ms.push(drawn_ms - block.wall_ns * 1e-6);
     this.drawn_ns = this.blocks.at(-1)?.wall_ns ?? 0;
     this.delays_ms.splice(0, Math.max(0, this.delays_ms.length - kDelays));

@@ -34,7 +34,7 @@ export class ResponseView {
     const frequencies = this.lines.map((line) => line.f_Hz);
     this.gain.plot.setData([frequencies, this.lines.map((line) => line.gain_dB)]);
     this.phase.plot.setData([frequencies, this.lines.map((line) => line.phase_deg)]);
-    setText(this.gain.caption, `gain [dB, of ${unit.name}/V] over frequency [Hz]`);
+    setText(this.gain.caption, `gain [dB re 1 ${unit.name}/V] over frequency [Hz]`);
     setText(this.phase.caption, 'phase [deg] over frequency [Hz]');
     setText(byId('gain-unit'), `${unit.name}/V`);
   }
@@ -43,9 +43,10 @@ export class ResponseView {
     const run = answer.run;
     const name = answer.name ? `"${answer.name}"` : run;
     const periods = answer.periods ?? 0;
+    const length = periods === 1 ? '1 period' : `${periods} periods`;
     setText(byId('response-run'), run === null || run === undefined ? 'No run yet.'
-      : `${answer.running ? 'Run' : 'Last run'} ${name}: ${periods === 1 ? '1 period' : `${periods} periods`} so far` +
-        `${answer.running ? ', more with each' : ''}.`);
+      : answer.running ? `Run ${name}, being played: ${length} so far.` : `Last run, ${name}: ${length}.`);
+    byId('response-plots').hidden = this.lines.length === 0;
     setText(byId('response-rows'), count(answer.rows));
     const band = answer.usable_band_Hz;
     setText(byId('response-band'), band ? `${short(band[0])} .. ${short(band[1])} Hz` : 'none');
@@ -69,8 +70,8 @@ export class ResponseView {
     if (!widest) return run ? 'none before the second period' : '-';
     this.widest.first ??= { half_dB: widest.gain_half_dB, periods };
     const first = this.widest.first;
-    const before = first.periods < periods ? `; after ${first.periods} periods +-${short(first.half_dB)} dB` : '';
-    return `widest +-${short(widest.gain_half_dB)} dB, at ${short(widest.f_Hz)} Hz${before}`;
+    const before = first.periods < periods ? `; after ${first.periods} periods \u00b1${short(first.half_dB)} dB` : '';
+    return `widest \u00b1${short(widest.gain_half_dB)} dB, at ${short(widest.f_Hz)} Hz${before}`;
   }
 
   showTable() {
@@ -87,7 +88,7 @@ export class ResponseView {
         x: { time: false, distr: 3, range: () => this.band() },
         y: { range },
       },
-      axes: [axis({ values: (plot, splits) => splits.map(label), size: 30, space: 28, grid: { stroke: () => colour('--grid'), width: 1 } }),
+      axes: [axis({ splits: () => marksOf(this.band()), filter: (plot, splits) => splits, values: (plot, splits) => splits.map(short), size: 30 }),
         axis({ size: 52, space: 32 })],
       series: [{}, { paths: () => null, points: { show: false } }],
       hooks: { draw: [draw] },
@@ -154,11 +155,15 @@ function level(line, name) {
   return isNumber(line[name]) ? line.gain_dB + line[name] : null;
 }
 
-/** Frequencies of a decade that are written: 1, 2, 5. */
-function label(frequency_Hz) {
-  if (frequency_Hz === null) return '';
-  const digit = Math.round(frequency_Hz / 10 ** Math.floor(Math.log10(frequency_Hz) + 1e-9));
-  return [1, 2, 5].includes(digit) ? short(frequency_Hz) : '';
+/** Round frequencies of a logarithmic axis: 1, 2 and 5 of each decade, or the decades alone where there are many. */
+function marksOf([lowest_Hz, highest_Hz]) {
+  const decades = Math.log10(highest_Hz / lowest_Hz);
+  const digits = decades > 2.5 ? [1] : [1, 2, 5];
+  const marks = [];
+  for (let decade = Math.floor(Math.log10(lowest_Hz)); 10 ** decade <= highest_Hz; ++decade) {
+    for (const digit of digits) marks.push(Number(`${digit}e${decade}`));
+  }
+  return marks.filter((mark_Hz) => mark_Hz >= lowest_Hz && mark_Hz <= highest_Hz);
 }
 
 /** Context within the plot's frame, saved. */

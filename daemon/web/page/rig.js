@@ -50,6 +50,19 @@ export class RigView {
     this.announce(status, state, reason);
   }
 
+  /** Nothing is known of the rig any more: nobody may take the last state for the present one. */
+  lose() {
+    const state = byId('state');
+    const last = state.dataset.state;
+    if (last === 'unknown') return;
+    setText(byId('state-glyph'), '?');
+    setText(byId('state-word'), 'unknown');
+    setText(byId('state-meaning'), `last known: ${last}`);
+    setAttribute(state, 'data-state', 'unknown');
+    document.title = `no contact - ${byId('rig-name').textContent}`;
+    this.announced = null;
+  }
+
   showRun(status, unit) {
     const run = status.run;
     setText(byId('fact-run'), run ? `${run.entry} "${run.name}" of ${run.user}`

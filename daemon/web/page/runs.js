@@ -23,15 +23,19 @@ export class RunsView {
 }
 
 function item(run, isOpen) {
+  const isChosen = Boolean(run.recommended);
   return make('li', { 'data-run': run.id },
-    make('p', { class: 'title' }, make('strong', {}, run.name || run.id), ` ${localTime(run.started)} `, tag(run)),
-    make('p', {}, recommendation(run)),
-    run.reason ? make('p', { class: 'note' }, `because ${run.reason}`) : null,
+    make('p', { class: 'title' }, make('strong', {}, run.name || run.id), ` ${run.started ? localTime(run.started) : ''} `, tag(run)),
+    run.outcome === 'unreadable' ? null : make('p', {}, recommendation(run)),
+    run.reason ? make('p', { class: 'note' }, `${isChosen ? 'chosen as' : 'because'}: ${run.reason}`) : null,
     run.note ? make('p', { class: 'note' }, run.note) : null,
-    make('p', { class: 'links' },
-      run.has_report ? make('a', { href: `runs/${encodeURIComponent(run.id)}/report.html`, target: '_blank', rel: 'noopener' },
-        'report', make('span', { class: 'unseen' }, ` of ${run.id}, in a new tab`)) : 'no report'),
-    downloads(run, isOpen));
+    make('div', { class: 'links' }, reportLink(run), downloads(run, isOpen)));
+}
+
+function reportLink(run) {
+  if (!run.has_report) return null;
+  return make('a', { href: `runs/${encodeURIComponent(run.id)}/report.html`, target: '_blank', rel: 'noopener' },
+    'report', make('span', { class: 'unseen' }, ` of ${run.id}, in a new tab`));
 }
 
 function tag(run) {

@@ -50,7 +50,7 @@ export class StopButton {
     const effect = this.token === null ? 'needs the token: enter it now'
       : state === 'ramp_out' ? 'again: safe at once'
         : state === 'running' || state === 'ramp_in' ? 'ramps the command down'
-          : state === 'armed' ? 'disarms' : 'nothing is running';
+          : state === 'armed' ? 'disarms' : state === 'unknown' ? 'state unknown' : 'nothing is running';
     setText(byId('stop-effect'), effect);
     setAttribute(this.button, 'data-token', this.token === null ? 'missing' : 'kept');
   }
