@@ -121,6 +121,7 @@ Call read_watch(Params& params) {
   WatchCall watch;
   watch.rate_Hz = params.rate_Hz(watch.rate_Hz);
   watch.entry = params.entry();
+  watch.samples = params.boolean("samples");
   return watch;
 }
 

@@ -40,6 +40,7 @@ struct CancelCall {
 struct WatchCall {
   double rate_Hz = 10.0;
   std::optional<EntryId> entry;  ///< until this one is over
+  bool samples = false;          ///< with the blocks of samples since the last event
 };
 struct QueueCall {};
 struct ReleaseCall {

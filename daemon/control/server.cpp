@@ -239,10 +239,12 @@ void Server::refuse(ClientId client, const Json& id, ExitCode code, std::string_
   answer(client, error_line(id, code, message));
 }
 
-void Server::stream(ClientId id, const std::string& line, Delivery delivery) {
+bool Server::stream(ClientId id, const std::string& line, Delivery delivery) {
   Client* client = find(id);
-  if (client == nullptr || client->closing) return;
-  if (client->output.empty() || delivery == Delivery::always) send(*client, line);
+  if (client == nullptr || client->closing) return false;
+  if (!client->output.empty() && delivery == Delivery::when_read) return false;
+  send(*client, line);
+  return true;
 }
 
 void Server::sweep(TimePoint now) {

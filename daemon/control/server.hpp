@@ -68,8 +68,8 @@ class Server {
   void respond(ClientId client, std::int64_t id, const Json& result);
   void refuse(ClientId client, const Json& id, ExitCode code, std::string_view message);
 
-  /// Sends a line of a stream.
-  void stream(ClientId client, const std::string& line, Delivery delivery);
+  /// Sends a line of a stream. @returns false when it was left out, or the client has gone
+  bool stream(ClientId client, const std::string& line, Delivery delivery);
 
   /// Drops clients that were silent for too long. Call about every second.
   void sweep(TimePoint now);

@@ -9,6 +9,7 @@
 
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/recent_samples.hpp"
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -71,7 +72,8 @@ std::string status_text(const Json& status, const Console& console) {
 
 ExitCode watch_status(Client& client, Console& console) {
   const StopOnSignals stop(Driver::service);
-  client.call("watch", {{"rate_Hz", console.json() ? 1.0 : 5.0}});
+  client.call("watch", {{"rate_Hz", console.json() ? 1.0 : 5.0}, {"samples", true}});
+  RecentSamples recent;
   while (stop.count() == 0) {
     const std::optional<Json> status = client.next_event(std::chrono::seconds(1));
     if (!status) continue;
@@ -80,9 +82,11 @@ ExitCode watch_status(Client& client, Console& console) {
       console.flush();
       continue;
     }
-    console.redraw(status_text(*status, console) + fmt::format("{:<8} {} waiting, {} held\n", "queue",
-                                                               status->at("waiting").get<int>(),
-                                                               status->at("held").get<int>()));
+    recent.add(status->at("samples"));
+    console.redraw(status_text(*status, console) +
+                   aligned({{"last 1 s", recent.text(console.units())},
+                            {"queue", fmt::format("{} waiting, {} held", status->at("waiting").get<int>(),
+                                                  status->at("held").get<int>())}}));
   }
   return ExitCode::ok;
 }

@@ -84,7 +84,13 @@ Json Supervisor::status() const {
   status["rig"] = {{"name", rig.name},
                    {"file", options_.rig_file},
                    {"backend", hal::name_of(rig.backend)},
-                   {"moves", rig_.moves_machine()}};
+                   {"moves", rig_.moves_machine()},
+                   {"units", rig.units.empty() ? "in" : rig.units},
+                   {"limits",
+                    {{"travel_min_in", rig.limits.travel_min_in},
+                     {"travel_max_in", rig.limits.travel_max_in},
+                     {"command_min_V", rig.limits.command_min_V},
+                     {"command_max_V", rig.limits.command_max_V}}}};
   status["lease"] = nullptr;
   if (const Lease::Holder* holder = lease_.holder()) {
     status["lease"] = {{"uid", holder->uid},

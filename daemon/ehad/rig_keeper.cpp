@@ -19,6 +19,11 @@ constexpr std::chrono::milliseconds kIdleRead{20};
 /// Reads left out after one that failed: a card that does not answer holds the thread for up to a second.
 constexpr int kRestAfterFailure = 49;
 
+template <typename TimePoint>
+std::int64_t ns_since_epoch(TimePoint now) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now.time_since_epoch()).count();
+}
+
 }  // namespace
 
 RigKeeper::Config RigKeeper::load(const std::filesystem::path& file) {
@@ -108,6 +113,8 @@ void RigKeeper::read_idle_rig() {
   const hal::RigStatus status = rig->read(0, reading);
   if (status == hal::RigStatus::ok) {
     rod_.add(reading);
+    idle_blocks_.add({ns_since_epoch(std::chrono::steady_clock::now()),
+                      ns_since_epoch(std::chrono::system_clock::now()), reading.displacement_in});
   } else {
     rod_.fail(status);
     reads_left_out_ = kRestAfterFailure;

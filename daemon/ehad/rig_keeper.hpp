@@ -13,6 +13,7 @@
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/ehad/background.hpp"
+#include "daemon/play/sample_stream.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/rod_view.hpp"
 #include "hal/rig.hpp"
@@ -82,6 +83,10 @@ class RigKeeper {
   /// The same of a run that is on.
   [[nodiscard]] Json rod(const acquisition::Snapshot& now) const;
 
+  /// Samples of the rig: of the reads between runs, and of the runs whose RunWatch has it.
+  [[nodiscard]] play::SampleStream& samples() noexcept { return samples_; }
+  [[nodiscard]] const play::SampleStream& samples() const noexcept { return samples_; }
+
   /// Where eha-safe finds what makes the card safe.
   [[nodiscard]] const std::filesystem::path& snapshot() const noexcept { return snapshot_; }
 
@@ -89,7 +94,12 @@ class RigKeeper {
   /// @param play  gets the card (OwnedRig*), nullptr for a simulated rig, which is opened anew for each run
   template <typename Play, typename Then>
   void play(Play play, Then then) {
-    thread_->ask([this, play = std::move(play)]() mutable { return play(card_.get(), machine_); }, std::move(then));
+    thread_->ask(
+        [this, play = std::move(play)]() mutable {
+          idle_blocks_.finish();
+          return play(card_.get(), machine_);
+        },
+        std::move(then));
   }
 
   /// Has the card opened anew, with a new guard, before the rig is armed again.
@@ -113,8 +123,10 @@ class RigKeeper {
   std::unique_ptr<OwnedRig> card_;     ///< none for a simulated rig
   std::unique_ptr<hal::Rig> replica_;  ///< a simulated rig for reading between runs; each run opens its own
   RodView rod_;
-  std::optional<double> placed_in_;  ///< of a simulated rig
-  int reads_left_out_ = 0;           ///< of a card that does not answer
+  play::SampleStream samples_;
+  play::BlockMaker idle_blocks_{samples_, play::BlockMaker::Kind::idle};  ///< belongs to the rig's thread
+  std::optional<double> placed_in_;                                       ///< of a simulated rig
+  int reads_left_out_ = 0;                                                ///< of a card that does not answer
   bool is_suspect_ = false;
   bool arming_ = false;
   int reconfiguring_ = 0;

@@ -33,6 +33,19 @@ os::FileDescriptor open_signals() {
   return descriptor;
 }
 
+/// The member `samples` of ehad-protocol(7). NaN becomes null.
+Json samples_json(const play::SampleStream::Part& part) {
+  Json blocks = Json::array();
+  for (const play::SampleBlock& block : part.blocks) {
+    blocks.push_back({block.utc_ns, block.run_s, block.displacement_min_in, block.displacement_max_in,
+                      block.applied_min_V, block.applied_max_V});
+  }
+  return {{"first", part.first},
+          {"lost", part.lost},
+          {"block_s", static_cast<double>(play::kBlock_ns) * 1e-9},
+          {"blocks", std::move(blocks)}};
+}
+
 /// Whether a method changes nothing; such requests are logged at level debug.
 bool is_read_only(const control::Call& call) {
   return std::holds_alternative<control::StatusCall>(call) || std::holds_alternative<control::WatchCall>(call) ||
@@ -180,7 +193,8 @@ void Service::watch(const control::Peer& peer, std::int64_t id, const control::W
   }
   const auto interval = std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>(1.0 / std::max(call.rate_Hz, 1e-3)));
-  watchers_[peer.client] = {id, interval, Clock::now(), call.entry};
+  watchers_[peer.client] = {id, interval, Clock::now(), call.entry,
+                            call.samples ? std::optional(supervisor_.samples().next()) : std::nullopt};
   server_.respond(peer.client, id, {{"rate_Hz", call.rate_Hz}});
 }
 
@@ -199,9 +213,16 @@ void Service::feed_watchers(Clock::time_point now) {
       snapshot["entry"] = supervisor_.entry(*watcher.entry);
       snapshot["last"] = is_last;
     }
-    // A slow reader misses snapshots, but never the last one.
-    server_.stream(client, control::event_line(watcher.id, snapshot),
-                   is_last ? control::Delivery::always : control::Delivery::when_read);
+    std::uint64_t next_block = 0;
+    if (watcher.next_block) {
+      const play::SampleStream::Part part = supervisor_.samples().since(*watcher.next_block);
+      snapshot["samples"] = samples_json(part);
+      next_block = part.first + part.blocks.size();
+    }
+    // A slow reader misses snapshots, but never the last one. Blocks of samples wait for it as long as they are kept.
+    const bool was_sent = server_.stream(client, control::event_line(watcher.id, snapshot),
+                                         is_last ? control::Delivery::always : control::Delivery::when_read);
+    if (watcher.next_block && was_sent) watcher.next_block = next_block;
     // Keeps its own grid unless it fell behind.
     watcher.due = std::max(watcher.due + watcher.interval, Clock::now());
     item = is_last ? watchers_.erase(item) : std::next(item);

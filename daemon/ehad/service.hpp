@@ -41,6 +41,7 @@ class Service {
     std::chrono::nanoseconds interval{};
     Clock::time_point due;
     std::optional<EntryId> entry;
+    std::optional<std::uint64_t> next_block;  ///< of the samples; none: not asked for
   };
 
   void on_signal();

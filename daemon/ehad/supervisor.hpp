@@ -63,6 +63,9 @@ class Supervisor {
   [[nodiscard]] std::string metrics() const;
   void reload(Answer answer);
 
+  /// The rig's samples, for watchers.
+  [[nodiscard]] const play::SampleStream& samples() const noexcept { return rig_.samples(); }
+
   /// An experiment of the queue, null when there is none of that number; and whether it is over.
   [[nodiscard]] Json entry(EntryId id) const;
   [[nodiscard]] bool entry_is_over(EntryId id) const;

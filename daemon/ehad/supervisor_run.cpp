@@ -51,6 +51,7 @@ void Supervisor::start_next() {
                             .playing = false,
                             .watch = std::make_shared<play::RunWatch>(),
                             .stop = std::make_shared<acquisition::StopRequest>()});
+  active_->watch->samples = &rig_.samples();
   update_inhibitor();
   acquisition::Snapshot first;
   first.state = acquisition::State::armed;

@@ -19,6 +19,11 @@ constexpr auto kSynchronise = std::chrono::seconds(1);
 constexpr auto kPollMonotonic = std::chrono::milliseconds(10);
 constexpr auto kPollVirtual = std::chrono::microseconds(200);
 
+std::int64_t utc_now_ns() {
+  using std::chrono::nanoseconds;
+  return std::chrono::duration_cast<nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
 }  // namespace
 
 JournalThread::JournalThread(RecordQueue& queue, record::JournalWriter& journal, const record::FolderWatch& folder,
@@ -52,19 +57,34 @@ std::string JournalThread::finish() {
 void JournalThread::run() {
   acquisition::block_all_but_fatal_signals();
   const acquisition::SignalStack signal_stack;
+  if (watch_.samples != nullptr) blocks_.emplace(*watch_.samples, BlockMaker::Kind::run);
   for (;;) {
     watch_.writer_turns.fetch_add(1, std::memory_order_relaxed);
     const bool was_last = loop_ended_.load(std::memory_order_acquire);
     const std::size_t count = queue_.pop(batch_.data(), batch_.size());
+    if (blocks_) show(count);
     if (journal_is_sound_) write(count);
     if (error_.empty()) look_at_folder();
     if (count > 0) continue;
-    if (was_last) return;
+    if (was_last) break;
     if (time_base_ == TimeBase::monotonic) {
       std::this_thread::sleep_for(kPollMonotonic);
     } else {
       std::this_thread::sleep_for(kPollVirtual);
     }
+  }
+  if (blocks_) blocks_->finish();
+}
+
+void JournalThread::show(std::size_t count) {
+  if (count == 0) return;
+  // The newest record is younger than one period, because the thread takes all there are.
+  const std::int64_t now_ns = utc_now_ns();
+  const std::int64_t newest_ns = batch_[count - 1].scheduled_ns;
+  for (std::size_t i = 0; i < count; ++i) {
+    const acquisition::TickRecord& tick = batch_[i];
+    const std::int64_t age_ns = time_base_ == TimeBase::monotonic ? newest_ns - tick.scheduled_ns : 0;
+    blocks_->add({tick.scheduled_ns, now_ns - age_ns, tick.displacement_in, tick.applied_V});
   }
 }
 

@@ -4,12 +4,14 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/record_queue.hpp"
 #include "daemon/play/run_watch.hpp"
+#include "daemon/play/sample_stream.hpp"
 #include "daemon/record/folder_watch.hpp"
 #include "daemon/record/journal.hpp"
 
@@ -27,7 +29,8 @@ inline constexpr std::chrono::milliseconds kFolderInterval{250};
 /// both cases it has the queue report it to the loop, which ramps out. The public members belong to one thread.
 class JournalThread {
  public:
-  /// @param watch  its writer_turns counts the passes of the thread's loop
+  /// @param watch  its writer_turns counts the passes of the thread's loop; its samples get the records, also after a
+  ///               failed write
   JournalThread(acquisition::RecordQueue& queue, record::JournalWriter& journal, const record::FolderWatch& folder,
                 acquisition::TimeBase time_base, RunWatch& watch);
   JournalThread(const JournalThread&) = delete;
@@ -47,6 +50,7 @@ class JournalThread {
  private:
   void run();
   void write(std::size_t count);
+  void show(std::size_t count);
   void look_at_folder();
   void fail(std::string message);
 
@@ -55,6 +59,7 @@ class JournalThread {
   const record::FolderWatch& folder_;
   acquisition::TimeBase time_base_;
   RunWatch& watch_;
+  std::optional<BlockMaker> blocks_;
   std::uint64_t turns_seen_ = 0;
   std::chrono::steady_clock::time_point turned_ = std::chrono::steady_clock::now();
   std::vector<acquisition::TickRecord> batch_;

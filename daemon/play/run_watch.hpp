@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "daemon/acquisition/status_board.hpp"
+#include "daemon/play/sample_stream.hpp"
 
 namespace eha::play {
 
@@ -19,6 +20,7 @@ struct RunWatch {
   acquisition::StatusBoard board;
   std::atomic<Phase> phase{Phase::preparing};
   std::atomic<std::uint64_t> writer_turns{0};  ///< grows unless the writer hangs in a call on the disk
+  SampleStream* samples = nullptr;             ///< gets the run's samples; must outlive the run; none: nobody follows
 };
 
 }  // namespace eha::play

@@ -35,6 +35,8 @@ TEST(Protocol, ReadsEachMethodWithItsParameters) {
   EXPECT_EQ(call_of<ReleaseCall>(R"({"id":1,"method":"release","params":{"entry":3}})").entry, 3);
   EXPECT_EQ(call_of<CancelCall>(R"({"id":1,"method":"cancel","params":{"entry":9}})").entry, 9);
   EXPECT_EQ(call_of<WatchCall>(R"({"id":1,"method":"watch","params":{"rate_Hz":25}})").rate_Hz, 25.0);
+  EXPECT_FALSE(call_of<WatchCall>(R"({"id":1,"method":"watch"})").samples);
+  EXPECT_TRUE(call_of<WatchCall>(R"({"id":1,"method":"watch","params":{"samples":true}})").samples);
   const auto submit =
       call_of<SubmitCall>(R"({"id":1,"method":"submit","params":{"experiment":"a\nb","name":"\u00e4\n","fast":true}})");
   EXPECT_EQ(submit.experiment, "a\nb");

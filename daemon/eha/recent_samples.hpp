@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace eha::cli {
+
+/// What the rod and the command did between two lines of `eha status --watch`: the range over the last second of the
+/// sample stream.
+class RecentSamples {
+ public:
+  /// @param samples  the member `samples` of an event, ehad-protocol(7)
+  void add(const nlohmann::ordered_json& samples);
+
+  /// "2.912 to 3.105 in, -1.20 to +1.40 V"; without the volts when nothing drives the rig; "not read yet" without a
+  /// sample. @param units  of lengths shown; empty: in
+  [[nodiscard]] std::string text(const std::string& units) const;
+
+ private:
+  static constexpr std::size_t kKept = 25;  ///< blocks of 40 ms
+  std::deque<nlohmann::ordered_json> blocks_;
+};
+
+}  // namespace eha::cli
