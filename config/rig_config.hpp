@@ -21,6 +21,11 @@ struct Following {
   double limit_in = 0.1;                  ///< motion that may be missing, or too much, before the rig is made safe [in]
   double pressure_delay_s = 0.0;          ///< from enable on to full pressure; missing motion does not count in it [s]
 
+  // Half widths of the 95 % intervals, as the valve sheet gives them; none: valve_uncertainty() assumes some.
+  std::optional<double> null_uncertainty_V = {};        ///< [V]
+  std::optional<double> dead_band_uncertainty_V = {};   ///< [V]
+  std::optional<double> gain_uncertainty_percent = {};  ///< of each gain [%]
+
   static void visit_keys(auto& self, auto& keys) {
     keys.number("gain_positive_in_per_V_s", self.gain_positive_in_per_V_s, Range::above(0.0));
     keys.number("gain_negative_in_per_V_s", self.gain_negative_in_per_V_s, Range::above(0.0));
@@ -28,6 +33,9 @@ struct Following {
     keys.number("dead_band_V", self.dead_band_V, Range::at_least(0.0));
     keys.number("limit_in", self.limit_in, Range::above(0.0), Need::optional);
     keys.number("pressure_delay_s", self.pressure_delay_s, Range::between(0.0, 10.0), Need::optional);
+    keys.number("null_uncertainty_V", self.null_uncertainty_V, Range::between(0.0, 10.0));
+    keys.number("dead_band_uncertainty_V", self.dead_band_uncertainty_V, Range::between(0.0, 10.0));
+    keys.number("gain_uncertainty_percent", self.gain_uncertainty_percent, Range::between(0.0, 100.0));
   }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 
 #include "config/rig_config.hpp"
 
@@ -30,6 +31,26 @@ struct ValveEstimate {
           .gain_negative_in_per_V_s = kGainOfHalf * following.gain_negative_in_per_V_s,
           .null_V = following.null_V,
           .dead_band_V = std::max(0.0, following.dead_band_V - kSpare_V)};
+}
+
+/// How well the numbers of a ValveEstimate are known: standard deviations.
+struct ValveUncertainty {
+  double null_V = 0.0;       ///< [V]
+  double dead_band_V = 0.0;  ///< [V]
+  double gain_share = 0.0;   ///< of each gain
+};
+
+/// What [following] says, and for keys that it leaves out 0.02 V, 0.02 V and 3 %: what numbers taken from slow steps or
+/// from `eha doctor --following` are good for.
+[[nodiscard]] inline ValveUncertainty valve_uncertainty(const Following& following) noexcept {
+  constexpr double kStdsOf95Percent = 1.96;
+  const auto std_of = [](const std::optional<double>& half_width, double otherwise) {
+    return half_width ? *half_width / kStdsOf95Percent : otherwise;
+  };
+  const double gain_percent = std_of(following.gain_uncertainty_percent, 3.0);
+  return {.null_V = std_of(following.null_uncertainty_V, 0.02),
+          .dead_band_V = std_of(following.dead_band_uncertainty_V, 0.02),
+          .gain_share = 0.01 * gain_percent};
 }
 
 }  // namespace eha::config

@@ -40,7 +40,8 @@ struct Range {
 // `self` is the kind, const if it is only read. `keys` is a visitor that reads, writes or counts the keys: the reader
 // of a configuration file, the writer of a run's manifest. It has these members:
 //
-//   number(name, double&, Range, Need)          integer(name, integer&, low, high, Need)      text(name, string&)
+//   number(name, double&, Range, Need)          number(name, optional<double>&, Range)         of an optional key
+//   integer(name, integer&, low, high, Need)    text(name, string&)
 //   choice(name, enum&, list of {name, value})  table(name, T&), tables(name, vector<T>&)      of a T with visit_keys
 //   number_or_unknown(name, optional<double>&)
 //   optional_table(name, optional<T>&)

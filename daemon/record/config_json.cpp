@@ -34,6 +34,9 @@ class JsonKeys {
   explicit JsonKeys(Json& json) : json_(json) {}
 
   void number(std::string_view key, double value, const Range&, Need = Need::required) { set(key, value); }
+  void number(std::string_view key, const std::optional<double>& value, const Range&) {
+    set(key, value ? Json(*value) : Json(nullptr));
+  }
   template <class Integer>
   void integer(std::string_view key, Integer value, std::int64_t, std::int64_t, Need = Need::required) {
     set(key, value);

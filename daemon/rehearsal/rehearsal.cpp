@@ -78,7 +78,7 @@ class Play {
   double most_V_ = 0.0;
 };
 
-config::ValveEstimate drawn(const config::ValveEstimate& valve, const ValveUncertainty& uncertainty,
+config::ValveEstimate drawn(const config::ValveEstimate& valve, const config::ValveUncertainty& uncertainty,
                             ident::PortableDraw& draw) {
   config::ValveEstimate other = valve;
   other.null_V += uncertainty.null_V * draw.normal();
@@ -108,9 +108,10 @@ bool plays_open_loop(const config::PreparedExperiment& experiment, const config:
 }  // namespace
 
 std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
-                                  double start_in, const ValveUncertainty& uncertainty, std::uint64_t seed) {
+                                  double start_in, std::uint64_t seed) {
   if (!rig.limits.following || experiment.config.place_in || experiment.table_V.size() == 0) return std::nullopt;
   const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
+  const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
   const double ahead_in = experiment.config.hold ? experiment.predicted_in[0] : 0.0;
   const double from_in = experiment.config.start_in ? *experiment.config.start_in + ahead_in : start_in;
   const Play play(experiment, rig);

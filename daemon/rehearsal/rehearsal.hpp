@@ -10,13 +10,6 @@
 
 namespace eha {
 
-/// How well the valve of [following] is known: standard deviations.
-struct ValveUncertainty {
-  double null_V = 0.02;
-  double dead_band_V = 0.02;
-  double gain_share = 0.03;  ///< of each gain
-};
-
 /// What an experiment does to an integrating rod, as far as [following] tells.
 struct Rehearsal {
   double lowest_in = 0.0;       ///< that 95 % of the draws stay above [in]
@@ -27,13 +20,13 @@ struct Rehearsal {
 };
 
 /// Plays an experiment on rods y' = v(u), v the valve of the rig's [following] with null, dead band and gains drawn
-/// from their uncertainty; with [hold] the loop is played too. Steps of 5 ms; spool, oil and friction are left out.
+/// from their uncertainty, config::valve_uncertainty(); with [hold] the loop is played too. Steps of 5 ms; spool, oil
+/// and friction are left out.
 /// @param start_in  where the rod stands; [start] of the experiment goes first
 /// @returns none without [following], or when the experiment plays nothing
 /// Cost: 200 draws of 50 s take about 30 ms. Thread-safe; equal arguments give equal results.
 [[nodiscard]] std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment,
-                                                const config::RigConfig& rig, double start_in,
-                                                const ValveUncertainty& uncertainty = {}, std::uint64_t seed = 1);
+                                                const config::RigConfig& rig, double start_in, std::uint64_t seed = 1);
 
 /// What moved the rod on the average of a run, beyond its tones.
 struct Drift {

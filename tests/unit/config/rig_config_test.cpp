@@ -97,11 +97,27 @@ TEST(RigConfig, TakesFollowingAndSensorAndNeedsNeither) {
   EXPECT_EQ(limits.following->dead_band_V, 0.3);
   EXPECT_EQ(limits.following->limit_in, 0.1);
   EXPECT_EQ(limits.following->pressure_delay_s, 0.0);
+  EXPECT_FALSE(limits.following->null_uncertainty_V.has_value());
   EXPECT_EQ(limits.sensor->valid_min_V, -9.5);
   EXPECT_EQ(limits.sensor->valid_max_V, 9.0);
   EXPECT_EQ(limits.sensor->open_circuit_V, 10.0);
   const std::string unknown = "[sensor]\nvalid_min_V = -9.5\nvalid_max_V = 9.0\nopen_circuit_V = \"unknown\"\n";
   EXPECT_FALSE(parse_rig(kCard + unknown, "r.toml").limits.sensor->open_circuit_V.has_value());
+}
+
+TEST(RigConfig, TakesHowWellTheValveIsKnown) {
+  const std::string following =
+      "[following]\ngain_positive_in_per_V_s = 0.2\ngain_negative_in_per_V_s = 0.1\nnull_V = -0.2\ndead_band_V = 0.3\n";
+  const RigConfig rig =
+      parse_rig(kCard + following +
+                    "null_uncertainty_V = 0.008\ndead_band_uncertainty_V = 0.009\ngain_uncertainty_percent = 1.5\n",
+                "r.toml");
+  EXPECT_EQ(rig.limits.following->null_uncertainty_V, 0.008);
+  EXPECT_EQ(rig.limits.following->dead_band_uncertainty_V, 0.009);
+  EXPECT_EQ(rig.limits.following->gain_uncertainty_percent, 1.5);
+  const auto faults = faults_of(kCard + following + "null_uncertainty_V = -0.008\n");
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_NE(faults[0].find("following.null_uncertainty_V: expected"), std::string::npos) << faults[0];
 }
 
 TEST(RigConfig, RefusesASensorBandThatCutsTheTravelOrSaysNothingOfAnOpenWire) {

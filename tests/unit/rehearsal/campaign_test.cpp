@@ -49,7 +49,10 @@ TEST(RehearsalCampaign, ForetellsTripsOfRandomExperimentsOnPerturbedRigs) {
                           .gain_negative_in_per_V_s =
                               -0.5 * speed_at(options, null_V - band_V - 2.0) / 2.0 * (1.0 + 0.012 * draw.normal()),
                           .null_V = null_V + 0.004 * draw.normal(),
-                          .dead_band_V = band_V + 0.05 + 0.003 * draw.normal()};
+                          .dead_band_V = band_V + 0.05 + 0.003 * draw.normal(),
+                          .null_uncertainty_V = 0.01,
+                          .dead_band_uncertainty_V = 0.01,
+                          .gain_uncertainty_percent = 3.0};
     const std::string text = fmt::format(
         "schema = 1\nname = \"r\"\nduration_s = 20.0\n[excitation]\nkind = \"multisine\"\noffset_V = {:.4f}\ntones = "
         "[\n"
@@ -58,8 +61,7 @@ TEST(RehearsalCampaign, ForetellsTripsOfRandomExperimentsOnPerturbedRigs) {
         null_V + between(-1.6, 1.6), between(0.4, 1.6), between(0.0, 6.28), between(0.4, 1.6), between(0.0, 6.28));
     const config::PreparedExperiment experiment = config::parse_prepared_experiment(text, "r.toml", rig);
     options.initial_displacement_in = between(1.5, 4.5);
-    const auto rehearsal = rehearse(experiment, rig, options.initial_displacement_in,
-                                    {.null_V = 0.005, .dead_band_V = 0.005, .gain_share = 0.015});
+    const auto rehearsal = rehearse(experiment, rig, options.initial_displacement_in);
     ASSERT_TRUE(rehearsal.has_value());
     const bool is_refused = rehearsal->chance_of_trip >= 0.5;
 

@@ -54,15 +54,40 @@ TEST(Rehearsal, SaysThatABalancedSineStaysInsideAndAnOffsetOneDoesNot) {
   EXPECT_GT(bad->drift_in_per_s, 0.05);
 }
 
-TEST(Rehearsal, IsUncertainWhereTheNullDecides) {
-  // At some drift the rod just reaches the limit in 60 s, or just not.
+/// Of offsets 0.01 V apart, those at which the rod may or may not reach the limit in 60 s.
+int undecided_offsets(const config::RigConfig& rig) {
   int undecided = 0;
-  for (int i = 0; i <= 20; ++i) {
-    const double chance = rehearse(sine(balanced_V() + 0.2 + 0.02 * i), sim(), 2.95)->chance_of_trip;
+  for (int i = 0; i <= 40; ++i) {
+    const double chance = rehearse(sine(balanced_V() + 0.2 + 0.01 * i), rig, 2.95)->chance_of_trip;
     undecided += chance > 0.05 && chance < 0.95 ? 1 : 0;
   }
-  EXPECT_GE(undecided, 1);
-  EXPECT_LE(undecided, 8);
+  return undecided;
+}
+
+TEST(Rehearsal, IsAsUncertainWhereTheNullDecidesAsTheRigFileSaysOfTheNull) {
+  config::RigConfig rig = sim();
+  config::Following& following = rig.limits.following.value();
+  following.null_uncertainty_V = 0.04;
+  following.dead_band_uncertainty_V = 0.04;
+  following.gain_uncertainty_percent = 6.0;
+  const int rough = undecided_offsets(rig);
+  EXPECT_GE(rough, 3);
+  EXPECT_LE(rough, 16);
+  following.null_uncertainty_V = 0.01;
+  following.dead_band_uncertainty_V = 0.01;
+  following.gain_uncertainty_percent = 1.5;
+  EXPECT_LT(undecided_offsets(rig), (rough + 1) / 2);
+}
+
+TEST(Rehearsal, AssumesAnUncertaintyWhereTheRigFileGivesNone) {
+  config::Following following = sim().limits.following.value();
+  following.null_uncertainty_V = 0.0098;
+  following.dead_band_uncertainty_V.reset();
+  following.gain_uncertainty_percent.reset();
+  const config::ValveUncertainty uncertainty = config::valve_uncertainty(following);
+  EXPECT_NEAR(uncertainty.null_V, 0.005, 1e-12);
+  EXPECT_EQ(uncertainty.dead_band_V, 0.02);
+  EXPECT_EQ(uncertainty.gain_share, 0.03);
 }
 
 TEST(Rehearsal, KnowsThatAHoldTakesTheDriftAway) {
