@@ -12,7 +12,6 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
-#include "ident/excitation/excitation.hpp"
 #include "ident/signal/decimation.hpp"
 
 namespace eha::identify {
@@ -29,11 +28,9 @@ double nearest(double angle_deg, double beside_deg) {
 
 std::string field(const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; }
 
-/// Samples of the shortest common period of the experiment's tones and repetitions; 0 for none.
-std::size_t period_of(const Source& source, const std::vector<double>& lines_Hz) {
-  const auto samples = static_cast<std::size_t>(source.record.input.size());
-  const std::size_t shared = ident::common_period(lines_Hz, source.record.step_s, samples / 2);
-  const std::size_t repetition = source.repetition_samples;
+/// Samples of the shortest common period of tones and repetitions; 0 for none.
+std::size_t period_of(const std::vector<double>& lines_Hz, double step_s, std::size_t samples, std::size_t repetition) {
+  const std::size_t shared = ident::common_period(lines_Hz, step_s, samples / 2);
   if (repetition == 0 || samples < 2 * repetition) return shared;
   // A table that does not hold whole periods of its tones jumps at its end, so only the repetitions are periodic.
   return shared > 0 && repetition % shared == 0 ? shared : repetition;
@@ -41,26 +38,35 @@ std::size_t period_of(const Source& source, const std::vector<double>& lines_Hz)
 
 }  // namespace
 
+ExcitedPeriod excited_period(const ident::Excitation& excitation, double step_s, std::size_t samples,
+                             std::size_t repetition) {
+  ExcitedPeriod excited;
+  excited.lines_Hz = ident::excited_lines(excitation, step_s, repetition > 0 ? repetition : samples);
+  excited.samples = period_of(excited.lines_Hz, step_s, samples, repetition);
+  if (excited.samples == 0) return excited;
+  const double period_s = static_cast<double>(excited.samples) * step_s;
+  // A tone between two harmonics is none of them. Without any other, the table's jump at its end makes the lines.
+  std::erase_if(excited.lines_Hz, [&](double f) { return std::abs(f * period_s - std::round(f * period_s)) >= 1e-6; });
+  return excited;
+}
+
 std::optional<ident::FrequencyResponse> frequency_response_of(const Source& source, const ident::FitOptions& options,
                                                               std::vector<std::string>& notes) {
   if (!source.experiment) return std::nullopt;
   const double step_s = source.record.step_s;
   const auto samples = static_cast<std::size_t>(source.record.input.size());
   try {
-    const std::size_t table = source.repetition_samples > 0 ? source.repetition_samples : samples;
-    std::vector<double> lines_Hz = ident::excited_lines(source.experiment->excitation, step_s, table);
-    const std::size_t period = period_of(source, lines_Hz);
-    if (period == 0) {
-      if (!lines_Hz.empty()) {
+    const ExcitedPeriod excited =
+        excited_period(source.experiment->excitation, step_s, samples, source.repetition_samples);
+    if (excited.samples == 0) {
+      if (!excited.lines_Hz.empty()) {
         notes.emplace_back("no frequency response: the record holds no two periods of the excited lines");
       }
       return std::nullopt;
     }
-    const double period_s = static_cast<double>(period) * step_s;
-    // A tone between two harmonics is none of them. Without any other, the table's jump at its end makes the lines.
-    std::erase_if(lines_Hz, [&](double f) { return std::abs(f * period_s - std::round(f * period_s)) >= 1e-6; });
     const auto discard = ident::discarded_rows(options.discard_s, step_s);
-    return ident::measure_frequency_response(source.record, ident::last_periods(samples, period, discard), lines_Hz);
+    return ident::measure_frequency_response(source.record, ident::last_periods(samples, excited.samples, discard),
+                                             excited.lines_Hz);
   } catch (const Error& error) {
     notes.push_back(fmt::format("no frequency response: {}", error.what()));
     return std::nullopt;

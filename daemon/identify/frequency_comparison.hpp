@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -9,12 +10,24 @@
 
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/source.hpp"
+#include "ident/excitation/excitation.hpp"
 #include "ident/signal/frequency_response.hpp"
 
 namespace eha::identify {
 
 /// The name of its file, beside data_40ms.csv in a run folder or beside the models of `eha fit -o`.
 inline constexpr std::string_view kFrequencyResponseFile = "frequency_response.csv";
+
+/// What an excitation repeats itself by.
+struct ExcitedPeriod {
+  std::size_t samples = 0;       ///< of the shortest period that all lines and the repetitions share; 0: none
+  std::vector<double> lines_Hz;  ///< excited ones that are harmonics of it; all of them without a period
+};
+
+/// @param samples     of the record   @param repetition  samples of one repetition; 0: unknown
+/// @throws as ident::excited_lines
+[[nodiscard]] ExcitedPeriod excited_period(const ident::Excitation& excitation, double step_s, std::size_t samples,
+                                           std::size_t repetition);
 
 /// Measures the frequency response of a source whose experiment is periodic: by its tones, or by its repetitions. The
 /// period is the shortest that all lines and the repetitions share.

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/web/client_stream.hpp"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace eha::web {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kSlice{200};
+constexpr milliseconds kLinger{1000};
+constexpr std::size_t kMostLingering = 2u << 20;
+
+}  // namespace
+
+ClientStream::~ClientStream() {
+  shutdown(socket_, SHUT_WR);
+  const auto deadline = Clock::now() + kLinger;
+  std::array<char, 4096> rest;
+  for (std::size_t taken = 0; has_answered_ && taken < kMostLingering && wait(POLLIN, deadline);) {
+    const ssize_t count = recv(socket_, rest.data(), rest.size(), MSG_DONTWAIT);
+    if (count <= 0) break;
+    taken += static_cast<std::size_t>(count);
+  }
+  close(socket_);
+}
+
+bool ClientStream::wait(short events, Clock::time_point deadline) const {
+  for (;;) {
+    const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
+    if (left <= milliseconds::zero()) return false;
+    pollfd waiting{.fd = socket_, .events = events, .revents = 0};
+    const int ready = poll(&waiting, 1, static_cast<int>(left.count()));
+    if (ready > 0) return true;
+    if (ready < 0 && errno != EINTR) return false;
+  }
+}
+
+bool ClientStream::wait_for_request(const std::function<bool()>& goes_on) {
+  const auto deadline = Clock::now() + limits_.idle;
+  while (begin_ == end_ && !wait(POLLIN, std::min(deadline, Clock::now() + kSlice))) {
+    if (Clock::now() >= deadline || !goes_on()) return false;
+  }
+  if (!goes_on()) return false;
+  left_ = limits_.request_bytes;
+  too_long_ = too_slow_ = has_answered_ = false;
+  written_ = 0;
+  request_deadline_ = Clock::now() + limits_.request;
+  return true;
+}
+
+ssize_t ClientStream::read(char* bytes, size_t size) {
+  if (left_ == 0) {
+    too_long_ = true;
+    return -1;
+  }
+  if (begin_ == end_) {
+    if (!wait(POLLIN, request_deadline_)) {
+      too_slow_ = true;
+      return -1;
+    }
+    const ssize_t count = recv(socket_, buffer_.data(), buffer_.size(), 0);
+    if (count <= 0) return count;
+    begin_ = 0;
+    end_ = static_cast<std::size_t>(count);
+  } else if (Clock::now() > request_deadline_) {
+    too_slow_ = true;
+    return -1;
+  }
+  const std::size_t taken = std::min({size, end_ - begin_, left_});
+  std::memcpy(bytes, buffer_.data() + begin_, taken);
+  begin_ += taken;
+  left_ -= taken;
+  return static_cast<ssize_t>(taken);
+}
+
+ClientStream::Clock::time_point ClientStream::answer_deadline() const {
+  const auto begun = has_answered_ ? answer_begun_ : Clock::now();
+  return begun + limits_.answer +
+         milliseconds(1000 * static_cast<std::int64_t>(written_ / std::max<std::size_t>(limits_.least_bytes_per_s, 1)));
+}
+
+ssize_t ClientStream::write(const char* bytes, size_t size) {
+  if (!has_answered_) answer_begun_ = Clock::now();
+  has_answered_ = true;
+  for (;;) {
+    const ssize_t count = send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (count > 0) written_ += static_cast<std::size_t>(count);
+    if (count >= 0) return count;
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN || !wait(POLLOUT, answer_deadline())) return -1;
+  }
+}
+
+void ClientStream::send_at_once(const std::string& text) const {
+  // A client without room for a line gets none.
+  [[maybe_unused]] const ssize_t sent = send(socket_, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
+void ClientStream::get_remote_ip_and_port(std::string& ip, int& port) const {
+  ip = "127.0.0.1";
+  port = 0;
+}
+
+void ClientStream::get_local_ip_and_port(std::string& ip, int& port) const {
+  ip = "127.0.0.1";
+  port = 0;
+}
+
+}  // namespace eha::web

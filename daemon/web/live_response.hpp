@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/record/run_header.hpp"
+#include "ident/signal/frequency_response.hpp"
+
+namespace eha::web {
+
+/// The periods of an experiment and its frequencies.
+struct PeriodPlan {
+  std::size_t period = 0;        ///< rows; 0: the experiment is not periodic
+  std::vector<double> lines_Hz;  ///< excited; empty: those that carry input are found in the record
+  std::size_t discard = 0;       ///< rows at the start
+  std::size_t rows = 0;          ///< of the whole experiment
+  double step_s = 0.0;
+  std::size_t thinning = 1;  ///< every how many rows are measured, after a filter that lets the lines pass
+};
+
+/// @throws DataError, ConfigError  the header's experiment cannot be read
+[[nodiscard]] PeriodPlan plan_periods(const record::RunHeader& header, const std::string& source);
+
+/// What is known of a run's frequency response so far.
+struct LiveResponse {
+  std::size_t rows = 0;     ///< of the experiment, in the journal
+  std::size_t periods = 0;  ///< whole ones after the discarded time, 0 or at least 2
+  std::vector<ident::LineResponse> lines;
+  std::string refusal;  ///< why there is none, one sentence; empty otherwise
+};
+
+/// Measures the response of a run from its journal, which may be growing, with ident::measure_frequency_response. Rows
+/// are filtered and thinned by plan.thinning as they are read, the same for input and output, which leaves their ratio
+/// as it is. Memory: some 100 bytes for each of rows / thinning, at most kMostRows of them.
+/// @throws DataError, IoError, PermissionError  the journal cannot be read
+/// Cost O(rows).
+[[nodiscard]] LiveResponse measure_live_response(const std::filesystem::path& journal, const PeriodPlan& plan);
+
+/// Standard error of a gain that counts as known: its 95 % interval is 1 dB wide on either side [dB].
+inline constexpr double kKnownStd_dB = 0.5;
+inline constexpr std::size_t kMostRows = 200'000;  ///< measured after thinning
+
+/// The answer to /api/response as text.
+/// @param rows  of the experiment so far, as known by now
+[[nodiscard]] std::string describe(const std::string& run, const PeriodPlan& plan, const LiveResponse& response,
+                                   std::size_t rows);
+
+}  // namespace eha::web

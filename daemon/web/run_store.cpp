@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/web/run_store.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/openat2.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::web {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kLongestName = 200;
+constexpr std::uint64_t kLargestManifest = 16u << 20;
+
+os::FileDescriptor open_beneath(const os::FileDescriptor& folder, const std::string& path) {
+  open_how how{};
+  // O_NONBLOCK: a pipe under that name must not hold the thread.
+  how.flags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+  how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
+  return os::FileDescriptor(static_cast<int>(syscall(SYS_openat2, folder.get(), path.c_str(), &how, sizeof how)));
+}
+
+std::string content_of(const RunFile& file) {
+  if (file.size > kLargestManifest) throw DataError(fmt::format("run.json has {} bytes", file.size));
+  std::string text(file.size, '\0');
+  text.resize(os::read_up_to_at(file.descriptor, text.data(), text.size(), 0, "run.json"));
+  return text;
+}
+
+/// The members that a manifest gives.
+Json describe_manifest(const RunFile& file, const std::string& id) {
+  const record::Manifest manifest = record::manifest_from_json(Json::parse(content_of(file)), id + "/run.json");
+  Json said{{"id", id},
+            {"name", manifest.other.value("name", "")},
+            {"started", manifest.other.value("utc_start", Json())},
+            {"outcome", record::outcome_text(manifest)},
+            {"grade", nullptr},
+            {"recommended", nullptr},
+            {"reason", nullptr}};
+  if (manifest.report && !manifest.report->description.empty()) said["reason"] = manifest.report->description;
+  if (manifest.identification) {
+    const record::IdentificationEntry& identification = *manifest.identification;
+    said["grade"] = identification.accepted ? "accepted" : "rejected";
+    if (!identification.error.empty()) said["reason"] = identification.error;
+    if (identification.recommendation) {
+      const Json recommendation = record::to_json(*identification.recommendation);
+      said["recommended"] = recommendation.at("model");
+      said["reason"] = recommendation.at("reason");
+    }
+    for (const record::ModelEntry& model : identification.models) {
+      if (said["recommended"] == model.name && !model.grade.empty()) said["grade"] = model.grade;
+    }
+  }
+  Json files = Json::array();
+  files.push_back(record::kManifestFile);
+  for (const record::FileEntry& entry : manifest.files) {
+    if (is_download(entry.path) && entry.path != record::kManifestFile) files.push_back(entry.path);
+  }
+  said["files"] = std::move(files);
+  return said;
+}
+
+bool is_name(std::string_view text) noexcept {
+  const auto is_allowed = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+  };
+  return !text.empty() && text.size() <= kLongestName && text.front() != '.' &&
+         std::all_of(text.begin(), text.end(), is_allowed);
+}
+
+/// The newest names of run folders, newest first: they begin with the time.
+std::vector<std::string> newest_names(const fs::path& folder, std::size_t most) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator item(folder, error), end; !error && item != end; item.increment(error)) {
+    std::string name = item->path().filename().string();
+    // Of a run folder; "latest" is a link.
+    if (is_run_id(name) && !item->is_symlink(error) && item->is_directory(error)) names.push_back(std::move(name));
+  }
+  std::sort(names.begin(), names.end(), std::greater<>());
+  if (names.size() > most) names.resize(most);
+  return names;
+}
+
+}  // namespace
+
+bool is_run_id(std::string_view text) noexcept { return is_name(text); }
+
+bool is_download(std::string_view path) noexcept {
+  if (path == record::kManifestFile || path == record::kRawFile) return true;
+  const auto has_kind = [&](std::string_view folder, std::string_view ending) {
+    return path.starts_with(folder) && path.ends_with(ending) && path.size() > folder.size() + ending.size() &&
+           is_name(path.substr(folder.size()));
+  };
+  return has_kind("", ".csv") || has_kind("models/", ".json") || has_kind("models/rejected/", ".json");
+}
+
+fs::path RunFile::path() const { return fmt::format("/proc/self/fd/{}", descriptor.get()); }
+
+void RunStore::set_folder(fs::path folder) {
+  const std::lock_guard lock(mutex_);
+  folder_ = std::move(folder);
+}
+
+fs::path RunStore::folder() const {
+  const std::lock_guard lock(mutex_);
+  return folder_;
+}
+
+std::optional<RunFile> RunStore::open(std::string_view id, std::string_view path) const {
+  const fs::path root = folder();
+  if (root.empty() || !is_run_id(id)) return std::nullopt;
+  const os::FileDescriptor runs(::open(root.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+  if (!runs) return std::nullopt;
+  RunFile file{.descriptor = open_beneath(runs, fmt::format("{}/{}", id, path))};
+  struct stat status {};
+  if (!file.descriptor || fstat(file.descriptor.get(), &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
+  file.size = static_cast<std::uint64_t>(status.st_size);
+  file.modified_ns = status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec;
+  return file;
+}
+
+std::string RunStore::newest() const {
+  // A run that is only prepared has none yet.
+  constexpr std::size_t kLookedAt = 20;
+  for (std::string& id : newest_names(folder(), kLookedAt)) {
+    if (open(id, record::kJournalFile)) return std::move(id);
+  }
+  return {};
+}
+
+Json RunStore::describe(const std::string& id) {
+  const std::optional<RunFile> file = open(id, record::kManifestFile);
+  if (!file) {
+    known_.erase(id);
+    return {{"id", id}, {"outcome", "unreadable"}, {"error", "its run.json is missing or cannot be read"}};
+  }
+  Known& known = known_[id];
+  if (known.said.is_null() || known.size != file->size || known.modified_ns != file->modified_ns) {
+    known = {file->size, file->modified_ns, nullptr};
+    try {
+      known.said = describe_manifest(*file, id);
+    } catch (const std::exception& error) {
+      known.said = {{"id", id}, {"outcome", "unreadable"}, {"error", error.what()}};
+    }
+  }
+  Json said = known.said;
+  if (said.contains("files")) said["has_report"] = open(id, "report.html").has_value();
+  return said;
+}
+
+Json RunStore::list(std::size_t most) {
+  const std::lock_guard lock(list_mutex_);
+  const std::vector<std::string> names = newest_names(folder(), most);
+  std::erase_if(known_,
+                [&](const auto& item) { return std::find(names.begin(), names.end(), item.first) == names.end(); });
+  Json runs = Json::array();
+  for (const std::string& name : names) runs.push_back(describe(name));
+  return runs;
+}
+
+}  // namespace eha::web

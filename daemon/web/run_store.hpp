@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/os/file_descriptor.hpp"
+
+namespace eha::web {
+
+/// Whether a text can be the name of a run's folder: 1 to 200 letters, digits, '-', '_', '.', the first no '.'.
+[[nodiscard]] bool is_run_id(std::string_view text) noexcept;
+
+/// Whether a run's file may be downloaded: run.json, raw.h5, NAME.csv, models/NAME.json and models/rejected/NAME.json,
+/// NAME as a run's. Cost O(length).
+[[nodiscard]] bool is_download(std::string_view path) noexcept;
+
+/// A file of a run, open for reading.
+struct RunFile {
+  os::FileDescriptor descriptor;
+  std::uint64_t size = 0;        ///< when it was opened [bytes]
+  std::int64_t modified_ns = 0;  ///< [ns since 1970]
+  /// By which functions that take a path open the same file again, whatever its name stands for by then.
+  [[nodiscard]] std::filesystem::path path() const;
+};
+
+/// The run folders as far as they are shown: read only, nothing outside of them. Files are opened beneath the folder
+/// without following a link (openat2, RESOLVE_BENEATH), so that no name and no race leads out. Thread-safe.
+class RunStore {
+ public:
+  /// Reads runs from here on.
+  void set_folder(std::filesystem::path folder);
+  [[nodiscard]] std::filesystem::path folder() const;
+
+  /// A regular file of a run. @param path  from the run's folder
+  /// @returns nothing when there is none that may be read, or before set_folder()
+  [[nodiscard]] std::optional<RunFile> open(std::string_view id, std::string_view path) const;
+
+  /// Name of the newest run with a journal; empty when there is none.
+  [[nodiscard]] std::string newest() const;
+
+  /// The newest runs, newest first: id, name, started, outcome, grade, recommended, reason, has_report, files; one that
+  /// cannot be read has id, outcome "unreadable" and error. Manifests are read again only when they changed.
+  [[nodiscard]] nlohmann::ordered_json list(std::size_t most);
+
+ private:
+  /// What run.json of one run says, and of which state of that file.
+  struct Known {
+    std::uint64_t size = 0;
+    std::int64_t modified_ns = 0;
+    nlohmann::ordered_json said;
+  };
+
+  [[nodiscard]] nlohmann::ordered_json describe(const std::string& id);
+
+  mutable std::mutex mutex_;  ///< of folder_
+  std::filesystem::path folder_;
+  std::mutex list_mutex_;  ///< of known_
+  std::map<std::string, Known> known_;
+};
+
+}  // namespace eha::web

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/web/site.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <utility>
+
+#include "core/os/files.hpp"
+#include "daemon/control/client.hpp"
+#include "daemon/web/page_files.hpp"
+#include "daemon/web/web_server.hpp"
+
+namespace eha::web {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kJsonType = "application/json";
+/// Of the page: nothing but its own files, no script or style within the HTML.
+constexpr const char* kPagePolicy =
+    "default-src 'self'; img-src 'self' data:; object-src 'none'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'";
+/// Of a report, one file with its plots and style: no script, no request.
+constexpr const char* kReportPolicy =
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'; sandbox";
+constexpr std::string_view kRunsPath = "/runs/";
+constexpr std::string_view kStaticPath = "/static/";
+constexpr std::size_t kMostRuns = 200;
+constexpr auto kRunsInterval = 1s;
+
+void set_policy(httplib::Response& response, const char* policy) {
+  response.headers.erase("Content-Security-Policy");
+  response.set_header("Content-Security-Policy", policy);
+}
+
+/// A query's whole number; `otherwise` without it or when it is none.
+std::int64_t number_of(const httplib::Request& request, const char* key, std::int64_t otherwise) {
+  const std::string text = request.get_param_value(key);
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() && !text.empty() ? value : otherwise;
+}
+
+bool send_page_file(std::string_view name, httplib::Response& response) {
+  for (const PageFile& file : page_files()) {
+    if (file.name != name) continue;
+    set_policy(response, kPagePolicy);
+    // Asked for again after an upgrade.
+    response.headers.erase("Cache-Control");
+    response.set_header("Cache-Control", "no-cache");
+    response.set_content(file.content.data(), file.content.size(), std::string(file.content_type));
+    return true;
+  }
+  return false;
+}
+
+const char* type_of(std::string_view path) {
+  if (path.ends_with(".json")) return kJsonType;
+  return path.ends_with(".csv") ? "text/csv; charset=utf-8" : "application/octet-stream";
+}
+
+/// Sends a file in pieces, so that its size costs no memory. A file that shrinks meanwhile ends the connection.
+void send_file(RunFile file, const char* type, httplib::Response& response) {
+  const auto shared = std::make_shared<RunFile>(std::move(file));
+  response.status = 200;
+  if (shared->size == 0) {
+    response.set_content("", type);
+    return;
+  }
+  response.set_content_provider(
+      shared->size, type, [shared](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+        constexpr std::size_t kPiece = 32 * 1024;
+        std::string piece(std::min(length, kPiece), '\0');
+        const std::size_t read =
+            os::read_up_to_at(shared->descriptor, piece.data(), piece.size(), offset, "a run's file");
+        return read > 0 && sink.write(piece.data(), read);
+      });
+}
+
+}  // namespace
+
+Site::Site(RunStore& store, const DaemonFeed& feed, ResponseMeter& meter, StopToken& token,
+           std::filesystem::path socket)
+    : store_(store), feed_(feed), meter_(meter), token_(token), socket_(std::move(socket)) {}
+
+void Site::answer(const httplib::Request& request, httplib::Response& response) {
+  const std::string& path = request.path;
+  if (request.method == "POST") {
+    return path == "/api/stop" ? stop(request, response) : refuse(response, 405, "only /api/stop takes a POST");
+  }
+  if (path.starts_with("/api/")) return answer_api(request, response);
+  if (path.starts_with(kRunsPath)) return answer_run(path, response);
+  const bool is_sent = path == "/"
+                           ? send_page_file("index.html", response)
+                           : path.starts_with(kStaticPath) && send_page_file(path.substr(kStaticPath.size()), response);
+  if (!is_sent) refuse(response, 404, "no such page");
+}
+
+void Site::answer_api(const httplib::Request& request, httplib::Response& response) {
+  const std::string& path = request.path;
+  if (path == "/api/state") {
+    response.set_content(*feed_.state(), kJsonType);
+  } else if (path == "/api/live") {
+    response.set_content(feed_.live(number_of(request, "since", -1)), kJsonType);
+  } else if (path == "/api/response") {
+    response.set_content(*meter_.ask(), kJsonType);
+  } else if (path == "/api/runs") {
+    const std::int64_t limit = number_of(request, "limit", 50);
+    response.set_content(*runs(static_cast<std::size_t>(std::clamp<std::int64_t>(limit, 1, kMostRuns))), kJsonType);
+  } else if (path == "/api/stop") {
+    refuse(response, 405, "expected a POST");
+  } else {
+    refuse(response, 404, "no such page");
+  }
+}
+
+void Site::answer_run(const std::string& path, httplib::Response& response) const {
+  const std::string_view rest = std::string_view(path).substr(kRunsPath.size());
+  const std::size_t slash = rest.find('/');
+  const std::string_view id = rest.substr(0, slash);
+  const std::string_view what = slash == std::string_view::npos ? "" : rest.substr(slash + 1);
+  constexpr std::string_view kFiles = "files/";
+  if (what == "report.html") {
+    if (std::optional<RunFile> file = store_.open(id, what)) {
+      set_policy(response, kReportPolicy);
+      return send_file(std::move(*file), "text/html; charset=utf-8", response);
+    }
+  } else if (what.starts_with(kFiles) && is_download(what.substr(kFiles.size()))) {
+    const std::string_view name = what.substr(kFiles.size());
+    if (std::optional<RunFile> file = store_.open(id, name)) {
+      response.set_header("Content-Disposition",
+                          fmt::format("attachment; filename=\"{}-{}\"", id, name.substr(name.rfind('/') + 1)));
+      return send_file(std::move(*file), type_of(name), response);
+    }
+  }
+  refuse(response, 404, "no such file of a run; it may have been removed");
+}
+
+std::shared_ptr<const std::string> Site::runs(std::size_t most) {
+  const std::unique_lock lock(runs_mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (!runs_ || runs_most_ != most || now - runs_listed_ >= kRunsInterval) {
+    runs_ = std::make_shared<const std::string>(store_.list(most).dump(-1, ' ', false, Json::error_handler_t::replace));
+    runs_most_ = most;
+    runs_listed_ = now;
+  }
+  return runs_;
+}
+
+void Site::stop(const httplib::Request& request, httplib::Response& response) {
+  if (!request.get_header_value("Content-Type").starts_with(kJsonType)) {
+    return refuse(response, 415, "expected Content-Type: application/json");
+  }
+  switch (token_.check(request.get_header_value("X-Eha-Token"), StopToken::Clock::now())) {
+    case StopToken::Answer::right:
+      break;
+    case StopToken::Answer::wrong:
+      spdlog::warn("stop refused: wrong token");
+      return refuse(response, 401, "the token is missing or wrong; eha stop stops without one");
+    case StopToken::Answer::too_many:
+      return refuse(response, 429,
+                    fmt::format("too many wrong tokens; wait {} s, or use eha stop", StopToken::kWindow.count()));
+  }
+  std::string what;
+  try {
+    what = control::Client(socket_).call("stop").at("stopped").get<std::string>();
+  } catch (const Error& error) {
+    return refuse(response, 503, error.what());
+  }
+  if (what == "nothing") return refuse(response, 409, "nothing was running");
+  spdlog::info("stop: {}", what);
+  response.set_content(Json{{"stopped", true}, {"result", what}}.dump(), kJsonType);
+}
+
+}  // namespace eha::web

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <httplib.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "daemon/web/daemon_feed.hpp"
+#include "daemon/web/response_meter.hpp"
+#include "daemon/web/run_store.hpp"
+#include "daemon/web/stop_token.hpp"
+
+namespace eha::web {
+
+/// What is under which path: the page, /api and the files of the runs. Thread-safe.
+class Site {
+ public:
+  Site(RunStore& store, const DaemonFeed& feed, ResponseMeter& meter, StopToken& token, std::filesystem::path socket);
+
+  /// Answers a request that AccessRules let pass. Every answer has a content policy and says whether it may be kept.
+  void answer(const httplib::Request& request, httplib::Response& response);
+
+ private:
+  void answer_api(const httplib::Request& request, httplib::Response& response);
+  void answer_run(const std::string& path, httplib::Response& response) const;
+  void stop(const httplib::Request& request, httplib::Response& response);
+  [[nodiscard]] std::shared_ptr<const std::string> runs(std::size_t most);
+
+  RunStore& store_;
+  const DaemonFeed& feed_;
+  ResponseMeter& meter_;
+  StopToken& token_;
+  std::filesystem::path socket_;
+  std::mutex runs_mutex_;  ///< of what follows
+  std::shared_ptr<const std::string> runs_;
+  std::size_t runs_most_ = 0;
+  std::chrono::steady_clock::time_point runs_listed_{};
+};
+
+}  // namespace eha::web
