@@ -13,9 +13,11 @@
 
 // The folder of a batch:
 //
-//   batch.json             the rules and the list of records; written first, and never changed
-//   records/ID/result.json what became of a record, with its models in records/ID/models; appears complete or not at
-//   all work/                  records in progress table.csv, table.json  written at the end
+//   batch.json               the rules and the list of records; written first, and never changed
+//   records/ID/result.json   what became of a record, its models in records/ID/models; appears complete or not at all
+//   work/                    records in progress
+//   table.csv, table.json    written at the end
+//   report.html              written at the end
 //
 // Every part of a batch (--shard) writes the same batch.json, so that parts may share a folder.
 

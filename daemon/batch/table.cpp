@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "core/os/files.hpp"
@@ -87,40 +86,23 @@ double median_of(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-/// A parameter's value in one row.
-struct Seen {
-  std::size_t row = 0;
-  double value = 0.0;
-  double std = 0.0;
-};
-
-void mark_outliers(std::vector<Row>& rows, const std::string& name) {
-  std::map<std::string, std::vector<Seen>> parameters;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Json* model = model_of(rows[i].fit, name);
-    if (model == nullptr) continue;
-    for (const Json& p : model->at("parameters")) {
-      const bool is_of_start = p.at("name") == "initial_output";
-      if (p.at("fixed") == true || is_of_start || !p.at("value").is_number() || !p.at("std").is_number()) continue;
-      parameters[p.at("name")].push_back({i, p.at("value"), p.at("std")});
-    }
-  }
+void mark_outliers(std::vector<Row>& rows, const std::string& model) {
+  const std::vector<Parameter> parameters = parameters_of(rows, model);
   std::size_t comparisons = 0;
-  for (const auto& [parameter, seen] : parameters) comparisons += seen.size();
-  for (const auto& [parameter, seen] : parameters) {
-    if (seen.size() < kFewestForOutliers) continue;
-    std::vector<double> values;
-    for (const Seen& one : seen) values.push_back(one.value);
-    const double median = median_of(values);
-    for (double& value : values) value = std::abs(value - median);
-    const double spread = kStdOfMad * median_of(values);
-    const boost::math::students_t student(static_cast<double>(seen.size() - 1));
+  for (const Parameter& parameter : parameters) comparisons += parameter.estimates.size();
+  for (const Parameter& parameter : parameters) {
+    const std::size_t count = parameter.estimates.size();
+    if (count < kFewestForOutliers) continue;
+    std::vector<double> distances;
+    for (const Estimate& one : parameter.estimates) distances.push_back(std::abs(one.value - parameter.median));
+    const double spread = kStdOfMad * median_of(std::move(distances));
+    const boost::math::students_t student(static_cast<double>(count - 1));
     const double share = kOutlierLevel / (2.0 * static_cast<double>(comparisons));
     const double t = boost::math::quantile(boost::math::complement(student, share));
-    for (const Seen& one : seen) {
+    for (const Estimate& one : parameter.estimates) {
       const double half_width = t * std::max(one.std, spread);
-      if (std::abs(one.value - median) > half_width) {
-        rows[one.row].outliers.push_back({parameter, one.value, median, half_width});
+      if (std::abs(one.value - parameter.median) > half_width) {
+        rows[one.row].outliers.push_back({parameter.name, one.value, parameter.median, half_width});
       }
     }
   }
@@ -173,6 +155,38 @@ std::string csv_of(const Row& row, const Json& model, const std::vector<std::str
 }
 
 }  // namespace
+
+std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model) {
+  std::vector<Parameter> parameters;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Json* found = model_of(rows[i].fit, model);
+    if (found == nullptr) continue;
+    for (const Json& p : found->at("parameters")) {
+      const std::string name = p.at("name");
+      if (p.at("fixed") == true || name == "initial_output" || !p.at("value").is_number() || !p.at("std").is_number()) {
+        continue;
+      }
+      auto place =
+          std::find_if(parameters.begin(), parameters.end(), [&](const auto& one) { return one.name == name; });
+      if (place == parameters.end()) place = parameters.insert(place, {.name = name, .estimates = {}});
+      const double value = p.at("value");
+      const auto end_of = [&](const char* key) { return p.at(key).is_number() ? p.at(key).get<double>() : value; };
+      place->estimates.push_back(
+          {.row = i, .value = value, .std = p.at("std"), .lower95 = end_of("lower95"), .upper95 = end_of("upper95")});
+    }
+  }
+  for (Parameter& parameter : parameters) {
+    std::vector<double> values;
+    for (const Estimate& one : parameter.estimates) values.push_back(one.value);
+    parameter.median = median_of(std::move(values));
+  }
+  return parameters;
+}
+
+std::string grade_of(const Row& row) {
+  const Json* model = model_of(row.fit, row.recommended);
+  return model == nullptr ? std::string() : model->at("verdict").value("grade", std::string());
+}
 
 Table table_of(const BatchFolder& folder) {
   Table table;

@@ -39,6 +39,28 @@ struct Table {
   std::size_t missing = 0;  ///< without a result
 };
 
+/// What one record says of a parameter.
+struct Estimate {
+  std::size_t row = 0;  ///< in Table::rows
+  double value = 0.0;
+  double std = 0.0;
+  double lower95 = 0.0;
+  double upper95 = 0.0;
+};
+
+/// A parameter of one model, over the records.
+struct Parameter {
+  std::string name;
+  std::vector<Estimate> estimates;  ///< in the order of the rows
+  double median = 0.0;
+};
+
+/// The free parameters of a model, without those of the record's start, in the model's order.
+[[nodiscard]] std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model);
+
+/// The verdict's grade of the recommended model; empty without one.
+[[nodiscard]] std::string grade_of(const Row& row);
+
 /// The table of a batch as far as it has results. It depends on these alone, not on who computed them, or when.
 ///
 /// A value is an outlier where its distance from the median of the records exceeds t max(std, 1.4826 MAD): std is its

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/doctor/load_threads.hpp"
 
-#include <sched.h>
 #include <signal.h>
 
 #include <algorithm>
@@ -9,16 +8,12 @@
 #include <cstdint>
 #include <latch>
 
+#include "core/os/processors.hpp"
+
 namespace eha::doctor {
 namespace {
 
 constexpr std::size_t kWords = 4U << 20U;  // 32 MiB to read, 32 MiB to write
-
-std::ptrdiff_t usable_cpus() {
-  cpu_set_t cpus;
-  CPU_ZERO(&cpus);
-  return sched_getaffinity(0, sizeof cpus, &cpus) == 0 ? std::max(1, CPU_COUNT(&cpus)) : 1;
-}
 
 void block_signals() {
   sigset_t all;
@@ -29,7 +24,7 @@ void block_signals() {
 }  // namespace
 
 LoadThreads::LoadThreads() {
-  const std::ptrdiff_t count = usable_cpus();
+  const auto count = static_cast<std::ptrdiff_t>(os::usable_processors());
   std::latch ready(count);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     threads_.emplace_back([this, &ready] {

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "core/os/processors.hpp"
 #include "core/program_path.hpp"
+#include "daemon/batch/batch_page.hpp"
 #include "daemon/batch/record_list.hpp"
 #include "daemon/batch/run_records.hpp"
 #include "daemon/batch/table.hpp"
@@ -50,18 +52,18 @@ std::string outliers_of(const batch::Row& row) {
 
 ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   const batch::Table table = batch::table_of(folder);
-  const std::vector<fs::path> files = batch::write_table(folder, table);
+  std::vector<fs::path> files = batch::write_table(folder, table);
+  const report::Page page = batch::page_of(table);
+  for (const std::string& sentence : page.missing) console.warning(sentence);
+  files.push_back(folder.path() / "report.html");
+  os::write_file_atomically(files.back(), page.html);
   std::vector<std::vector<std::string>> rows;
   std::size_t failed = 0;
   std::string apart;
   std::string failures;
   for (const batch::Row& row : table.rows) {
     if (row.judged) {
-      std::string grade;
-      for (const auto& model : row.fit.at("models")) {
-        if (model.at("name") == row.recommended) grade = model.at("verdict").value("grade", "");
-      }
-      if (rows.size() < kMostRowsShown) rows.push_back({row.record.id, row.recommended, grade});
+      if (rows.size() < kMostRowsShown) rows.push_back({row.record.id, row.recommended, batch::grade_of(row)});
       if (!row.outliers.empty()) apart += fmt::format("apart    {}: {}\n", row.record.id, outliers_of(row));
     } else if (row.reason != "no result yet") {
       ++failed;
@@ -88,7 +90,7 @@ ExitCode execute(const BatchCommand& command, Console& console) {
   batch::BatchFolder folder(command.output, {batch::rules_of(command.fit_options), batch::records_of(command.sources)});
   StopOnSignals signals(Driver::service);
   const auto progress = console.progress_callback();
-  const std::size_t jobs = command.jobs.value_or(std::max(1U, std::thread::hardware_concurrency()));
+  const std::size_t jobs = command.jobs.value_or(os::usable_processors());
   const bool complete = batch::run_records(
       folder,
       {.program = find_program("eha"), .jobs = jobs, .shard = command.shard, .progress = progress, .stopped = [&] {

@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "core/os/processors.hpp"
+
 namespace eha::identify {
 namespace {
 
@@ -54,6 +56,6 @@ ident::Executor thread_executor(unsigned threads) {
   };
 }
 
-ident::Executor thread_executor() { return thread_executor(std::max(1U, std::thread::hardware_concurrency())); }
+ident::Executor thread_executor() { return thread_executor(os::usable_processors()); }
 
 }  // namespace eha::identify

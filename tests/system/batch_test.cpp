@@ -2,14 +2,13 @@
 // `eha batch` as a user meets it: its table does not depend on kills, parts or the number of processes.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <string>
 #include <vector>
 
+#include "tests/system/batch_records.hpp"
 #include "tests/system/program.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -23,21 +22,7 @@ constexpr int kRecords = 12;
 constexpr int kOdd = 7;  // has another gain
 const std::vector<std::string> kFit{"--", "--model", "io1", "--decimate", "1"};
 
-/// A first-order plant's answer to a slow square wave, with noise.
-std::string record_text(int number) {
-  std::mt19937 random(static_cast<unsigned>(number));
-  std::normal_distribution<double> noise(0.0, 0.01);
-  const double gain = number == kOdd ? 3.0 : 2.0;
-  std::string text = "time_s,voltage_V,displacement_in\n";
-  double y = 0.0;
-  for (int k = 0; k < 300; ++k) {
-    const double u = (k / 25) % 2 == 0 ? 1.0 : -0.5;
-    text += std::to_string(0.04 * k) + "," + std::to_string(u) + "," + std::to_string(y + noise(random)) + "\n";
-    const double decay = std::exp(-0.04 * 1.5);
-    y = decay * y + (1.0 - decay) * gain / 1.5 * u;
-  }
-  return text;
-}
+std::string record_text(int number) { return first_order_record(number, number == kOdd ? 3.0 : 2.0, 300); }
 
 class Batch : public testing::Test {
  protected:
@@ -59,7 +44,8 @@ class Batch : public testing::Test {
   static Ended batch(const std::vector<std::string>& words) { return run_eha(with_fit(words), folder_->path()); }
   static fs::path path(const std::string& name) { return folder_->path() / name; }
   static std::string table(const std::string& name) {
-    return content_of(path(name) / "table.csv") + content_of(path(name) / "table.json");
+    return content_of(path(name) / "table.csv") + content_of(path(name) / "table.json") +
+           content_of(path(name) / "report.html");
   }
   static std::ptrdiff_t results(const std::string& name) {
     std::error_code none_yet;
@@ -85,6 +71,12 @@ TEST_F(Batch, JudgesEveryRecordAndNamesTheOneThatIsApart) {
     EXPECT_TRUE(fs::exists(path("whole") / "records" / record.at("id") / "models" / "io1.json"));
   }
   EXPECT_NE(whole_->out.find("apart    0007-r17: K"), std::string::npos) << whole_->out;
+  const std::string page = content_of(path("whole") / "report.html");
+  EXPECT_NE(page.find("0007-r17 lies apart: K is"), std::string::npos);
+  for (const char* heading : {"Parameters of io1 over the records", "Recommended models", "Records"}) {
+    EXPECT_NE(page.find(heading), std::string::npos) << heading;
+  }
+  EXPECT_EQ(page.find("Not judged"), std::string::npos);
 }
 
 TEST_F(Batch, GoesOnWhereItWasKilled) {
@@ -135,6 +127,7 @@ TEST_F(Batch, ListsWhatCannotBeReadAndJudgesTheRest) {
   EXPECT_EQ(ended.code, 10) << ended.err;
   const json document = json::parse(ended.out);
   EXPECT_EQ(document.at("records_judged"), 2);
+  EXPECT_NE(content_of(path("mixed_out") / "report.html").find("mixed/gone.csv"), std::string::npos);
   for (const json& record : document.at("records")) {
     const bool is_good = record.at("source").get<std::string>().find("good") != std::string::npos;
     EXPECT_EQ(record.at("judged").get<bool>(), is_good) << record;

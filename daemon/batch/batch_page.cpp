@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/batch/batch_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/report/html.hpp"
+
+namespace eha::batch {
+namespace {
+
+constexpr std::size_t kMostNamed = 8;
+
+bool is_apart(const Row& row, const std::string& parameter) {
+  return std::any_of(row.outliers.begin(), row.outliers.end(),
+                     [&](const Outlier& o) { return o.parameter == parameter; });
+}
+
+void append(plot::Series& series, double x, double value, double lower, double upper) {
+  series.x.push_back(x);
+  series.y.push_back(value);
+  series.lower.push_back(lower);
+  series.upper.push_back(upper);
+}
+
+std::string some_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > kMostNamed) text += fmt::format(" and {} more", names.size() - kMostNamed);
+  return text;
+}
+
+report::Item parameter_item(const Table& table, const Parameter& parameter) {
+  plot::Series usual{.label = "", .mark = plot::Mark::error_bars, .style = 1};
+  plot::Series apart{.label = "apart", .mark = plot::Mark::error_bars, .style = 2};
+  std::vector<std::string> names;
+  double lowest = parameter.estimates.front().value;
+  double highest = lowest;
+  for (const Estimate& one : parameter.estimates) {
+    const Row& row = table.rows[one.row];
+    const bool is_one = is_apart(row, parameter.name);
+    append(is_one ? apart : usual, static_cast<double>(one.row + 1), one.value, one.lower95, one.upper95);
+    if (is_one) names.push_back(row.record.id);
+    lowest = std::min(lowest, one.value);
+    highest = std::max(highest, one.value);
+  }
+  plot::Panel panel{.x_label = "record, in the order of the list", .y_label = parameter.name};
+  panel.x_range = std::pair(0.5, static_cast<double>(table.rows.size()) + 0.5);
+  panel.rules = {{.at = parameter.median, .vertical = false}};
+  panel.series.push_back(std::move(usual));
+  if (!apart.x.empty()) panel.series.push_back(std::move(apart));
+  report::Item item{.heading = parameter.name};
+  item.figure = plot::Figure{.title = fmt::format("{} over the records", parameter.name), .panels = {std::move(panel)}};
+  item.remark.seen = fmt::format(
+      "Median {:.5g} (the dashed line), from {:.5g} to {:.5g} over {} records, each with its "
+      "95 % interval.",
+      parameter.median, lowest, highest, parameter.estimates.size());
+  item.remark.good = "Intervals that overlap and no slope: one plant, seen many times.";
+  item.remark.to_do =
+      names.empty() ? "Nothing: no record lies apart." : fmt::format("Look at what was different: {}.", some_of(names));
+  return item;
+}
+
+std::string fit_percent_of(const Row& row) {
+  if (!row.fit.is_object()) return {};
+  for (const auto& model : row.fit.at("models")) {
+    if (model.at("name") != row.recommended || !model.contains("validation")) continue;
+    const auto& percent = model.at("validation").at("fit_percent");
+    if (percent.is_number()) return fmt::format("{:.2f}", percent.get<double>());
+  }
+  return {};
+}
+
+std::string names_apart(const Row& row) {
+  std::string text;
+  for (const Outlier& one : row.outliers) text += (text.empty() ? "" : ", ") + one.parameter;
+  return text;
+}
+
+std::string records_table(const Table& table) {
+  std::vector<std::vector<std::string>> rows;
+  for (const Row& row : table.rows) {
+    if (!row.judged) continue;
+    rows.push_back(
+        {row.record.id, row.record.source, row.recommended, grade_of(row), fit_percent_of(row), names_apart(row)});
+  }
+  using report::Column;
+  return report::table({{"record"},
+                        {"source", Column::wide_text},
+                        {"recommended"},
+                        {"grade"},
+                        {"fit on unseen data, %", Column::number},
+                        {"apart in"}},
+                       rows);
+}
+
+std::string models_table(const Table& table) {
+  std::map<std::pair<std::string, std::string>, std::size_t> counts;
+  for (const Row& row : table.rows) {
+    if (row.judged) ++counts[{row.recommended, grade_of(row)}];
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [kind, count] : counts) rows.push_back({kind.first, kind.second, fmt::format("{}", count)});
+  return report::table({{"recommended"}, {"grade"}, {"records", report::Column::number}}, rows);
+}
+
+std::string lead_of(const Table& table, std::size_t failed) {
+  std::vector<std::string> sentences{fmt::format("{} of {} records are judged.", table.judged, table.rows.size())};
+  if (failed > 0) sentences.push_back(fmt::format("{} could not be judged; the reasons stand at the end.", failed));
+  if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
+  if (!table.common_model.empty()) sentences.push_back(fmt::format("Compared by the model {}.", table.common_model));
+  std::size_t apart = 0;
+  for (const Row& row : table.rows) {
+    if (row.outliers.empty()) continue;
+    if (++apart > kMostNamed) continue;
+    for (const Outlier& one : row.outliers) {
+      sentences.push_back(fmt::format("{} lies apart: {} is {:.4g}, the median of all {:.4g} ± {:.2g}.", row.record.id,
+                                      one.parameter, one.value, one.median, one.half_width));
+    }
+  }
+  if (apart > kMostNamed) sentences.push_back(fmt::format("{} more lie apart, see the table.", apart - kMostNamed));
+  if (apart == 0 && table.judged > 0) sentences.push_back("No record lies apart from the others.");
+  const char* kind = apart == 0 && failed == 0 && table.missing == 0 ? "all" : "some";
+  return fmt::format("<section class=\"verdict {}\"><h2>Result</h2>\n", kind) + report::list(sentences) +
+         "</section>\n";
+}
+
+}  // namespace
+
+report::Page page_of(const Table& table) {
+  report::Section parameters{.title = fmt::format("Parameters of {} over the records", table.common_model)};
+  for (const Parameter& parameter : parameters_of(table.rows, table.common_model)) {
+    parameters.items.push_back(parameter_item(table, parameter));
+  }
+  report::Section models{.title = "Recommended models"};
+  report::Section records{.title = "Records"};
+  if (table.judged > 0) {
+    models.items.push_back({.heading = "", .html = models_table(table)});
+    records.items.push_back({.heading = "", .html = records_table(table)});
+  }
+  std::vector<std::string> reasons;
+  for (const Row& row : table.rows) {
+    if (!row.judged) reasons.push_back(fmt::format("{}: {}", row.record.source, row.reason));
+  }
+  report::Section failures{.title = "Not judged"};
+  if (!reasons.empty()) failures.items.push_back({.heading = "", .html = report::list(reasons)});
+  const std::size_t failed = table.rows.size() - table.judged - table.missing;
+  return report::assembled(fmt::format("{} records", table.rows.size()), lead_of(table, failed),
+                           {parameters, models, records, failures});
+}
+
+}  // namespace eha::batch

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "daemon/batch/table.hpp"
+#include "daemon/report/page.hpp"
+
+namespace eha::batch {
+
+/// The table as a page: what lies apart, each parameter of the common model over the records with its intervals, the
+/// recommended models, every record, and those that were not judged. It depends on the table alone. Cost as
+/// report::assembled().
+[[nodiscard]] report::Page page_of(const Table& table);
+
+}  // namespace eha::batch
