@@ -36,6 +36,12 @@ std::string some_of(const std::vector<std::string>& names) {
   return text;
 }
 
+const Trend* trend_of(const Table& table, const std::string& parameter) {
+  const auto found = std::find_if(table.trends.begin(), table.trends.end(),
+                                  [&](const Trend& one) { return one.parameter == parameter; });
+  return found == table.trends.end() ? nullptr : &*found;
+}
+
 report::Item parameter_item(const Table& table, const Parameter& parameter) {
   plot::Series usual{.label = "", .mark = plot::Mark::error_bars, .style = 1};
   plot::Series apart{.label = "apart", .mark = plot::Mark::error_bars, .style = 2};
@@ -61,6 +67,8 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
       "Median {:.5g} (the dashed line), from {:.5g} to {:.5g} over {} records, each with its "
       "95 % interval.",
       parameter.median, lowest, highest, parameter.estimates.size());
+  const Trend* trend = trend_of(table, parameter.name);
+  if (trend != nullptr) item.remark.seen += fmt::format(" It {} from the first to the last.", change_text(*trend));
   item.remark.good = "Intervals that overlap and no slope: one plant, seen many times.";
   item.remark.to_do =
       names.empty() ? "Nothing: no record lies apart." : fmt::format("Look at what was different: {}.", some_of(names));
@@ -125,8 +133,11 @@ std::string lead_of(const Table& table, std::size_t failed) {
     }
   }
   if (apart > kMostNamed) sentences.push_back(fmt::format("{} more lie apart, see the table.", apart - kMostNamed));
+  for (const Trend& one : table.trends) {
+    sentences.push_back(fmt::format("{} {} from the first record to the last.", one.parameter, change_text(one)));
+  }
   if (apart == 0 && table.judged > 0) sentences.push_back("No record lies apart from the others.");
-  const char* kind = apart == 0 && failed == 0 && table.missing == 0 ? "all" : "some";
+  const char* kind = apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 ? "all" : "some";
   return fmt::format("<section class=\"verdict {}\"><h2>Result</h2>\n", kind) + report::list(sentences) +
          "</section>\n";
 }

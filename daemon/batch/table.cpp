@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <optional>
@@ -16,6 +17,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kFewestForOutliers = 5;
+constexpr std::size_t kFewestForTrends = 10;
 constexpr double kStdOfMad = 1.4826;  // of a normal distribution, in its median absolute deviations
 
 const Json* model_of(const Json& fit, const std::string& name) {
@@ -106,6 +108,31 @@ void mark_outliers(std::vector<Row>& rows, const std::string& model) {
       }
     }
   }
+}
+
+std::vector<Trend> trends_of(const std::vector<Parameter>& parameters) {
+  std::vector<Trend> trends;
+  const double share = kOutlierLevel / (2.0 * static_cast<double>(std::max<std::size_t>(1, parameters.size())));
+  const double threshold = boost::math::quantile(boost::math::complement(boost::math::normal(), share));
+  for (const Parameter& parameter : parameters) {
+    const std::vector<Estimate>& seen = parameter.estimates;
+    if (seen.size() < kFewestForTrends) continue;
+    std::vector<double> slopes;
+    double balance = 0.0;  // pairs that rise less pairs that fall
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      for (std::size_t k = i + 1; k < seen.size(); ++k) {
+        const double rise = seen[k].value - seen[i].value;
+        balance += rise > 0.0 ? 1.0 : rise < 0.0 ? -1.0 : 0.0;
+        slopes.push_back(rise / static_cast<double>(seen[k].row - seen[i].row));
+      }
+    }
+    const auto n = static_cast<double>(seen.size());
+    const double std = std::sqrt(n * (n - 1.0) * (2.0 * n + 5.0) / 18.0);
+    if (std::abs(balance) - 1.0 <= threshold * std) continue;
+    trends.push_back(
+        {parameter.name, median_of(std::move(slopes)) * static_cast<double>(seen.back().row - seen.front().row)});
+  }
+  return trends;
 }
 
 /// A field of a CSV file, quoted where it must be.
@@ -216,7 +243,12 @@ Table table_of(const BatchFolder& folder) {
   }
   table.common_model = common_model_of(table.rows);
   mark_outliers(table.rows, table.common_model);
+  table.trends = trends_of(parameters_of(table.rows, table.common_model));
   return table;
+}
+
+std::string change_text(const Trend& trend) {
+  return fmt::format("{} by {:.3g}", trend.change > 0.0 ? "rises" : "falls", std::abs(trend.change));
 }
 
 std::string to_csv(const Table& table) {
@@ -250,8 +282,11 @@ nlohmann::ordered_json to_json(const Table& table) {
                        {"outliers", std::move(outliers)},
                        {"fit", row.fit}});
   }
+  Json trends = Json::array();
+  for (const Trend& one : table.trends) trends.push_back({{"parameter", one.parameter}, {"change", one.change}});
   return {{"schema", "eha-batch-table/1"},      {"records_judged", table.judged}, {"records_missing", table.missing},
-          {"common_model", table.common_model}, {"outlier_level", kOutlierLevel}, {"records", std::move(records)}};
+          {"common_model", table.common_model}, {"outlier_level", kOutlierLevel}, {"trends", std::move(trends)},
+          {"records", std::move(records)}};
 }
 
 std::vector<std::filesystem::path> write_table(const BatchFolder& folder, const Table& table) {

@@ -10,7 +10,8 @@
 
 namespace eha::batch {
 
-/// Probability that a batch names an outlier where there is none, for all records and parameters together.
+/// Probability that a batch names an outlier where there is none, for all records and parameters together; the same of
+/// trends.
 inline constexpr double kOutlierLevel = 0.01;
 
 /// A parameter of one record that lies apart from those of the others.
@@ -32,9 +33,16 @@ struct Row {
   std::vector<Outlier> outliers;  ///< of the table's common model
 };
 
+/// A parameter that rises or falls with the order of the records.
+struct Trend {
+  std::string parameter;
+  double change = 0.0;  ///< from the first record to the last
+};
+
 struct Table {
-  std::vector<Row> rows;     ///< in the list's order
-  std::string common_model;  ///< the model that most records recommend, or the first that all have; may be empty
+  std::vector<Row> rows;      ///< in the list's order
+  std::string common_model;   ///< the model that most records recommend, or the first that all have; may be empty
+  std::vector<Trend> trends;  ///< of the common model
   std::size_t judged = 0;
   std::size_t missing = 0;  ///< without a result
 };
@@ -66,8 +74,14 @@ struct Parameter {
 /// A value is an outlier where its distance from the median of the records exceeds t max(std, 1.4826 MAD): std is its
 /// own standard error, MAD the median absolute deviation of the records, and t Student's quantile at kOutlierLevel,
 /// shared among all records and parameters (Bonferroni). At least five records are needed.
+///
+/// A trend is named by Mann and Kendall's test at kOutlierLevel, shared among the parameters; its size is that of Theil
+/// and Sen's line. At least ten records are needed.
 /// @throws as BatchFolder::result
 [[nodiscard]] Table table_of(const BatchFolder& folder);
+
+/// "rises by 0.16", "falls by 0.16".
+[[nodiscard]] std::string change_text(const Trend& trend);
 
 /// One row a record and model: record, source, verdict, validation, and each parameter with its interval.
 [[nodiscard]] std::string to_csv(const Table& table);

@@ -62,6 +62,7 @@ TEST_F(BatchCampaign, NamesTheOneRecordThatIsApart) {
   ASSERT_EQ(whole_->code, 0) << whole_->err;
   const auto document = nlohmann::json::parse(content_of(folder_->path() / "whole" / "table.json"));
   EXPECT_EQ(document.at("records_judged"), kRecords);
+  EXPECT_TRUE(document.at("trends").empty()) << document.at("trends");
   for (const auto& record : document.at("records")) {
     EXPECT_EQ(record.at("outliers").empty(), record.at("source") != "records/r1077.csv") << record.at("source");
   }

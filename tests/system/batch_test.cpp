@@ -135,6 +135,23 @@ TEST_F(Batch, ListsWhatCannotBeReadAndJudgesTheRest) {
   }
 }
 
+TEST_F(Batch, NamesAParameterThatRises) {
+  fs::create_directory(path("drifting"));
+  for (int i = 1; i <= kRecords; ++i) {
+    folder_->write("drifting/r" + std::to_string(10 + i) + ".csv", first_order_record(i, 2.0 + 0.02 * i, 300));
+  }
+  const Ended ended = batch({"batch", "drifting", "-o", "drifting_out"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json trends = json::parse(content_of(path("drifting_out") / "table.json")).at("trends");
+  ASSERT_EQ(trends.size(), 1U) << trends;
+  EXPECT_EQ(trends.front().at("parameter"), "K");
+  EXPECT_NEAR(trends.front().at("change").get<double>(), 0.02 * (kRecords - 1), 0.05);
+  EXPECT_NE(ended.out.find("trend    K rises by 0.2"), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.out.find("apart "), std::string::npos) << ended.out;
+  const json whole = json::parse(content_of(path("whole") / "table.json")).at("trends");
+  EXPECT_TRUE(whole.empty()) << whole;
+}
+
 TEST_F(Batch, RefusesAnotherBatchInItsFolderAndWrongOptions) {
   const auto refused = [](const std::vector<std::string>& words, int code, const std::string& text) {
     const Ended ended = run_eha(words, folder_->path());
