@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page in a browser, against a live ehad on the simulated rig. The tests build on one another: one bench, one page.
 import assert from 'node:assert/strict';
+import { mkdirSync, rmSync, writeFileSync } from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
-import { Bench, kExperiment, kGenerous_ms, kScreenshots, kToken, launchBrowser, request, until } from './bench.mjs';
+import { Bench, kExperiment, kScreenshots, kToken, launchBrowser, request, until } from './bench.mjs';
 
 const bench = new Bench();
 const complaints = [];
@@ -149,6 +150,15 @@ test('verdict and report appear after the run', async () => {
   assert.equal(answer.status, 200);
   assert.match(answer.text, /time_s,voltage_V,displacement_in/);
   await takeScreenshots('judged');
+});
+
+test('a broken run folder is listed as such, and may vanish', async () => {
+  const torn = path.join(bench.state, 'runs', '20200101T000000Z-torn');
+  mkdirSync(torn);
+  writeFileSync(path.join(torn, 'run.json'), '{"schema": ');
+  await until('the broken run', async () => /torn.*unreadable/.test(await text('#runs')));
+  rmSync(torn, { recursive: true });
+  await until('it is gone', async () => !/torn/.test(await text('#runs')));
 });
 
 test('a wrong token is said, and stops nothing', async () => {

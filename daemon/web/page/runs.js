@@ -28,7 +28,7 @@ function item(run, isOpen) {
     make('p', { class: 'title' }, make('strong', {}, run.name || run.id), ` ${run.started ? localTime(run.started) : ''} `, tag(run)),
     run.outcome === 'unreadable' ? null : make('p', {}, recommendation(run)),
     run.reason ? make('p', { class: 'note' }, `${isChosen ? 'chosen as' : 'because'}: ${run.reason}`) : null,
-    run.note ? make('p', { class: 'note' }, run.note) : null,
+    run.note || run.error ? make('p', { class: 'note' }, run.note || run.error) : null,
     make('div', { class: 'links' }, reportLink(run), downloads(run, isOpen)));
 }
 
