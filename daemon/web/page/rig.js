@@ -5,7 +5,7 @@ import { count, duration, fixed, isNumber } from './units.js';
 
 /** What a state means, and the sign beside its word. */
 const kStates = {
-  faulted: { glyph: '\u2715', meaning: 'made safe after a fault; eha arm acknowledges it' },
+  faulted: { glyph: '\u2715', meaning: 'nothing moves before eha arm' },
   idle: { glyph: '\u25cb', meaning: 'not armed, hydraulics off' },
   armed: { glyph: '\u25d0', meaning: 'ready for a run' },
   ramp_in: { glyph: '\u25b2', meaning: 'the command rises to the first voltage' },
@@ -36,12 +36,12 @@ export class RigView {
     const reason = typeof status.reason === 'string' ? status.reason : '';
     setText(byId('state-glyph'), known.glyph);
     setText(byId('state-word'), state);
-    setText(byId('state-meaning'), reason || known.meaning);
+    setText(byId('state-meaning'), state === 'idle' && reason ? reason : known.meaning);
     setAttribute(byId('state'), 'data-state', state);
     setText(byId('rig-name'), status.rig.name);
     setText(byId('rig-kind'), status.rig.moves ? `${status.rig.backend}, moves a machine` : `${status.rig.backend}, no machine moves`);
     document.title = `${state} - ${status.rig.name}`;
-    showBanner(byId('fault-banner'), state === 'faulted' ? `Faulted: ${reason || 'no reason was given'}` : null);
+    showBanner(byId('fault-banner'), state === 'faulted' ? `Faulted: ${reason || 'no reason was given'}. eha arm acknowledges it.` : null);
     this.showRun(status, unit);
     setText(byId('fact-lease'), leaseText(status.lease));
     setText(byId('fact-worker'), status.worker ? `fitting ${status.worker.entry} "${status.worker.name}"` : 'none');
