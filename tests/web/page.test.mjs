@@ -267,5 +267,5 @@ test('the rig is run again after both were away', async () => {
 });
 
 test('no error in the console', () => {
-  assert.deepEqual(complaints, []);
+  assert.deepEqual([...new Set(complaints)], []);
 });

@@ -9,6 +9,8 @@ const kLongPatience_ms = 10000;
 /** Without any answer for this long eha-web is lost [ms]; it is said within 1 s. */
 const kLost_ms = 850;
 const kLook_ms = 100;
+/** Least time from one request to the next after one that failed [ms]. */
+const kAfterFailure_ms = 500;
 
 /** @returns the answer's JSON. @throws Error  no answer in time, or a refusal with its sentence */
 async function fetchJson(path, patience_ms) {
@@ -97,14 +99,16 @@ export class Poller {
   async ask() {
     const started_ms = performance.now();
     this.isAsking = true;
+    let period_ms = this.period_ms;
     try {
       const answer = await fetchJson(typeof this.path === 'function' ? this.path() : this.path, this.patience_ms);
       this.onAnswer(answer, performance.now() - started_ms);
     } catch (fault) {
       if (!isLackOfContact(fault)) console.warn(fault.message);
+      period_ms = Math.max(period_ms, kAfterFailure_ms);
     }
     this.isAsking = false;
-    const wait_ms = this.isWantedAgain ? 0 : Math.max(0, this.period_ms - (performance.now() - started_ms));
+    const wait_ms = this.isWantedAgain ? 0 : Math.max(0, period_ms - (performance.now() - started_ms));
     this.isWantedAgain = false;
     if (!document.hidden) this.timer = setTimeout(() => this.ask(), wait_ms);
   }
