@@ -92,7 +92,9 @@ Site::Site(RunStore& store, const DaemonFeed& feed, ResponseMeter& meter, StopTo
 void Site::answer(const httplib::Request& request, httplib::Response& response) {
   const std::string& path = request.path;
   if (request.method == "POST") {
-    return path == "/api/stop" ? stop(request, response) : refuse(response, 405, "only /api/stop takes a POST");
+    if (path == "/api/stop") return stop(request, response);
+    if (path == "/api/token") return check_token(request, response);
+    return refuse(response, 405, "only /api/stop and /api/token take a POST");
   }
   if (path.starts_with("/api/")) return answer_api(request, response);
   if (path.starts_with(kRunsPath)) return answer_run(path, response);
@@ -113,7 +115,7 @@ void Site::answer_api(const httplib::Request& request, httplib::Response& respon
   } else if (path == "/api/runs") {
     const std::int64_t limit = number_of(request, "limit", 50);
     response.set_content(*runs(static_cast<std::size_t>(std::clamp<std::int64_t>(limit, 1, kMostRuns))), kJsonType);
-  } else if (path == "/api/stop") {
+  } else if (path == "/api/stop" || path == "/api/token") {
     refuse(response, 405, "expected a POST");
   } else {
     refuse(response, 404, "no such page");
@@ -153,20 +155,32 @@ std::shared_ptr<const std::string> Site::runs(std::size_t most) {
   return runs_;
 }
 
-void Site::stop(const httplib::Request& request, httplib::Response& response) {
+bool Site::has_token(const httplib::Request& request, httplib::Response& response) {
   if (!request.get_header_value("Content-Type").starts_with(kJsonType)) {
-    return refuse(response, 415, "expected Content-Type: application/json");
+    refuse(response, 415, "expected Content-Type: application/json");
+    return false;
   }
   switch (token_.check(request.get_header_value("X-Eha-Token"), StopToken::Clock::now())) {
     case StopToken::Answer::right:
-      break;
+      return true;
     case StopToken::Answer::wrong:
-      spdlog::warn("stop refused: wrong token");
-      return refuse(response, 401, "the token is missing or wrong; eha stop stops without one");
+      spdlog::warn("{}: wrong token", request.path);
+      refuse(response, 401, "the token is missing or wrong; eha stop stops without one");
+      return false;
     case StopToken::Answer::too_many:
-      return refuse(response, 429,
-                    fmt::format("too many wrong tokens; wait {} s, or use eha stop", StopToken::kWindow.count()));
+      refuse(response, 429,
+             fmt::format("too many wrong tokens; wait {} s, or use eha stop", StopToken::kWindow.count()));
+      return false;
   }
+  return false;
+}
+
+void Site::check_token(const httplib::Request& request, httplib::Response& response) {
+  if (has_token(request, response)) response.set_content(Json{{"valid", true}}.dump(), kJsonType);
+}
+
+void Site::stop(const httplib::Request& request, httplib::Response& response) {
+  if (!has_token(request, response)) return;
   std::string what;
   try {
     what = control::Client(socket_).call("stop").at("stopped").get<std::string>();

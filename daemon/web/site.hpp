@@ -27,6 +27,10 @@ class Site {
  private:
   void answer_api(const httplib::Request& request, httplib::Response& response);
   void answer_run(const std::string& path, httplib::Response& response) const;
+  /// Whether the request has the token; otherwise the answer is the refusal.
+  bool has_token(const httplib::Request& request, httplib::Response& response);
+  /// Lets a person find a mistyped token before it is needed. Tries count as those of stop().
+  void check_token(const httplib::Request& request, httplib::Response& response);
   void stop(const httplib::Request& request, httplib::Response& response);
   [[nodiscard]] std::shared_ptr<const std::string> runs(std::size_t most);
 

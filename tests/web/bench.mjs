@@ -89,6 +89,12 @@ export class Bench {
     return `http://127.0.0.1:${this.port}/`;
   }
 
+  /** What the page itself sends along with a POST, but for the token. */
+  headers() {
+    const host = `127.0.0.1:${this.port}`;
+    return { 'Content-Type': 'application/json', Host: host, Origin: `http://${host}` };
+  }
+
   /** Ends a program at once, as a crash does. */
   async kill(child) {
     child.kill('SIGKILL');

@@ -13,7 +13,7 @@ const kEffects = {
   disarmed: 'Nothing was running; the rig is disarmed.',
 };
 
-/** @returns {status, error, what} of a POST with the token. @throws Error  no answer */
+/** @returns {status, error, result} of a POST with the token. @throws Error  no answer */
 async function post(path, token) {
   const response = await fetch(path, {
     method: 'POST',
@@ -22,7 +22,7 @@ async function post(path, token) {
     signal: AbortSignal.timeout(kPatience_ms),
   });
   const answer = await response.json().catch(() => ({}));
-  return { status: response.status, error: answer.error ?? `HTTP ${response.status}`, what: answer.what };
+  return { status: response.status, error: answer.error ?? `HTTP ${response.status}`, result: answer.result };
 }
 
 export class StopButton {
@@ -72,7 +72,7 @@ export class StopButton {
   async stop(token) {
     try {
       const answer = await post('api/stop', token);
-      if (answer.status === 200) this.accepted(token, kEffects[answer.what] ?? 'Stopped.');
+      if (answer.status === 200) this.accepted(token, kEffects[answer.result] ?? 'Stopped.');
       else if (answer.status === 409) this.accepted(token, 'Nothing was running.');
       else this.refused(answer, 'NOT STOPPED');
     } catch {
