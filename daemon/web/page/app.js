@@ -40,7 +40,9 @@ function travelOf(answer) {
   return limits.every(isNumber) && limits[0] < limits[1] ? limits : travel;
 }
 
-new Poller(() => live.path(), kLive_ms, (answer) => {
+const poll = (path, period_ms, onAnswer) => new Poller(path, period_ms, onAnswer, () => contact.refused());
+
+poll(() => live.path(), kLive_ms, (answer) => {
   contact.answered();
   live.take(answer);
   const newest = live.newest();
@@ -50,7 +52,7 @@ new Poller(() => live.path(), kLive_ms, (answer) => {
   }
 });
 
-new Poller('api/state', kState_ms, (answer) => {
+poll('api/state', kState_ms, (answer) => {
   contact.answered();
   contact.daemonIs(answer.daemon === 'connected');
   setText(byId('versions'), `ehad ${answer.status?.ehad ?? answer.version ?? ''}`);
@@ -73,5 +75,5 @@ new Poller('api/state', kState_ms, (answer) => {
   }
 });
 
-const responsePoller = new Poller('api/response', kResponseIdle_ms, (answer) => response.show(answer, unit));
-const runsPoller = new Poller('api/runs?limit=50', kRuns_ms, (answer) => runs.show(answer));
+const responsePoller = poll('api/response', kResponseIdle_ms, (answer) => response.show(answer, unit));
+const runsPoller = poll('api/runs?limit=50', kRuns_ms, (answer) => runs.show(answer));

@@ -9,6 +9,8 @@ const kLongPatience_ms = 10000;
 /** Without any answer for this long eha-web is lost [ms]; it is said within 1 s. */
 const kLost_ms = 850;
 const kLook_ms = 100;
+/** This many refused connections, without an answer between them, are enough. */
+const kRefusals = 2;
 /** Least time from one request to the next after one that failed [ms]. */
 const kAfterFailure_ms = 500;
 
@@ -28,6 +30,7 @@ export class Contact {
   constructor(onChange) {
     this.onChange = onChange;
     this.lastAnswer_ms = performance.now();
+    this.refusals = 0;
     this.web = true;
     this.daemon = true;
     this.since = null;
@@ -43,7 +46,13 @@ export class Contact {
 
   answered() {
     this.lastAnswer_ms = performance.now();
+    this.refusals = 0;
     if (!this.web) this.change(true, this.daemon);
+  }
+
+  /** A connection was refused: nobody listens there. */
+  refused() {
+    if (++this.refusals >= kRefusals && this.web) this.change(false, this.daemon);
   }
 
   daemonIs(connected) {
@@ -75,11 +84,12 @@ export class Contact {
 
 /** Asks for `path` every `period_ms`, one request at a time; failures are left to Contact. */
 export class Poller {
-  /** @param path  text, or a function that gives it @param onAnswer  called with the answer and its request's time [ms] */
-  constructor(path, period_ms, onAnswer) {
+  /** @param path  text, or a function that gives it @param onAnswer  called with the answer @param onRefused  called without one, where nobody listens */
+  constructor(path, period_ms, onAnswer, onRefused) {
     this.path = path;
     this.period_ms = period_ms;
     this.onAnswer = onAnswer;
+    this.onRefused = onRefused;
     this.timer = null;
     this.patience_ms = period_ms < kPatience_ms ? kPatience_ms : kLongPatience_ms;
     this.isAsking = false;
@@ -102,9 +112,10 @@ export class Poller {
     let period_ms = this.period_ms;
     try {
       const answer = await fetchJson(typeof this.path === 'function' ? this.path() : this.path, this.patience_ms);
-      this.onAnswer(answer, performance.now() - started_ms);
+      this.onAnswer(answer);
     } catch (fault) {
-      if (!isLackOfContact(fault)) console.warn(fault.message);
+      if (fault instanceof TypeError) this.onRefused();
+      else if (fault.name !== 'TimeoutError') console.warn(fault.message);
       period_ms = Math.max(period_ms, kAfterFailure_ms);
     }
     this.isAsking = false;
@@ -112,8 +123,4 @@ export class Poller {
     this.isWantedAgain = false;
     if (!document.hidden) this.timer = setTimeout(() => this.ask(), wait_ms);
   }
-}
-
-function isLackOfContact(fault) {
-  return fault instanceof TypeError || fault.name === 'TimeoutError' || fault.name === 'AbortError';
 }
