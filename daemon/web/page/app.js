@@ -32,6 +32,7 @@ const contact = new Contact((isLive) => {
 let unit = new LengthUnit('in');
 let travel = null;
 let fittedOrDriven = '';
+let playedRun = null;
 
 /** Travel limits [in]: of the rig file, or as the last reading tells them. */
 function travelOf(answer) {
@@ -65,6 +66,7 @@ poll('api/state', kState_ms, (answer) => {
   if (!live.newest()) rig.showRod(answer.status.rod?.displacement_in ?? null, unit, travel);
   queue.show(answer.queue ?? []);
   stop.show(answer.status);
+  playedRun = answer.status.run?.run || null;
   // A run that begins, ends or is fitted changes the lists at once.
   const now = JSON.stringify([answer.status.run?.entry ?? null, answer.status.worker?.entry ?? null]);
   if (now !== fittedOrDriven) {
@@ -75,5 +77,7 @@ poll('api/state', kState_ms, (answer) => {
   }
 });
 
-const responsePoller = poll('api/response', kResponseIdle_ms, (answer) => response.show(answer, unit));
+const responsePoller = poll('api/response', kResponseIdle_ms, (answer) => {
+  response.show(answer, answer.run !== null && answer.run === playedRun, unit);
+});
 const runsPoller = poll('api/runs?limit=50', kRuns_ms, (answer) => runs.show(answer));

@@ -20,8 +20,8 @@ export class ResponseView {
       this.options(() => this.phaseRange(), (plot) => this.drawPhase(plot)), [[], []]);
   }
 
-  /** Shows an answer of /api/response. */
-  show(answer, unit) {
+  /** Shows an answer of /api/response. @param isPlayed  whether its run goes on */
+  show(answer, isPlayed, unit) {
     const shift_dB = unit.shift_dB;
     this.lines = (answer.lines ?? []).map((line) => ({
       ...line,
@@ -29,7 +29,7 @@ export class ResponseView {
       gain_half_dB: half(line.magnitude_std_dB),
       phase_half_deg: half(line.phase_std_deg),
     })).filter((line) => line.gain_dB !== null && line.f_Hz > 0);
-    this.label(answer, unit);
+    this.label(answer, isPlayed, unit);
     this.showTable();
     const frequencies = this.lines.map((line) => line.f_Hz);
     this.gain.plot.setData([frequencies, this.lines.map((line) => line.gain_dB)]);
@@ -39,18 +39,17 @@ export class ResponseView {
     setText(byId('gain-unit'), `${unit.name}/V`);
   }
 
-  label(answer, unit) {
+  label(answer, isPlayed, unit) {
     const run = answer.run;
-    const name = answer.name ? `"${answer.name}"` : run;
     const periods = answer.periods ?? 0;
     const length = periods === 1 ? '1 period' : `${periods} periods`;
     setText(byId('response-run'), run === null || run === undefined ? 'No run yet.'
-      : answer.running ? `Run ${name}, being played: ${length} so far.` : `Last run, ${name}: ${length}.`);
+      : isPlayed ? `Run ${run}, being played: ${length} so far.` : `Last run, ${run}: ${length}.`);
     byId('response-plots').hidden = this.lines.length === 0;
     setText(byId('response-rows'), count(answer.rows));
     const band = answer.usable_band_Hz;
     setText(byId('response-band'), band ? `${short(band[0])} .. ${short(band[1])} Hz` : 'none');
-    setText(byId('response-unknown'), answer.unknown || (run ? 'nothing' : '-'));
+    setText(byId('response-known'), answer.unknown || '-');
     setText(byId('response-intervals'), this.intervalText(run, periods));
     const card = byId('response-card');
     setAttribute(card, 'data-periods', periods);

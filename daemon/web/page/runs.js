@@ -5,6 +5,7 @@ import { localTime } from './units.js';
 
 /** Sign beside a grade or an outcome, so that colour is not the only one. */
 const kSigns = { good: '\u2713', usable: '\u2248', rejected: '\u2715' };
+const kInProgress = 'in_progress';
 
 export class RunsView {
   constructor() {
@@ -26,7 +27,7 @@ function item(run, isOpen) {
   const isChosen = Boolean(run.recommended);
   return make('li', { 'data-run': run.id },
     make('p', { class: 'title' }, make('strong', {}, run.name || run.id), ` ${run.started ? localTime(run.started) : ''} `, tag(run)),
-    run.outcome === 'unreadable' ? null : make('p', {}, recommendation(run)),
+    ['unreadable', kInProgress].includes(run.outcome) ? null : make('p', {}, recommendation(run)),
     run.reason ? make('p', { class: 'note' }, `${isChosen ? 'chosen as' : 'because'}: ${run.reason}`) : null,
     run.note || run.error ? make('p', { class: 'note' }, run.note || run.error) : null,
     make('div', { class: 'links' }, reportLink(run), downloads(run, isOpen)));
@@ -39,8 +40,8 @@ function reportLink(run) {
 }
 
 function tag(run) {
-  const isComplete = run.outcome === 'completed';
-  return make('span', { class: `tag ${isComplete ? 'completed' : 'not-completed'}` }, run.outcome ?? 'unreadable');
+  const isPlain = run.outcome === 'completed' || run.outcome === kInProgress;
+  return make('span', { class: `tag ${isPlain ? '' : 'not-completed'}` }, run.outcome);
 }
 
 function recommendation(run) {
