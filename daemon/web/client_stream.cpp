@@ -81,18 +81,21 @@ ssize_t ClientStream::read(char* bytes, size_t size) {
 }
 
 ClientStream::Clock::time_point ClientStream::answer_deadline() const {
-  const auto begun = has_answered_ ? answer_begun_ : Clock::now();
-  return begun + limits_.answer +
-         milliseconds(1000 * static_cast<std::int64_t>(written_ / std::max<std::size_t>(limits_.least_bytes_per_s, 1)));
+  if (!has_answered_) return Clock::now() + limits_.answer;
+  const milliseconds at_least_rate(1000 * written_ / std::max<std::size_t>(limits_.least_bytes_per_s, 1));
+  return std::min(last_taken_, answer_begun_ + at_least_rate) + limits_.answer;
 }
 
 ssize_t ClientStream::write(const char* bytes, size_t size) {
-  if (!has_answered_) answer_begun_ = Clock::now();
+  if (!has_answered_) answer_begun_ = last_taken_ = Clock::now();
   has_answered_ = true;
   for (;;) {
     const ssize_t count = send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (count > 0) written_ += static_cast<std::size_t>(count);
-    if (count >= 0) return count;
+    if (count >= 0) {
+      written_ += static_cast<std::size_t>(count);
+      last_taken_ = Clock::now();
+      return count;
+    }
     if (errno == EINTR) continue;
     if (errno != EAGAIN || !wait(POLLOUT, answer_deadline())) return -1;
   }

@@ -17,7 +17,8 @@ struct StreamLimits {
   std::size_t request_bytes = 16 * 1024;      ///< of a request, its body included
   std::chrono::milliseconds idle{5'000};      ///< until a request begins
   std::chrono::milliseconds request{5'000};   ///< from its first byte to its last
-  std::chrono::milliseconds answer{10'000};   ///< to send an answer, beside the time at kLeastRate
+  std::chrono::milliseconds answer{10'000};   ///< without a byte taken of an answer; all of it may take this and
+                                              ///< the time at least_bytes_per_s
   std::size_t least_bytes_per_s = 16 * 1024;  ///< that a client must take of a long answer
 };
 
@@ -65,8 +66,9 @@ class ClientStream : public httplib::Stream {
   bool too_slow_ = false;
   bool has_answered_ = false;
   Clock::time_point request_deadline_;
-  mutable Clock::time_point answer_begun_;
-  std::size_t written_ = 0;  ///< of the answer
+  Clock::time_point answer_begun_;
+  Clock::time_point last_taken_;  ///< some of the answer
+  std::size_t written_ = 0;       ///< of the answer
 };
 
 }  // namespace eha::web

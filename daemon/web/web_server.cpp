@@ -15,12 +15,15 @@ namespace eha::web {
 namespace {
 
 constexpr int kBacklog = 128;
+constexpr int kSendBuffer = 128 * 1024;
 constexpr std::size_t kMostBody = 1024;
 
 /// Set in the thread that accepts while it refuses a connection too many.
 thread_local bool refuses = false;
 /// The connection of this thread.
 thread_local const ClientStream* current = nullptr;
+/// What this thread's connection sent was no request, so where the next one begins is unknown.
+thread_local bool is_garbled = false;
 
 std::vector<std::string> headers_of(const httplib::Request& request, const char* name) {
   std::vector<std::string> values;
@@ -75,6 +78,8 @@ WebServer::WebServer(std::uint16_t port, const StreamLimits& limits, Answerer an
   set_socket_options([](socket_t socket) {
     const int yes = 1;
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    // Of each connection; the kernel would take megabytes for a client that does not read.
+    setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
   });
   set_keep_alive_max_count(kMostRequests);
   set_keep_alive_timeout(std::chrono::duration_cast<std::chrono::seconds>(limits_.idle).count());
@@ -99,6 +104,7 @@ WebServer::WebServer(std::uint16_t port, const StreamLimits& limits, Answerer an
   });
   set_error_handler([](const httplib::Request&, httplib::Response& response) {
     if (!response.body.empty()) return;
+    is_garbled = true;
     if (current != nullptr && current->is_too_long()) return refuse(response, 431, "the request is too long");
     if (current != nullptr && current->is_too_slow()) return refuse(response, 408, "the request came too slowly");
     refuse(response, response.status, response.status == 404 ? "no such page" : "not a request that this page sends");
@@ -174,8 +180,9 @@ void WebServer::serve_connection(ClientStream& stream) {
   for (std::size_t i = 1; i <= kMostRequests; ++i) {
     if (!stream.wait_for_request([this] { return !ending_.load(); })) return;
     bool closed = false;
+    is_garbled = false;
     if (!process_request(stream, i == kMostRequests, closed, set_up)) return;
-    if (closed || stream.is_too_long() || stream.is_too_slow() || may_have_body) return;
+    if (closed || is_garbled || stream.is_too_long() || stream.is_too_slow() || may_have_body) return;
   }
 }
 

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Clients that a browser is not: slow, endless, too many.
+#include "daemon/web/web_server.hpp"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <future>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace eha::web {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::steady_clock;
+
+constexpr auto kGenerous = 60s;
+
+/// A connection that sends and reads what it likes.
+class RawClient {
+ public:
+  explicit RawClient(std::uint16_t port, int receive_bytes = 0) : descriptor_(socket(AF_INET, SOCK_STREAM, 0)) {
+    if (receive_bytes > 0) setsockopt(descriptor_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (connect(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      throw std::runtime_error("cannot connect");
+    }
+  }
+  RawClient(RawClient&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  RawClient(const RawClient&) = delete;
+  ~RawClient() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+
+  bool say(const std::string& text) const {
+    return send(descriptor_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
+  }
+
+  /// What comes until the other side closes; "<silence>" at the end when it does not.
+  [[nodiscard]] std::string hear(std::chrono::milliseconds patience = kGenerous) const {
+    std::string text;
+    std::array<char, 4096> bytes{};
+    for (;;) {
+      pollfd waiting{.fd = descriptor_, .events = POLLIN, .revents = 0};
+      if (poll(&waiting, 1, static_cast<int>(patience.count())) <= 0) return text + "<silence>";
+      const ssize_t count = recv(descriptor_, bytes.data(), bytes.size(), 0);
+      if (count <= 0) return text;
+      text.append(bytes.data(), static_cast<std::size_t>(count));
+    }
+  }
+
+ private:
+  int descriptor_;
+};
+
+class WebServerTest : public ::testing::Test {
+ protected:
+  void start(const StreamLimits& limits = {}) {
+    server_.emplace(std::uint16_t{0}, limits, [](const httplib::Request& request, httplib::Response& response) {
+      if (request.path == "/broken") throw std::runtime_error("broken");
+      if (request.path == "/long") {
+        response.set_content(std::string(64u << 20, 'x'), "text/plain");
+      } else {
+        response.set_content(request.method + " " + request.body, "text/plain");
+      }
+    });
+    served_ = std::async(std::launch::async, [this] { server_->serve(AccessRules(server_->port(), {})); });
+  }
+
+  void TearDown() override {
+    if (!server_) return;
+    while (served_.wait_for(5ms) != std::future_status::ready) server_->end();
+    served_.get();
+  }
+
+  [[nodiscard]] std::string head(const std::string& line = "GET / HTTP/1.1") const {
+    return line + "\r\nHost: 127.0.0.1:" + std::to_string(server_->port()) + "\r\n";
+  }
+  [[nodiscard]] RawClient connected() const { return RawClient(server_->port()); }
+
+  std::optional<WebServer> server_;
+  std::future<void> served_;
+};
+
+TEST_F(WebServerTest, AnswersOneRequestAfterTheOther) {
+  start();
+  const RawClient client = connected();
+  ASSERT_TRUE(client.say(head() + "\r\n" + head("GET / HTTP/1.1") + "Connection: close\r\n\r\n"));
+  const std::string answers = client.hear();
+  std::size_t found = 0;
+  for (std::size_t at = answers.find("200 OK"); at != std::string::npos; at = answers.find("200 OK", at + 1)) ++found;
+  EXPECT_EQ(found, 2U) << answers;
+  for (const char* header : {"X-Content-Type-Options: nosniff", "Referrer-Policy: no-referrer",
+                             "Content-Security-Policy: default-src 'none'", "Cache-Control: no-store"}) {
+    EXPECT_NE(answers.find(header), std::string::npos) << header;
+  }
+}
+
+TEST_F(WebServerTest, HandsOverTheBodyOfAPostAndClosesThen) {
+  start();
+  const RawClient client = connected();
+  const std::string origin = "Origin: http://127.0.0.1:" + std::to_string(server_->port()) + "\r\n";
+  ASSERT_TRUE(client.say(head("POST / HTTP/1.1") + origin + "Content-Length: 4\r\n\r\nbody"));
+  const std::string answer = client.hear();
+  EXPECT_NE(answer.find("POST body"), std::string::npos) << answer;
+  EXPECT_NE(answer.find("Connection: close"), std::string::npos) << answer;
+}
+
+TEST_F(WebServerTest, ReadsNoBodyOfARefusedPost) {
+  start();
+  const RawClient client = connected();
+  ASSERT_TRUE(client.say(head("POST / HTTP/1.1") + "Content-Length: 30\r\n\r\nGET / HTTP/1.1\r\n"));
+  const std::string answer = client.hear();
+  EXPECT_NE(answer.find("403"), std::string::npos) << answer;
+  EXPECT_EQ(answer.find("200 OK"), std::string::npos) << "the body is no request";
+}
+
+TEST_F(WebServerTest, RefusesABodyThatIsTooLong) {
+  start();
+  const RawClient client = connected();
+  const std::string origin = "Origin: http://127.0.0.1:" + std::to_string(server_->port()) + "\r\n";
+  client.say(head("POST / HTTP/1.1") + origin + "Content-Length: 5000\r\n\r\n" + std::string(5000, 'x'));
+  EXPECT_NE(client.hear().find("413"), std::string::npos);
+}
+
+TEST_F(WebServerTest, RefusesAMegabyteOfHeaders) {
+  start();
+  for (const std::string& piece : {std::string(1u << 20, 'x'), std::string(100'000, 'x')}) {
+    const RawClient client = connected();
+    client.say(head() + "X: " + piece + "\r\n\r\n");
+    EXPECT_NE(client.hear().find("431"), std::string::npos);
+  }
+  const RawClient many = connected();
+  std::string headers = head();
+  for (int i = 0; i < 20'000; ++i) headers += "A" + std::to_string(i) + ": b\r\n";
+  many.say(headers + "\r\n");
+  EXPECT_NE(many.hear().find("431"), std::string::npos);
+}
+
+TEST_F(WebServerTest, AnswersGarbageWithARefusal) {
+  start({.idle = 60s, .request = 100ms});
+  for (const std::string& text :
+       {std::string("\r\n\r\n"), std::string("GET\r\n\r\n"), std::string("\x16\x03\x01\x02\n\n"),
+        std::string(100, '\0') + "\r\n\r\n", std::string("GET / HTTP/9.9\r\n\r\n")}) {
+    const RawClient client = connected();
+    client.say(text);
+    const std::string answer = client.hear();
+    EXPECT_TRUE(answer.find(" 400 ") != std::string::npos || answer.empty()) << answer;
+  }
+}
+
+TEST_F(WebServerTest, CutsARequestThatComesSlowlyByteByByte) {
+  start({.idle = 60s, .request = 200ms});
+  const RawClient client = connected();
+  const auto begun = steady_clock::now();
+  std::thread slow([&] {
+    while (client.say("G") && steady_clock::now() - begun < kGenerous) std::this_thread::sleep_for(10ms);
+  });
+  const std::string answer = client.hear();
+  EXPECT_EQ(answer.find("<silence>"), std::string::npos) << answer;
+  slow.join();
+  EXPECT_LT(steady_clock::now() - begun, kGenerous);
+}
+
+TEST_F(WebServerTest, CutsAConnectionOnWhichNothingIsAsked) {
+  start({.idle = 100ms});
+  const RawClient client = connected();
+  EXPECT_EQ(client.hear(), "");
+}
+
+TEST_F(WebServerTest, CutsAClientThatDoesNotTakeItsAnswer) {
+  start({.answer = 200ms});
+  const RawClient client(server_->port(), 4096);
+  ASSERT_TRUE(client.say(head("GET /long HTTP/1.1") + "\r\n"));
+  const auto deadline = steady_clock::now() + kGenerous;
+  while (server_->connections() != 1 && steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
+  while (server_->connections() != 0 && steady_clock::now() < deadline) std::this_thread::sleep_for(5ms);
+  EXPECT_EQ(server_->connections(), 0U);
+  EXPECT_LT(client.hear().size(), 64u << 20);
+}
+
+TEST_F(WebServerTest, RefusesAConnectionTooManyAndServesAgainWhenOneIsGone) {
+  start({.idle = 60s});
+  std::vector<RawClient> clients;
+  for (std::size_t i = 0; i < WebServer::kMostConnections; ++i) clients.push_back(connected());
+  const auto deadline = steady_clock::now() + kGenerous;
+  while (server_->connections() < WebServer::kMostConnections && steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(1ms);
+  }
+  const std::string answer = connected().hear();
+  EXPECT_EQ(answer.rfind("HTTP/1.1 503", 0), 0U) << answer;
+  ASSERT_TRUE(clients.back().say(head() + "Connection: close\r\n\r\n")) << "those that are connected are served";
+  EXPECT_NE(clients.back().hear().find("200 OK"), std::string::npos);
+  clients.clear();
+  while (server_->connections() != 0 && steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
+  const RawClient late = connected();
+  ASSERT_TRUE(late.say(head() + "Connection: close\r\n\r\n"));
+  EXPECT_NE(late.hear().find("200 OK"), std::string::npos);
+}
+
+TEST_F(WebServerTest, AnswersAnExceptionWithItsMessage) {
+  start();
+  const RawClient client = connected();
+  ASSERT_TRUE(client.say(head("GET /broken HTTP/1.1") + "Connection: close\r\n\r\n"));
+  const std::string answer = client.hear();
+  EXPECT_NE(answer.find("500"), std::string::npos) << answer;
+  EXPECT_NE(answer.find(R"({"error":"broken"})"), std::string::npos) << answer;
+}
+
+TEST_F(WebServerTest, SaysThatThePortIsTaken) {
+  start();
+  try {
+    const WebServer second(server_->port(), {}, [](const httplib::Request&, httplib::Response&) {});
+    ADD_FAILURE() << "two processes at one port";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("--port"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace eha::web
