@@ -24,6 +24,7 @@
 #include "daemon/eha/service_options.hpp"
 #include "daemon/eha/study_options.hpp"
 #include "daemon/eha/version.hpp"
+#include "daemon/eha/web_options.hpp"
 
 namespace eha::cli {
 namespace {
@@ -226,6 +227,7 @@ struct Commands {
   ReadCommand read;
   StudyCommand study;
   ServiceCommand service;
+  WebCommand web;
   std::string shell;  ///< of completion
 };
 
@@ -251,6 +253,7 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_read(app, commands.read);
   add_place_commands(app, commands.place);
   add_service_commands(app, commands.service);
+  add_web(app, commands.web);
 }
 
 void add_common_options(CLI::App& app, ConsoleOptions& console) {
@@ -294,6 +297,7 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("study")) return commands.study;
   if (app.got_subcommand("goto")) return commands.place.go_to;
   if (app.got_subcommand("jog")) return commands.place.jog;
+  if (app.got_subcommand("web")) return commands.web;
   if (!commands.service.method.empty()) return commands.service;
   if (const CLI::App* sub = app.get_subcommand("runs"); sub->parsed()) {
     if (sub->got_subcommand("list")) return commands.runs.list;

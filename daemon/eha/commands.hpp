@@ -215,10 +215,20 @@ struct ServiceCommand {
   bool watch = false;      ///< of status: repeatedly
 };
 
-using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand,
-                             CompareCommand, ReplayCommand, ReportCommand, PlotCommand, BatchCommand, BatchMergeCommand,
-                             CheckCommand, DesignCommand, RunsListCommand, RunsShowCommand, RunsRecoverCommand,
-                             DoctorCommand, LatencyCommand, PlaceCommand, ReadCommand, StudyCommand, ServiceCommand>;
+/// Becomes eha-web.
+struct WebCommand {
+  std::uint16_t port = 8420;  ///< on 127.0.0.1; 0: any free one
+  std::filesystem::path socket = control::default_socket();
+  std::optional<std::string> runs = {};        ///< folder; none: the one that ehad names
+  std::optional<std::string> token_file = {};  ///< none: a token for the process is made and printed
+  std::vector<std::string> allowed_hosts = {};
+};
+
+using Command =
+    std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand, CompareCommand,
+                 ReplayCommand, ReportCommand, PlotCommand, BatchCommand, BatchMergeCommand, CheckCommand,
+                 DesignCommand, RunsListCommand, RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand,
+                 PlaceCommand, ReadCommand, StudyCommand, ServiceCommand, WebCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -245,5 +255,7 @@ using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateComm
 [[nodiscard]] ExitCode execute(const ReadCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const StudyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);
+/// Returns only by an error. @throws ConfigError, IoError
+[[nodiscard]] ExitCode execute(const WebCommand& command, Console& console);
 
 }  // namespace eha::cli
