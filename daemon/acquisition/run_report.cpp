@@ -145,6 +145,14 @@ ExitCode exit_code(const RunReport& report) noexcept {
 
 std::vector<std::string> warnings(const RunReport& report) {
   std::vector<std::string> sentences;
+  const LoopCounters& counted = report.counters;
+  if (counted.skipped > 0 || counted.late > 0) {
+    sentences.push_back(fmt::format(
+        "of {} ticks {} began late, at most {:.0f} us, and {} never ran (rows without a reading); eha latency "
+        "and eha doctor say what holds the loop up",
+        counted.ticks + counted.skipped, counted.late, static_cast<double>(report.latency.maximum_ns()) * 1e-3,
+        counted.skipped));
+  }
   const auto add = [&](const Margin& margin, Fault trip, const char* limit, const char* remedy) {
     if (margin.share <= kWarningShare || report.fault.fault == trip) return;
     sentences.push_back(fmt::format("the run came to {:.0f} % of {} at {:.3f} s, 100 % stops it; {}",

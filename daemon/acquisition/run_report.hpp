@@ -72,7 +72,8 @@ struct RunReport {
 /// One or more sentences on how the run ended: what, when, value, limit, next step. Empty when it completed.
 [[nodiscard]] std::string describe(const RunReport& report);
 
-/// A sentence for each limit of which the run used over kWarningShare and that did not end it.
+/// A sentence on ticks that were late or skipped, and one for each limit of which the run used over kWarningShare and
+/// that did not end it.
 [[nodiscard]] std::vector<std::string> warnings(const RunReport& report);
 
 }  // namespace eha::acquisition

@@ -65,11 +65,10 @@ Client::Client(const std::filesystem::path& socket)
 }
 
 void Client::lost(const std::string& why) const {
-  throw DeviceError(fmt::format("{}: the connection to ehad is lost: {}; a run goes on without it, see eha status",
-                                path_.string(), why));
+  throw ConnectionLost(fmt::format("{}: the connection to ehad is lost: {}", path_.string(), why));
 }
 
-Json Client::call(const std::string& method, const Json& params) {
+Json Client::call(const std::string& method, const Json& params, milliseconds patience) {
   const std::int64_t id = next_id_++;
   const Json request{{"id", id}, {"method", method}, {"params", params}};
   const std::string text = request.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -79,10 +78,12 @@ Json Client::call(const std::string& method, const Json& params) {
     if (sent < 0) lost(error_text(errno));
     rest.remove_prefix(static_cast<std::size_t>(sent));
   }
-  const auto deadline = steady_clock::now() + kAnswerLimit;
+  const auto deadline = steady_clock::now() + patience;
   for (;;) {
     const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
-    if (left <= milliseconds::zero()) lost("no answer within a minute");
+    if (left <= milliseconds::zero()) {
+      lost(fmt::format("no answer to {} within {:.0f} s", method, std::chrono::duration<double>(patience).count()));
+    }
     const std::optional<Json> answer = next_line(left);
     if (!answer || !answer->contains("id") || answer->at("id") != id) continue;
     if (answer->contains("result")) return answer->at("result");

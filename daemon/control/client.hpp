@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/error.hpp"
 #include "core/os/file_descriptor.hpp"
 #include "daemon/control/line_buffer.hpp"
 #include "daemon/control/protocol.hpp"
@@ -17,6 +18,12 @@ inline constexpr const char* kDefaultSocket = "/run/ehad/ehad.sock";
 
 /// The environment's EHA_SOCKET, otherwise kDefaultSocket.
 [[nodiscard]] std::filesystem::path default_socket();
+
+/// A connection ended before what was waited for; what ehad does meanwhile is not known.
+class ConnectionLost : public DeviceError {
+ public:
+  using DeviceError::DeviceError;
+};
 
 /// A connection to ehad. Blocking. Not thread-safe.
 class Client {
@@ -29,11 +36,13 @@ class Client {
   Client& operator=(const Client&) = delete;
 
   /// Sends a request and waits for its answer; events of a watch that arrive before it are dropped.
-  /// @throws Error  ehad refused: its code and message   @throws DeviceError  the connection is lost
-  Json call(const std::string& method, const Json& params = Json::object());
+  /// @param patience  how long to wait for the answer
+  /// @throws Error  ehad refused: its code and message   @throws ConnectionLost
+  Json call(const std::string& method, const Json& params = Json::object(),
+            std::chrono::milliseconds patience = std::chrono::minutes(1));
 
   /// The next event of a watch; none after `timeout` or when a signal interrupts.
-  /// @throws DeviceError  the connection is lost
+  /// @throws ConnectionLost
   [[nodiscard]] std::optional<Json> next_event(std::chrono::milliseconds timeout);
 
   [[nodiscard]] const std::string& version() const noexcept { return version_; }

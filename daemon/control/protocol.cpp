@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kDeepestRequest = 4;  // an object that holds an object, and some spare
 constexpr std::size_t kLongestName = 256;
+constexpr std::int64_t kGreatestPosition = 1000;
 constexpr std::int64_t kGreatestId = (std::int64_t{1} << 53) - 1;  // what every JSON library keeps
 
 /// Not ordered_json, which looks a key up by a linear search.
@@ -29,10 +30,11 @@ std::string shown(const Input& value) {
   return shortened(value.dump(-1, ' ', true, Input::error_handler_t::replace), 40);
 }
 
-/// The members of `params`; a member that no reader asked for is an error.
+/// The members of `params`, or of an object in it; a member that no reader asked for is an error.
 class Params {
  public:
-  explicit Params(const Input& values) : values_(values) {}
+  /// @param path  of the object, for messages
+  explicit Params(const Input& values, std::string path = "params") : values_(values), path_(std::move(path)) {}
 
   [[nodiscard]] const Input* find(std::string_view key) {
     known_.push_back(key);
@@ -43,10 +45,10 @@ class Params {
   [[nodiscard]] std::optional<std::string> text(std::string_view key, std::size_t longest) {
     const Input* value = find(key);
     if (value == nullptr) return std::nullopt;
-    if (!value->is_string()) throw BadRequest{fmt::format("params.{}: expected a text, got {}", key, shown(*value))};
+    if (!value->is_string()) throw BadRequest{fmt::format("{}.{}: expected a text, got {}", path_, key, shown(*value))};
     auto text = value->get<std::string>();
     if (text.size() > longest) {
-      throw BadRequest{fmt::format("params.{}: expected at most {} bytes, got {}", key, longest, text.size())};
+      throw BadRequest{fmt::format("{}.{}: expected at most {} bytes, got {}", path_, key, longest, text.size())};
     }
     return text;
   }
@@ -55,7 +57,7 @@ class Params {
     const Input* value = find(key);
     if (value == nullptr) return false;
     if (!value->is_boolean()) {
-      throw BadRequest{fmt::format("params.{}: expected true or false, got {}", key, shown(*value))};
+      throw BadRequest{fmt::format("{}.{}: expected true or false, got {}", path_, key, shown(*value))};
     }
     return value->get<bool>();
   }
@@ -67,6 +69,23 @@ class Params {
       throw BadRequest{fmt::format("params.entry: expected the number of a queued experiment, got {}", shown(*value))};
     }
     return value->get<EntryId>();
+  }
+
+  [[nodiscard]] EntryId required_entry() {
+    const auto named = entry();
+    if (!named) throw BadRequest{"params.entry: expected the number of a queued experiment, got nothing"};
+    return *named;
+  }
+
+  /// A whole number from `least` to kGreatestPosition; none when it is not there.
+  [[nodiscard]] std::optional<std::int64_t> whole(std::string_view key, std::int64_t least) {
+    const Input* value = find(key);
+    if (value == nullptr) return std::nullopt;
+    if (!value->is_number_integer() || *value < least || *value > kGreatestPosition) {
+      throw BadRequest{fmt::format("{}.{}: expected a whole number from {} to {}, got {}", path_, key, least,
+                                   kGreatestPosition, shown(*value))};
+    }
+    return value->get<std::int64_t>();
   }
 
   [[nodiscard]] std::string run() {
@@ -91,30 +110,56 @@ class Params {
       for (const std::string_view name : known_) is_known = is_known || name == key;
       if (is_known) continue;
       throw BadRequest{fmt::format(
-          "params.{}: {}", shortened(key, 40),
+          "{}.{}: {}", path_, shortened(key, 40),
           known_.empty() ? "this method takes no parameters" : "expected a known parameter" + suggestion(key, known_))};
     }
   }
 
  private:
   const Input& values_;
+  std::string path_;
   std::vector<std::string_view> known_;
 };
 
+SubmittedExperiment read_experiment(Params& params, const std::string& path) {
+  SubmittedExperiment experiment;
+  const auto text = params.text("experiment", kLongestExperiment);
+  if (!text) throw BadRequest{path + ".experiment: expected the text of an experiment file, got nothing"};
+  experiment.text = *text;
+  if (const auto name = params.text("name", kLongestName)) experiment.name = shortened(*name, kLongestName);
+  return experiment;
+}
+
 Call read_submit(Params& params) {
   SubmitCall submit;
-  const auto experiment = params.text("experiment", kLongestExperiment);
-  if (!experiment) throw BadRequest{"params.experiment: expected the text of an experiment file, got nothing"};
-  submit.experiment = *experiment;
-  if (const auto name = params.text("name", kLongestName)) submit.name = shortened(*name, kLongestName);
+  if (const Input* list = params.find("experiments")) {
+    if (!list->is_array() || list->empty() || list->size() > kMostExperiments) {
+      throw BadRequest{fmt::format("params.experiments: expected a list of 1 to {} experiments", kMostExperiments)};
+    }
+    submit.is_list = true;
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      const std::string path = fmt::format("params.experiments[{}]", i);
+      if (!(*list)[i].is_object()) throw BadRequest{path + ": expected an object, got " + shown((*list)[i])};
+      Params one((*list)[i], path);
+      submit.experiments.push_back(read_experiment(one, path));
+      one.finish();
+    }
+  } else {
+    submit.experiments.push_back(read_experiment(params, "params"));
+  }
   submit.fast = params.boolean("fast");
+  submit.accept_travel_risk = params.boolean("accept_travel_risk");
   return submit;
 }
 
-Call read_cancel(Params& params) {
-  const auto entry = params.entry();
-  if (!entry) throw BadRequest{"params.entry: expected the number of a queued experiment, got nothing"};
-  return CancelCall{*entry};
+Call read_move(Params& params) {
+  MoveCall move{.entry = params.required_entry()};
+  const auto to = params.whole("to", 1);
+  const auto by = params.whole("by", -kGreatestPosition);
+  if (to.has_value() == by.has_value()) throw BadRequest{"params: expected either to or by"};
+  move.to = to.value_or(0);
+  move.by = by.value_or(0);
+  return move;
 }
 
 Call read_watch(Params& params) {
@@ -126,15 +171,17 @@ Call read_watch(Params& params) {
 }
 
 using Reader = Call (*)(Params&);
-constexpr std::array<std::pair<std::string_view, Reader>, 14> kMethods{{
+constexpr std::array<std::pair<std::string_view, Reader>, 16> kMethods{{
     {"status", [](Params&) -> Call { return StatusCall{}; }},
     {"arm", [](Params&) -> Call { return ArmCall{}; }},
     {"disarm", [](Params&) -> Call { return DisarmCall{}; }},
     {"submit", read_submit},
     {"stop", [](Params& params) -> Call { return StopCall{params.entry()}; }},
-    {"cancel", read_cancel},
+    {"cancel", [](Params& params) -> Call { return CancelCall{params.required_entry()}; }},
     {"watch", read_watch},
     {"queue", [](Params&) -> Call { return QueueCall{}; }},
+    {"hold", [](Params& params) -> Call { return HoldCall{params.entry()}; }},
+    {"move", read_move},
     {"release", [](Params& params) -> Call { return ReleaseCall{params.entry()}; }},
     {"runs", [](Params&) -> Call { return RunsCall{}; }},
     {"ack", [](Params& params) -> Call { return AckCall{params.run()}; }},

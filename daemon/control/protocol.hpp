@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -18,6 +19,7 @@ namespace eha::control {
 inline constexpr int kProtocolVersion = 1;
 inline constexpr std::size_t kLongestRequest = 256 * 1024;     ///< of a request's line [bytes]
 inline constexpr std::size_t kLongestExperiment = 128 * 1024;  ///< of an experiment's text [bytes]
+inline constexpr std::size_t kMostExperiments = 20;            ///< of one submit
 inline constexpr double kFastestWatch_Hz = 25.0;
 
 using Json = nlohmann::ordered_json;
@@ -26,16 +28,29 @@ using EntryId = std::int64_t;  ///< of an experiment in the queue, from 1
 struct StatusCall {};
 struct ArmCall {};
 struct DisarmCall {};
-struct SubmitCall {
-  std::string experiment;                ///< TOML
+struct SubmittedExperiment {
+  std::string text;                      ///< TOML
   std::string name = "experiment.toml";  ///< for messages
-  bool fast = false;                     ///< virtual time
+};
+struct SubmitCall {
+  std::vector<SubmittedExperiment> experiments;  ///< 1 to kMostExperiments, in the order in which they are to start
+  bool is_list = false;                          ///< answered with a list
+  bool fast = false;                             ///< virtual time
+  bool accept_travel_risk = false;               ///< queue what the rehearsal refuses
 };
 struct StopCall {
   std::optional<EntryId> entry;  ///< stop only if this one is on
 };
 struct CancelCall {
   EntryId entry = 0;
+};
+struct HoldCall {
+  std::optional<EntryId> entry;  ///< none: every waiting experiment of the caller
+};
+struct MoveCall {
+  EntryId entry = 0;
+  std::int64_t to = 0;  ///< position among those of its submitter, from 1; 0: `by` says
+  std::int64_t by = 0;  ///< positions towards the end; negative: towards the front
 };
 struct WatchCall {
   double rate_Hz = 10.0;
@@ -57,7 +72,7 @@ struct MetricsCall {};
 struct ReloadCall {};
 
 using Call = std::variant<StatusCall, ArmCall, DisarmCall, SubmitCall, StopCall, CancelCall, WatchCall, QueueCall,
-                          ReleaseCall, RunsCall, AckCall, RemoveCall, MetricsCall, ReloadCall>;
+                          HoldCall, ReleaseCall, MoveCall, RunsCall, AckCall, RemoveCall, MetricsCall, ReloadCall>;
 
 struct Request {
   std::int64_t id = 0;

@@ -10,6 +10,8 @@
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/length_argument.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/rig/arming.hpp"
@@ -28,15 +30,16 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
       "{}: a valid rig file, \"{}\": backend {}, {:g}..{:g} V, {:g} V/s, {:g}..{:g} in, tick {:g} s", command.file,
       rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V, rig.limits.slew_V_per_s,
       rig.limits.travel_min_in, rig.limits.travel_max_in, rig.realtime.sample_period_s));
-  console.next_step(fmt::format("eha check EXPERIMENT.toml --rig {}", command.file));
+  console.next_step("eha check EXPERIMENT.toml --rig " + shell_word(command.file));
 }
 
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
-                       const std::optional<std::string>& rig_file, const std::optional<Rehearsal>& rehearsal,
+                       const std::optional<config::RigConfig>& rig, const std::optional<Rehearsal>& rehearsal,
                        Console& console) {
+  judge_travel(rehearsal, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
   nlohmann::ordered_json document{
       {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
-  if (rig_file) document["rig"] = *rig_file;
+  if (rig) document["rig"] = rig->file_name;
   if (rehearsal) document["rehearsal"] = to_json(*rehearsal);
   console.print_json(document);
   const std::size_t count = experiment.models.size();
@@ -45,13 +48,11 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   console.print(fmt::format("{}: a valid experiment, \"{}\": {:g} s, {} repetition{}, {}{}", command.file,
                             experiment.name, experiment.duration_s, experiment.repetitions,
                             experiment.repetitions == 1 ? "" : "s", models,
-                            rig_file ? fmt::format(", within the limits of {}", *rig_file) : ""));
-  if (rehearsal) console.print(sentence_on(*rehearsal, console));
-  warn_of_trips(rehearsal, command.file, console);
+                            rig ? fmt::format(", within the limits of {}", rig->file_name) : ""));
+  if (rehearsal) console.print(sentence_on(*rehearsal, *rig, console));
   for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
-  if (!rig_file) console.warning("no rig file to check the experiment against; name one with --rig");
-  const std::string rig = command.rig_file ? fmt::format(" --rig {}", *command.rig_file) : "";
-  console.next_step(fmt::format("eha run {} --local --fast{}", command.file, rig));
+  if (!rig) console.warning("no rig file to check the experiment against; name one with --rig");
+  console.next_step(simulated_run(command.file, command.rig_file));
 }
 
 }  // namespace
@@ -69,14 +70,17 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     if (const auto found = default_rig_file()) rig_file = found->string();
   }
   if (!rig_file) {
-    report_experiment(command, config::parse_experiment(text, command.file, config::NamedFiles::read), rig_file,
+    report_experiment(command, config::parse_experiment(text, command.file, config::NamedFiles::read), std::nullopt,
                       std::nullopt, console);
     return ExitCode::ok;
   }
   const config::RigConfig rig = config::load_rig(*rig_file);
   const config::PreparedExperiment prepared =
       config::parse_prepared_experiment(text, command.file, rig, config::NamedFiles::read);
-  report_experiment(command, prepared.config, rig_file, rehearse(prepared, rig, start_of(rig)), console);
+  const auto place_in = command.place ? inches_of(*command.place) : start_of(rig);
+  if (!place_in)
+    throw UsageError(fmt::format("--at {}: expected a length with its unit, such as 2.95in", *command.place));
+  report_experiment(command, prepared.config, rig, rehearse(prepared, rig, *place_in), console);
   return ExitCode::ok;
 }
 

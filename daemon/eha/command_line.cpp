@@ -17,6 +17,7 @@
 #include "daemon/eha/completion.hpp"
 #include "daemon/eha/export_options.hpp"
 #include "daemon/eha/model_command_options.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/place_options.hpp"
 #include "daemon/eha/report_options.hpp"
@@ -56,15 +57,20 @@ points to the last run with an accepted model.
 One Ctrl-C ramps the command down and keeps what was recorded; a second one makes the rig safe at once.
 Without --local the service ehad does the same with its own rig file and folder, when the experiment is next in its
 queue and you hold the lease (`eha arm`). Ctrl-C stops the run; losing the connection does not.
+Several experiments are all checked before the first one is queued or played; a fault in one refuses all.
+During a run a terminal shows the time left [s], the rod between its limits, the command [V], late ticks and the predicted
+margin to the travel limits; elsewhere a line appears every 30 s.
 
 Examples:
   eha arm && eha run config/experiments/paper.toml
+  eha run slow.toml fast.toml --detach
   eha run config/experiments/paper.toml --local --fast
   eha run sweep.toml --local --rig rig.toml --output /data/runs)";
 
 constexpr const char* kCheckFooter = R"(
 Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
-the rig that `eha run` would use (--rig, else the default one): limits [V], slew [V/s], Nyquist frequency [Hz].
+the rig that `eha run` would use (--rig, else the default one): limits [V], slew [V/s], Nyquist frequency [Hz], and
+rehearsed with the rig's valve: refused where half of the rehearsed rods reach a travel or velocity limit.
 
 Examples:
   eha check config/experiments/paper.toml
@@ -109,8 +115,17 @@ Examples:
 void add_run(CLI::App& app, RunCommand& run) {
   CLI::App* sub = app.add_subcommand("run", "Play an experiment on a rig, record it, fit and judge its models");
   sub->footer(kRunFooter);
-  sub->add_option("experiment", run.experiment_file, "Experiment file (TOML)")->required()->type_name("EXPERIMENT");
+  sub->add_option_function<std::vector<std::string>>(
+         "experiment",
+         [&run](const std::vector<std::string>& files) {
+           run.experiment_file = files.front();
+           run.further_files.assign(files.begin() + 1, files.end());
+         },
+         "Experiment files (TOML), played in this order")
+      ->required()
+      ->type_name("EXPERIMENT");
   CLI::Option* local = sub->add_flag("--local", run.local, "Run in this process instead of through ehad");
+  sub->add_flag("--detach", run.detach, "Queue the experiments and leave; not with --local")->excludes(local);
   add_socket_option(*sub, run.socket)->excludes(local);
   sub->add_option("--rig", run.rig_file, "Rig file (TOML); with --local only")->type_name("RIG")->needs(local);
   sub->add_flag("--fast", run.fast, "Virtual time: as fast as this machine computes; simulated rigs only");
@@ -118,6 +133,8 @@ void add_run(CLI::App& app, RunCommand& run) {
       ->type_name("DIR")
       ->needs(local);
   sub->add_flag("--yes", run.yes, "Move a real actuator without asking");
+  sub->add_flag("--accept-travel-risk", run.accept_travel_risk,
+                "Play an experiment too of which half of the rehearsed rods reach a limit");
   sub->add_flag("--allow-non-realtime", run.allow_non_realtime,
                 "Run without real-time privileges too, for test benches; with --local only")
       ->needs(local);
@@ -127,7 +144,13 @@ void add_check(CLI::App& app, CheckCommand& check) {
   CLI::App* sub = app.add_subcommand("check", "Check a rig or experiment file and report every fault");
   sub->footer(kCheckFooter);
   sub->add_option("file", check.file, "rig.toml or experiment.toml")->required()->type_name("FILE");
-  sub->add_option("--rig", check.rig_file, "Rig file to check an experiment against")->type_name("RIG");
+  CLI::Option* rig =
+      sub->add_option("--rig", check.rig_file, "Rig file to check an experiment against")->type_name("RIG");
+  sub->add_option("--at", check.place, "Where the rod stands, such as 2.95in (default: mid-travel)")
+      ->type_name("LENGTH")
+      ->needs(rig);
+  sub->add_flag("--accept-travel-risk", check.accept_travel_risk,
+                "Warn only where half of the rehearsed rods reach a limit");
 }
 
 void add_design(CLI::App& app, DesignCommand& design) {
@@ -195,13 +218,7 @@ void add_latency(CLI::App& app, LatencyCommand& latency) {
 /// The command line, quoted for a shell.
 std::string for_a_shell(int argc, const char* const* argv) {
   std::string line = "eha";
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$`*?[]{}()<>|&;#~!") == std::string::npos;
-    std::string quoted = "'";
-    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += " " + (plain ? word : quoted + "'");
-  }
+  for (int i = 1; i < argc; ++i) line += " " + shell_word(argv[i]);
   return line;
 }
 

@@ -24,9 +24,12 @@ namespace eha::cli {
 
 struct RunCommand {
   std::string experiment_file;
-  std::optional<std::string> text = {};      ///< of the experiment; none: experiment_file is read
-  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  std::vector<std::string> further_files = {};  ///< played after it, in order
+  std::optional<std::string> text = {};         ///< of the experiment; none: experiment_file is read
+  std::optional<std::string> rig_file = {};     ///< none: default_rig_file()
   std::filesystem::path socket = control::default_socket();
+  bool detach = false;                    ///< queue and leave
+  bool accept_travel_risk = false;        ///< play what the rehearsal refuses
   bool local = false;                     ///< in this process
   bool fast = false;                      ///< virtual time
   bool yes = false;                       ///< move a real actuator without asking
@@ -145,6 +148,8 @@ struct BatchMergeCommand {
 struct CheckCommand {
   std::string file;
   std::optional<std::string> rig_file = {};
+  std::optional<std::string> place = {};  ///< length with its unit: where the rod stands
+  bool accept_travel_risk = false;        ///< warn only of what the rehearsal refuses
 };
 
 struct DesignCommand {
@@ -205,14 +210,17 @@ struct ReadCommand {
   bool watch = false;                                ///< repeatedly
 };
 
-/// A method of ehad-protocol(7): status, arm, disarm, stop, metrics, reload, queue, release, cancel, ack, remove.
+/// A method of ehad-protocol(7): status, arm, disarm, stop, metrics, reload, queue, hold, release, move, cancel, ack,
+/// remove.
 struct ServiceCommand {
   std::string method;
   std::filesystem::path socket = control::default_socket();
-  std::int64_t entry = 0;  ///< of cancel and release; 0: every held one
-  std::string run = {};    ///< of ack and remove: its folder or the folder's name
-  bool yes = false;        ///< of remove: without asking
-  bool watch = false;      ///< of status: repeatedly
+  std::vector<std::int64_t> entries = {};  ///< of cancel, hold, release and move; none: every one of the user's
+  std::int64_t to = 0;                     ///< of move: position from 1; 0: `by` says
+  std::int64_t by = 0;                     ///< of move: positions towards the end
+  std::string run = {};                    ///< of ack and remove: its folder or the folder's name
+  bool yes = false;                        ///< of remove: without asking
+  bool watch = false;                      ///< of status: repeatedly
 };
 
 /// Becomes eha-web.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -35,6 +36,8 @@ void for_each_line(std::string_view text, Use&& use) {
     text.remove_prefix(end + 1);
   }
 }
+
+constexpr std::chrono::seconds kBetweenRunMessages{30};
 
 void write_out(std::string_view text) {
   // A failure stays in the stream's error flag until flush() checks it.
@@ -86,13 +89,43 @@ void Console::redraw(std::string_view text) {
 }
 
 void Console::print_json(const nlohmann::ordered_json& document) const {
+  if (kept_) {
+    kept_->push_back(document);
+    return;
+  }
   if (options_.json) write_out(document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 void Console::print_content(std::string_view text) const { write_out(text); }
 
+nlohmann::ordered_json Console::taken_documents() {
+  nlohmann::ordered_json documents = kept_.value_or(nlohmann::ordered_json::array());
+  kept_.reset();
+  return documents;
+}
+
 void Console::next_step(std::string_view command) const {
-  if (!options_.json && !options_.quiet) write_out(fmt::format("Next: {}\n", command));
+  if (options_.json || options_.quiet || kept_) return;
+  const bool takes_units = !options_.units.empty() && command.starts_with("eha ");
+  write_out(fmt::format("Next: {}{}\n", command, takes_units ? " --units " + options_.units : ""));
+}
+
+void Console::show_run(std::string_view line) {
+  const auto now = std::chrono::steady_clock::now();
+  if (bar_wanted_) {
+    winsize size{};
+    const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+    const std::size_t width = is_known ? size.ws_col - 1U : 79U;
+    // Carriage return, then erase to the end of the line (ECMA-48 EL).
+    std::cerr << "\r" << line.substr(0, width) << "\x1b[K" << std::flush;
+    bar_drawn_ = true;
+    return;
+  }
+  if (options_.no_progress || isatty(STDERR_FILENO) == 1) return;
+  if (!run_said_) run_said_ = now;
+  if (now - *run_said_ < kBetweenRunMessages) return;
+  run_said_ = now;
+  info(line);
 }
 
 void Console::progress(double share, std::string_view text) {
@@ -121,6 +154,7 @@ std::function<void(double, const std::string&)> Console::progress_callback() {
 void Console::end_progress() {
   if (bar_drawn_) std::cerr << "\r\x1b[K" << std::flush;
   bar_drawn_ = false;
+  run_said_.reset();
 }
 
 bool Console::confirm(std::string_view question) const {

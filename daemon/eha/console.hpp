@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -57,6 +58,15 @@ class Console {
   /// The next useful command, as the last line of a success; prints nothing with --json or --quiet.
   void next_step(std::string_view command) const;
 
+  /// From here on the documents of print_json() are kept and no next step is printed, for a command that does the same
+  /// several times and prints one document. taken_documents() ends that and returns what was kept.
+  void keep_documents() { kept_.emplace(nlohmann::ordered_json::array()); }
+  [[nodiscard]] nlohmann::ordered_json taken_documents();
+
+  /// Shows where a run is: on a terminal one line that the next call replaces, cut to its width; elsewhere a message
+  /// every 30 s, the first after 30 s. end_progress() removes it.
+  void show_run(std::string_view line);
+
   /// Redraws the bar, with the time left once it can be told. @param share  0..1   @param text  the current step
   void progress(double share, std::string_view text);
   /// progress() as a function, for long work elsewhere. The console must outlive it.
@@ -74,7 +84,9 @@ class Console {
  private:
   ConsoleOptions options_;
   bool bar_wanted_ = false;
-  std::ptrdiff_t drawn_lines_ = 0;  ///< that redraw() replaces
+  std::ptrdiff_t drawn_lines_ = 0;                                 ///< that redraw() replaces
+  mutable std::optional<nlohmann::ordered_json> kept_;             ///< documents; none: they are printed at once
+  std::optional<std::chrono::steady_clock::time_point> run_said_;  ///< when show_run() last said something
   bool bar_drawn_ = false;
   double bar_share_ = 0.0;                           ///< when the work began
   std::chrono::steady_clock::time_point bar_begun_;  ///< of the work that the bar shows

@@ -14,6 +14,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/flat_design.hpp"
 #include "daemon/eha/improvement.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/excitation/excitation.hpp"
@@ -91,7 +92,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
   }
   for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   if (command.output) console.print(fmt::format("written: {}", command.output->string()));
-  console.next_step(fmt::format("eha run {} --local --fast", experiment_file));
+  console.next_step(simulated_run(experiment_file, command.rig_file));
   return ExitCode::ok;
 }
 

@@ -16,6 +16,7 @@
 #include "daemon/doctor/run_folder_check.hpp"
 #include "daemon/eha-safe/guard_process.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backend.hpp"
@@ -113,7 +114,8 @@ ExitCode execute(const DoctorCommand& command, Console& console) {
   append(checks, doctor::check_runs_folder(doctor::look_at_runs_folder(command.output), realtime.sample_period_s));
   const ExitCode code = doctor::exit_code(checks);
   show(checks, code, console);
-  if (code == ExitCode::ok) console.next_step("eha latency --load");
+  if (code == ExitCode::ok)
+    console.next_step("eha latency --load" + (command.rig_file ? " --rig " + shell_word(*command.rig_file) : ""));
   return code;
 }
 

@@ -11,6 +11,7 @@
 
 #include "config/prepared_experiment.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "ident/design/improvement.hpp"
 #include "ident/model/model_file.hpp"
@@ -201,7 +202,7 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
     console.print(fmt::format("{:g} is not reachable within these limits and {:g} s", *command.wanted_std, kLongest_s));
   }
   console.print(fmt::format("written: {}", path.string()));
-  console.next_step(fmt::format("eha run {} --local --fast", path.string()));
+  console.next_step(simulated_run(path.string(), command.rig_file));
   return ExitCode::ok;
 }
 

@@ -3,17 +3,21 @@
 
 #include <fmt/format.h>
 
+#include <string>
+
 #include "core/display_unit.hpp"
 #include "daemon/eha/console.hpp"
 
 namespace eha::cli {
 
-/// Prints where a placing has left the rod. @param displacement_in  [in]
-inline void print_place(double displacement_in, const Console& console) {
-  const DisplayUnit unit(console.units());
+/// Prints where a placing has left the rod.
+/// @param displacement_in  [in]   @param units  of the rig file   @param next  command that shows it again
+inline void print_place(double displacement_in, const std::string& units, const std::string& next,
+                        const Console& console) {
+  const DisplayUnit unit = console.unit(units);
   console.print(fmt::format("the rod is at {:.3f} {}; the hydraulics are off", unit.factor("in") * displacement_in,
                             unit.of("in")));
-  console.next_step("eha read");
+  console.next_step(next);
 }
 
 }  // namespace eha::cli

@@ -16,6 +16,7 @@
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/rig/rod_view.hpp"
@@ -28,20 +29,13 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kReads_Hz = 5.0;
-constexpr int kTries = 20;  // 1 s
-constexpr auto kRetry = std::chrono::milliseconds(50);
 
 /// What is read, with the state of the rig: {state, rig, rod}.
 using Reader = std::function<Json()>;
 
 Reader reader_of_service(control::Client& client) {
   return [&client] {
-    Json status = client.call("status");
-    // After a run the service reads the rig anew within some milliseconds.
-    for (int i = 0; i < kTries && status.at("rod").is_null(); ++i) {
-      std::this_thread::sleep_for(kRetry);
-      status = client.call("status");
-    }
+    const Json status = status_with_rod(client);
     return Json{
         {"schema", "eha-read/1"}, {"state", status.at("state")}, {"rig", status.at("rig")}, {"rod", status.at("rod")}};
   };
@@ -63,14 +57,14 @@ Reader reader_of_rig(hal::Rig& rig, const config::RigConfig& config, RodView& vi
     }
     return Json{{"schema", "eha-read/1"},
                 {"state", "not driven"},
-                {"rig", {{"name", config.name}, {"file", config.file_name}}},
+                {"rig", {{"name", config.name}, {"file", config.file_name}, {"units", config.units}}},
                 {"rod", view.describe(config.limits)}};
   };
 }
 
 std::string text_of(const Json& read, const Console& console) {
-  std::vector<NamedText> lines = rod_lines(read.at("rod"), console.units());
   const Json& rig = read.at("rig");
+  std::vector<NamedText> lines = rod_lines(read.at("rod"), console.unit(rig.value("units", "")));
   lines.push_back(
       {"rig", fmt::format("{} ({})", rig.at("name").get<std::string>(), rig.at("file").get<std::string>())});
   lines.push_back({"state", read.at("state").get<std::string>()});

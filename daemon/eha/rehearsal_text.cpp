@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -27,8 +29,13 @@ nlohmann::ordered_json to_json(const Rehearsal& rehearsal) {
           {"chance_of_trip", rehearsal.chance_of_trip}};
 }
 
-std::string sentence_on(const Rehearsal& rehearsal, const Console& console) {
-  const DisplayUnit unit(console.units());
+std::optional<double> margin_of(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig) {
+  if (!rehearsal) return std::nullopt;
+  return std::min(rehearsal->lowest_in - rig.limits.travel_min_in, rig.limits.travel_max_in - rehearsal->highest_in);
+}
+
+std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig, const Console& console) {
+  const DisplayUnit unit = console.unit(rig.units);
   const double factor = unit.factor("in");
   return fmt::format(
       "rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s",
@@ -36,19 +43,24 @@ std::string sentence_on(const Rehearsal& rehearsal, const Console& console) {
       unit.of("in"));
 }
 
-void warn_of_trips(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
-                   const Console& console) {
+void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
+                  const Console& console) {
   if (!rehearsal || rehearsal->chance_of_trip < kWarnedFrom) return;
-  console.warning(
-      fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit; lower the amplitudes, change offset_V, or "
-                  "add [start] or [hold]",
-                  experiment_file, 100.0 * rehearsal->chance_of_trip));
+  const std::string found = fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit", experiment_file,
+                                        100.0 * rehearsal->chance_of_trip);
+  const std::string remedy = "lower the amplitudes, change offset_V, or add [start] or [hold]";
+  if (rehearsal->chance_of_trip >= kRefusedChanceOfTrip && risk == TravelRisk::refuse) {
+    throw ConfigError(
+        fmt::format("{}, from {:.0f} % on it is not played: {}; --accept-travel-risk plays it all the same", found,
+                    100.0 * kRefusedChanceOfTrip, remedy));
+  }
+  console.warning(fmt::format("{}; {}", found, remedy));
 }
 
-void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
-                      const Console& console) {
-  if (rehearsal) console.info(fmt::format("{}: {}", experiment_file, sentence_on(*rehearsal, console)));
-  warn_of_trips(rehearsal, experiment_file, console);
+void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,
+                      const std::string& experiment_file, TravelRisk risk, const Console& console) {
+  if (rehearsal) console.info(fmt::format("{}: {}", experiment_file, sentence_on(*rehearsal, rig, console)));
+  judge_travel(rehearsal, experiment_file, risk, console);
 }
 
 void explain_trip(const std::string& run_folder, const Console& console) {
@@ -59,7 +71,7 @@ void explain_trip(const std::string& run_folder, const Console& console) {
         config::parse_prepared_experiment(run.experiment_text, run_folder + "/run.json (experiment)", rig);
     const std::optional<Drift> drift = drift_of(experiment, rig, run.record.output);
     if (!drift) return;
-    const DisplayUnit unit(console.units());
+    const DisplayUnit unit = console.unit(rig.units);
     console.info(fmt::format("the rod drifted at {:+.4f} {}/s{}", unit.factor("in") * drift->rate_in_per_s,
                              unit.of("in"),
                              drift->offset_V ? fmt::format("; offset_V = {:.3f} would stop it", *drift->offset_V)

@@ -14,18 +14,25 @@ namespace eha::cli {
 /// mid-travel [in].
 [[nodiscard]] double start_of(const config::RigConfig& rig);
 
+/// The least predicted distance to a travel limit, that 95 % of the rehearsed rods keep [in]; negative beyond it.
+[[nodiscard]] std::optional<double> margin_of(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig);
+
 [[nodiscard]] nlohmann::ordered_json to_json(const Rehearsal& rehearsal);
 
 /// What an experiment will do to the rod: "rehearsed with the rig's valve: the rod stays within ...".
-[[nodiscard]] std::string sentence_on(const Rehearsal& rehearsal, const Console& console);
+[[nodiscard]] std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig, const Console& console);
+
+/// What to do with an experiment that probably ends at a limit.
+enum class TravelRisk { refuse, accept };
 
 /// Warns where one draw in twenty reaches a limit; nothing where it could not be rehearsed.
-void warn_of_trips(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
-                   const Console& console);
+/// @throws ConfigError  half of the draws do, and the risk is not accepted
+void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
+                  const Console& console);
 
-/// Both as messages, before a run.
-void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file,
-                      const Console& console);
+/// Says what the rehearsal found and judges it, before a run. @throws ConfigError  as judge_travel
+void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,
+                      const std::string& experiment_file, TravelRisk risk, const Console& console);
 
 /// Says of a run that reached a limit what drifted and which offset stops it, from the files in its folder; nothing
 /// where they do not tell.

@@ -28,22 +28,25 @@ std::string line_text(const Json& rod) {
 
 }  // namespace
 
-std::string travel_bar(double displacement, double lowest, double highest) {
-  constexpr int kWidth = 41;
-  std::string bar(kWidth, '-');
-  for (int i = 0; i < kWidth; ++i) {
-    const double share = std::abs(2.0 * i / (kWidth - 1) - 1.0);
+std::string short_bar(double displacement, double lowest, double highest, int width) {
+  std::string bar(static_cast<std::size_t>(width), '-');
+  for (int i = 0; i < width; ++i) {
+    const double share = std::abs(2.0 * i / (width - 1) - 1.0);
     if (share > acquisition::kWarningShare) bar[static_cast<std::size_t>(i)] = '=';
   }
   const double place = std::clamp((displacement - lowest) / (highest - lowest), 0.0, 1.0);
-  bar[static_cast<std::size_t>(std::lround(place * (kWidth - 1)))] = '#';
-  return fmt::format("{:.3f} [{}] {:.3f}", lowest, bar, highest);
+  bar[static_cast<std::size_t>(std::lround(place * (width - 1)))] = '#';
+  return "[" + bar + "]";
 }
 
-std::vector<NamedText> rod_lines(const Json& rod, const std::string& units) {
+std::string travel_bar(double displacement, double lowest, double highest) {
+  constexpr int kWidth = 41;
+  return fmt::format("{:.3f} {} {:.3f}", lowest, short_bar(displacement, lowest, highest, kWidth), highest);
+}
+
+std::vector<NamedText> rod_lines(const Json& rod, const DisplayUnit& unit) {
   if (rod.is_null()) return {{"rod", "not read yet"}};
   if (rod.at("error").is_string()) return {{"rod", rod.at("error").get<std::string>()}};
-  const DisplayUnit unit(units);
   const double factor = unit.factor("in");
   const auto length = [&](const char* key) { return factor * rod.at(key).get<double>(); };
   std::vector<NamedText> lines;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <chrono>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -13,9 +14,11 @@
 #include "core/display_unit.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/place_text.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/run_line.hpp"
 #include "daemon/eha/run_service.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/identify/identification.hpp"
@@ -35,14 +38,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// An experiment of the command line, checked.
+struct PlannedRun {
+  std::string file;
+  config::PreparedExperiment experiment;
+  std::optional<double> margin_in = {};  ///< predicted distance to the nearer travel limit [in]
+};
+
 struct Acquired {
   play::FinishedRun run;
   bool was_guarded = true;  ///< the guard lived to the end
 };
 
 /// Plays and records. The rig is idle or safe on return and after an exception.
-Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
-                 const config::PreparedExperiment& experiment, Console& console) {
+Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
+                 Console& console) {
+  const config::PreparedExperiment& experiment = planned.experiment;
   // Before the rig is opened: from then on a signal must not end the process.
   StopOnSignals stop;
   OwnedRig local(rig_config);
@@ -60,7 +71,6 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse,
       .page = &local.page(),
       .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); }};
-  const double step_s = rig_config.realtime.sample_period_s;
   const DisplayUnit unit = console.unit(rig_config.units);
   bool was_guarded = true;
   const auto miss_guard = [&](const char* consequence) {
@@ -75,11 +85,10 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
           stop.request().request_ramp_out();
           miss_guard("; nothing is driven without it: ramping out");
         }
-        const double rows = now.experiment_rows > 0 ? now.experiment_rows : 1;
-        console.progress(now.experiment_row / rows,
-                         fmt::format("{:.1f} of {:.1f} s, {:+.2f} V, {:.3f} {}", now.experiment_row * step_s,
-                                     now.experiment_rows * step_s, now.applied_V,
-                                     unit.factor("in") * now.displacement_in, unit.of("in")));
+        RunProgress progress = progress_of(now, rig_config);
+        progress.is_real_time = !command.fast;
+        progress.margin_in = planned.margin_in;
+        console.show_run(run_line(progress, unit, std::chrono::system_clock::now()));
       });
   console.end_progress();
   try {
@@ -122,8 +131,9 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
 }
 
 /// Reports a rod that is in its place.
-ExitCode report_placed(const play::FinishedRun& run, double place_in, const Console& console) {
-  print_place(run.displacement_in, console);
+ExitCode report_placed(const play::FinishedRun& run, double place_in, const std::string& units, const std::string& next,
+                       const Console& console) {
+  print_place(run.displacement_in, units, next, console);
   console.print_json({{"schema", "eha-run/1"},
                       {"run", run.folder.string()},
                       {"outcome", acquisition::to_text(run.report.outcome)},
@@ -133,7 +143,7 @@ ExitCode report_placed(const play::FinishedRun& run, double place_in, const Cons
   return ExitCode::ok;
 }
 
-ExitCode identify_run(const fs::path& folder, Console& console) {
+ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console& console) {
   const identify::Source source = identify::load_source(folder.string(), std::nullopt);
   const identify::IdentificationTask task = identify::task_of(source);
   print_warnings(source, task.options.decimation, console);
@@ -148,8 +158,7 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
   print_identification(identification, written,
                        {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, unit, console);
   const auto next = identify::next_experiment_file(written);
-  console.next_step(next ? fmt::format("eha run {}", next->string())
-                         : fmt::format("eha runs show {}", folder.string()));
+  console.next_step(next ? again(command, next->string()) : "eha runs show " + shell_word(folder.string()));
   return identify::exit_code(identification.models);
 }
 
@@ -159,39 +168,85 @@ void recover_earlier_runs(const fs::path& folder, const Console& console) {
   record::recover_torn_runs(folder, {.recovered = warn, .failed = warn});
 }
 
+/// Reads, checks and rehearses an experiment of the command line. @param text  none: the file is read
+PlannedRun plan(const std::string& file, const std::optional<std::string>& text, const config::RigConfig& rig,
+                TravelRisk risk, Console& console) {
+  PlannedRun planned{.file = file,
+                     .experiment = text ? config::parse_prepared_experiment(*text, file, rig)
+                                        : config::load_prepared_experiment(file, rig)};
+  const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, start_of(rig));
+  report_rehearsal(rehearsal, rig, file, risk, console);
+  planned.margin_in = margin_of(rehearsal, rig);
+  return planned;
+}
+
+/// The command that shows where the rod is.
+std::string read_again(const RunCommand& command) {
+  return "eha read --local" + (command.rig_file ? " --rig " + shell_word(*command.rig_file) : std::string());
+}
+
+/// Plays one, then fits and judges it. @returns its exit code, and whether it completed
+std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigConfig& rig, const PlannedRun& planned,
+                                  Console& console) {
+  const config::ExperimentConfig& experiment = planned.experiment.config;
+  console.info(fmt::format("{}: {:g} s, {} repetition{} on {} ({})", experiment.name, experiment.duration_s,
+                           experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
+  for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
+  const Acquired acquired = acquire(command, rig, planned, console);
+  const play::FinishedRun& run = acquired.run;
+  console.info(fmt::format("recorded in {}", run.folder.string()));
+  if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
+    return {report_incomplete(acquired, console), false};
+  }
+  if (run.only_placed) {
+    return {report_placed(run, *experiment.place_in, rig.units, read_again(command), console), true};
+  }
+  return {identify_run(run.folder, command, console), true};
+}
+
 }  // namespace
 
 ExitCode execute(const RunCommand& command, Console& console) {
   if (!command.local) return run_through_service(command, console);
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
-  const config::PreparedExperiment prepared =
-      command.text ? config::parse_prepared_experiment(*command.text, command.experiment_file, rig)
-                   : config::load_prepared_experiment(command.experiment_file, rig);
-  const config::ExperimentConfig& experiment = prepared.config;
   if (command.fast && !hal::has_virtual_clock(rig.backend)) {
     throw UsageError(fmt::format("--fast: {} drives a real machine, which keeps its own time", rig.file_name));
+  }
+  // All of them before the first one is played.
+  const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
+  std::vector<PlannedRun> planned{plan(command.experiment_file, command.text, rig, risk, console)};
+  for (const std::string& file : command.further_files) {
+    planned.push_back(plan(file, std::nullopt, rig, risk, console));
   }
   require_trusted_rig_file(rig);
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
-  report_rehearsal(rehearse(prepared, rig, start_of(rig)), command.experiment_file, console);
-  const std::optional<std::string> confirmation = confirmation_text(rig, experiment);
-  if (confirmation && !command.yes && !console.confirm(*confirmation)) {
+  std::string confirmation;
+  for (const PlannedRun& one : planned) {
+    if (const auto text = confirmation_text(rig, one.experiment.config)) {
+      confirmation += (confirmation.empty() ? "" : "\n") + *text;
+    }
+  }
+  if (!confirmation.empty() && !command.yes && !console.confirm(confirmation)) {
     console.info("not confirmed; nothing was moved");
     return ExitCode::interrupted;
   }
-  console.info(fmt::format("{}: {:g} s, {} repetition{} on {} ({})", experiment.name, experiment.duration_s,
-                           experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
-  for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   recover_earlier_runs(command.output, console);
-  const Acquired acquired = acquire(command, rig, prepared, console);
-  const play::FinishedRun& run = acquired.run;
-  console.info(fmt::format("recorded in {}", run.folder.string()));
-  if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
-    return report_incomplete(acquired, console);
+  if (planned.size() == 1) return run_one(command, rig, planned.front(), console).first;
+  console.keep_documents();
+  ExitCode code = ExitCode::ok;
+  for (const PlannedRun& one : planned) {
+    console.print(one.file + ":");
+    const auto [own, completed] = run_one(command, rig, one, console);
+    if (code == ExitCode::ok) code = own;
+    if (completed) continue;
+    if (&one != &planned.back()) console.info("the experiments after it were not played");
+    break;
   }
-  if (run.only_placed) return report_placed(run, *experiment.place_in, console);
-  return identify_run(run.folder, console);
+  const nlohmann::ordered_json documents = console.taken_documents();
+  console.print_json({{"schema", "eha-run-list/1"}, {"runs", documents}, {"exit_code", static_cast<int>(code)}});
+  console.next_step("eha runs list " + shell_word(command.output.string()));
+  return code;
 }
 
 }  // namespace eha::cli

@@ -2,11 +2,16 @@
 #include "daemon/eha/run_service.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
@@ -14,9 +19,10 @@
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/model_list.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/place_text.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
-#include "daemon/eha/service_text.hpp"
+#include "daemon/eha/run_follower.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 
@@ -26,78 +32,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 using control::Client;
 
-/// Follows one experiment through the service until it is over.
-class Follower {
- public:
-  Follower(const std::filesystem::path& socket, Client& client, std::int64_t entry, Console& console)
-      : socket_(socket), client_(client), entry_(entry), console_(console) {}
-
-  /// @returns the entry at its end; none when the user did not wait for the fit
-  std::optional<Json> follow(const StopOnSignals& stop) {
-    client_.call("watch", {{"entry", entry_}, {"rate_Hz", 10.0}});
-    for (;;) {
-      if (stop.count() > stops_seen_) {
-        stops_seen_ = stop.count();
-        if (!pass_on_stop()) return std::nullopt;
-      }
-      const std::optional<Json> status = client_.next_event(std::chrono::milliseconds(500));
-      if (!status) continue;
-      last_ = status->at("entry");
-      if (status->value("last", false)) {
-        console_.end_progress();
-        return last_;
-      }
-      show(*status);
-    }
-  }
-
- private:
-  void show(const Json& status) {
-    const std::string state = last_.at("state");
-    if (state == "waiting" || state == "held") {
-      const std::string reason = last_.value("waits_for", "");
-      if (reason != reason_)
-        console_.info(
-            fmt::format("experiment {} {} for {}", entry_, state == "held" ? "is held and waits" : "waits", reason));
-      reason_ = reason;
-    } else if (state == "running" && !status.at("run").is_null()) {
-      console_.progress(share_played(status.at("run")), progress_text(status.at("run")));
-    } else if (state == "fitting") {
-      console_.progress(1.0, "fitting");
-    }
-  }
-
-  /// @returns whether the entry can still change
-  bool pass_on_stop() {
-    console_.end_progress();
-    const std::string state = last_.value("state", "waiting");
-    // A second connection, because waiting for an answer on the first would skip the last event.
-    Client other(socket_);
-    if (state == "waiting" || state == "held") {
-      try {
-        other.call("cancel", {{"entry", entry_}});
-        return true;
-      } catch (const Error&) {
-        // The experiment has started in the meantime.
-      }
-    }
-    if (state == "fitting" || state == "judging") {
-      console_.info(fmt::format("the run is over; ehad keeps fitting it, see eha status"));
-      return false;
-    }
-    const Json answer = other.call("stop", {{"entry", entry_}});
-    console_.info(answer.at("stopped") == "safe_at_once" ? "making the rig safe at once"
-                                                         : "ramping out; Ctrl-C again makes the rig safe at once");
-    return true;
-  }
-
-  std::filesystem::path socket_;
-  Client& client_;
-  std::int64_t entry_;
-  Console& console_;
-  Json last_ = Json::object();
-  std::string reason_;
-  int stops_seen_ = 0;
+/// A file of the command line.
+struct ExperimentFile {
+  std::string name;
+  std::string text;
 };
 
 /// The answer as `eha run --local` gives it, from the run's folder; the list of models where that may not be read.
@@ -111,10 +49,12 @@ void print_answer_of_service(const Json& entry, const Console& console) {
   print_model_list(record::models_from_json(entry.at("models"), "ehad's answer: models"), console);
 }
 
-ExitCode report(const Json& entry, const Console& console) {
+/// @param units  of the rig file
+ExitCode report(const Json& entry, const std::string& units, const RunCommand& command, const Console& console) {
   const auto code = static_cast<ExitCode>(entry.value("exit_code", static_cast<int>(ExitCode::bug)));
   const std::string folder = entry.value("folder", "");
   const std::string note = entry.value("note", "");
+  for (const Json& sentence : entry.value("warnings", Json::array())) console.warning(sentence.get<std::string>());
   if (code != ExitCode::ok && !note.empty()) console.error(note);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && entry.value("outcome", "") != "completed") {
@@ -124,55 +64,148 @@ ExitCode report(const Json& entry, const Console& console) {
                       {"run", folder},
                       {"outcome", entry.at("state") == "cancelled" ? Json("cancelled") : entry.at("outcome")},
                       {"models", entry.at("models")},
+                      {"warnings", entry.value("warnings", Json::array())},
                       {"exit_code", static_cast<int>(code)}});
   if (entry.value("placed_in", Json()).is_number()) {
-    if (code == ExitCode::ok) print_place(entry.at("placed_in").get<double>(), console);
+    if (code == ExitCode::ok) {
+      print_place(entry.at("placed_in").get<double>(), units, through(command.socket, "eha read"), console);
+    }
     return code;
   }
   print_answer_of_service(entry, console);
-  if (code == ExitCode::ok) console.next_step(fmt::format("eha runs show {}", folder));
+  if (code == ExitCode::ok) console.next_step("eha runs show " + shell_word(folder));
   return code;
 }
 
-/// Rehearses an experiment with the service's rig file, where this user may read it. What is wrong with either file is
-/// the service's to say.
-void rehearse_for_service(const RunCommand& command, const std::string& text, const Json& status, Console& console) {
+/// Rehearses an experiment with the service's rig file, where this user may read it, so that a person sees the travel
+/// before the confirmation. What is wrong with either file is the service's to say, and it refuses by itself.
+void rehearse_for_service(const ExperimentFile& file, const Json& status, TravelRisk risk, Console& console) {
+  std::optional<config::RigConfig> rig;
+  std::optional<Rehearsal> rehearsal;
   try {
-    const config::RigConfig rig = config::load_rig(status.at("rig").at("file").get<std::string>());
-    const config::PreparedExperiment prepared = config::parse_prepared_experiment(text, command.experiment_file, rig);
+    rig = config::load_rig(status.at("rig").at("file").get<std::string>());
+    const config::PreparedExperiment prepared = config::parse_prepared_experiment(file.text, file.name, *rig);
     for (const std::string& sentence : config::off_grid_tones(prepared.config)) console.warning(sentence);
     const Json rod = status.value("rod", Json());
     const bool is_read = rod.is_object() && rod.contains("displacement_in");
-    const double place_in = is_read ? rod.at("displacement_in").get<double>() : start_of(rig);
-    report_rehearsal(rehearse(prepared, rig, place_in), command.experiment_file, console);
+    rehearsal = rehearse(prepared, *rig, is_read ? rod.at("displacement_in").get<double>() : start_of(*rig));
   } catch (const Error& error) {
     console.debug(fmt::format("not rehearsed: {}", error.what()));
+    return;
   }
+  report_rehearsal(rehearsal, *rig, file.name, risk, console);
 }
+
+std::vector<ExperimentFile> files_of(const RunCommand& command) {
+  std::vector<ExperimentFile> files{
+      {command.experiment_file, command.text ? *command.text : config::read_config_file(command.experiment_file)}};
+  for (const std::string& name : command.further_files) files.push_back({name, config::read_config_file(name)});
+  std::size_t bytes = 0;
+  for (const ExperimentFile& file : files) bytes += file.text.size();
+  // The request also holds names, quotes and escapes.
+  if (files.size() > 1 && bytes > control::kLongestRequest / 2) {
+    throw UsageError(
+        fmt::format("these {} experiments have {} bytes, and one request takes {}: queue them by several "
+                    "commands with --detach",
+                    files.size(), bytes, control::kLongestRequest / 2));
+  }
+  return files;
+}
+
+/// Submits all or none. @returns their entries
+Json submitted(Client& client, const std::vector<ExperimentFile>& files, const RunCommand& command) {
+  const auto options = [&command](Json params) {
+    params["fast"] = command.fast;
+    params["accept_travel_risk"] = command.accept_travel_risk;
+    return params;
+  };
+  // A check of one takes the service less than the minute that a call waits by itself.
+  const auto patience = std::chrono::minutes(1) * files.size();
+  if (files.size() == 1) {
+    return Json::array(
+        {client.call("submit", options({{"experiment", files[0].text}, {"name", files[0].name}}), patience)});
+  }
+  Json list = Json::array();
+  for (const ExperimentFile& file : files) list.push_back({{"experiment", file.text}, {"name", file.name}});
+  return client.call("submit", options({{"experiments", std::move(list)}}), patience).at("entries");
+}
+
+ExitCode leave(const Json& entries, const RunCommand& command, const Console& console) {
+  console.print_json({{"schema", "eha-queued/1"}, {"entries", entries}});
+  for (const Json& entry : entries) {
+    console.print(fmt::format("experiment {} \"{}\" is {}", entry.at("entry").get<std::int64_t>(),
+                              entry.value("name", ""), entry.at("state").get<std::string>()));
+  }
+  const Json& first = entries.front();
+  const bool is_held = first.at("state") == "held";
+  if (is_held) console.info(fmt::format("it waits for {}", first.value("waits_for", "")));
+  console.info(fmt::format("{} lists their verdicts once they are fitted", through(command.socket, "eha queue")));
+  console.next_step(is_held ? through(command.socket, "eha arm") : through(command.socket, "eha status --watch"));
+  return ExitCode::ok;
+}
+
+/// Whether the runs after this one may go on: it completed, whatever came of its models.
+bool has_completed(const Json& entry) { return entry.value("outcome", "") == "completed"; }
 
 }  // namespace
 
 ExitCode run_through_service(const RunCommand& command, Console& console) {
-  const std::string text = command.text ? *command.text : config::read_config_file(command.experiment_file);
+  const std::vector<ExperimentFile> files = files_of(command);
   Client client(command.socket);
   const Json status = client.call("status");
   const Json& rig = status.at("rig");
-  rehearse_for_service(command, text, status, console);
+  const std::string units = rig.value("units", "");
+  const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
+  for (const ExperimentFile& file : files) rehearse_for_service(file, status, risk, console);
+  std::vector<std::string> names;
+  for (const ExperimentFile& file : files) names.push_back(file.name);
   if (rig.at("moves") == true && !command.yes &&
       !console.confirm(fmt::format("This moves the actuator of \"{}\" ({}) with {}.", rig.at("name").get<std::string>(),
-                                   rig.at("file").get<std::string>(), command.experiment_file))) {
+                                   rig.at("file").get<std::string>(), fmt::join(names, ", ")))) {
     console.info("not confirmed; nothing was moved");
     return ExitCode::interrupted;
   }
   // From here on Ctrl-C stops the rig; closing the terminal does not.
   const StopOnSignals stop(Driver::service);
-  const Json queued =
-      client.call("submit", {{"experiment", text}, {"name", command.experiment_file}, {"fast", command.fast}});
-  const std::int64_t number = queued.at("entry");
-  console.info(fmt::format("experiment {} \"{}\" on {} ({})", number, queued.at("name").get<std::string>(),
-                           rig.at("name").get<std::string>(), rig.at("file").get<std::string>()));
-  const std::optional<Json> entry = Follower(command.socket, client, number, console).follow(stop);
-  return entry ? report(*entry, console) : ExitCode::interrupted;
+  const Json entries = submitted(client, files, command);
+  std::vector<std::int64_t> queued;
+  for (const Json& entry : entries) {
+    queued.push_back(entry.at("entry"));
+    if (command.detach) continue;
+    console.info(fmt::format("experiment {} \"{}\" on {} ({})", queued.back(), entry.at("name").get<std::string>(),
+                             rig.at("name").get<std::string>(), rig.at("file").get<std::string>()));
+  }
+  if (command.detach) return leave(entries, command, console);
+  RunFollower follower(command.socket, client, queued, console.unit(units), console);
+  if (queued.size() == 1) {
+    const auto entry = follower.follow(queued[0], stop, RunFollower::Held::wait);
+    return entry ? report(*entry, units, command, console) : ExitCode::interrupted;
+  }
+  console.keep_documents();
+  ExitCode code = ExitCode::ok;
+  bool goes_on = true;
+  for (const std::int64_t one : queued) {
+    // After a fault or a stop the service holds what waits.
+    const auto entry = follower.follow(one, stop, goes_on ? RunFollower::Held::wait : RunFollower::Held::leave);
+    if (!entry) {
+      code = ExitCode::interrupted;
+      break;
+    }
+    if (entry->at("state") == "held") {
+      console.info(fmt::format("experiment {} \"{}\" is held: {} and {} let it start", one, entry->value("name", ""),
+                               through(command.socket, "eha arm"),
+                               through(command.socket, fmt::format("eha queue release {}", one))));
+      continue;
+    }
+    console.print(fmt::format("{} \"{}\":", one, entry->value("name", "")));
+    const ExitCode own = report(*entry, units, command, console);
+    if (code == ExitCode::ok) code = own;
+    goes_on = goes_on && has_completed(*entry);
+  }
+  const Json documents = console.taken_documents();
+  console.print_json({{"schema", "eha-run-list/1"}, {"runs", documents}, {"exit_code", static_cast<int>(code)}});
+  console.next_step(through(command.socket, "eha queue"));
+  return code;
 }
 
 }  // namespace eha::cli

@@ -8,6 +8,7 @@
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/manifest.hpp"
@@ -118,7 +119,9 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   console.print_json(to_json(list));
   if (list.runs.empty()) {
     console.print(fmt::format("no runs in {}", list.folder));
-    console.next_step(asks_service ? "eha run EXPERIMENT.toml" : "eha run EXPERIMENT.toml --local --fast");
+    console.next_step(asks_service
+                          ? through(command.socket.value_or(control::default_socket()), "eha run EXPERIMENT.toml")
+                          : "eha run EXPERIMENT.toml --local --fast");
     return ExitCode::ok;
   }
   std::vector<std::vector<std::string>> rows;
@@ -127,10 +130,10 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   }
   console.print(text_table({{"run", Align::left}, {"outcome", Align::left}, {"models", Align::left}}, rows));
   if (!asks_service && has_torn_run(here)) {
-    console.next_step(fmt::format("eha runs recover {}", here.string()));
+    console.next_step("eha runs recover " + shell_word(here.string()));
     return ExitCode::ok;
   }
-  console.next_step(fmt::format("eha runs show {}", list.runs.back().folder));
+  console.next_step("eha runs show " + shell_word(list.runs.back().folder));
   return ExitCode::ok;
 }
 
@@ -149,7 +152,7 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
   }
   if (manifest.report) show_report(*manifest.report, console);
   print_answer(command.run, manifest, console);
-  console.next_step(fmt::format("eha fit {}", command.run.string()));
+  console.next_step("eha fit " + shell_word(command.run.string()));
   return ExitCode::ok;
 }
 
@@ -180,7 +183,7 @@ ExitCode execute(const RunsRecoverCommand& command, Console& console) {
   }
   if (runs.empty()) console.print(fmt::format("no torn runs in {}", command.target.string()));
   console.print_json(document);
-  if (!runs.empty() && code == ExitCode::ok) console.next_step(fmt::format("eha fit {}", runs.front().string()));
+  if (!runs.empty() && code == ExitCode::ok) console.next_step("eha fit " + shell_word(runs.front().string()));
   return code;
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/runs_options.hpp"
 
-#include <cstdint>
-
 #include "daemon/eha/service_options.hpp"
 
 namespace eha::cli {
@@ -23,10 +21,7 @@ void add_runs(CLI::App& app, RunsCommands& runs) {
       ->required()
       ->type_name("RUN|DIR");
   CLI::App* cancel = sub->add_subcommand("cancel", "Remove an experiment that waits from the service's queue");
-  cancel->add_option("number", runs.cancel.entry, "Number in the queue, see eha status")
-      ->required()
-      ->type_name("NUMBER")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""));
+  add_entries(*cancel, runs.cancel, "Numbers in the queue, see eha queue")->required();
   add_socket_option(*cancel, runs.cancel.socket);
   CLI::App* ack = sub->add_subcommand("ack", "Acknowledge the incident of a run of the service, which may then go");
   ack->add_option("run", runs.ack.run, "Run folder, or its name")->required()->type_name("RUN");

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <cmath>
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/recent_samples.hpp"
 #include "daemon/eha/rod_text.hpp"
+#include "daemon/eha/run_line.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/text_table.hpp"
@@ -51,17 +55,22 @@ std::string status_text(const Json& status, const Console& console) {
   const Json& reason = status.at("reason");
   lines.push_back({"state", fmt::format("{}{}", status.at("state").get<std::string>(),
                                         reason.is_string() ? fmt::format(" ({})", reason.get<std::string>()) : "")});
-  lines.push_back({"rig", fmt::format("{} ({})", status.at("rig").at("name").get<std::string>(),
-                                      status.at("rig").at("file").get<std::string>())});
-  for (NamedText& line : rod_lines(status.value("rod", Json()), console.units())) lines.push_back(std::move(line));
+  const Json& rig = status.at("rig");
+  lines.push_back(
+      {"rig", fmt::format("{} ({})", rig.at("name").get<std::string>(), rig.at("file").get<std::string>())});
+  const DisplayUnit unit = console.unit(rig.value("units", ""));
+  for (NamedText& line : rod_lines(status.value("rod", Json()), unit)) lines.push_back(std::move(line));
   const Json& lease = status.at("lease");
   lines.push_back({"lease", lease.is_null()
                                 ? "none"
                                 : fmt::format("held by {}, {:.0f} s left", lease.at("user").get<std::string>(),
                                               lease.at("remaining_s").get<double>())});
   if (const Json& run = status.at("run"); !run.is_null()) {
-    lines.push_back({"run", fmt::format("{} \"{}\" of {}: {}", run.at("entry").get<std::int64_t>(),
-                                        run.value("name", ""), run.value("user", ""), progress_text(run))});
+    const RunProgress progress = progress_of(status);
+    lines.push_back({"run", fmt::format("{} \"{}\" of {}", run.at("entry").get<std::int64_t>(), run.value("name", ""),
+                                        run.value("user", ""))});
+    lines.push_back({"", run_line(progress, unit, std::chrono::system_clock::now())});
+    lines.push_back({"loop", loop_line(progress)});
   }
   if (const Json& worker = status.at("worker"); !worker.is_null()) {
     lines.push_back(
@@ -97,8 +106,14 @@ std::string name_of(const std::string& run) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
+void print_numbers(const Json& numbers, const char* done, const char* none, const Console& console) {
+  if (numbers.empty()) console.print(none);
+  for (const Json& entry : numbers) console.print(fmt::format("experiment {} {}", entry.get<std::int64_t>(), done));
+}
+
 /// Prints an answer, and the next step.
 void print_answer(const ServiceCommand& command, const Json& answer, const Console& console) {
+  const auto next = [&](const char* what) { console.next_step(through(command.socket, what)); };
   if (command.method == "arm") {
     console.print(fmt::format("{}; you hold the lease for {:.0f} s", answer.at("state").get<std::string>(),
                               answer.at("lease_remaining_s").get<double>()));
@@ -107,12 +122,17 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
       console.print(fmt::format("held: {} \"{}\", submitted {}", entry.at("entry").get<std::int64_t>(),
                                 entry.value("name", ""), entry.value("submitted", "")));
     }
-    console.next_step(answer.value("held", Json::array()).empty() ? "eha run EXPERIMENT.toml" : "eha queue release");
+    next(answer.value("held", Json::array()).empty() ? "eha run EXPERIMENT.toml" : "eha queue release");
   } else if (command.method == "release") {
-    const Json& released = answer.at("released");
-    if (released.empty()) console.print("no experiment of yours is held");
-    for (const Json& entry : released) console.print(fmt::format("experiment {} released", entry.get<std::int64_t>()));
-    console.next_step("eha status");
+    print_numbers(answer.at("released"), "released", "no experiment of yours is held", console);
+    next("eha status");
+  } else if (command.method == "hold") {
+    print_numbers(answer.at("held"), "is held", "nothing was waiting", console);
+    next("eha queue");
+  } else if (command.method == "move") {
+    console.print(fmt::format("experiment {} is number {} of {}'s", answer.at("entry").get<std::int64_t>(),
+                              answer.at("position").get<std::int64_t>(), answer.value("user", "")));
+    next("eha queue");
   } else if (command.method == "queue") {
     console.print(queue_table(answer.at("entries")));
   } else if (command.method == "disarm") {
@@ -123,7 +143,7 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
                   : what == "disarmed"    ? "nothing was running; the rig is disarmed"
                   : what == "ramping_out" ? "ramping out; eha stop again makes the rig safe at once"
                                           : "the rig is made safe at once");
-    if (what != "nothing") console.next_step("eha status");
+    if (what != "nothing") next("eha status");
   } else if (command.method == "reload") {
     console.print(fmt::format("configuration read again: {}", answer.at("rig").get<std::string>()));
   } else if (command.method == "ack") {
@@ -133,17 +153,17 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
     console.print(fmt::format("{}: removed, {:.1f} MB freed", answer.at("run").get<std::string>(),
                               answer.at("bytes").get<double>() * 1e-6));
   } else if (command.method == "cancel") {
-    console.print(fmt::format("experiment {} cancelled", command.entry));
+    console.print(fmt::format("experiment {} cancelled", answer.at("entry").get<std::int64_t>()));
   }
 }
 
-}  // namespace
-
-ExitCode execute(const ServiceCommand& command, Console& console) {
-  Client client(command.socket);
-  if (command.watch) return watch_status(client, console);
+/// Calls the method, for one experiment where it takes one.
+ExitCode call_method(Client& client, const ServiceCommand& command, std::optional<std::int64_t> entry,
+                     Console& console) {
   Json params = Json::object();
-  if (command.entry > 0) params["entry"] = command.entry;
+  if (entry) params["entry"] = *entry;
+  if (command.to > 0) params["to"] = command.to;
+  if (command.by != 0) params["by"] = command.by;
   if (!command.run.empty()) params["run"] = name_of(command.run);
   if (command.method == "remove" && !command.yes &&
       !console.confirm(fmt::format("This deletes {} with its record and models.", params["run"].get<std::string>()))) {
@@ -162,6 +182,23 @@ ExitCode execute(const ServiceCommand& command, Console& console) {
   }
   print_answer(command, answer, console);
   console.print_json(answer);
+  return ExitCode::ok;
+}
+
+}  // namespace
+
+ExitCode execute(const ServiceCommand& command, Console& console) {
+  Client client(command.socket);
+  if (command.watch) return watch_status(client, console);
+  if (command.entries.size() < 2) {
+    return call_method(client, command, command.entries.empty() ? std::nullopt : std::optional(command.entries.front()),
+                       console);
+  }
+  console.keep_documents();
+  for (const std::int64_t entry : command.entries) call_method(client, command, entry, console);
+  const Json documents = console.taken_documents();
+  console.print_json({{"answers", documents}});
+  console.next_step(through(command.socket, "eha queue"));
   return ExitCode::ok;
 }
 

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/service_options.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 namespace eha::cli {
 namespace {
 
 constexpr const char* kSocketHelp = "Where ehad listens (default $EHA_SOCKET, otherwise /run/ehad/ehad.sock)";
+
+constexpr std::int64_t kLastPosition = 1000;  // more than the queue holds
 
 constexpr const char* kStatusFooter = R"(
 Shows the state of the rig, the rod (in, V) on a bar between its limits, the holder of the lease and its remaining time
@@ -61,12 +66,22 @@ Example:
   eha reload)";
 
 constexpr const char* kQueueFooter = R"(
-Lists the submitted experiments. A held one starts only after its release. An experiment is held if you submitted it
-while you did not have the armed rig, or if it waited at a fault, a stop, a disarming or a restart.
+Lists the submitted experiments; those of one user start in the order listed. A held one starts only after its release.
+An experiment is held if you submitted it while you did not have the armed rig, if you held it, or if it waited at a
+fault, a stop, a disarming or a restart. You may hold, release, move and cancel your own; root may hold, move and cancel
+all. One that is being played is ended by `eha stop`.
 
 Examples:
   eha queue
+  eha queue move 7 up
   eha arm && eha queue release 7)";
+
+constexpr const char* kMoveFooter = R"(
+Moves an experiment among those of its submitter that wait or are held; nobody's experiment delays another user's.
+
+Examples:
+  eha queue move 7 up
+  eha queue move 7 1)";
 
 struct Verb {
   const char* name;
@@ -82,6 +97,62 @@ constexpr std::array<Verb, 6> kVerbs{{
     {"metrics", "Counters of the service, for Prometheus", kMetricsFooter},
     {"reload", "Have the service read its configuration again", kReloadFooter},
 }};
+
+CLI::Validator entry_number() { return CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""); }
+
+/// Takes where `eha queue move` moves to. @returns what is wrong with it, or nothing
+std::string take_place(const std::string& where, ServiceCommand& service) {
+  if (where == "up" || where == "down") {
+    service.by = where == "up" ? -1 : 1;
+  } else if (where == "first" || where == "last") {
+    service.to = where == "first" ? 1 : kLastPosition;
+  } else if (std::int64_t position = 0; CLI::detail::lexical_cast(where, position) && position >= 1) {
+    service.to = std::min(position, kLastPosition);
+  } else {
+    return "expected up, down, first, last or a position from 1, got \"" + where + "\"";
+  }
+  return {};
+}
+
+void add_queue(CLI::App& app, ServiceCommand& service) {
+  CLI::App* queue = app.add_subcommand("queue", "List the queue, or hold, release, move and cancel experiments");
+  queue->footer(kQueueFooter);
+  queue->require_subcommand(0, 1);
+  add_socket_option(*queue, service.socket);
+  queue->callback([&service, queue] {
+    const std::vector<CLI::App*> chosen = queue->get_subcommands();
+    const std::string name = chosen.empty() ? "list" : chosen.front()->get_name();
+    service.method = name == "list" ? "queue" : name;
+  });
+  const auto add = [&](const char* name, const char* help) {
+    CLI::App* sub = queue->add_subcommand(name, help);
+    add_socket_option(*sub, service.socket);
+    return sub;
+  };
+  add("list", "List what waits, is held or runs, and the last that are over");
+  add_entries(*add("hold", "Keep waiting experiments from starting"), service,
+              "Numbers in the queue (default: all of yours that wait)");
+  add_entries(*add("release", "Let held experiments of yours start; the rig must be armed"), service,
+              "Numbers in the queue (default: all of yours that are held)");
+  add_entries(*add("cancel", "Remove experiments that wait or are held"), service, "Numbers in the queue")->required();
+  CLI::App* move = add("move", "Change the order in which your experiments start");
+  move->footer(kMoveFooter);
+  move->add_option_function<std::int64_t>(
+          "number", [&service](const std::int64_t& number) { service.entries = {number}; }, "Number in the queue")
+      ->required()
+      ->type_name("NUMBER")
+      ->check(entry_number());
+  move->add_option_function<std::string>(
+          "where",
+          [&service](const std::string& where) {
+            if (const std::string wrong = take_place(where, service); !wrong.empty()) {
+              throw CLI::ValidationError("where", wrong);
+            }
+          },
+          "up, down, first, last, or a position among your queued experiments, from 1")
+      ->required()
+      ->type_name("up|down|first|last|POSITION");
+}
 
 }  // namespace
 
@@ -102,6 +173,10 @@ void add_read(CLI::App& app, ReadCommand& read) {
   sub->add_flag("--watch", read.watch, "Repeat until Ctrl-C");
 }
 
+CLI::Option* add_entries(CLI::App& app, ServiceCommand& service, const char* help) {
+  return app.add_option("number", service.entries, help)->type_name("NUMBER")->check(entry_number());
+}
+
 void add_service_commands(CLI::App& app, ServiceCommand& service) {
   for (const Verb& verb : kVerbs) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.help);
@@ -110,18 +185,7 @@ void add_service_commands(CLI::App& app, ServiceCommand& service) {
     if (std::string(verb.name) == "status") sub->add_flag("--watch", service.watch, "Repeat until Ctrl-C");
     sub->callback([&service, name = verb.name] { service.method = name; });
   }
-  CLI::App* queue = app.add_subcommand("queue", "List the queue, or release held experiments");
-  queue->footer(kQueueFooter);
-  queue->require_subcommand(0, 1);
-  add_socket_option(*queue, service.socket);
-  queue->callback([&service, queue] { service.method = queue->got_subcommand("release") ? "release" : "queue"; });
-  CLI::App* list = queue->add_subcommand("list", "List what waits, is held or runs, and the last that are over");
-  add_socket_option(*list, service.socket);
-  CLI::App* release = queue->add_subcommand("release", "Let held experiments of yours start; the rig must be armed");
-  release->add_option("number", service.entry, "Number in the queue (default: all of yours)")
-      ->type_name("NUMBER")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""));
-  add_socket_option(*release, service.socket);
+  add_queue(app, service);
 }
 
 }  // namespace eha::cli

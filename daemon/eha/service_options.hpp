@@ -13,6 +13,9 @@ namespace eha::cli {
 CLI::Option* add_socket_option(CLI::App& app, std::filesystem::path& socket);
 CLI::Option* add_socket_option(CLI::App& app, std::optional<std::filesystem::path>& socket);
 
+/// The numbers of queued experiments.
+CLI::Option* add_entries(CLI::App& app, ServiceCommand& service, const char* help);
+
 /// `read`.
 void add_read(CLI::App& app, ReadCommand& read);
 

@@ -26,9 +26,8 @@ std::string replace_all(std::string text, const std::string& what, const std::st
 
 }  // namespace
 
-void Checker::add(std::filesystem::path experiment, std::filesystem::path rig, std::optional<int> avoided_cpu,
-                  Done done) {
-  checks_.push_back({std::move(experiment), std::move(rig), avoided_cpu, std::move(done)});
+void Checker::add(Task task, Done done) {
+  checks_.push_back({std::move(task), std::move(done)});
   poll();
 }
 
@@ -42,16 +41,17 @@ void Checker::poll() {
     check.done(*end);
   }
   if (process_ || checks_.empty()) return;
-  const Check& next = checks_.front();
+  const Task& next = checks_.front().task;
   worker::WorkerLimits limits;
   limits.cpu_time = kLongestWork;
   limits.wall_time = kLongestTime;
   limits.memory_bytes = kMostMemory;
   limits.avoided_cpu = next.avoided_cpu;
   try {
-    process_ = std::make_unique<worker::WorkerProcess>(
-        programs_, std::vector<std::string>{"check", next.experiment.string(), "--rig", next.rig.string(), "--quiet"},
-        limits);
+    std::vector<std::string> words{"check", next.experiment.string(), "--rig", next.rig.string(), "--quiet", "--json"};
+    if (next.place_in) words.push_back(fmt::format("--at={:.6f}in", *next.place_in));
+    if (next.accept_travel_risk) words.emplace_back("--accept-travel-risk");
+    process_ = std::make_unique<worker::WorkerProcess>(programs_, words, limits);
   } catch (const Error& error) {
     const Check check = std::move(checks_.front());
     checks_.pop_front();
@@ -62,6 +62,12 @@ void Checker::poll() {
 void Checker::end() noexcept {
   process_.reset();
   checks_.clear();
+}
+
+nlohmann::ordered_json rehearsal_of(const worker::WorkerEnd& end) {
+  using Json = nlohmann::ordered_json;
+  const Json document = Json::parse(end.output, nullptr, false);
+  return document.is_object() ? document.value("rehearsal", Json()) : Json();
 }
 
 void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig) {

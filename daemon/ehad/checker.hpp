@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -23,9 +24,16 @@ class Checker {
 
   explicit Checker(worker::WorkerPrograms programs) : programs_(std::move(programs)) {}
 
-  /// @param experiment, rig  files; they must stay until `done` is called
-  /// @param avoided_cpu  the loop's
-  void add(std::filesystem::path experiment, std::filesystem::path rig, std::optional<int> avoided_cpu, Done done);
+  /// What is checked.
+  struct Task {
+    std::filesystem::path experiment;  ///< files; they must stay until `done` is called
+    std::filesystem::path rig;
+    std::optional<double> place_in = {};  ///< where the rod stands; none: `eha check` assumes [in]
+    bool accept_travel_risk = false;      ///< of what the rehearsal would refuse
+    std::optional<int> avoided_cpu = {};  ///< the loop's
+  };
+
+  void add(Task task, Done done);
 
   /// Starts the next check and reports the one that has ended. Call on SIGCHLD and about every second.
   void poll();
@@ -35,9 +43,7 @@ class Checker {
 
  private:
   struct Check {
-    std::filesystem::path experiment;
-    std::filesystem::path rig;
-    std::optional<int> avoided_cpu;
+    Task task;
     Done done;
   };
 
@@ -45,6 +51,9 @@ class Checker {
   std::deque<Check> checks_;  ///< the first is on while process_ is there
   std::unique_ptr<worker::WorkerProcess> process_;
 };
+
+/// The rehearsal in the document that a check has printed, as in the answer of `eha check --json`; null without one.
+[[nodiscard]] nlohmann::ordered_json rehearsal_of(const worker::WorkerEnd& end);
 
 /// A file that a check reads, and what messages are to call it.
 struct CheckedFile {

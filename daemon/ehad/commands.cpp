@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What waits, and what clients are told.
+// What clients are told, and what they do with runs.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <filesystem>
-#include <memory>
-#include <system_error>
 #include <utility>
 #include <vector>
 
-#include "config/experiment_config.hpp"
 #include "core/error.hpp"
-#include "core/os/files.hpp"
 #include "daemon/ehad/recovery.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/manifest.hpp"
@@ -25,9 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using acquisition::Snapshot;
-
-constexpr const char* kCheckedExperiment = "experiment.toml";
-constexpr const char* kCheckedRig = "rig.toml";
 
 Json describe(const Snapshot& now, double step_s) {
   return {
@@ -115,6 +109,8 @@ Json Supervisor::entry(EntryId id) const {
   Json described = service::describe(found->second);
   if (!found->second.run.empty()) described["folder"] = (runs_folder() / found->second.run).string();
   if (found->second.state == EntryState::waiting || found->second.state == EntryState::held) {
+    const std::vector<EntryId> queued = queue_.queued_of(found->second.uid);
+    described["position"] = std::find(queued.begin(), queued.end(), id) - queued.begin() + 1;
     described["waits_for"] = waiting_reason(found->second);
   }
   return described;
@@ -139,162 +135,8 @@ std::string Supervisor::waiting_reason(const Entry& entry) const {
 
 Json Supervisor::queue() const {
   Json list = Json::array();
-  for (const auto& [id, unused] : queue_.entries()) list.push_back(entry(id));
+  for (const EntryId id : queue_.in_order()) list.push_back(entry(id));
   return {{"entries", std::move(list)}};
-}
-
-void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answer) {
-  if (shutting_down_) throw DeviceError("ehad is stopping; submit again once it has restarted");
-  if (call.fast && !hal::has_virtual_clock(rig_.config()->backend)) {
-    throw UsageError(
-        fmt::format("{}: virtual time is for simulated rigs; {} drives a real machine, which keeps its own", call.name,
-                    options_.rig_file));
-  }
-  require_room_in_queue(peer);
-  ++submissions_[peer.uid];
-  auto entry = std::make_shared<Entry>();
-  entry->id = queue_.take_id();
-  entry->file = std::move(call.name);
-  entry->uid = peer.uid;
-  entry->user = peer.user;
-  entry->fast = call.fast;
-  entry->submitted = record::utc_now();
-  entry->experiment = std::move(call.experiment);
-  const fs::path folder = check_folder(entry->id);
-  disk_thread_.ask(
-      [entry, folder, rig = rig_.config()] {
-        // Faults of the text itself are found here, at once, and no file that it names is read.
-        entry->name = config::parse_experiment(entry->experiment, entry->file).name;
-        os::create_folders(folder);
-        os::write_file_atomically(folder / kCheckedExperiment, entry->experiment);
-        os::write_file_atomically(folder / kCheckedRig, rig->text);
-      },
-      [this, entry, answer = std::move(answer)](std::future<void> written) {
-        try {
-          written.get();
-        } catch (const Error&) {
-          end_submission(*entry);
-          answer([failure = std::current_exception()]() -> Json { std::rethrow_exception(failure); });
-          return;
-        }
-        check(entry, answer);
-      });
-}
-
-void Supervisor::check(std::shared_ptr<Entry> entry, Answer answer) {
-  const fs::path folder = check_folder(entry->id);
-  checker_.add(
-      folder / kCheckedExperiment, folder / kCheckedRig, rig_.config()->realtime.cpu,
-      [this, entry, folder, answer = std::move(answer)](const worker::WorkerEnd& end) {
-        try {
-          throw_if_failed(end, {folder / kCheckedExperiment, entry->file}, {folder / kCheckedRig, options_.rig_file});
-        } catch (const Error&) {
-          end_submission(*entry);
-          answer([failure = std::current_exception()]() -> Json { std::rethrow_exception(failure); });
-          return;
-        }
-        enqueue(entry, answer);
-      });
-}
-
-void Supervisor::end_submission(const Entry& entry) {
-  if (--submissions_[entry.uid] == 0) submissions_.erase(entry.uid);
-  disk_thread_.ask(
-      [folder = check_folder(entry.id)] {
-        std::error_code ignored;
-        fs::remove_all(folder, ignored);
-      },
-      [](std::future<void>) {});
-}
-
-void Supervisor::enqueue(std::shared_ptr<Entry> entry, const Answer& answer) {
-  disk_thread_.ask([this, entry] { store_.save(*entry); },
-                   [this, entry, answer](std::future<void> saved) {
-                     end_submission(*entry);
-                     answer([&]() -> Json {
-                       saved.get();
-                       Entry& added = queue_.add(std::move(*entry));
-                       // Only an experiment whose owner has the armed rig may start by itself.
-                       added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
-                       spdlog::info("experiment {} (\"{}\" of {}): {}", added.id, added.name, added.user,
-                                    to_text(added.state));
-                       if (lease_.is_held_by(added.uid)) lease_.renew(Clock::now());
-                       const EntryId id = added.id;
-                       start_next();
-                       return this->entry(id);
-                     });
-                   });
-}
-
-void Supervisor::require_room_in_queue(const Peer& peer) const {
-  const auto checking = submissions_.find(peer.uid);
-  const std::size_t of_user = queue_.count_queued(peer.uid) + (checking == submissions_.end() ? 0 : checking->second);
-  if (of_user >= Queue::kMostQueuedOfUser) {
-    throw IoError(
-        fmt::format("{} experiments of {} are in the queue, the most that one user may have; eha runs cancel "
-                    "NUMBER removes one",
-                    of_user, peer.user));
-  }
-  std::size_t all = queue_.count_queued();
-  for (const auto& [uid, count] : submissions_) all += count;
-  if (all >= Queue::kMostQueued) {
-    throw IoError(fmt::format(
-        "{} experiments are in the queue, the most that it holds; eha runs cancel NUMBER removes one", all));
-  }
-}
-
-Json Supervisor::release(const Peer& peer, std::optional<EntryId> only) {
-  if (!lease_.is_held_by(peer.uid)) {
-    require_lease(peer, "not released");
-    throw PermissionError("not released: you do not hold the lease; eha arm first");
-  }
-  if (!may_start(peer.uid)) throw UsageError("not released: the rig is not armed; eha arm first");
-  std::vector<EntryId> ids = queue_.held_of(peer.uid);
-  if (only) {
-    const Entry* entry = queue_.find(*only);
-    if (entry == nullptr) throw UsageError(fmt::format("experiment {}: not in the queue", *only));
-    if (entry->uid != peer.uid) {
-      throw PermissionError(
-          fmt::format("experiment {}: submitted by {}; only {} may release it", *only, entry->user, entry->user));
-    }
-    if (entry->state != EntryState::held) {
-      throw UsageError(fmt::format("experiment {}: {}, not held", *only, to_text(entry->state)));
-    }
-    ids = {*only};
-  }
-  for (const EntryId id : ids) {
-    queue_.find(id)->state = EntryState::waiting;
-    spdlog::info("experiment {}: released by {} (uid {}, pid {})", id, peer.user, peer.uid, peer.pid);
-  }
-  lease_.renew(Clock::now());
-  start_next();
-  return {{"released", ids}};
-}
-
-void Supervisor::cancel(const Peer& peer, EntryId id, Answer answer) {
-  Entry* entry = queue_.find(id);
-  if (entry == nullptr) throw UsageError(fmt::format("experiment {}: not in the queue", id));
-  if (entry->uid != peer.uid && peer.uid != kRoot) {
-    throw PermissionError(
-        fmt::format("experiment {}: submitted by {}; only {} and root may cancel it", id, entry->user, entry->user));
-  }
-  if (entry->state != EntryState::waiting && entry->state != EntryState::held) {
-    throw UsageError(fmt::format("experiment {}: {}, not waiting{}", id, to_text(entry->state),
-                                 entry->state == EntryState::running ? "; eha stop ends it" : ""));
-  }
-  if (lease_.is_held_by(peer.uid)) lease_.renew(Clock::now());
-  entry->state = EntryState::cancelled;
-  entry->note = fmt::format("cancelled by {}", peer.user);
-  entry->exit_code = static_cast<int>(ExitCode::interrupted);
-  entry->experiment.clear();
-  spdlog::info("experiment {}: cancelled by {}", id, peer.user);
-  disk_thread_.ask([this, copy = *entry] { store_.save(copy); },
-                   [this, id, answer = std::move(answer)](std::future<void> saved) {
-                     answer([&]() -> Json {
-                       saved.get();
-                       return this->entry(id);
-                     });
-                   });
 }
 
 void Supervisor::runs(Answer answer) {

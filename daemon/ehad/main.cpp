@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "daemon/ehad/log.hpp"
 #include "daemon/ehad/options.hpp"
+#include "daemon/ehad/own_folders.hpp"
 #include "daemon/ehad/service.hpp"
 
 namespace {
@@ -27,6 +28,7 @@ ExitCode run_program(int argc, char** argv) {
       std::cout << text << std::flush;
       return std::cout ? ExitCode::ok : ExitCode::io;
     }
+    eha::service::prepare_folders(*options);
     eha::service::Service(*options).run();
     return ExitCode::ok;
   } catch (const eha::ConfigError& error) {

@@ -30,6 +30,8 @@ EntryState state_from_text(const std::string& text) {
   throw DataError(fmt::format("\"{}\" is no state of a queued experiment", text));
 }
 
+bool is_over(const Entry& entry) { return entry.state == EntryState::over || entry.state == EntryState::cancelled; }
+
 Entry entry_from_text(const std::string& text) {
   const Json json = Json::parse(text);
   if (json.at("schema") != kSchema) throw DataError(fmt::format("schema: expected {}", kSchema));
@@ -50,6 +52,9 @@ Entry entry_from_text(const std::string& text) {
   entry.exit_code = json.at("exit_code");
   if (const auto placed = json.find("placed_in"); placed != json.end() && placed->is_number())
     entry.placed_in = *placed;
+  entry.place = json.value("place", entry.id);
+  entry.rehearsal = json.value("rehearsal", Json());
+  entry.warnings = json.value("warnings", std::vector<std::string>());
   if (entry.id < 1) throw DataError("entry: expected a number above 0");
   return entry;
 }
@@ -88,6 +93,8 @@ Json describe(const Entry& entry) {
           {"run", entry.run},
           {"outcome", entry.outcome},
           {"note", entry.note},
+          {"warnings", entry.warnings},
+          {"rehearsal", entry.rehearsal},
           {"models", entry.models},
           {"placed_in", entry.placed_in ? Json(*entry.placed_in) : Json(nullptr)},
           {"exit_code", entry.exit_code}};
@@ -130,6 +137,7 @@ std::vector<Entry> QueueStore::load(std::vector<std::string>& damaged) const {
 void QueueStore::save(const Entry& entry) const {
   Json json{{"schema", kSchema}};
   json.update(describe(entry));
+  json["place"] = entry.place;
   json["experiment"] = entry.experiment;
   os::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
@@ -146,6 +154,7 @@ Queue::Queue(std::vector<Entry> entries) {
 Entry& Queue::add(Entry entry) {
   next_id_ = std::max(next_id_, entry.id + 1);
   const EntryId id = entry.id;
+  if (entry.place == 0) entry.place = id;
   return entries_.insert_or_assign(id, std::move(entry)).first->second;
 }
 
@@ -168,12 +177,52 @@ std::size_t Queue::count_queued(uid_t uid) const {
   }));
 }
 
-std::vector<EntryId> Queue::held_of(uid_t uid) const {
-  std::vector<EntryId> held;
-  for (const auto& [id, entry] : entries_) {
-    if (entry.uid == uid && entry.state == EntryState::held) held.push_back(id);
+std::vector<EntryId> Queue::in_order() const {
+  std::vector<EntryId> ids;
+  for (const auto& [id, entry] : entries_) ids.push_back(id);
+  std::stable_sort(ids.begin(), ids.end(), [this](EntryId a, EntryId b) {
+    const Entry& first = entries_.at(a);
+    const Entry& second = entries_.at(b);
+    return is_over(first) != is_over(second) ? is_over(first) : first.place < second.place;
+  });
+  return ids;
+}
+
+std::vector<EntryId> Queue::of(uid_t uid, EntryState state) const {
+  std::vector<EntryId> ids;
+  for (const EntryId id : in_order()) {
+    const Entry& entry = entries_.at(id);
+    if (entry.uid == uid && entry.state == state) ids.push_back(id);
   }
-  return held;
+  return ids;
+}
+
+std::vector<EntryId> Queue::queued_of(uid_t uid) const {
+  std::vector<EntryId> ids;
+  for (const EntryId id : in_order()) {
+    const Entry& entry = entries_.at(id);
+    if (entry.uid == uid && (entry.state == EntryState::held || entry.state == EntryState::waiting)) ids.push_back(id);
+  }
+  return ids;
+}
+
+std::vector<EntryId> Queue::move(EntryId id, std::int64_t position) {
+  std::vector<EntryId> order = queued_of(entries_.at(id).uid);
+  const auto from = std::find(order.begin(), order.end(), id);
+  if (from == order.end()) return {};
+  std::vector<EntryId> places;
+  for (const EntryId one : order) places.push_back(entries_.at(one).place);
+  order.erase(from);
+  const auto last = static_cast<std::int64_t>(order.size()) + 1;
+  order.insert(order.begin() + (std::clamp<std::int64_t>(position, 1, last) - 1), id);
+  std::vector<EntryId> changed;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    Entry& entry = entries_.at(order[i]);
+    if (entry.place == places[i]) continue;
+    entry.place = places[i];
+    changed.push_back(entry.id);
+  }
+  return changed;
 }
 
 std::size_t Queue::hold_waiting() {
@@ -187,10 +236,12 @@ std::size_t Queue::hold_waiting() {
 }
 
 Entry* Queue::next_of(uid_t uid) {
+  Entry* next = nullptr;
   for (auto& [id, entry] : entries_) {
-    if (entry.state == EntryState::waiting && entry.uid == uid) return &entry;
+    if (entry.state != EntryState::waiting || entry.uid != uid) continue;
+    if (next == nullptr || entry.place < next->place) next = &entry;
   }
-  return nullptr;
+  return next;
 }
 
 Entry* Queue::next_to_fit() {
@@ -201,9 +252,6 @@ Entry* Queue::next_to_fit() {
 }
 
 std::vector<EntryId> Queue::forget_old() {
-  const auto is_over = [](const Entry& entry) {
-    return entry.state == EntryState::over || entry.state == EntryState::cancelled;
-  };
   auto over = static_cast<std::size_t>(
       std::count_if(entries_.begin(), entries_.end(), [&](const auto& item) { return is_over(item.second); }));
   std::vector<EntryId> forgotten;

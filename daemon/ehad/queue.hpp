@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -28,6 +29,7 @@ enum class EntryState { held, waiting, running, fitting, judging, over, cancelle
 /// A submitted experiment. State `running` is saved before the rig moves, so a crash never replays an experiment.
 struct Entry {
   EntryId id = 0;
+  EntryId place = 0;  ///< the smaller the earlier it starts, among those of its submitter; 0: as its number
   EntryState state = EntryState::held;
   std::string name;  ///< the experiment's
   std::string file;  ///< the client's name for it, for messages
@@ -38,10 +40,12 @@ struct Entry {
   std::string experiment;  ///< TOML; empty once it is over
   std::string run;         ///< name of the run folder; empty before
   std::string outcome;     ///< of the run: completed, faulted, ...; "lost" when nothing of it was recorded
-  std::string note;        ///< remarks for people
-  std::optional<double> placed_in = {};  ///< of an experiment that only places the rod: where it is at its end [in]
-  Json models = Json::array();           ///< as in the run's manifest, once it is fitted
-  int exit_code = 0;                     ///< what `eha run` ends with, once it is over
+  std::string note;        ///< why it did not end well, or could not be fitted
+  std::vector<std::string> warnings = {};  ///< on a run that completed: near a limit, late ticks, ...
+  std::optional<double> placed_in = {};    ///< of an experiment that only places the rod: where it is at its end [in]
+  Json rehearsal = {};                     ///< as `eha check --json` has it; null where nothing is known
+  Json models = Json::array();             ///< as in the run's manifest, once it is fitted
+  int exit_code = 0;                       ///< what `eha run` ends with, once it is over
 };
 
 /// "waiting", ...
@@ -91,12 +95,19 @@ class Queue {
   /// Entries that are held or waiting.
   [[nodiscard]] std::size_t count_queued() const;
   [[nodiscard]] std::size_t count_queued(uid_t uid) const;
-  /// The held entries of `uid`, oldest first.
-  [[nodiscard]] std::vector<EntryId> held_of(uid_t uid) const;
+  /// All entries: those that are over, oldest first, then the others in the order in which each user's start.
+  [[nodiscard]] std::vector<EntryId> in_order() const;
+  /// The entries of `uid` in a state, in the order in which they start.
+  [[nodiscard]] std::vector<EntryId> of(uid_t uid, EntryState state) const;
+  /// The entries of `uid` that are held or waiting, in the order in which they start.
+  [[nodiscard]] std::vector<EntryId> queued_of(uid_t uid) const;
+  /// Puts a queued entry at a position among those of its submitter, from 1; beyond the last: the last.
+  /// @returns the entries whose place has changed
+  std::vector<EntryId> move(EntryId id, std::int64_t position);
   /// Holds every waiting entry. @returns how many
   std::size_t hold_waiting();
 
-  /// The oldest waiting entry of `uid`; nullptr when there is none.
+  /// The first waiting entry of `uid`; nullptr when there is none.
   [[nodiscard]] Entry* next_of(uid_t uid);
   /// The oldest entry that is to be fitted; nullptr when there is none.
   [[nodiscard]] Entry* next_to_fit();

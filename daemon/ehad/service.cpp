@@ -165,6 +165,8 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
         if constexpr (std::is_same_v<T, control::CancelCall>) supervisor_.cancel(peer, call.entry, later);
         if constexpr (std::is_same_v<T, control::WatchCall>) watch(peer, request.id, call);
         if constexpr (std::is_same_v<T, control::QueueCall>) now(supervisor_.queue());
+        if constexpr (std::is_same_v<T, control::HoldCall>) now(supervisor_.hold(peer, call.entry));
+        if constexpr (std::is_same_v<T, control::MoveCall>) supervisor_.move(peer, call, later);
         if constexpr (std::is_same_v<T, control::ReleaseCall>) now(supervisor_.release(peer, call.entry));
         if constexpr (std::is_same_v<T, control::RunsCall>) supervisor_.runs(later);
         if constexpr (std::is_same_v<T, control::AckCall>) supervisor_.acknowledge(peer, call.run, later);

@@ -101,7 +101,7 @@ bool Supervisor::may_start(uid_t uid) const {
 
 Json Supervisor::armed_answer(uid_t uid) const {
   Json held = Json::array();
-  for (const EntryId id : queue_.held_of(uid)) held.push_back(entry(id));
+  for (const EntryId id : queue_.of(uid, EntryState::held)) held.push_back(entry(id));
   Json remarks = Json::array();
   if (!rig_.moves_machine()) {
     remarks.push_back(

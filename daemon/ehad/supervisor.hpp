@@ -10,6 +10,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/service_config.hpp"
 #include "daemon/acquisition/stop_request.hpp"
@@ -56,7 +57,9 @@ class Supervisor {
   void submit(const Peer& peer, control::SubmitCall call, Answer answer);
   void cancel(const Peer& peer, EntryId id, Answer answer);
   [[nodiscard]] Json queue() const;
+  Json hold(const Peer& peer, std::optional<EntryId> only);
   Json release(const Peer& peer, std::optional<EntryId> only);
+  void move(const Peer& peer, const control::MoveCall& call, Answer answer);
   void runs(Answer answer);
   void acknowledge(const Peer& peer, const std::string& run, Answer answer);
   void remove(const Peer& peer, const std::string& run, Answer answer);
@@ -88,6 +91,16 @@ class Supervisor {
     std::shared_ptr<acquisition::StopRequest> stop;
   };
 
+  /// Experiments of one request, which go into the queue together or not at all.
+  struct Submission {
+    uid_t uid = 0;
+    std::vector<Entry> entries;
+    bool is_list = false;
+    bool accept_travel_risk = false;
+    Answer answer;
+    std::size_t checked = 0;
+  };
+
   void load_queue();
 
   void start_next();
@@ -114,10 +127,13 @@ class Supervisor {
   void make_room(const std::set<std::string>& in_use, double budget_GiB);
   void account_for(const std::string& run);
 
-  void check(std::shared_ptr<Entry> entry, Answer answer);
-  void enqueue(std::shared_ptr<Entry> entry, const Answer& answer);
-  void end_submission(const Entry& entry);
-  void require_room_in_queue(const Peer& peer) const;
+  void check(const std::shared_ptr<Submission>& submission);
+  void enqueue(const std::shared_ptr<Submission>& submission);
+  void end_submission(const Submission& submission);
+  void refuse(const Submission& submission);
+  void require_room_in_queue(const Peer& peer, std::size_t wanted) const;
+  [[nodiscard]] std::optional<double> place_at_start() const;
+  [[nodiscard]] Entry& require_own(const Peer& peer, EntryId id, std::string_view what);
   void save(const Entry& entry);
   [[nodiscard]] acquisition::State state() const;
   [[nodiscard]] std::string waiting_reason(const Entry& entry) const;

@@ -123,14 +123,12 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report);
   const bool is_unguarded = rig_.guard() == GuardState::died;
-  std::vector<std::string> remarks{is_unguarded ? "the guard of the rig has died" : "", run.write_error};
-  for (std::string& sentence : acquisition::warnings(run.report)) {
-    spdlog::warn("experiment {}: {}", entry.id, sentence);
-    remarks.push_back(std::move(sentence));
-  }
-  for (const std::string& sentence : remarks) {
+  for (const std::string& sentence :
+       {std::string(is_unguarded ? "the guard of the rig has died" : ""), run.write_error}) {
     if (!sentence.empty()) entry.note += (entry.note.empty() ? "" : "; ") + sentence;
   }
+  entry.warnings = acquisition::warnings(run.report);
+  for (const std::string& sentence : entry.warnings) spdlog::warn("experiment {}: {}", entry.id, sentence);
   if (run.only_placed && std::isfinite(run.displacement_in)) {
     entry.placed_in = run.displacement_in;
     rig_.rod_is_at(run.displacement_in);

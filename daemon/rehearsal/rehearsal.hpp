@@ -10,6 +10,9 @@
 
 namespace eha {
 
+/// Chance of a trip from which on an experiment is not played unless its user says so.
+inline constexpr double kRefusedChanceOfTrip = 0.5;
+
 /// What an experiment does to an integrating rod, as far as [following] tells.
 struct Rehearsal {
   double lowest_in = 0.0;       ///< that 95 % of the draws stay above [in]

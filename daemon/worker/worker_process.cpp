@@ -17,9 +17,9 @@
 namespace eha::worker {
 namespace {
 
-constexpr std::size_t kMostKept = 8000;  // bytes of the worker's messages
+constexpr std::size_t kMostKept = 8000;  // bytes of the worker's messages, and of its results
 
-os::FileDescriptor create_message_file() {
+os::FileDescriptor create_anonymous_file() {
   os::FileDescriptor file(memfd_create("eha-worker", MFD_CLOEXEC));
   if (!file) {
     throw IoError("cannot create a file for the worker's messages: " + error_text(errno));
@@ -27,8 +27,18 @@ os::FileDescriptor create_message_file() {
   return file;
 }
 
+std::string end_of(const os::FileDescriptor& file) {
+  const off_t size = lseek(file.get(), 0, SEEK_END);
+  std::string text(std::min<std::size_t>(kMostKept, size > 0 ? static_cast<std::size_t>(size) : 0), '\0');
+  const ssize_t count = pread(file.get(), text.data(), text.size(), size - static_cast<off_t>(text.size()));
+  text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text;
+}
+
 os::SpawnRequest request_for(const WorkerPrograms& programs, const std::vector<std::string>& arguments,
-                             const WorkerLimits& limits, const os::FileDescriptor& messages) {
+                             const WorkerLimits& limits, const os::FileDescriptor& output,
+                             const os::FileDescriptor& messages) {
   std::vector<std::string> words{programs.helper.string(),
                                  fmt::format("{}", getpid()),
                                  fmt::format("{}", limits.avoided_cpu.value_or(-1)),
@@ -36,7 +46,7 @@ os::SpawnRequest request_for(const WorkerPrograms& programs, const std::vector<s
                                  fmt::format("{}", limits.memory_bytes),
                                  programs.eha.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  return {.words = std::move(words), .standard_error = &messages};
+  return {.words = std::move(words), .standard_output = &output, .standard_error = &messages};
 }
 
 }  // namespace
@@ -45,8 +55,9 @@ WorkerProcess::WorkerProcess(const WorkerPrograms& programs, const std::vector<s
                              const WorkerLimits& limits)
     : limits_(limits),
       begun_(std::chrono::steady_clock::now()),
-      messages_(create_message_file()),
-      process_(request_for(programs, arguments, limits, messages_)) {}
+      output_(create_anonymous_file()),
+      messages_(create_anonymous_file()),
+      process_(request_for(programs, arguments, limits, output_, messages_)) {}
 
 WorkerProcess::~WorkerProcess() { process_.signal(SIGKILL); }
 
@@ -76,16 +87,7 @@ std::optional<WorkerEnd> WorkerProcess::poll() {
     return WorkerEnd{std::nullopt, fmt::format("the identification was ended by signal {} ({})", WTERMSIG(status),
                                                strsignal(WTERMSIG(status)))};
   }
-  return WorkerEnd{WEXITSTATUS(status), last_messages()};
-}
-
-std::string WorkerProcess::last_messages() const {
-  const off_t size = lseek(messages_.get(), 0, SEEK_END);
-  std::string text(std::min<std::size_t>(kMostKept, size > 0 ? static_cast<std::size_t>(size) : 0), '\0');
-  const ssize_t count = pread(messages_.get(), text.data(), text.size(), size - static_cast<off_t>(text.size()));
-  text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  return text;
+  return WorkerEnd{WEXITSTATUS(status), end_of(messages_), end_of(output_)};
 }
 
 }  // namespace eha::worker

@@ -33,6 +33,7 @@ struct WorkerPrograms {
 struct WorkerEnd {
   std::optional<int> exit_code;  ///< of eha; none: killed, or ended by a limit
   std::string text;              ///< its last messages, or what ended it
+  std::string output = {};       ///< the end of its results, of what it printed to standard output
 };
 
 /// A command of `eha` (fit RUN, check FILE) as a child process with limits on time and memory. It runs at the lowest
@@ -55,10 +56,9 @@ class WorkerProcess {
   [[nodiscard]] std::optional<WorkerEnd> poll();
 
  private:
-  [[nodiscard]] std::string last_messages() const;
-
   WorkerLimits limits_;
   std::chrono::steady_clock::time_point begun_;
+  os::FileDescriptor output_;    ///< an anonymous file that the worker's standard output goes to
   os::FileDescriptor messages_;  ///< an anonymous file that the worker's standard error goes to
   os::ChildProcess process_;
   bool timed_out_ = false;

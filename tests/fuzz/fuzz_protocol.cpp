@@ -59,9 +59,13 @@ void check_request(const std::string& line) {
   require(request.id >= 0, "an id is no negative number");
   require_one_json_line(eha::control::result_line(request.id, Json{{"method", request.method}}));
   if (const auto* submit = std::get_if<eha::control::SubmitCall>(&request.call)) {
-    require(submit->experiment.size() <= eha::control::kLongestExperiment, "an experiment is bounded");
-    require(std::all_of(submit->name.begin(), submit->name.end(), [](char c) { return c >= ' ' && c <= '~'; }),
-            "a name is printable");
+    require(!submit->experiments.empty() && submit->experiments.size() <= eha::control::kMostExperiments,
+            "there are some experiments, and not too many");
+    for (const eha::control::SubmittedExperiment& experiment : submit->experiments) {
+      require(experiment.text.size() <= eha::control::kLongestExperiment, "an experiment is bounded");
+      require(std::all_of(experiment.name.begin(), experiment.name.end(), [](char c) { return c >= ' ' && c <= '~'; }),
+              "a name is printable");
+    }
   }
   if (const auto* watch = std::get_if<eha::control::WatchCall>(&request.call)) {
     require(watch->rate_Hz > 0.0 && watch->rate_Hz <= eha::control::kFastestWatch_Hz, "a watch has a sane rate");

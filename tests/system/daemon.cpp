@@ -201,7 +201,9 @@ std::string faulting_experiment_text(const std::string& name) {
 }
 
 std::int64_t submit(control::Client& client, const std::string& experiment, bool fast) {
-  return client.call("submit", {{"experiment", experiment}, {"name", "test.toml"}, {"fast", fast}}).at("entry");
+  return client
+      .call("submit", {{"experiment", experiment}, {"name", "test.toml"}, {"fast", fast}, {"accept_travel_risk", true}})
+      .at("entry");
 }
 
 Json follow(const Daemon& daemon, std::int64_t entry, const std::function<bool(const Json&)>& enough) {

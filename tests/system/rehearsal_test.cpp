@@ -2,6 +2,7 @@
 // What an experiment will do to the rod is said before it is played, and what it did after a trip.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -19,7 +20,7 @@ constexpr const char* kDrifts =
     "tones = [{ frequency_Hz = 0.2, amplitude_V = 2.0 }]\n[record]\ndiscard_s = 0.0\n[[model]]\nname = \"io\"\n"
     "structure = \"io\"\n";
 
-TEST(Rehearsal, IsSaidByCheckAndTheTripIsExplainedByRun) {
+TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   const std::string rig = source_file("config/rigs/sim.toml");
   const TemporaryFolder folder;
   folder.write("drifts.toml", kDrifts);
@@ -29,9 +30,15 @@ TEST(Rehearsal, IsSaidByCheckAndTheTripIsExplainedByRun) {
   EXPECT_LT(Json::parse(good.out).at("rehearsal").at("chance_of_trip").get<double>(), 0.05);
   EXPECT_EQ(good.err.find("warning"), std::string::npos) << good.err;
   const Ended bad = run_eha({"check", "drifts.toml", "--rig", rig}, folder.path());
-  EXPECT_EQ(bad.code, 0) << "a warning, not a fault of the file";
+  EXPECT_EQ(bad.code, static_cast<int>(ExitCode::configuration));
   EXPECT_NE(bad.err.find("100 % of the rehearsed rods reach a limit"), std::string::npos) << bad.err;
-  const Ended tripped = run_eha({"run", "drifts.toml", "--local", "--fast", "--rig", rig}, folder.path());
+  EXPECT_EQ(run_eha({"check", "drifts.toml", "--rig", rig, "--accept-travel-risk"}, folder.path()).code, 0);
+  const Ended refused = run_eha({"run", "drifts.toml", "--local", "--fast", "--rig", rig}, folder.path());
+  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::configuration)) << refused.err;
+  EXPECT_NE(refused.err.find("--accept-travel-risk"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "runs")) << "nothing is played";
+  const Ended tripped =
+      run_eha({"run", "drifts.toml", "--local", "--fast", "--rig", rig, "--accept-travel-risk"}, folder.path());
   EXPECT_EQ(tripped.code, static_cast<int>(ExitCode::safety_trip)) << tripped.err;
   EXPECT_NE(tripped.err.find("the rod drifted at +"), std::string::npos) << tripped.err;
   EXPECT_NE(tripped.err.find("offset_V = -0."), std::string::npos) << tripped.err;

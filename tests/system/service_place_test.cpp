@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "core/error.hpp"
@@ -95,6 +96,46 @@ TEST_F(ServicePlace, StartsAnExperimentWhereItAsksAndHoldsItThere) {
   EXPECT_EQ(manifest.at("experiment").at("start_in"), 2.0);
   EXPECT_TRUE(manifest.at("experiment").at("hold").is_object());
   EXPECT_EQ(over.at("placed_in"), nullptr);
+}
+
+TEST_F(ServicePlace, RampsOutOnAStopOfAHeldExperiment) {
+  Client client(daemon_.socket());
+  client.call("arm");
+  const std::int64_t entry = submit(client, quiet_experiment_text("held", 40.0) + "\n[hold]\n", false);
+  follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  EXPECT_EQ(client.call("stop").at("stopped"), "ramping_out");
+  EXPECT_EQ(follow(daemon_, entry).at("outcome"), "interrupted");
+  EXPECT_EQ(client.call("status").at("state"), "idle");
+}
+
+TEST_F(ServicePlace, LetsAnyUserStopARodThatAnotherOneMoves) {
+  if (!can_change_user()) GTEST_SKIP() << "needs two users";
+  daemon_.open_to_all();
+  const auto alice = connect_as(65534, daemon_);
+  const auto bob = connect_as(1, daemon_);
+  alice->call("arm");
+  const std::int64_t entry = submit(*alice, kGoTo, false);
+  follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  const std::int64_t bobs = submit(*bob, kGoTo);
+  EXPECT_EQ(entry_of(daemon_, bobs).at("state"), "held");
+  EXPECT_EQ(bob->call("stop").at("stopped"), "ramping_out");
+  EXPECT_EQ(follow(daemon_, entry).at("outcome"), "interrupted");
+  EXPECT_EQ(entry_of(daemon_, bobs).at("state"), "held");
+}
+
+TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {
+  // The valve passes nothing: the sensor stays where it is, as a torn wire does.
+  std::string rig = content_of(daemon_.rig_file());
+  const std::string dead_band = "valve_dead_band_V = 0.15";
+  rig.replace(rig.find(dead_band), dead_band.size(), "valve_dead_band_V = 4.9");
+  std::ofstream(daemon_.rig_file()) << rig;
+  Client client(daemon_.socket());
+  client.call("reload");
+  client.call("arm");
+  const Ended jog = eha({"jog", "+0.4in", "--fast"});
+  EXPECT_EQ(jog.code, static_cast<int>(ExitCode::safety_trip)) << jog.err;
+  EXPECT_NE(jog.err.find("not_following"), std::string::npos) << jog.err;
+  EXPECT_EQ(client.call("status").at("state"), "faulted");
 }
 
 TEST_F(ServicePlace, MovesALocalRigToo) {

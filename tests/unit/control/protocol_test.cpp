@@ -39,9 +39,31 @@ TEST(Protocol, ReadsEachMethodWithItsParameters) {
   EXPECT_TRUE(call_of<WatchCall>(R"({"id":1,"method":"watch","params":{"samples":true}})").samples);
   const auto submit =
       call_of<SubmitCall>(R"({"id":1,"method":"submit","params":{"experiment":"a\nb","name":"\u00e4\n","fast":true}})");
-  EXPECT_EQ(submit.experiment, "a\nb");
-  EXPECT_EQ(submit.name, "???");  // for logs and messages: printable only
+  ASSERT_EQ(submit.experiments.size(), 1U);
+  EXPECT_EQ(submit.experiments[0].text, "a\nb");
+  EXPECT_EQ(submit.experiments[0].name, "???");  // for logs and messages: printable only
   EXPECT_TRUE(submit.fast);
+  EXPECT_FALSE(submit.is_list);
+  EXPECT_EQ(call_of<HoldCall>(R"({"id":1,"method":"hold","params":{"entry":4}})").entry, 4);
+  const auto move = call_of<MoveCall>(R"({"id":1,"method":"move","params":{"entry":4,"by":-1}})");
+  EXPECT_EQ(move.entry, 4);
+  EXPECT_EQ(move.by, -1);
+}
+
+TEST(Protocol, ReadsSeveralExperimentsOfOneSubmission) {
+  const auto submit = call_of<SubmitCall>(
+      R"({"id":1,"method":"submit","params":{"experiments":[{"experiment":"a","name":"a.toml"},{"experiment":"b"}]}})");
+  ASSERT_EQ(submit.experiments.size(), 2U);
+  EXPECT_TRUE(submit.is_list);
+  EXPECT_EQ(submit.experiments[0].name, "a.toml");
+  EXPECT_EQ(submit.experiments[1].text, "b");
+  const auto refused = [](const std::string& list) {
+    return refusal_of(R"({"id":1,"method":"submit","params":{"experiments":)" + list + "}}").message;
+  };
+  EXPECT_NE(refused("[]").find("1 to 20"), std::string::npos);
+  EXPECT_NE(refused("[1]").find("params.experiments[0]"), std::string::npos);
+  EXPECT_NE(refused(R"([{"experiment":"a"},{"nam":"b"}])").find("params.experiments[1].experiment"), std::string::npos);
+  EXPECT_NE(refused(R"([{"experiment":"a","nam":"b"}])").find("did you mean \"name\""), std::string::npos);
 }
 
 TEST(Protocol, RefusesWhatItDoesNotKnowAndNamesTheNearest) {
@@ -78,6 +100,10 @@ TEST(Protocol, RefusesValuesOfAnotherKindOrOutOfRange) {
   for (const char* params : {R"({"entry":0})", R"({"entry":1.5})", R"({"entry":"1"})", R"({"entry":1e300})", "{}"}) {
     refusal_of(std::string(R"({"id":1,"method":"cancel","params":)") + params + "}");
   }
+  for (const char* params : {R"({"entry":1})", R"({"entry":1,"to":0})", R"({"entry":1,"to":1,"by":1})",
+                             R"({"entry":1,"by":1e9})", R"({"to":1})"}) {
+    refusal_of(std::string(R"({"id":1,"method":"move","params":)") + params + "}");
+  }
   for (const char* params : {R"({"rate_Hz":0})", R"({"rate_Hz":25.1})", R"({"rate_Hz":"5"})"}) {
     refusal_of(std::string(R"({"id":1,"method":"watch","params":)") + params + "}");
   }
@@ -86,7 +112,9 @@ TEST(Protocol, RefusesValuesOfAnotherKindOrOutOfRange) {
   refusal_of(R"({"id":1,"method":"submit","params":{"experiment":"","fast":1}})");
   refusal_of(R"({"id":1,"method":"arm","params":[]})");
   const std::string longest(kLongestExperiment, 'x');
-  EXPECT_EQ(call_of<SubmitCall>(R"({"id":1,"method":"submit","params":{"experiment":")" + longest + "\"}}").experiment,
+  EXPECT_EQ(call_of<SubmitCall>(R"({"id":1,"method":"submit","params":{"experiment":")" + longest + "\"}}")
+                .experiments.at(0)
+                .text,
             longest);
   refusal_of(R"({"id":1,"method":"submit","params":{"experiment":"x)" + longest + "\"}}");
 }

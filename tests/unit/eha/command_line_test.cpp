@@ -69,7 +69,7 @@ TEST(CommandLine, ReadsTheCommandsOfTheService) {
   EXPECT_EQ(command_of<ServiceCommand>({"stop", "--socket", "s"}).socket, "s");
   const auto cancel = command_of<ServiceCommand>({"runs", "cancel", "7"});
   EXPECT_EQ(cancel.method, "cancel");
-  EXPECT_EQ(cancel.entry, 7);
+  EXPECT_EQ(cancel.entries, (std::vector<std::int64_t>{7}));
   EXPECT_NE(fault_of({"runs", "cancel", "0"}).find("number"), std::string::npos);
 }
 
@@ -94,11 +94,28 @@ TEST(DisplayUnits, ReadLengthsWithTheirUnit) {
 TEST(CommandLine, ReadsQueue) {
   EXPECT_EQ(command_of<ServiceCommand>({"queue"}).method, "queue");
   EXPECT_EQ(command_of<ServiceCommand>({"queue", "list", "--socket", "s"}).method, "queue");
-  EXPECT_EQ(command_of<ServiceCommand>({"queue", "release"}).entry, 0);
+  EXPECT_EQ(command_of<ServiceCommand>({"queue", "release"}).entries, std::vector<std::int64_t>());
   const auto release = command_of<ServiceCommand>({"queue", "release", "7", "--socket", "s"});
   EXPECT_EQ(release.method, "release");
-  EXPECT_EQ(release.entry, 7);
+  EXPECT_EQ(release.entries, (std::vector<std::int64_t>{7}));
   EXPECT_EQ(release.socket, "s");
+  EXPECT_EQ(command_of<ServiceCommand>({"queue", "cancel", "7", "8"}).entries, (std::vector<std::int64_t>{7, 8}));
+  EXPECT_EQ(command_of<ServiceCommand>({"queue", "hold"}).method, "hold");
+  const auto up = command_of<ServiceCommand>({"queue", "move", "7", "up"});
+  EXPECT_EQ(up.method, "move");
+  EXPECT_EQ(up.by, -1);
+  EXPECT_EQ(up.entries, (std::vector<std::int64_t>{7}));
+  EXPECT_EQ(command_of<ServiceCommand>({"queue", "move", "7", "3"}).to, 3);
+  EXPECT_NE(fault_of({"queue", "move", "7", "0"}).find("a position from 1"), std::string::npos);
+}
+
+TEST(CommandLine, ReadsSeveralExperiments) {
+  const auto run = command_of<RunCommand>({"run", "a.toml", "b.toml", "--detach"});
+  EXPECT_EQ(run.experiment_file, "a.toml");
+  EXPECT_EQ(run.further_files, (std::vector<std::string>{"b.toml"}));
+  EXPECT_TRUE(run.detach);
+  EXPECT_NE(fault_of({"run", "a.toml", "--local", "--detach"}).find("--local"), std::string::npos);
+  EXPECT_FALSE(fault_of({"run"}).empty());
 }
 
 TEST(CommandLine, ReadsFit) {
@@ -186,7 +203,7 @@ TEST(CommandLine, RefusesWhatItDoesNotKnow) {
            {},
            {"frobnicate"},
            {"run"},
-           {"run", "a", "b"},
+           {"check", "a", "b"},
            {"fit", "r.csv", "--model", "pid"},
            {"fit", "r.csv", "--poles", "0"},
            {"fit", "r.csv", "--poles", "11"},

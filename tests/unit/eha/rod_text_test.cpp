@@ -33,23 +33,24 @@ TEST(TravelBar, MarksTheRodAndTheLastFifthTowardsEachLimit) {
 }
 
 TEST(RodText, ShowsPlaceSensorAndLines) {
-  const std::string text = aligned(rod_lines(rod_at(3.0), ""));
+  const std::string text = aligned(rod_lines(rod_at(3.0), DisplayUnit()));
   EXPECT_NE(text.find("rod      3.000 in  0.000 ["), std::string::npos) << text;
   EXPECT_NE(text.find("sensor   +5.0000 V, code 48000, noise 0.0006 in RMS"), std::string::npos) << text;
   EXPECT_NE(text.find("lines    inputs 0x00000003, emergency stop none, enable contact closed"), std::string::npos)
       << text;
   EXPECT_EQ(text.find("WARNING"), std::string::npos);
-  EXPECT_NE(aligned(rod_lines(rod_at(3.0), "mm")).find("76.200 mm  0.000 ["), std::string::npos);
+  EXPECT_NE(aligned(rod_lines(rod_at(3.0), DisplayUnit("mm"))).find("76.200 mm  0.000 ["), std::string::npos);
 }
 
 TEST(RodText, WarnsNearALimitAndNamesIt) {
-  EXPECT_NE(aligned(rod_lines(rod_at(5.7), "")).find("WARNING  90 % of the way to the upper travel limit"),
+  EXPECT_NE(aligned(rod_lines(rod_at(5.7), DisplayUnit())).find("WARNING  90 % of the way to the upper travel limit"),
             std::string::npos);
 }
 
 TEST(RodText, SaysWhyNothingIsKnown) {
-  EXPECT_EQ(aligned(rod_lines(nullptr, "")), "rod      not read yet\n");
-  EXPECT_EQ(aligned(rod_lines({{"error", "the rig cannot be read"}}, "")), "rod      the rig cannot be read\n");
+  EXPECT_EQ(aligned(rod_lines(nullptr, DisplayUnit())), "rod      not read yet\n");
+  EXPECT_EQ(aligned(rod_lines({{"error", "the rig cannot be read"}}, DisplayUnit())),
+            "rod      the rig cannot be read\n");
 }
 
 }  // namespace

@@ -29,6 +29,13 @@ TEST(Checker, NamesEveryFaultAndFileAsTheClientKnowsThem) {
   }
 }
 
+TEST(Checker, ReadsTheRehearsalOfACheck) {
+  const worker::WorkerEnd end{0, "", R"({"schema":"eha-check/1","rehearsal":{"lowest_in":2.5,"chance_of_trip":0.0}})"};
+  EXPECT_EQ(rehearsal_of(end).at("lowest_in"), 2.5);
+  EXPECT_TRUE(rehearsal_of({0, "", R"({"schema":"eha-check/1"})"}).is_null());
+  EXPECT_TRUE(rehearsal_of({0, "", "torn"}).is_null());
+}
+
 TEST(Checker, SaysThatACheckWasTooLong) {
   try {
     throw_if_failed({std::nullopt, "killed"}, kExperiment, kRig);
@@ -41,7 +48,7 @@ TEST(Checker, SaysThatACheckWasTooLong) {
 TEST(Checker, ReportsACheckThatCannotBeStarted) {
   Checker checker({"/no/such/helper", "/no/such/eha"});
   int code = -1;
-  checker.add("e.toml", "r.toml", std::nullopt,
+  checker.add({.experiment = "e.toml", .rig = "r.toml"},
               [&](const worker::WorkerEnd& end) { code = end.exit_code.value_or(-2); });
   EXPECT_EQ(code, static_cast<int>(ExitCode::io));
 }

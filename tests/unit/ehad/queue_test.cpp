@@ -36,12 +36,28 @@ TEST(Queue, HoldsWhatWaitsAndStartsNothingThatIsHeld) {
   Queue queue({entry_of(1, 10, EntryState::running), entry_of(2, 10), entry_of(3, 20), entry_of(4, 10)});
   EXPECT_EQ(queue.hold_waiting(), 3U);
   EXPECT_EQ(queue.next_of(10), nullptr);
-  EXPECT_EQ(queue.held_of(10), (std::vector<EntryId>{2, 4}));
+  EXPECT_EQ(queue.of(10, EntryState::held), (std::vector<EntryId>{2, 4}));
   EXPECT_EQ(queue.find(1)->state, EntryState::running);
   queue.find(4)->state = EntryState::waiting;
   EXPECT_EQ(queue.next_of(10)->id, 4);
   EXPECT_EQ(queue.count_queued(), 3U);
   EXPECT_EQ(queue.count_queued(10), 2U);
+}
+
+TEST(Queue, MovesAnExperimentAmongThoseOfItsSubmitterOnly) {
+  Queue queue({entry_of(1, 10, EntryState::over), entry_of(2, 10), entry_of(3, 20), entry_of(4, 10),
+               entry_of(5, 10, EntryState::held)});
+  EXPECT_EQ(queue.move(5, 1), (std::vector<EntryId>{5, 2, 4}));
+  EXPECT_EQ(queue.queued_of(10), (std::vector<EntryId>{5, 2, 4}));
+  EXPECT_EQ(queue.next_of(10)->id, 2) << "the held one starts nothing";
+  EXPECT_EQ(queue.move(2, 100), (std::vector<EntryId>{4, 2}));
+  EXPECT_EQ(queue.next_of(10)->id, 4);
+  EXPECT_EQ(queue.next_of(20)->id, 3);
+  EXPECT_TRUE(queue.move(4, 2).empty()) << "it is there already";
+  EXPECT_TRUE(queue.move(1, 1).empty()) << "it is over";
+  EXPECT_EQ(queue.in_order().front(), 1);
+  queue.add(entry_of(queue.take_id(), 10));
+  EXPECT_EQ(queue.queued_of(10), (std::vector<EntryId>{5, 4, 2, 6})) << "a new one goes to the end";
 }
 
 TEST(Queue, NeverGivesANumberTwice) {

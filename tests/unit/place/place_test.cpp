@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "daemon/place/place_source.hpp"
+#include "hal/faults/fault_rig.hpp"
 #include "hal/sim/sim_rig.hpp"
 #include "tests/unit/place/long_play.hpp"
 
@@ -73,6 +74,31 @@ TEST(Place, SaysThatItWasStillOnItsWayAtTheTimeOut) {
   play.move(*rig, 5.0, 4.0);
   EXPECT_EQ(play.report.fault.fault, Fault::not_in_place);
   EXPECT_GT(play.report.fault.value, 0.5) << "what was left of the way";
+}
+
+TEST(Place, StopsWhenTheSensorIsLostOnTheWay) {
+  using hal::FaultKind;
+  const hal::Conversion conversion = hal::SimOptions{}.conversion();
+  const auto lost = [&](hal::InjectedFault fault) {
+    const std::unique_ptr<hal::Rig> plant = hal::open_rig(hal::SimOptions{}, 0.0);
+    fault.first_tick = 2000;
+    fault.ticks = hal::InjectedFault::kAlways;
+    LongPlay play;
+    hal::FaultRig rig(*plant, {fault}, hal::spin_for, conversion);
+    play.move(rig, 3.95);
+    EXPECT_EQ(play.report.outcome, Outcome::faulted);
+    EXPECT_TRUE(play.report.safe_confirmed || fault.kind == FaultKind::removed);
+    // The rod itself, by a sensor that works.
+    hal::RigReading rests;
+    plant->read(static_cast<std::int64_t>(play.rows.size()) * 1'000'000, rests);
+    EXPECT_LT(rests.displacement_in, 3.95) << "it has been stopped on its way";
+    return play.report.fault.fault;
+  };
+  EXPECT_EQ(lost({.kind = FaultKind::stuck_sensor, .noise_LSB = 3.0}), Fault::not_following);
+  EXPECT_EQ(lost({.kind = FaultKind::stuck_sensor}), Fault::frozen_sensor);
+  EXPECT_EQ(lost({.kind = FaultKind::rail}), Fault::feedback_rail);
+  EXPECT_EQ(lost({.kind = FaultKind::removed}), Fault::device_removed);
+  EXPECT_EQ(lost({.kind = FaultKind::spike, .amount = 3.0}), Fault::velocity_limit) << "faster than any rod";
 }
 
 TEST(Place, RampsOutOnAStop) {

@@ -63,7 +63,7 @@ TEST(RehearsalCampaign, ForetellsTripsOfRandomExperimentsOnPerturbedRigs) {
     options.initial_displacement_in = between(1.5, 4.5);
     const auto rehearsal = rehearse(experiment, rig, options.initial_displacement_in);
     ASSERT_TRUE(rehearsal.has_value());
-    const bool is_refused = rehearsal->chance_of_trip >= 0.5;
+    const bool is_refused = rehearsal->chance_of_trip >= kRefusedChanceOfTrip;
 
     const std::unique_ptr<hal::Rig> plant = hal::open_rig(options, 0.0);
     hal::AppliedCommand applied;

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/next_command.hpp"
+
+#include "daemon/control/client.hpp"
+#include "daemon/eha/commands.hpp"
+
+namespace eha::cli {
+
+std::string shell_word(const std::string& word) {
+  const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$`*?[]{}()<>|&;#~!") == std::string::npos;
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string through(const std::filesystem::path& socket, std::string command) {
+  if (socket != control::default_socket()) command += " --socket " + shell_word(socket.string());
+  return command;
+}
+
+std::string again(const RunCommand& run, const std::string& experiment) {
+  std::string command = "eha run " + shell_word(experiment);
+  if (run.local) command += " --local";
+  if (run.fast) command += " --fast";
+  if (run.accept_travel_risk) command += " --accept-travel-risk";
+  if (!run.local) return through(run.socket, command);
+  if (run.rig_file) command += " --rig " + shell_word(*run.rig_file);
+  if (run.output != RunCommand{}.output) command += " --output " + shell_word(run.output.string());
+  if (run.allow_non_realtime) command += " --allow-non-realtime";
+  return command;
+}
+
+std::string simulated_run(const std::string& experiment, const std::optional<std::string>& rig_file) {
+  RunCommand run;
+  run.local = true;
+  run.fast = true;
+  run.rig_file = rig_file;
+  return again(run, experiment);
+}
+
+}  // namespace eha::cli

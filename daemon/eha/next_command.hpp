@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace eha::cli {
+
+struct RunCommand;
+
+/// A word as a shell takes it for one: quoted where it needs that.
+[[nodiscard]] std::string shell_word(const std::string& word);
+
+/// A command to the service that the user has just spoken to: --socket is added unless it is the default one.
+[[nodiscard]] std::string through(const std::filesystem::path& socket, std::string command);
+
+/// `eha run EXPERIMENT` with the options of a run that has just been made (--yes excepted: it is asked again).
+[[nodiscard]] std::string again(const RunCommand& run, const std::string& experiment);
+
+/// `eha run EXPERIMENT --local --fast`, on this rig file.
+[[nodiscard]] std::string simulated_run(const std::string& experiment, const std::optional<std::string>& rig_file);
+
+}  // namespace eha::cli

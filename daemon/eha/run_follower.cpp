@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/run_follower.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/eha/next_command.hpp"
+#include "daemon/eha/run_line.hpp"
+
+namespace eha::cli {
+
+using control::Client;
+
+RunFollower::RunFollower(std::filesystem::path socket, Client& client, std::vector<std::int64_t> queued,
+                         DisplayUnit unit, Console& console)
+    : socket_(std::move(socket)),
+      client_(client),
+      queued_(std::move(queued)),
+      unit_(std::move(unit)),
+      console_(console) {}
+
+std::optional<RunFollower::Json> RunFollower::follow(std::int64_t experiment, const StopOnSignals& stop, Held held) {
+  try {
+    return watch(experiment, stop, held);
+  } catch (const control::ConnectionLost& lost) {
+    console_.end_progress();
+    throw DeviceError(fmt::format("{}; {}; whether it goes on is not known: {}", lost.what(), last_heard(experiment),
+                                  through(socket_, "eha status")));
+  }
+}
+
+std::optional<RunFollower::Json> RunFollower::watch(std::int64_t experiment, const StopOnSignals& stop, Held held) {
+  client_.call("watch", {{"entry", experiment}, {"rate_Hz", 10.0}});
+  for (;;) {
+    if (stop.count() > stops_seen_) {
+      stops_seen_ = stop.count();
+      if (!pass_on_stop()) return std::nullopt;
+    }
+    const std::optional<Json> status = client_.next_event(std::chrono::milliseconds(500));
+    if (!status) continue;
+    last_ = *status;
+    last_at_ = std::chrono::steady_clock::now();
+    const Json& entry = last_.at("entry");
+    if (status->value("last", false) || (held == Held::leave && entry.at("state") == "held")) {
+      console_.end_progress();
+      return entry;
+    }
+    show(experiment, last_);
+  }
+}
+
+void RunFollower::show(std::int64_t experiment, const Json& status) {
+  const Json& entry = status.at("entry");
+  const std::string state = entry.at("state");
+  const Json& run = status.at("run");
+  if (state == "waiting" || state == "held") {
+    const std::string reason = entry.value("waits_for", "");
+    if (reason != reason_) {
+      console_.info(
+          fmt::format("experiment {} {} for {}", experiment, state == "held" ? "is held and waits" : "waits", reason));
+    }
+    reason_ = reason;
+    return;
+  }
+  if (!run.is_null()) {
+    const std::int64_t on = run.at("entry");
+    if (std::find(queued_.begin(), queued_.end(), on) != queued_.end()) {
+      const std::string number = queued_.size() > 1 ? fmt::format("{}: ", on) : "";
+      console_.show_run(number + run_line(progress_of(status), unit_, std::chrono::system_clock::now()));
+      return;
+    }
+  }
+  if (state == "fitting") console_.progress(1.0, "fitting");
+}
+
+bool RunFollower::pass_on_stop() {
+  console_.end_progress();
+  // A second connection, because waiting for an answer on the first would skip the last event.
+  Client other(socket_);
+  bool can_change = false;
+  const auto end = [&](std::int64_t number) {
+    const Json answer = other.call("stop", {{"entry", number}});
+    if (answer.at("stopped") == "nothing") return;
+    can_change = true;
+    console_.info(answer.at("stopped") == "safe_at_once" ? "making the rig safe at once"
+                                                         : "ramping out; Ctrl-C again makes the rig safe at once");
+  };
+  // First what moves.
+  for (const std::int64_t number : queued_) end(number);
+  const Json queue = other.call("queue");
+  for (const Json& entry : queue.at("entries")) {
+    const std::int64_t number = entry.at("entry");
+    if (std::find(queued_.begin(), queued_.end(), number) == queued_.end()) continue;
+    if (entry.at("state") != "waiting" && entry.at("state") != "held") continue;
+    try {
+      other.call("cancel", {{"entry", number}});
+      can_change = true;
+    } catch (const control::ConnectionLost&) {
+      throw;
+    } catch (const Error&) {
+      end(number);  // it has started in the meantime
+    }
+  }
+  if (!can_change) console_.info("the run is over; ehad keeps fitting it, see " + through(socket_, "eha status"));
+  return can_change;
+}
+
+std::string RunFollower::last_heard(std::int64_t number) const {
+  if (last_.is_null()) return fmt::format("experiment {} was queued, and nothing was heard of it since", number);
+  const Json& entry = last_.at("entry");
+  std::string text = fmt::format("heard last, {:.0f} s ago: experiment {} was {}",
+                                 std::chrono::duration<double>(std::chrono::steady_clock::now() - last_at_).count(),
+                                 number, entry.at("state") == "over" ? "over" : entry.at("state").get<std::string>());
+  if (const Json& run = last_.at("run"); !run.is_null() && run.at("entry") == number) {
+    const RunProgress progress = progress_of(last_);
+    text += fmt::format(", {:.1f} of {:.1f} s played, rig {}, rod at {:.3f} {}", progress.played_s, progress.total_s,
+                        last_.value("state", "?"), unit_.factor("in") * progress.displacement_in, unit_.of("in"));
+  }
+  return text;
+}
+
+}  // namespace eha::cli

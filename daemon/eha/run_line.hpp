@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "config/rig_config.hpp"
+#include "core/display_unit.hpp"
+#include "daemon/acquisition/status_board.hpp"
+
+namespace eha::cli {
+
+/// How far a run is, for people.
+struct RunProgress {
+  double played_s = 0.0;  ///< of the experiment
+  double total_s = 0.0;
+  double displacement_in = 0.0;
+  double applied_V = 0.0;
+  double travel_min_in = 0.0;  ///< limits of the rig
+  double travel_max_in = 0.0;
+  double travel_percent = 0.0;  ///< of the way to a travel limit, stopping distance included
+  double velocity_percent = 0.0;
+  double latency_max_us = 0.0;
+  std::uint64_t late = 0;     ///< ticks
+  std::uint64_t skipped = 0;  ///< ticks
+  bool is_real_time = true;
+  std::optional<double> margin_in = {};  ///< predicted distance to the nearer travel limit [in]
+};
+
+[[nodiscard]] RunProgress progress_of(const acquisition::Snapshot& now, const config::RigConfig& rig);
+
+/// @param status  of ehad-protocol(7), with a run
+[[nodiscard]] RunProgress progress_of(const nlohmann::ordered_json& status);
+
+/// "37.7 s left, end 14:32:10  2.953 in [----#-----]  +1.20 V, 0 late, margin 0.80 in": at most 100 columns; near a
+/// limit it begins with that. @param now  of the wall clock, local time is shown
+[[nodiscard]] std::string run_line(const RunProgress& progress, const DisplayUnit& unit,
+                                   std::chrono::system_clock::time_point now);
+
+/// Late and skipped ticks, and the greatest latency.
+[[nodiscard]] std::string loop_line(const RunProgress& progress);
+
+}  // namespace eha::cli

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What waits: experiments are checked and queued, held, released, moved and cancelled.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "config/experiment_config.hpp"
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/ehad/supervisor.hpp"
+#include "daemon/record/manifest.hpp"
+#include "hal/backend.hpp"
+
+namespace eha::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCheckedExperiment = "experiment.toml";
+constexpr const char* kCheckedRig = "rig.toml";
+
+bool is_queued(const Entry& entry) { return entry.state == EntryState::waiting || entry.state == EntryState::held; }
+
+}  // namespace
+
+void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answer) {
+  if (shutting_down_) throw DeviceError("ehad is stopping; submit again once it has restarted");
+  if (call.fast && !hal::has_virtual_clock(rig_.config()->backend)) {
+    throw UsageError(
+        fmt::format("{}: virtual time is for simulated rigs; {} drives a real machine, which keeps its own",
+                    call.experiments.front().name, options_.rig_file));
+  }
+  require_room_in_queue(peer, call.experiments.size());
+  submissions_[peer.uid] += call.experiments.size();
+  auto submission = std::make_shared<Submission>();
+  submission->uid = peer.uid;
+  submission->is_list = call.is_list;
+  submission->accept_travel_risk = call.accept_travel_risk;
+  submission->answer = std::move(answer);
+  for (control::SubmittedExperiment& experiment : call.experiments) {
+    Entry entry;
+    entry.id = queue_.take_id();
+    entry.file = std::move(experiment.name);
+    entry.uid = peer.uid;
+    entry.user = peer.user;
+    entry.fast = call.fast;
+    entry.submitted = record::utc_now();
+    entry.experiment = std::move(experiment.text);
+    submission->entries.push_back(std::move(entry));
+  }
+  const fs::path folder = check_folder(submission->entries.front().id).parent_path();
+  disk_thread_.ask(
+      [submission, folder, rig = rig_.config()] {
+        for (Entry& entry : submission->entries) {
+          // Faults of the text itself are found here, at once, and no file that it names is read.
+          entry.name = config::parse_experiment(entry.experiment, entry.file).name;
+        }
+        for (const Entry& entry : submission->entries) {
+          const fs::path own = folder / std::to_string(entry.id);
+          os::create_folders(own);
+          os::write_file_atomically(own / kCheckedExperiment, entry.experiment);
+          os::write_file_atomically(own / kCheckedRig, rig->text);
+        }
+      },
+      [this, submission](std::future<void> written) {
+        try {
+          written.get();
+        } catch (const Error&) {
+          refuse(*submission);
+          return;
+        }
+        check(submission);
+      });
+}
+
+void Supervisor::refuse(const Submission& submission) {
+  end_submission(submission);
+  submission.answer([failure = std::current_exception()]() -> Json { std::rethrow_exception(failure); });
+}
+
+std::optional<double> Supervisor::place_at_start() const {
+  // A simulated rod begins each run at the same place; a real one where the experiment before has left it.
+  if (rig_.moves_machine() && (active_ || queue_.count(EntryState::waiting) > 0)) return std::nullopt;
+  const Json rod = rig_.rod();
+  const auto place = rod.is_object() ? rod.find("displacement_in") : rod.end();
+  return place != rod.end() && place->is_number() ? std::optional<double>(*place) : std::nullopt;
+}
+
+void Supervisor::check(const std::shared_ptr<Submission>& submission) {
+  const Entry& entry = submission->entries[submission->checked];
+  const fs::path folder = check_folder(entry.id);
+  checker_.add({.experiment = folder / kCheckedExperiment,
+                .rig = folder / kCheckedRig,
+                .place_in = submission->checked == 0 || !rig_.moves_machine() ? place_at_start() : std::nullopt,
+                .accept_travel_risk = submission->accept_travel_risk,
+                .avoided_cpu = rig_.config()->realtime.cpu},
+               [this, submission, folder](const worker::WorkerEnd& end) {
+                 try {
+                   throw_if_failed(end, {folder / kCheckedExperiment, submission->entries[submission->checked].file},
+                                   {folder / kCheckedRig, options_.rig_file});
+                 } catch (const Error&) {
+                   refuse(*submission);
+                   return;
+                 }
+                 submission->entries[submission->checked].rehearsal = rehearsal_of(end);
+                 ++submission->checked;
+                 if (submission->checked < submission->entries.size()) {
+                   check(submission);
+                 } else {
+                   enqueue(submission);
+                 }
+               });
+}
+
+void Supervisor::end_submission(const Submission& submission) {
+  auto& count = submissions_[submission.uid];
+  count -= submission.entries.size();
+  if (count == 0) submissions_.erase(submission.uid);
+  std::vector<fs::path> folders;
+  for (const Entry& entry : submission.entries) folders.push_back(check_folder(entry.id));
+  disk_thread_.ask(
+      [folders = std::move(folders)] {
+        std::error_code ignored;
+        for (const fs::path& folder : folders) fs::remove_all(folder, ignored);
+      },
+      [](std::future<void>) {});
+}
+
+void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
+  disk_thread_.ask(
+      [this, submission] {
+        std::size_t saved = 0;
+        try {
+          for (const Entry& entry : submission->entries) {
+            store_.save(entry);
+            ++saved;
+          }
+        } catch (const Error&) {
+          for (std::size_t i = 0; i < saved; ++i) store_.remove(submission->entries[i].id);
+          throw;
+        }
+      },
+      [this, submission](std::future<void> saved) {
+        end_submission(*submission);
+        submission->answer([&]() -> Json {
+          saved.get();
+          std::vector<EntryId> ids;
+          for (Entry& entry : submission->entries) {
+            Entry& added = queue_.add(std::move(entry));
+            // Only an experiment whose owner has the armed rig may start by itself.
+            added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
+            spdlog::info("experiment {} (\"{}\" of {}): {}", added.id, added.name, added.user, to_text(added.state));
+            ids.push_back(added.id);
+          }
+          if (lease_.is_held_by(submission->uid)) lease_.renew(Clock::now());
+          start_next();
+          if (!submission->is_list) return this->entry(ids.front());
+          Json list = Json::array();
+          for (const EntryId id : ids) list.push_back(this->entry(id));
+          return {{"entries", std::move(list)}};
+        });
+      });
+}
+
+void Supervisor::require_room_in_queue(const Peer& peer, std::size_t wanted) const {
+  const auto checking = submissions_.find(peer.uid);
+  const std::size_t of_user = queue_.count_queued(peer.uid) + (checking == submissions_.end() ? 0 : checking->second);
+  if (of_user + wanted > Queue::kMostQueuedOfUser) {
+    throw IoError(
+        fmt::format("{} experiments of {} are in the queue; one user may have {}, and this would be {} more; "
+                    "eha queue cancel NUMBER removes one",
+                    of_user, peer.user, Queue::kMostQueuedOfUser, wanted));
+  }
+  std::size_t all = queue_.count_queued();
+  for (const auto& [uid, count] : submissions_) all += count;
+  if (all + wanted > Queue::kMostQueued) {
+    throw IoError(
+        fmt::format("{} experiments are in the queue; it holds {}, and this would be {} more; eha queue "
+                    "cancel NUMBER removes one",
+                    all, Queue::kMostQueued, wanted));
+  }
+}
+
+Entry& Supervisor::require_own(const Peer& peer, EntryId id, std::string_view what) {
+  Entry* entry = queue_.find(id);
+  if (entry == nullptr) throw UsageError(fmt::format("experiment {}: not in the queue", id));
+  if (entry->uid != peer.uid && peer.uid != kRoot) {
+    throw PermissionError(
+        fmt::format("experiment {}: submitted by {}; only {} and root may {} it", id, entry->user, entry->user, what));
+  }
+  if (!is_queued(*entry)) {
+    throw UsageError(fmt::format("experiment {}: {}, not waiting{}", id, to_text(entry->state),
+                                 entry->state == EntryState::running ? "; eha stop ends it" : ""));
+  }
+  if (lease_.is_held_by(peer.uid)) lease_.renew(Clock::now());
+  return *entry;
+}
+
+Json Supervisor::hold(const Peer& peer, std::optional<EntryId> only) {
+  std::vector<EntryId> ids = queue_.of(peer.uid, EntryState::waiting);
+  if (only) {
+    const Entry& entry = require_own(peer, *only, "hold");
+    ids.clear();
+    if (entry.state == EntryState::waiting) ids.push_back(*only);
+  }
+  for (const EntryId id : ids) {
+    // After a restart every waiting entry is held: the file need not change.
+    queue_.find(id)->state = EntryState::held;
+    spdlog::info("experiment {}: held by {} (uid {}, pid {})", id, peer.user, peer.uid, peer.pid);
+  }
+  if (lease_.is_held_by(peer.uid)) lease_.renew(Clock::now());
+  return {{"held", ids}};
+}
+
+Json Supervisor::release(const Peer& peer, std::optional<EntryId> only) {
+  if (!lease_.is_held_by(peer.uid)) {
+    require_lease(peer, "not released");
+    throw PermissionError("not released: you do not hold the lease; eha arm first");
+  }
+  if (!may_start(peer.uid)) throw UsageError("not released: the rig is not armed; eha arm first");
+  std::vector<EntryId> ids = queue_.of(peer.uid, EntryState::held);
+  if (only) {
+    const Entry* entry = queue_.find(*only);
+    if (entry == nullptr) throw UsageError(fmt::format("experiment {}: not in the queue", *only));
+    if (entry->uid != peer.uid) {
+      throw PermissionError(
+          fmt::format("experiment {}: submitted by {}; only {} may release it", *only, entry->user, entry->user));
+    }
+    if (entry->state != EntryState::held) {
+      throw UsageError(fmt::format("experiment {}: {}, not held", *only, to_text(entry->state)));
+    }
+    ids = {*only};
+  }
+  for (const EntryId id : ids) {
+    queue_.find(id)->state = EntryState::waiting;
+    spdlog::info("experiment {}: released by {} (uid {}, pid {})", id, peer.user, peer.uid, peer.pid);
+  }
+  lease_.renew(Clock::now());
+  start_next();
+  return {{"released", ids}};
+}
+
+void Supervisor::move(const Peer& peer, const control::MoveCall& call, Answer answer) {
+  const Entry& moved = require_own(peer, call.entry, "move");
+  const std::vector<EntryId> order = queue_.queued_of(moved.uid);
+  const std::int64_t now = std::find(order.begin(), order.end(), call.entry) - order.begin() + 1;
+  std::vector<Entry> changed;
+  for (const EntryId id : queue_.move(call.entry, call.to > 0 ? call.to : now + call.by)) {
+    changed.push_back(*queue_.find(id));
+  }
+  spdlog::info("experiment {}: moved by {}", call.entry, peer.user);
+  disk_thread_.ask(
+      [this, changed = std::move(changed)] {
+        for (const Entry& entry : changed) store_.save(entry);
+      },
+      [this, id = call.entry, answer = std::move(answer)](std::future<void> saved) {
+        answer([&]() -> Json {
+          saved.get();
+          return this->entry(id);
+        });
+      });
+}
+
+void Supervisor::cancel(const Peer& peer, EntryId id, Answer answer) {
+  Entry& entry = require_own(peer, id, "cancel");
+  entry.state = EntryState::cancelled;
+  entry.note = fmt::format("cancelled by {}", peer.user);
+  entry.exit_code = static_cast<int>(ExitCode::interrupted);
+  entry.experiment.clear();
+  spdlog::info("experiment {}: cancelled by {}", id, peer.user);
+  disk_thread_.ask([this, copy = entry] { store_.save(copy); },
+                   [this, id, answer = std::move(answer)](std::future<void> saved) {
+                     answer([&]() -> Json {
+                       saved.get();
+                       return this->entry(id);
+                     });
+                   });
+}
+
+}  // namespace eha::service
