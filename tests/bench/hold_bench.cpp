@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a tick costs more with a hold than with the bare table. Alternating, with medians:
+//   hold_bench --benchmark_repetitions=10 --benchmark_enable_random_interleaving=true
+//              --benchmark_report_aggregates_only=true
+#include <benchmark/benchmark.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "daemon/acquisition/tick_engine.hpp"
+#include "daemon/place/hold_source.hpp"
+#include "tests/unit/acquisition/fake_rig.hpp"
+#include "tests/unit/acquisition/play.hpp"
+
+namespace {
+
+using namespace eha::acquisition;
+
+constexpr std::size_t kRows = 50'000;  // as of paper.toml: the tables do not stay in the first cache
+constexpr std::uint32_t kRepetitions = 80'000;
+constexpr std::uint32_t kTicksToRunning = 1000;
+
+/// Ticks in state running, on a rig that costs next to nothing.
+void run_ticks(benchmark::State& state, CommandSource& source) {
+  FakeRig rig;
+  Play play;
+  play.machine.reset();
+  play.machine.arm();
+  TickEngine engine(rig, play.machine, source, play.limits, play.realtime, LatePolicy::abort, play.clock);
+  TickInputs inputs;
+  const auto tick = [&] {
+    play.clock.advance(1'000'000);
+    inputs.scheduled_ns += 1'000'000;
+    inputs.woken_ns = inputs.scheduled_ns;
+    ++inputs.sequence;
+    return engine.tick(inputs);
+  };
+  for (std::uint32_t i = 0; i < kTicksToRunning; ++i) tick();
+  for (auto _ : state) benchmark::DoNotOptimize(tick());
+  if (play.machine.state() != State::running) state.SkipWithError("the run has ended");
+}
+
+void tick_without_hold(benchmark::State& state) {
+  const std::vector<double> table_V = cosine(kRows);
+  TableSource source(table_V, kRepetitions);
+  run_ticks(state, source);
+}
+BENCHMARK(tick_without_hold);
+
+void tick_with_hold(benchmark::State& state) {
+  const std::vector<double> table_V = cosine(kRows);
+  std::vector<double> predicted_in(kRows);
+  for (std::size_t k = 0; k < kRows; ++k) {
+    // The integral of the table, as the fake rod moves.
+    predicted_in[k] = k == 0 ? 0.0 : predicted_in[k - 1] + 0.001 * table_V[k - 1];
+  }
+  eha::place::HoldSource source(table_V, predicted_in, kRepetitions, 1.0, 1.0);
+  run_ticks(state, source);
+}
+BENCHMARK(tick_with_hold);
+
+}  // namespace
