@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "daemon/record/run_folder.hpp"
 
@@ -63,7 +64,13 @@ poles = 1
 zeros = 0
 [acceptance]
 min_validation_r2_percent = 90.0
-)";
+)" + (tones == Tones::held ? "[hold]\n" : "");
+}
+
+std::vector<std::string> local_words(std::vector<std::string> words, const fs::path& runs) {
+  words.insert(words.begin(), "eha");
+  words.insert(words.end(), {"--local", "--yes", "--output", runs.string()});
+  return words;
 }
 
 std::string write_rig(const std::string& text) {
@@ -153,6 +160,8 @@ EhaRun::EhaRun(const std::string& rig_file, std::chrono::milliseconds duration, 
     : runs_(new_folder()),
       process_({"eha", "run", write_file("/tmp/experiment.toml", experiment_text(duration, tones)), "--local", "--rig",
                 rig_file, "--yes", "--output", runs_.string()}) {}
+
+EhaRun::EhaRun(std::vector<std::string> words) : runs_(new_folder()), process_(local_words(std::move(words), runs_)) {}
 
 void EhaRun::wait_until_running() const {
   const auto running = [&] {

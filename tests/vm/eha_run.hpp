@@ -26,13 +26,15 @@ enum class RigFile { right, wrong_board, wrong_range, missing_device };
 [[nodiscard]] std::string kernel_board_rig(RigFile kind = RigFile::right);
 
 /// Sum of sines that an experiment plays: `quick` never rests for the frozen-sensor time and hardly moves a rod, `slow`
-/// moves it by some tenths of an inch.
-enum class Tones { quick, slow };
+/// moves it by some tenths of an inch, `held` are the slow ones with a hold.
+enum class Tones { quick, slow, held };
 
 /// `eha run --local` on a card, its output in a folder of its own.
 class EhaRun {
  public:
   EhaRun(const std::string& rig_file, std::chrono::milliseconds duration, Tones tones = Tones::quick);
+  /// Another command that makes a run, as goto. @param words  of eha, without --local, --yes and --output
+  explicit EhaRun(std::vector<std::string> words);
 
   Process& process() { return process_; }
   /// Blocks until the first row of the experiment itself was commanded.
