@@ -13,14 +13,18 @@ let browser;
 let page;
 let run;
 
-/** A page whose errors count, those of refused or impossible requests only where none is expected. */
-async function open(options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
-  const opened = await context.newPage();
+/** Errors of a page count, those of refused or impossible requests only where none is expected. */
+function listenTo(opened) {
   opened.on('pageerror', (error) => complaints.push(error.stack));
   opened.on('console', (message) => {
     if (['error', 'warning'].includes(message.type())) complaints.push(`${message.text()} ${message.location().url}`);
   });
+}
+
+async function open(options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  context.on('page', listenTo);
+  const opened = await context.newPage();
   await opened.goto(bench.address);
   return opened;
 }

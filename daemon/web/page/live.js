@@ -8,7 +8,9 @@ const kWindow_s = 60;
 /** A pause between blocks that is drawn as a gap [s]. */
 const kGap_s = 1;
 const kHeight_px = 200;
+/** Delays that the median is taken of, at most and at least. */
 const kDelays = 200;
+const kFewestDelays = 20;
 
 export class LivePlots {
   constructor() {
@@ -110,10 +112,10 @@ export class LivePlots {
     this.delays_ms.splice(0, Math.max(0, this.delays_ms.length - kDelays));
   }
 
-  /** "" without samples, and where this machine's clock is not the rig's. */
+  /** "" before there are some, and where this machine's clock is not the rig's. */
   delayText() {
     const delay_ms = median(this.delays_ms);
-    if (!(delay_ms >= 0 && delay_ms < 5000)) return '';
+    if (this.delays_ms.length < kFewestDelays || !(delay_ms >= 0 && delay_ms < 5000)) return '';
     return `From a sample to this page: ${fixed(delay_ms, 0)} ms, the median of ${this.delays_ms.length}.`;
   }
 
