@@ -190,8 +190,10 @@ LiveResponse measure_live_response(const std::filesystem::path& journal, const P
   const auto samples = static_cast<std::size_t>(record.output.size());
   const std::size_t period = plan.period / plan.thinning;
   const std::size_t ahead = plan.discard > input.delay() ? plan.discard - input.delay() : 0;
-  const std::size_t discard = (ahead + plan.thinning - 1) / plan.thinning;
-  if (samples < discard + 2 * period) return result;
+  std::size_t discard = (ahead + plan.thinning - 1) / plan.thinning;
+  if (result.rows < plan.discard + 2 * plan.period || samples < 2 * period) return result;
+  // The filter costs half its length at either end: without more rows the two periods begin that much earlier.
+  discard = std::min(discard, samples - 2 * period);
   const ident::Periods periods = ident::last_periods(samples, period, discard);
   ident::FrequencyResponse measured = ident::measure_frequency_response(record, periods, plan.lines_Hz);
   result.periods = periods.count;

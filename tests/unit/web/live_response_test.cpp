@@ -148,6 +148,18 @@ TEST(LiveResponse, SaysHowLongItTakesUntilTwoPeriodsAreThere) {
   EXPECT_NE(unknown.find("two periods of 2 s after the discarded 1 s; 2 s more"), std::string::npos) << unknown;
 }
 
+TEST(LiveResponse, IsKnownFromExactlyTwoPeriodsAfterTheDiscardedTime) {
+  const test::TemporaryFolder folder;
+  const PeriodPlan plan = plan_periods(header_of(6), "test");
+  const std::size_t rows = plan.discard + 2 * plan.period;
+  EXPECT_EQ(measure_live_response(journal_of(record_of(rows - 1, 0.0), folder), plan).periods, 0U);
+  const LiveResponse live = measure_live_response(journal_of(record_of(rows, 0.0), folder), plan);
+  EXPECT_EQ(live.periods, 2U);
+  ASSERT_EQ(live.lines.size(), 3U);
+  const std::complex<double> lag = 1.0 / std::complex<double>(1.0, 0.2 * std::numbers::pi * 0.5);
+  EXPECT_LT(std::abs(live.lines[0].response - lag), 1e-3 * std::abs(lag));
+}
+
 TEST(LiveResponse, IsReadFromAJournalWhoseLastBlockIsHalfWritten) {
   const test::TemporaryFolder folder;
   const PeriodPlan plan = plan_periods(header_of(6), "test");
