@@ -34,11 +34,10 @@ let travel = null;
 let fittedOrDriven = '';
 let playedRun = null;
 
-/** Travel limits [in]: of the rig file, or as the last reading tells them. */
-function travelOf(answer) {
-  const limits = [answer.limits?.travel_min_in ?? answer.status.rod?.travel_min_in,
-    answer.limits?.travel_max_in ?? answer.status.rod?.travel_max_in];
-  return limits.every(isNumber) && limits[0] < limits[1] ? limits : travel;
+/** Travel limits [in] and the share of the way to them that is warned of: of the rig file, or as they were before. */
+function travelOf(limits) {
+  const { travel_min_in: low_in, travel_max_in: high_in, warning_share: warningShare } = limits ?? {};
+  return [low_in, high_in, warningShare].every(isNumber) && low_in < high_in ? { low_in, high_in, warningShare } : travel;
 }
 
 const poll = (path, period_ms, onAnswer) => new Poller(path, period_ms, onAnswer, () => contact.refused());
@@ -60,7 +59,7 @@ poll('api/state', kState_ms, (answer) => {
   setText(byId('delay'), live.delayText());
   if (!answer.status || !contact.isLive) return;
   unit = new LengthUnit(answer.units);
-  travel = travelOf(answer);
+  travel = travelOf(answer.limits);
   live.show(unit, travel);
   rig.show(answer.status, unit, travel);
   if (!live.newest()) rig.showRod(answer.status.rod?.displacement_in ?? null, unit, travel);

@@ -31,7 +31,7 @@ export class LivePlots {
     return `api/live?since=${this.next}`;
   }
 
-  /** @param travel  limits [in], or null */
+  /** @param travel  {low_in, high_in, warningShare}, or null */
   show(unit, travel) {
     this.travel = travel;
     if (this.unit?.name === unit.name) return;
@@ -140,8 +140,9 @@ export class LivePlots {
   drawTravel(plot) {
     if (!this.travel) return;
     const { ctx, bbox } = plot;
-    const [low, high] = this.travel.map((limit_in) => limit_in * this.unit.factor);
-    const band = 0.1 * (high - low);
+    const low = this.travel.low_in * this.unit.factor;
+    const high = this.travel.high_in * this.unit.factor;
+    const band = 0.5 * (1 - this.travel.warningShare) * (high - low);
     ctx.save();
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);

@@ -13,7 +13,6 @@ const kStates = {
   ramp_out: { glyph: '\u25bc', meaning: 'the command ramps down' },
   safe_stop: { glyph: '\u25a0', meaning: 'made safe at once' },
 };
-const kWarningPercent = 80;
 
 /** State as shown; what no state is, is "unknown". */
 export function stateOf(status) {
@@ -27,9 +26,10 @@ export function isDriven(status) {
 export class RigView {
   constructor() {
     this.announced = null;
+    this.velocity_percent = 0;
   }
 
-  /** Shows an answer of /api/state. */
+  /** Shows an answer of /api/state. @param travel  {low_in, high_in, warningShare}, or null */
   show(status, unit, travel) {
     const state = stateOf(status);
     const known = kStates[state] ?? { glyph: '?', meaning: '' };
@@ -105,20 +105,22 @@ export class RigView {
   }
 
   showScale(rod, unit, travel) {
-    setText(byId('travel-min'), travel ? unit.text(travel[0]) : '-');
-    setText(byId('travel-max'), travel ? unit.text(travel[1]) : '-');
+    setText(byId('travel-min'), travel ? unit.text(travel.low_in) : '-');
+    setText(byId('travel-max'), travel ? unit.text(travel.high_in) : '-');
     const bar = byId('bar');
     bar.hidden = !travel;
     if (travel) {
-      setAttribute(bar, 'aria-valuemin', unit.number(travel[0]));
-      setAttribute(bar, 'aria-valuemax', unit.number(travel[1]));
+      setAttribute(bar, 'aria-valuemin', unit.number(travel.low_in));
+      setAttribute(bar, 'aria-valuemax', unit.number(travel.high_in));
+      const width = `${50 * (1 - travel.warningShare)}%`;
+      byId('warning-low').style.width = byId('warning-high').style.width = width;
+      setText(byId('warning-text'), `hatched: over ${fixed(100 * travel.warningShare, 0)} % of the way`);
     }
     setText(byId('displacement-unit'), unit.name);
     if (!rod || rod.error) this.showRod(null, unit, travel);
-    this.travel_percent = rod?.travel_percent ?? 0;
     const nearLimit = rod && !rod.error && rod.near_limit;
-    const isFast = this.velocity_percent > kWarningPercent;
-    const upper = travel && rod && rod.displacement_in > 0.5 * (travel[0] + travel[1]);
+    const isFast = travel && this.velocity_percent > 100 * travel.warningShare;
+    const upper = travel && rod && rod.displacement_in > 0.5 * (travel.low_in + travel.high_in);
     showBanner(byId('limit-banner'), nearLimit
       ? `Near a limit: ${fixed(rod.travel_percent, 0)} % of the way to the ${upper ? 'upper' : 'lower'} travel limit; 100 % trips`
       : isFast ? `Near a limit: ${fixed(this.velocity_percent, 0)} % of the velocity limit; 100 % trips` : null);
@@ -132,14 +134,14 @@ export class RigView {
     const isKnown = isNumber(displacement_in) && travel !== null;
     head.hidden = shaft.hidden = !isKnown;
     if (!isKnown) return;
-    const share = (displacement_in - travel[0]) / (travel[1] - travel[0]);
+    const share = (displacement_in - travel.low_in) / (travel.high_in - travel.low_in);
     const place = `${(100 * Math.min(1, Math.max(0, share))).toFixed(2)}%`;
     head.style.left = place;
     shaft.style.width = place;
     const bar = byId('bar');
     setAttribute(bar, 'aria-valuenow', unit.number(displacement_in));
     setAttribute(bar, 'aria-valuetext', unit.text(displacement_in));
-    bar.classList.toggle('near', Math.abs(2 * share - 1) > 0.01 * kWarningPercent);
+    bar.classList.toggle('near', Math.abs(2 * share - 1) > travel.warningShare);
   }
 
   showVolts(volts) {
