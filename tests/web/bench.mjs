@@ -59,8 +59,9 @@ export class Bench {
     this.rig = path.join(this.folder, 'rig.toml');
     mkdirSync(kScreenshots, { recursive: true });
     writeFileSync(this.tokenFile, `${kToken}\n`, { mode: 0o640 });
-    // A quiet sensor would have no intervals to speak of; this one is as noisy as a bench's.
-    writeFileSync(this.rig, readFileSync(path.join(kRoot, 'config/rigs/sim.toml'), 'utf8').replace('sensor_noise_V = 0.001', 'sensor_noise_V = 0.01'));
+    // A quiet sensor would have no intervals to speak of; this one is as noisy as a bench's. People read mm.
+    writeFileSync(this.rig, readFileSync(path.join(kRoot, 'config/rigs/sim.toml'), 'utf8')
+      .replace('sensor_noise_V = 0.001', 'sensor_noise_V = 0.01').replace('# units = "mm"', 'units = "mm"'));
     writeFileSync(path.join(this.folder, 'ehad.toml'), 'schema = 1\n');
     this.logs = '';
   }

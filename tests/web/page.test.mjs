@@ -73,8 +73,9 @@ test('shows the rig before anything is armed', async () => {
   assert.equal(await text('#rig-name'), 'simulated rig');
   assert.match(await text('#fact-lease'), /^none$/);
   assert.match(await text('#runs-note'), /No runs yet/);
-  assert.match(await text('#travel-max'), /^5\.750 in$/);
-  await pageSays('the rod', '#displacement', /^2\.9\d\d$/);
+  assert.match(await text('#travel-max'), /^146\.05 mm$/, 'in the unit of the rig file');
+  await pageSays('the rod', '#displacement', /^7[45]\.\d\d$/);
+  assert.match(await text('#warning-text'), /over 80 %/);
 });
 
 test('the first key reaches Stop, and the focus is seen', async () => {
@@ -106,6 +107,8 @@ test('the intervals of the response shrink period by period', async () => {
   const early = await widest(2);
   const rows = Number((await text('#response-rows')).replace(/\D/g, ''));
   assert.ok(rows > 0, `${rows} rows`);
+  assert.match(await text('#gain-plot .caption'), /mm\/V/);
+  assert.match(await text('#response-run'), /-short, being played: \d+ periods so far/);
   await takeScreenshots('running');
   const late = await widest(9);
   assert.ok(early > 0 && late > 0 && late < early, `+-${early} dB after 2 periods, +-${late} dB after 9`);
