@@ -56,6 +56,7 @@ DaemonFeed::DaemonFeed(std::filesystem::path socket, OnRuns on_runs)
     : socket_(std::move(socket)),
       on_runs_(std::move(on_runs)),
       lost_state_(std::make_shared<const std::string>(lost_text("ehad has not been reached yet"))),
+      silent_state_(std::make_shared<const std::string>(lost_text("ehad is connected, but says nothing"))),
       thread_([this] { follow(); }) {
   pthread_setname_np(thread_.native_handle(), "eha-web-feed");
 }
@@ -67,7 +68,8 @@ DaemonFeed::~DaemonFeed() {
 
 std::shared_ptr<const std::string> DaemonFeed::state() const {
   const std::lock_guard lock(mutex_);
-  return state_ && steady_clock::now() - heard_ < kSilence ? state_ : lost_state_;
+  if (!state_) return lost_state_;
+  return steady_clock::now() - heard_ < kSilence ? state_ : silent_state_;
 }
 
 std::string DaemonFeed::live(std::int64_t since) const {

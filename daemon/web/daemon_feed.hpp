@@ -57,6 +57,7 @@ class DaemonFeed {
   std::shared_ptr<const std::string> state_;
   std::chrono::steady_clock::time_point heard_{};
   std::shared_ptr<const std::string> lost_state_;
+  std::shared_ptr<const std::string> silent_state_;
   LiveBlocks blocks_;
   Run run_;
   std::thread thread_;

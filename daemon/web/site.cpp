@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "core/os/files.hpp"
@@ -114,7 +115,7 @@ void Site::answer_api(const httplib::Request& request, httplib::Response& respon
     response.set_content(*meter_.ask(), kJsonType);
   } else if (path == "/api/runs") {
     const std::int64_t limit = number_of(request, "limit", 50);
-    response.set_content(*runs(static_cast<std::size_t>(std::clamp<std::int64_t>(limit, 1, kMostRuns))), kJsonType);
+    response.set_content(runs(static_cast<std::size_t>(std::clamp<std::int64_t>(limit, 1, kMostRuns))), kJsonType);
   } else if (path == "/api/stop" || path == "/api/token") {
     refuse(response, 405, "expected a POST");
   } else {
@@ -144,15 +145,35 @@ void Site::answer_run(const std::string& path, httplib::Response& response) cons
   refuse(response, 404, "no such file of a run; it may have been removed");
 }
 
-std::shared_ptr<const std::string> Site::runs(std::size_t most) {
-  const std::unique_lock lock(runs_mutex_);
-  const auto now = std::chrono::steady_clock::now();
-  if (!runs_ || runs_most_ != most || now - runs_listed_ >= kRunsInterval) {
-    runs_ = std::make_shared<const std::string>(store_.list(most).dump(-1, ' ', false, Json::error_handler_t::replace));
-    runs_most_ = most;
-    runs_listed_ = now;
+std::string Site::runs(std::size_t most) {
+  const auto kept = [this] {
+    const std::lock_guard lock(runs_mutex_);
+    return std::pair(runs_, runs_listed_);
+  };
+  auto [list, listed] = kept();
+  const auto is_old = [&] { return !list || std::chrono::steady_clock::now() - listed >= kRunsInterval; };
+  if (is_old()) {
+    // Who comes while a slow disk is read gets the list of before; there is none at the beginning.
+    std::unique_lock listing(listing_, std::defer_lock);
+    if (list) {
+      static_cast<void>(listing.try_lock());
+    } else {
+      listing.lock();
+      std::tie(list, listed) = kept();
+    }
+    if (listing && is_old()) {
+      std::vector<std::string> texts;
+      for (const Json& run : store_.list(kMostRuns)) {
+        texts.push_back(run.dump(-1, ' ', false, Json::error_handler_t::replace));
+      }
+      list = std::make_shared<const std::vector<std::string>>(std::move(texts));
+      const std::lock_guard lock(runs_mutex_);
+      runs_ = list;
+      runs_listed_ = std::chrono::steady_clock::now();
+    }
   }
-  return runs_;
+  return fmt::format(
+      "[{}]", fmt::join(list->begin(), list->begin() + static_cast<std::ptrdiff_t>(std::min(most, list->size())), ","));
 }
 
 bool Site::has_token(const httplib::Request& request, httplib::Response& response) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "daemon/web/daemon_feed.hpp"
 #include "daemon/web/response_meter.hpp"
@@ -32,16 +33,17 @@ class Site {
   /// Lets a person find a mistyped token before it is needed. Tries count as those of stop().
   void check_token(const httplib::Request& request, httplib::Response& response);
   void stop(const httplib::Request& request, httplib::Response& response);
-  [[nodiscard]] std::shared_ptr<const std::string> runs(std::size_t most);
+  /// The list of the newest runs as text, listed at most once a second by one thread at a time.
+  [[nodiscard]] std::string runs(std::size_t most);
 
   RunStore& store_;
   const DaemonFeed& feed_;
   ResponseMeter& meter_;
   StopToken& token_;
   std::filesystem::path socket_;
-  std::mutex runs_mutex_;  ///< of what follows
-  std::shared_ptr<const std::string> runs_;
-  std::size_t runs_most_ = 0;
+  std::mutex listing_;                                    ///< held while the folder is read
+  std::mutex runs_mutex_;                                 ///< of what follows
+  std::shared_ptr<const std::vector<std::string>> runs_;  ///< one text a run, newest first
   std::chrono::steady_clock::time_point runs_listed_{};
 };
 
