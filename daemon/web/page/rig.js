@@ -85,7 +85,7 @@ export class RigView {
 
   showMotion(run, unit) {
     const velocity = run ? run.velocity_in_per_s : null;
-    setText(byId('velocity'), isNumber(velocity) ? fixed(velocity * unit.factor, 2, true) : '-');
+    setText(byId('velocity'), isNumber(velocity) ? fixed(velocity * unit.factor, unit.decimals - 1, true) : '-');
     setText(byId('velocity-unit'), `${unit.name}/s`);
     this.velocity_percent = run?.velocity_percent ?? 0;
   }
@@ -114,7 +114,7 @@ export class RigView {
       setAttribute(bar, 'aria-valuemax', unit.number(travel.high_in));
       const width = `${50 * (1 - travel.warningShare)}%`;
       byId('warning-low').style.width = byId('warning-high').style.width = width;
-      setText(byId('warning-text'), `hatched: over ${fixed(100 * travel.warningShare, 0)} % of the way`);
+      setText(byId('warning-text'), `hatched: over ${fixed(100 * travel.warningShare, 0)} %`);
     }
     setText(byId('displacement-unit'), unit.name);
     if (!rod || rod.error) this.showRod(null, unit, travel);
