@@ -18,7 +18,7 @@ namespace {
 using namespace eha::acquisition;
 
 constexpr std::size_t kRows = 50'000;  // as of paper.toml: the tables do not stay in the first cache
-constexpr std::uint32_t kRepetitions = 80'000;
+constexpr std::uint32_t kRepetitions = 40'000;
 constexpr std::uint32_t kTicksToRunning = 1000;
 
 /// Ticks in state running, on a rig that costs next to nothing.

@@ -41,7 +41,7 @@ ident::Record record_of(const LongPlay& play) {
 
 using Estimates = std::map<std::string, ident::ParameterEstimate>;
 
-Estimates estimates_of(const LongPlay& play) {
+Estimates estimates_of(const ident::Record& record) {
   ident::StructureOptions asked;
   asked.name = "lag_valve";
   asked.structure = ident::structures::behind_valve(ident::structures::lag());
@@ -51,11 +51,13 @@ Estimates estimates_of(const LongPlay& play) {
   options.split = 1.0;
   options.intervals = ident::IntervalMethod::straight;
   Estimates estimates;
-  for (const ident::ParameterEstimate& one : ident::fit(record_of(play), asked, options).model.parameters) {
+  for (const ident::ParameterEstimate& one : ident::fit(record, asked, options).model.parameters) {
     if (!one.fixed) estimates[one.name] = one;
   }
   return estimates;
 }
+
+constexpr Eigen::Index kCompared = 40'000;  // rows, whole periods of the tones
 
 struct Differences {
   int seeds = 0;
@@ -72,7 +74,7 @@ TEST(HoldBias, LeavesGainOrdersAndMapAsOpenLoopFindsThem) {
   const config::PreparedExperiment held = config::parse_prepared_experiment(text + "\n[hold]\n", "held.toml", rig);
   std::map<std::string, Differences> differences;
   for (int seed = 1; seed <= seeds; ++seed) {
-    const auto play_with = [&](std::unique_ptr<acquisition::CommandSource> source) {
+    const auto played_with = [&](std::unique_ptr<acquisition::CommandSource> source) {
       auto options = std::get<hal::SimOptions>(rig.backend);
       options.seed = static_cast<std::uint64_t>(seed);
       const std::unique_ptr<hal::Rig> plant = hal::open_rig(options, 0.0);
@@ -82,11 +84,16 @@ TEST(HoldBias, LeavesGainOrdersAndMapAsOpenLoopFindsThem) {
                              std::move(source));
       play.play_on(*plant, started);
       EXPECT_EQ(play.report.outcome, acquisition::Outcome::completed) << "seed " << seed;
-      return estimates_of(play);
+      return record_of(play);
     };
-    const Estimates open = play_with(std::make_unique<acquisition::TableSource>(values_of(held.table_V), 1U));
-    const Estimates closed = play_with(std::make_unique<HoldSource>(
+    const ident::Record with_hold = played_with(std::make_unique<HoldSource>(
         values_of(held.table_V), values_of(held.predicted_in), 1U, config::hold_gains(rig).usual, 1.0));
+    // The same tones without the loop, at the mean voltage that the loop found: the rod stays where the held one is.
+    const Eigen::VectorXd open_V =
+        held.table_V.array() + (with_hold.input.tail(kCompared) - held.table_V.tail(kCompared)).mean();
+    const ident::Record without = played_with(std::make_unique<acquisition::TableSource>(values_of(open_V), 1U));
+    const Estimates closed = estimates_of(with_hold);
+    const Estimates open = estimates_of(without);
     ASSERT_EQ(open.size(), closed.size());
     for (const auto& [name, one] : closed) {
       const ident::ParameterEstimate& other = open.at(name);
