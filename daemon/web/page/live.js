@@ -7,6 +7,8 @@ import { fixed, isNumber, median } from './units.js';
 const kWindow_s = 60;
 /** A pause between blocks that is drawn as a gap [s]. */
 const kGap_s = 1;
+/** After a longer pause between answers, as of a hidden tab, blocks are neither lost nor late [ms]. */
+const kPause_ms = 2000;
 const kHeight_px = 200;
 /** Delays that the median is taken of, at most and at least. */
 const kDelays = 200;
@@ -18,6 +20,7 @@ export class LivePlots {
     this.blocks = [];
     this.delays_ms = [];
     this.drawn_ns = 0;
+    this.taken_ms = -Infinity;
     this.lost = 0;
     this.unit = null;
     this.travel = null;
@@ -48,8 +51,10 @@ export class LivePlots {
     if (restarted) this.blocks = [];
     const asked = this.next;
     this.next = restarted ? -1 : answer.next;
+    const isSteady = performance.now() - this.taken_ms < kPause_ms;
+    this.taken_ms = performance.now();
     if (restarted) return;
-    if (asked >= 0) this.lost += answer.dropped ?? 0;
+    if (isSteady && asked >= 0) this.lost += answer.dropped ?? 0;
     for (const [, x_min, x_max, v_min, v_max, wall_ns] of answer.blocks) {
       this.blocks.push({ at_s: wall_ns * 1e-9, x_min, x_max, v_min, v_max, wall_ns });
     }
@@ -58,7 +63,7 @@ export class LivePlots {
     let stale = 0;
     while (stale < this.blocks.length && this.blocks[stale].at_s < oldest_s) ++stale;
     if (stale > 0) this.blocks.splice(0, stale);
-    this.wantFrame(asked >= 0);
+    this.wantFrame(isSteady && asked >= 0);
   }
 
   /** Newest block, or null where none is younger than a gap. */
