@@ -15,7 +15,7 @@ constexpr double kApproach_per_s = 1.5;
 constexpr double kBias_rad_s = 3.0;
 constexpr double kVelocityFilter_s = 0.1;
 constexpr double kRest_in = 0.005;
-constexpr double kRest_in_per_s = 0.025;         ///< four times what the sensor's noise makes of a rod at rest
+constexpr double kRest_in_per_s = 0.025;         ///< ten times what leakage moves the rod by
 constexpr double kFullDeadBand_in_per_s = 0.02;  ///< speed from which the whole dead band is added
 constexpr double kSpare_V = 0.3;
 constexpr double kShareOfRangeWithoutGains = 0.4;
@@ -65,9 +65,10 @@ double PlaceController::voltage_V(const hal::RigReading& last) noexcept {
   last_in_ = position_in;
   const double velocity_in_per_s = (position_in - filtered_in_) / kVelocityFilter_s;
   filtered_in_ += period_s_ / kVelocityFilter_s * (position_in - filtered_in_);
+  steady_in_per_s_ += period_s_ / kVelocityFilter_s * (velocity_in_per_s - steady_in_per_s_);
 
   const double error_in = target_in_ - position_in;
-  const bool rests = std::abs(error_in) < kTolerance_in && std::abs(velocity_in_per_s) < kRest_in_per_s;
+  const bool rests = std::abs(error_in) < kTolerance_in && std::abs(steady_in_per_s_) < kRest_in_per_s;
   settled_s_ = rests ? settled_s_ + period_s_ : 0.0;
   const double wanted_in_per_s =
       std::abs(error_in) < kRest_in ? 0.0 : std::clamp(kApproach_per_s * error_in, -speed_in_per_s_, speed_in_per_s_);

@@ -43,6 +43,17 @@ TEST(Place, NeedsNoNumbersOfTheValve) {
   }
 }
 
+TEST(Place, SeesARodAtRestThroughANoisySensor) {
+  for (const double noise_V : {0.003, 0.006}) {
+    hal::SimOptions options;
+    options.sensor_noise_V = noise_V;
+    const std::unique_ptr<hal::Rig> rig = hal::open_rig(options, 0.0);
+    LongPlay play;
+    EXPECT_NEAR(play.move(*rig, 3.6), 3.6, kTolerance_in + 4.0 * 0.6 * noise_V) << noise_V;
+    EXPECT_EQ(play.report.outcome, Outcome::completed) << noise_V;
+  }
+}
+
 TEST(Place, StopsAtALimitThatTheRodReachesOnTheWay) {
   const std::unique_ptr<hal::Rig> rig = hal::open_rig(hal::SimOptions{}, 0.0);
   LongPlay play;
