@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rig/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <utility>
+
+#include "core/error.hpp"
+#include "hal/backend.hpp"
+
+namespace eha {
+namespace {
+
+constexpr double kWorstScaleShare = 0.1;
+constexpr double kLeastSpread_V = 0.1;
+constexpr double kLeastSpread_in = 0.1;
+
+/// Byte offset of a position in a text.
+std::size_t offset_of(const std::string& text, const config::Position& position) {
+  std::size_t at = 0;
+  for (std::uint32_t line = 1; line < position.line; ++line) at = text.find('\n', at) + 1;
+  for (std::uint32_t column = 1; column < position.column; ++at) {
+    // Bytes that continue a character of UTF-8 do not count.
+    if (at + 1 >= text.size() || (static_cast<unsigned char>(text[at + 1]) & 0xC0U) != 0x80U) ++column;
+  }
+  return at;
+}
+
+/// The end of a TOML number or basic string that begins at `at`.
+std::size_t end_of_value(const std::string& text, std::size_t at) {
+  if (text[at] == '"' || text[at] == '\'') return text.find(text[at], at + 1) + 1;
+  return std::min(text.find_first_of(" \t\r\n#,}", at), text.size());
+}
+
+/// The line after the head of a table; at the end of the text a head is added.
+std::size_t line_below_head(std::string& text, const std::string& table) {
+  const std::string head = "[" + table + "]";
+  std::size_t at = text.find("\n" + head);
+  if (at == std::string::npos) {
+    text += "\n" + head + "\n";
+    return text.size();
+  }
+  at = text.find('\n', at + 1);
+  if (at == std::string::npos) {
+    text += '\n';
+    return text.size();
+  }
+  return at + 1;
+}
+
+/// A key of a table and its new value, as TOML.
+struct NewValue {
+  std::string key;
+  std::string value;
+};
+
+std::string with_values(const config::RigConfig& rig, const std::string& table, const std::vector<NewValue>& values) {
+  std::string text = rig.text;
+  std::map<std::size_t, const NewValue*, std::greater<>> at;  // from the end, so that places stay right
+  std::string added;
+  for (const NewValue& value : values) {
+    const auto found = rig.positions.find(table + "." + value.key);
+    if (found == rig.positions.end()) {
+      added += fmt::format("{} = {}\n", value.key, value.value);
+    } else {
+      at[offset_of(text, found->second)] = &value;
+    }
+  }
+  for (const auto& [offset, value] : at) text.replace(offset, end_of_value(text, offset) - offset, value->value);
+  if (!added.empty()) text.insert(line_below_head(text, table), added);
+  return text;
+}
+
+}  // namespace
+
+Calibration calibrated(std::span<const CalibrationPoint> points) {
+  if (points.size() < kFewestCalibrationPoints) {
+    throw DataError(fmt::format("{} position{}, at least {} are needed; measure some more, spread over the travel",
+                                points.size(), points.size() == 1 ? "" : "s", kFewestCalibrationPoints));
+  }
+  const auto count = static_cast<double>(points.size());
+  double mean_V = 0.0;
+  double mean_in = 0.0;
+  for (const CalibrationPoint& point : points) {
+    if (!std::isfinite(point.position_in) || !std::isfinite(point.voltage_V)) {
+      throw DataError("a position or a voltage is not a finite number; leave it out");
+    }
+    mean_V += point.voltage_V / count;
+    mean_in += point.position_in / count;
+  }
+  double vv = 0.0;
+  double vy = 0.0;
+  double lowest_V = points.front().voltage_V;
+  double highest_V = lowest_V;
+  double lowest_in = points.front().position_in;
+  double highest_in = lowest_in;
+  for (const CalibrationPoint& point : points) {
+    vv += (point.voltage_V - mean_V) * (point.voltage_V - mean_V);
+    vy += (point.voltage_V - mean_V) * (point.position_in - mean_in);
+    lowest_V = std::min(lowest_V, point.voltage_V);
+    highest_V = std::max(highest_V, point.voltage_V);
+    lowest_in = std::min(lowest_in, point.position_in);
+    highest_in = std::max(highest_in, point.position_in);
+  }
+  if (highest_V - lowest_V < kLeastSpread_V || highest_in - lowest_in < kLeastSpread_in) {
+    throw DataError(fmt::format(
+        "the voltages spread over {:.3g} V and the positions over {:.3g} in; {:g} V and {:g} in at least are needed: "
+        "move the rod farther between the positions",
+        highest_V - lowest_V, highest_in - lowest_in, kLeastSpread_V, kLeastSpread_in));
+  }
+  Calibration found{.scale_in_per_V = vy / vv};
+  found.offset_in = mean_in - found.scale_in_per_V * mean_V;
+  double squares = 0.0;
+  for (const CalibrationPoint& point : points) {
+    found.residuals_in.push_back(point.position_in - found.offset_in - found.scale_in_per_V * point.voltage_V);
+    squares += found.residuals_in.back() * found.residuals_in.back();
+  }
+  found.residual_std = std::sqrt(squares / (count - 2.0));
+  found.scale_std = found.residual_std / std::sqrt(vv);
+  found.offset_std = found.residual_std * std::sqrt(1.0 / count + mean_V * mean_V / vv);
+  if (!(found.scale_std < kWorstScaleShare * std::abs(found.scale_in_per_V))) {
+    throw DataError(fmt::format(
+        "the positions lie on no line: scale {:.4g} +- {:.2g} in/V, residuals up to {:.3g} in; check each position and "
+        "the unit, and that the sensor's wire moves with the rod",
+        found.scale_in_per_V, found.scale_std,
+        std::abs(*std::max_element(found.residuals_in.begin(), found.residuals_in.end(),
+                                   [](double a, double b) { return std::abs(a) < std::abs(b); }))));
+  }
+  return found;
+}
+
+std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration& calibration, const std::string& date) {
+  const std::string table(hal::name_of(rig.backend));
+  std::vector<NewValue> values{{"scale_in_per_V", fmt::format("{:.6g}", calibration.scale_in_per_V)},
+                               {"offset_in", fmt::format("{:.6g}", calibration.offset_in)}};
+  if (!hal::conversion_of(rig.backend).calibration_date.empty()) {
+    values.push_back({"calibration_date", "\"" + date + "\""});
+  }
+  std::string text = with_values(rig, table, values);
+  static_cast<void>(config::parse_rig(text, rig.file_name));
+  return text;
+}
+
+}  // namespace eha

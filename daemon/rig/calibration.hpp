@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/rig_config.hpp"
+
+namespace eha {
+
+/// A position by the ruler and the sensor's voltage there.
+struct CalibrationPoint {
+  double position_in = 0.0;
+  double voltage_V = 0.0;
+};
+
+inline constexpr std::size_t kFewestCalibrationPoints = 3;
+
+/// position = offset + scale voltage.
+struct Calibration {
+  double scale_in_per_V = 0.0;
+  double offset_in = 0.0;
+  double scale_std = 0.0;  ///< standard errors [in/V], [in]
+  double offset_std = 0.0;
+  double residual_std = 0.0;  ///< of the positions about the line [in]
+  std::vector<double> residuals_in = {};
+};
+
+/// Least squares through the points.
+/// @throws DataError  fewer than kFewestCalibrationPoints, one that is not finite, voltages or positions that hardly
+///                    differ, or points that lie on no line (a scale known worse than 10 %); says what to do
+[[nodiscard]] Calibration calibrated(std::span<const CalibrationPoint> points);
+
+/// A rig file's text with scale and offset, and the calibration date where the backend has one, replaced. Everything
+/// else, comments and order among it, stays. A key that the file leaves out is added below the head of its table. The
+/// text is read back as a rig file.
+/// @param date  YYYY-MM-DD
+/// @throws ConfigError  the new file would be wrong: limits outside of what the sensor then shows, for one
+[[nodiscard]] std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration& calibration,
+                                              const std::string& date);
+
+}  // namespace eha

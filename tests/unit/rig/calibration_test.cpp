@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rig/calibration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "hal/backend.hpp"
+#include "ident/excitation/portable_draw.hpp"
+
+namespace eha {
+namespace {
+
+const std::string kRigs = EHA_SOURCE_DIR "/config/rigs/";
+
+std::string refusal(const std::vector<CalibrationPoint>& points) {
+  try {
+    static_cast<void>(calibrated(points));
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Calibration, FindsAnExactLine) {
+  const Calibration found = calibrated(std::vector<CalibrationPoint>{{0.5, -8.0}, {2.95, 0.0}, {5.4, 8.0}});
+  EXPECT_NEAR(found.scale_in_per_V, 0.30625, 1e-12);
+  EXPECT_NEAR(found.offset_in, 2.95, 1e-12);
+  EXPECT_NEAR(found.residual_std, 0.0, 1e-12);
+  ASSERT_EQ(found.residuals_in.size(), 3U);
+}
+
+TEST(Calibration, HasStandardErrorsThatHoldOverManyRulers) {
+  ident::PortableDraw draw(3);
+  constexpr int kRulers = 2000;
+  double scale_squares = 0.0;
+  double offset_squares = 0.0;
+  double scale_variance = 0.0;
+  double offset_variance = 0.0;
+  for (int i = 0; i < kRulers; ++i) {
+    std::vector<CalibrationPoint> points;
+    for (int k = 0; k < 8; ++k) points.push_back({0.3 + 0.6 * (1.0 + k) + 0.01 * draw.normal(), 1.0 + k});
+    const Calibration found = calibrated(points);
+    scale_squares += std::pow(found.scale_in_per_V - 0.6, 2) / kRulers;
+    offset_squares += std::pow(found.offset_in - 0.3, 2) / kRulers;
+    scale_variance += found.scale_std * found.scale_std / kRulers;
+    offset_variance += found.offset_std * found.offset_std / kRulers;
+  }
+  EXPECT_NEAR(scale_variance / scale_squares, 1.0, 0.15);
+  EXPECT_NEAR(offset_variance / offset_squares, 1.0, 0.15);
+}
+
+TEST(Calibration, RefusesTooFewPointsAndPointsOnNoLine) {
+  EXPECT_NE(refusal({{1.0, 1.0}, {2.0, 2.0}}).find("2 positions, at least 3"), std::string::npos);
+  EXPECT_NE(refusal({{1.0, 3.0}, {2.0, 3.0}, {3.0, 3.0}}).find("spread over 0 V"), std::string::npos);
+  EXPECT_NE(refusal({{1.0, 1.0}, {3.0, 2.0}, {1.2, 3.0}, {2.9, 4.0}}).find("lie on no line"), std::string::npos);
+  EXPECT_NE(refusal({{1.0, 1.0}, {2.0, NAN}, {3.0, 3.0}}).find("finite"), std::string::npos);
+}
+
+TEST(CalibratedRigText, ChangesThreeValuesAndNothingElse) {
+  const config::RigConfig rig = config::load_rig(kRigs + "pci1716.toml");
+  const std::string text = calibrated_rig_text(rig, {.scale_in_per_V = 0.2961, .offset_in = 2.9512}, "2026-05-04");
+  const config::RigConfig changed = config::parse_rig(text, "new.toml");
+  const hal::Conversion conversion = hal::conversion_of(changed.backend);
+  EXPECT_EQ(conversion.scale_in_per_V, 0.2961);
+  EXPECT_EQ(conversion.offset_in, 2.9512);
+  EXPECT_EQ(conversion.calibration_date, "2026-05-04");
+  EXPECT_NE(text.find("scale_in_per_V = 0.2961          # displacement sensor"), std::string::npos) << "comments stay";
+  EXPECT_NE(text.find("calibration_date = \"2026-05-04\" # of scale and offset"), std::string::npos);
+  const auto lines = [](const std::string& of) { return std::count(of.begin(), of.end(), '\n'); };
+  EXPECT_EQ(lines(text), lines(rig.text));
+}
+
+TEST(CalibratedRigText, AddsKeysThatTheFileLeavesOut) {
+  const std::string before =
+      "schema = 1\nname = \"r\"\nbackend = \"sim\"\n[limits]\ncommand_min_V = -5.0\ncommand_max_V = 5.0\n"
+      "slew_V_per_s = 20.0\nsafe_V = 0.0\ntravel_min_in = 0.15\ntravel_max_in = 5.7\n"
+      "stopping_deceleration_in_per_s2 = 200.0\nvelocity_limit_in_per_s = 8.0\nfrozen_sensor_s = 0.5\n"
+      "[sim] # \xC3\xBC\nscale_in_per_V = 0.6 # \xC3\xA9\nseed = 3\n";
+  const std::string text = calibrated_rig_text(config::parse_rig(before, "r.toml"),
+                                               {.scale_in_per_V = 0.61, .offset_in = -0.02}, "2026-05-04");
+  EXPECT_NE(text.find("[sim] # \xC3\xBC\noffset_in = -0.02\nscale_in_per_V = 0.61 # \xC3\xA9\nseed = 3\n"),
+            std::string::npos)
+      << text;
+}
+
+TEST(CalibratedRigText, RefusesACalibrationThatTheLimitsContradict) {
+  const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
+  EXPECT_THROW(static_cast<void>(calibrated_rig_text(rig, {.scale_in_per_V = 0.1, .offset_in = 0.0}, "2026-05-04")),
+               ConfigError);
+}
+
+}  // namespace
+}  // namespace eha
