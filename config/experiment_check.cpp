@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
 #include "ident/excitation/excitation.hpp"
@@ -44,6 +45,7 @@ class ConflictSearch {
     if (experiment_.place_in) {
       return Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples_per_repetition(experiment_, rig_)));
     }
+    if (experiment_.characterises) return characterisation_plan(rig_).table_V;
     return issues_.clean("excitation") ? check_table() : Eigen::VectorXd();
   }
 

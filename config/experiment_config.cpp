@@ -16,6 +16,7 @@
 #include "config/prepared_experiment.hpp"
 #include "config/toml_section.hpp"
 #include "core/error.hpp"
+#include "ident/valve/sheet_plan.hpp"
 
 namespace eha::config {
 namespace {
@@ -25,6 +26,8 @@ using ident::Procedure;
 enum class Procedures { standard, paper, both };
 constexpr auto kProcedures = std::to_array<std::pair<std::string_view, Procedures>>(
     {{"default", Procedures::standard}, {"paper", Procedures::paper}, {"both", Procedures::both}});
+/// Of the data for people of a characterisation; its valve sheet takes every row.
+constexpr int kSheetDecimation = 40;
 constexpr std::int64_t kAnySeed = std::numeric_limits<std::int64_t>::max();
 
 void read_record(Section& root, ident::FitOptions& fit) {
@@ -90,10 +93,23 @@ ExperimentConfig read_experiment(Document& document) {
   int schema = 0;
   root.integer("schema", schema, 1, 1);
   root.file_stem("name", experiment.name);
-  root.number("duration_s", experiment.duration_s, Range{.low = 0.0, .high = kLongestRun_s, .low_excluded = true});
-  root.integer("repetitions", experiment.repetitions, 1, 1000, Need::optional);
+  if (auto section = root.section("characterise", Need::optional)) {
+    section->finish();
+    experiment.characterises = true;
+    experiment.duration_s = ident::kSheetDuration_s;
+    experiment.fit.discard_s = 0.0;
+    experiment.fit.decimation = kSheetDecimation;
+    for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "model"}) {
+      root.forbid(key, "[characterise], which plays what the valve sheet needs");
+    }
+  } else {
+    root.number("duration_s", experiment.duration_s, Range{.low = 0.0, .high = kLongestRun_s, .low_excluded = true});
+    root.integer("repetitions", experiment.repetitions, 1, 1000, Need::optional);
+  }
   read_motion(root, experiment);
-  if (experiment.place_in) {
+  if (experiment.characterises) {
+    // Nothing more is asked for.
+  } else if (experiment.place_in) {
     for (const char* key : {"excitation", "start", "hold", "model"}) root.forbid(key, "[place], which plays nothing");
     experiment.fit.discard_s = 0.0;
   } else if (auto section = root.section("excitation")) {

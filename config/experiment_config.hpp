@@ -23,8 +23,9 @@ struct Hold {
 /// A whole experiment.toml.
 struct ExperimentConfig {
   std::string name;
-  ident::Excitation excitation;         ///< none is played with place_in
+  ident::Excitation excitation;         ///< none is played unless is_fitted()
   std::optional<double> place_in = {};  ///< [place]: moves the rod there, in duration_s at most, and plays nothing [in]
+  bool characterises = false;           ///< [characterise]: plays what the valve sheet needs, for kSheetDuration_s
   std::optional<double> start_in = {};  ///< [start]: where the rod is moved first [in]
   std::optional<Hold> hold = {};        ///< [hold]
   double duration_s = 0.0;              ///< of one repetition [s]
@@ -37,6 +38,9 @@ struct ExperimentConfig {
   std::string file_name;  ///< as given, for messages
   std::string text;       ///< the file's content as read, for the run's manifest
   PositionMap positions;  ///< position of each key in the file
+
+  /// Whether its record is for models; else it only places the rod, or measures the valve.
+  [[nodiscard]] bool is_fitted() const noexcept { return !place_in && !characterises; }
 };
 
 /// Reads an experiment file and the files that it names, and reports everything that is wrong at once, in file order.

@@ -23,8 +23,8 @@ namespace {
 constexpr std::size_t kLargestFile = std::size_t{1} << 20U;
 
 constexpr std::array<std::string_view, 3> kRigKeys = {"backend", "limits", "realtime"};
-constexpr std::array<std::string_view, 7> kExperimentKeys = {"excitation",     "duration_s", "repetitions", "record",
-                                                             "identification", "model",      "acceptance"};
+constexpr std::array<std::string_view, 8> kExperimentKeys = {
+    "excitation", "characterise", "duration_s", "repetitions", "record", "identification", "model", "acceptance"};
 
 struct FileCloser {
   void operator()(std::FILE* file) const noexcept { std::fclose(file); }

@@ -24,13 +24,15 @@ struct ValveEstimate {
   }
 };
 
+/// By which dead_band_V of [following] is wider than measured.
+inline constexpr double kDeadBandSpare_V = 0.05;
+
 [[nodiscard]] inline ValveEstimate valve_estimate(const Following& following) noexcept {
   constexpr double kGainOfHalf = 2.0;
-  constexpr double kSpare_V = 0.05;
   return {.gain_positive_in_per_V_s = kGainOfHalf * following.gain_positive_in_per_V_s,
           .gain_negative_in_per_V_s = kGainOfHalf * following.gain_negative_in_per_V_s,
           .null_V = following.null_V,
-          .dead_band_V = std::max(0.0, following.dead_band_V - kSpare_V)};
+          .dead_band_V = std::max(0.0, following.dead_band_V - kDeadBandSpare_V)};
 }
 
 /// How well the numbers of a ValveEstimate are known: standard deviations.

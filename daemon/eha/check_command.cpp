@@ -43,8 +43,9 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   if (rehearsal) document["rehearsal"] = to_json(*rehearsal);
   console.print_json(document);
   const std::size_t count = experiment.models.size();
-  const std::string models =
-      count == 0 ? "the ladder of models" : fmt::format("{} model{}", count, count == 1 ? "" : "s");
+  const std::string models = experiment.characterises ? "the valve sheet"
+                             : count == 0             ? "the ladder of models"
+                                                      : fmt::format("{} model{}", count, count == 1 ? "" : "s");
   console.print(fmt::format("{}: a valid experiment, \"{}\": {:g} s, {} repetition{}, {}{}", command.file,
                             experiment.name, experiment.duration_s, experiment.repetitions,
                             experiment.repetitions == 1 ? "" : "s", models,

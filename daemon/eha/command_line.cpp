@@ -24,6 +24,7 @@
 #include "daemon/eha/runs_options.hpp"
 #include "daemon/eha/service_options.hpp"
 #include "daemon/eha/study_options.hpp"
+#include "daemon/eha/valve_options.hpp"
 #include "daemon/eha/version.hpp"
 #include "daemon/eha/web_options.hpp"
 
@@ -241,6 +242,8 @@ struct Commands {
   DoctorCommand doctor;
   LatencyCommand latency;
   PlaceCommands place;
+  CharacteriseCommand characterise;
+  CalibrateCommand calibrate;
   ReadCommand read;
   StudyCommand study;
   ServiceCommand service;
@@ -269,6 +272,8 @@ void add_commands(CLI::App& app, Commands& commands) {
   add_completion(app, commands.shell);
   add_read(app, commands.read);
   add_place_commands(app, commands.place);
+  add_characterise(app, commands.characterise);
+  add_calibrate(app, commands.calibrate);
   add_service_commands(app, commands.service);
   add_web(app, commands.web);
 }
@@ -312,6 +317,8 @@ std::optional<Command> chosen_command(const CLI::App& app, const Commands& comma
   if (app.got_subcommand("latency")) return commands.latency;
   if (app.got_subcommand("read")) return commands.read;
   if (app.got_subcommand("study")) return commands.study;
+  if (app.got_subcommand("characterise")) return commands.characterise;
+  if (app.got_subcommand("calibrate")) return commands.calibrate;
   if (app.got_subcommand("goto")) return commands.place.go_to;
   if (app.got_subcommand("jog")) return commands.place.jog;
   if (app.got_subcommand("web")) return commands.web;

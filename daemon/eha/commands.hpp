@@ -203,6 +203,27 @@ struct PlaceCommand {
   std::filesystem::path output = "runs";
 };
 
+struct CharacteriseCommand {
+  std::optional<std::string> run = {};       ///< shows the sheet of this run; nothing moves
+  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  std::filesystem::path socket = control::default_socket();
+  bool local = false;
+  bool fast = false;
+  bool yes = false;
+  bool allow_non_realtime = false;
+  std::filesystem::path output = "runs";
+};
+
+struct CalibrateCommand {
+  std::vector<std::string> at = {};                  ///< POSITION=VOLTS
+  std::optional<std::string> pairs_file = {};        ///< CSV: position_in, voltage_V
+  std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig where nobody listens
+  std::optional<std::string> rig_file = {};          ///< none: the service's, or default_rig_file()
+  bool local = false;                                ///< read the rig in this process
+  double tolerance_in = 0.02;                        ///< a residual beyond it is warned of
+  std::optional<std::filesystem::path> output = {};  ///< none: beside the rig file, with the date in its name
+};
+
 struct ReadCommand {
   std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig itself where nobody listens
   std::optional<std::string> rig_file = {};          ///< with `local`; none: default_rig_file()
@@ -232,11 +253,11 @@ struct WebCommand {
   std::vector<std::string> allowed_hosts = {};
 };
 
-using Command =
-    std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand, CompareCommand,
-                 ReplayCommand, ReportCommand, PlotCommand, BatchCommand, BatchMergeCommand, CheckCommand,
-                 DesignCommand, RunsListCommand, RunsShowCommand, RunsRecoverCommand, DoctorCommand, LatencyCommand,
-                 PlaceCommand, ReadCommand, StudyCommand, ServiceCommand, WebCommand>;
+using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateCommand, ValidateCommand, ExportCommand,
+                             CompareCommand, ReplayCommand, ReportCommand, PlotCommand, BatchCommand, BatchMergeCommand,
+                             CheckCommand, DesignCommand, RunsListCommand, RunsShowCommand, RunsRecoverCommand,
+                             DoctorCommand, LatencyCommand, PlaceCommand, CharacteriseCommand, CalibrateCommand,
+                             ReadCommand, StudyCommand, ServiceCommand, WebCommand>;
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const FitCommand& command, Console& console);
@@ -260,6 +281,8 @@ using Command =
 [[nodiscard]] ExitCode learn_following(const std::filesystem::path& folder, Console& console);
 [[nodiscard]] ExitCode execute(const LatencyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const PlaceCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const CharacteriseCommand& command, Console& console);
+[[nodiscard]] ExitCode execute(const CalibrateCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ReadCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const StudyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);

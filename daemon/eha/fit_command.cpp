@@ -13,6 +13,7 @@
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/sweep_command.hpp"
+#include "daemon/eha/valve_sheet.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
@@ -92,6 +93,11 @@ ExitCode execute(const FitCommand& command, Console& console) {
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
   print_import(source.guess, source.repairs, console);
+  const bool names_models = !command.models.families.empty() || !command.models.structure_files.empty();
+  if (source.run_folder && source.experiment && source.experiment->characterises && !names_models) {
+    // What such a run is for.
+    return show_valve_sheet(*source.run_folder, SheetFiles::write, console);
+  }
   const IdentificationTask task = task_for(command, source);
   print_warnings(source, task.options.decimation, console);
   if (command.sweep) {

@@ -21,6 +21,7 @@
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/run_service.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/eha/valve_sheet.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
@@ -198,6 +199,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
     return {report_incomplete(acquired, console), false};
   }
+  if (experiment.characterises) return {show_valve_sheet(run.folder, SheetFiles::write, console), true};
   if (run.only_placed) {
     return {report_placed(run, *experiment.place_in, rig.units, read_again(command), console), true};
   }

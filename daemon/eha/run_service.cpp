@@ -25,6 +25,7 @@
 #include "daemon/eha/run_follower.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/eha/valve_sheet.hpp"
 
 namespace eha::cli {
 namespace {
@@ -49,12 +50,26 @@ void print_answer_of_service(const Json& entry, const Console& console) {
   print_model_list(record::models_from_json(entry.at("models"), "ehad's answer: models"), console);
 }
 
+/// Whether a run measured the valve; false where its folder may not be read.
+bool is_characterisation(const std::string& folder, const Console& console) {
+  try {
+    const Json experiment = record::read_manifest(folder).other.value("experiment", Json::object());
+    return experiment.value("characterises", false);
+  } catch (const Error& error) {
+    console.debug(error.what());
+    return false;
+  }
+}
+
 /// @param units  of the rig file
 ExitCode report(const Json& entry, const std::string& units, const RunCommand& command, const Console& console) {
   const auto code = static_cast<ExitCode>(entry.value("exit_code", static_cast<int>(ExitCode::bug)));
   const std::string folder = entry.value("folder", "");
   const std::string note = entry.value("note", "");
   for (const Json& sentence : entry.value("warnings", Json::array())) console.warning(sentence.get<std::string>());
+  if (code == ExitCode::ok && is_characterisation(folder, console)) {
+    return show_valve_sheet(folder, SheetFiles::keep, console);
+  }
   if (code != ExitCode::ok && !note.empty()) console.error(note);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && entry.value("outcome", "") != "completed") {

@@ -203,8 +203,11 @@ void Supervisor::finish_fit(EntryId id, const worker::WorkerEnd& end) {
                      entry.models = fit.models;
                      entry.note = fit.note;
                      if (fit.fitted) {
-                       spdlog::info("experiment {}: fitted, {} model is accepted", id,
-                                    fit.code == ExitCode::ok ? "a" : "no");
+                       // A characterisation has no models: its valve sheet is in the run's folder.
+                       spdlog::info("experiment {}: {}", id,
+                                    fit.models.empty()         ? "evaluated"
+                                    : fit.code == ExitCode::ok ? "fitted, a model is accepted"
+                                                               : "fitted, no model is accepted");
                      } else {
                        ++totals_.worker_failures;
                        spdlog::error("experiment {}: not fitted: {}; the record is kept, `eha fit {}` repeats it", id,

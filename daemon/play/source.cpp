@@ -3,7 +3,9 @@
 
 #include <utility>
 
+#include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
+#include "daemon/place/centring_source.hpp"
 #include "daemon/place/hold_source.hpp"
 #include "daemon/place/place_source.hpp"
 
@@ -33,6 +35,12 @@ std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
   if (experiment.place_in) {
     return std::make_unique<place::PlaceSource>(place::PlaceController(limits, step_s, *experiment.place_in),
                                                 static_cast<std::uint32_t>(request.table_V.size()));
+  }
+  if (experiment.characterises) {
+    const config::Centring centring = config::centring_of(limits);
+    return std::make_unique<place::StartingSource>(
+        place::PlaceController(limits, step_s, experiment.start_in.value_or(centring.middle_in)), limits, step_s,
+        std::make_unique<place::CentringSource>(request.table_V, centring));
   }
   std::unique_ptr<CommandSource> excitation = excitation_of(request);
   if (!experiment.start_in) return excitation;

@@ -133,8 +133,9 @@ Json to_json(const config::ExperimentConfig& experiment) {
     hold = {{"gain_V_per_in", gain ? Json(*gain) : Json(nullptr)}};
   }
   return {{"name", experiment.name},
-          {"excitation", experiment.place_in ? Json(nullptr) : to_json(experiment.excitation)},
+          {"excitation", experiment.is_fitted() ? to_json(experiment.excitation) : Json(nullptr)},
           {"place_in", experiment.place_in ? Json(*experiment.place_in) : Json(nullptr)},
+          {"characterises", experiment.characterises},
           {"start_in", experiment.start_in ? Json(*experiment.start_in) : Json(nullptr)},
           {"hold", std::move(hold)},
           {"duration_s", experiment.duration_s},

@@ -102,14 +102,14 @@ Eigen::VectorXd periodic_part(const config::PreparedExperiment& experiment, cons
 }
 
 bool plays_open_loop(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
-  return rig.limits.following && !experiment.config.place_in && !experiment.config.hold;
+  return rig.limits.following && experiment.config.is_fitted() && !experiment.config.hold;
 }
 
 }  // namespace
 
 std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                                   double start_in, std::uint64_t seed) {
-  if (!rig.limits.following || experiment.config.place_in || experiment.table_V.size() == 0) return std::nullopt;
+  if (!rig.limits.following || !experiment.config.is_fitted() || experiment.table_V.size() == 0) return std::nullopt;
   const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
   const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
   const double ahead_in = experiment.config.hold ? experiment.predicted_in[0] : 0.0;

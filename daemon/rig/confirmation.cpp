@@ -13,6 +13,11 @@ std::optional<std::string> confirmation_text(const config::RigConfig& rig, const
     return fmt::format("This moves the actuator on {} slowly to {:.3f} in.", hal::describe(rig.backend),
                        *experiment.place_in);
   }
+  if (experiment.characterises) {
+    return fmt::format("This moves the actuator on {} about the middle of its travel, {:g}..{:g} in, for {:g} s.",
+                       hal::describe(rig.backend), rig.limits.travel_min_in, rig.limits.travel_max_in,
+                       experiment.duration_s);
+  }
   return fmt::format("This moves the actuator on {}: \"{}\", {:g} s, within {:g}..{:g} V.", hal::describe(rig.backend),
                      experiment.name, experiment.duration_s * experiment.repetitions, rig.limits.command_min_V,
                      rig.limits.command_max_V);

@@ -51,6 +51,18 @@ TEST_F(ServicePlace, MovesTheRodThereAndAgainRelativeToIt) {
   EXPECT_EQ(Client(daemon_.socket()).call("status").at("state"), "armed") << "the next may follow";
 }
 
+TEST_F(ServicePlace, CharacterisesTheValve) {
+  Client(daemon_.socket()).call("arm");
+  const Ended ended = eha({"characterise", "--fast", "--json"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const Json sheet = Json::parse(ended.out);
+  EXPECT_EQ(sheet.at("schema"), "eha-valve-sheet/1");
+  EXPECT_NEAR(sheet.at("null_V").at("value").get<double>(), -0.2, 0.01);
+  const fs::path folder = sheet.at("run").get<std::string>();
+  EXPECT_TRUE(fs::exists(folder / "valve_sheet.json")) << "written by the service";
+  EXPECT_TRUE(fs::is_empty(folder / "models"));
+}
+
 TEST_F(ServicePlace, RefusesPlacesOutsideTheTravelAndLengthsWithoutAUnit) {
   Client(daemon_.socket()).call("arm");
   const Ended outside = eha({"goto", "5.74in", "--fast"});

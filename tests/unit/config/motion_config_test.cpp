@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "config/valve_estimate.hpp"
@@ -63,6 +64,41 @@ TEST(MotionConfig, TakesAPlaceInsteadOfAnExcitation) {
   EXPECT_EQ(prepared.table_V.cwiseAbs().maxCoeff(), 0.0);
   EXPECT_TRUE(contains(refusal(place + "[start]\ndisplacement_in = 3.0\n"), "start: expected no such key"));
   EXPECT_TRUE(contains(refusal(experiment("[place]\ndisplacement_in = 3.0\n")), "excitation: expected no such key"));
+}
+
+TEST(MotionConfig, TakesCharacteriseInsteadOfAnExcitation) {
+  const std::string text = "schema = 1\nname = \"c\"\n[characterise]\n";
+  const auto prepared = parse_prepared_experiment(text, "e.toml", sim());
+  EXPECT_TRUE(prepared.config.characterises);
+  EXPECT_FALSE(prepared.config.is_fitted());
+  EXPECT_EQ(prepared.config.duration_s, 130.0);
+  EXPECT_EQ(prepared.table_V.size(), 130'000);
+  EXPECT_EQ(parse_prepared_experiment(text + "[start]\ndisplacement_in = 2.5\n", "e", sim()).config.start_in, 2.5);
+  EXPECT_TRUE(contains(refusal("duration_s = 60.0\n" + text), "duration_s: expected no such key"));
+  EXPECT_TRUE(contains(refusal(text + "amplitude_V = 1.0\n"), "characterise.amplitude_V"));
+  EXPECT_TRUE(contains(refusal(experiment("[characterise]\n")), "excitation: expected no such key"));
+}
+
+TEST(Centring, ActsGentlyInsideAndTurnsEveryCommandNearTheEnds) {
+  const Centring centring = centring_of(sim().limits);
+  EXPECT_EQ(centring.correction_V(centring.middle_in), 0.0);
+  EXPECT_NEAR(centring.correction_V(centring.middle_in - 1.0), 0.5, 0.01);
+  EXPECT_NEAR(centring.correction_V(centring.middle_in + 1.0), -0.5, 0.01);
+  // A tenth of the travel before the ends it outweighs a triangle of 1.5 V about a null that is 0.5 V off.
+  EXPECT_GT(centring.correction_V(sim().limits.travel_min_in + 0.56), 2.0);
+  EXPECT_LT(centring.correction_V(sim().limits.travel_max_in - 0.56), -2.0);
+  EXPECT_EQ(centring.correction_V(-100.0), 3.0);
+}
+
+TEST(Characterisation, GoesBeyondTheDeadBandOfTheRigFile) {
+  const ident::SheetPlan known = characterisation_plan(sim());
+  RigConfig rig = sim();
+  rig.limits.following.reset();
+  const ident::SheetPlan unknown = characterisation_plan(rig);
+  EXPECT_EQ(known.table_V[0], -0.2);
+  EXPECT_EQ(unknown.table_V[0], 0.0);
+  EXPECT_LT(known.sines.front().bias_V, unknown.sines.front().bias_V);
+  EXPECT_GT(known.sines.front().bias_V - known.sines.front().amplitude_V, 0.15);
 }
 
 TEST(MotionConfig, BoundsTheGainOfAHoldByTheRig) {

@@ -20,6 +20,7 @@ const std::string kDirectory = EHA_CONFIG_DIR;
 
 RigConfig simulated() { return load_rig(kDirectory + "/rigs/sim.toml"); }
 RigConfig card() { return load_rig(kDirectory + "/rigs/pci1716.toml"); }
+ExperimentConfig characterise() { return load_experiment(kDirectory + "/experiments/characterise.toml"); }
 ExperimentConfig paper() { return load_experiment(kDirectory + "/experiments/paper.toml"); }
 
 /// The shipped files are the documentation of their keys.
@@ -38,7 +39,8 @@ void expect_a_comment_on_every_key(const std::string& text) {
 }
 
 TEST(ShippedFiles, ExplainEveryKey) {
-  for (const std::string& text : {simulated().text, card().text, paper().text}) expect_a_comment_on_every_key(text);
+  for (const std::string& text : {simulated().text, card().text, paper().text, characterise().text})
+    expect_a_comment_on_every_key(text);
 }
 
 TEST(ShippedFiles, WornRigsDifferFromTheSimulatedOneAndTakeItsExperiment) {
@@ -55,7 +57,15 @@ TEST(ShippedFiles, WornRigsDifferFromTheSimulatedOneAndTakeItsExperiment) {
   }
 }
 
+TEST(ShippedFiles, CharacteriseEveryShippedRig) {
+  for (const char* name : {"sim", "sim-sticky", "sim-leaky", "sim-worn", "pci1716"}) {
+    const RigConfig rig = load_rig(kDirectory + "/rigs/" + name + ".toml");
+    EXPECT_EQ(prepare(characterise(), rig).table_V.size(), 130'000) << name;
+  }
+}
+
 TEST(ShippedFiles, AreToldApart) {
+  EXPECT_EQ(kind_of(characterise().text, "c"), FileKind::experiment);
   EXPECT_EQ(kind_of(simulated().text, "a"), FileKind::rig);
   EXPECT_EQ(kind_of(card().text, "b"), FileKind::rig);
   EXPECT_EQ(kind_of(paper().text, "c"), FileKind::experiment);

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/rig_config.hpp"
+#include "ident/valve/sheet_plan.hpp"
+
+namespace eha::config {
+
+/// The loop that keeps the rod about the middle of its travel while its valve is characterised: slow inside, steep
+/// towards the ends, so that a valve whose null is unknown does not carry the rod to a limit.
+///   correction = clamp(gain off + wall (off beyond +-free), +-most),   off = middle - y
+struct Centring {
+  double middle_in = 0.0;
+  double gain_V_per_in = 0.0;
+  double free_in = 0.0;
+  double wall_V_per_in = 0.0;
+  double most_V = 0.0;
+
+  /// Real-time safe. @returns [V]
+  [[nodiscard]] double correction_V(double displacement_in) const noexcept {
+    const double off_in = middle_in - displacement_in;
+    const double beyond_in = std::copysign(std::max(0.0, std::abs(off_in) - free_in), off_in);
+    return std::clamp(gain_V_per_in * off_in + wall_V_per_in * beyond_in, -most_V, most_V);
+  }
+};
+
+/// Of a rig: 0.28 of half the command range at the travel's ends; from 0.3 of the travel on either side of its middle
+/// as much again within a tenth of the travel, four times over; at most 0.6 of half the range.
+[[nodiscard]] Centring centring_of(const RigLimits& limits) noexcept;
+
+/// What is played to characterise the rig's valve: about the null of [following] and beyond its dead band; without
+/// [following] about the safe voltage and beyond 0.16 of half the command range.
+[[nodiscard]] ident::SheetPlan characterisation_plan(const RigConfig& rig);
+
+}  // namespace eha::config

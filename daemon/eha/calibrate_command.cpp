@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/os/files.hpp"
+#include "daemon/control/client.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/length_argument.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "daemon/importer/table.hpp"
+#include "daemon/rig/calibration.hpp"
+#include "daemon/rig/trusted_file.hpp"
+#include "hal/backend.hpp"
+
+namespace eha::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kReadings = 50;
+constexpr auto kBetweenReadings = std::chrono::milliseconds(20);
+constexpr double kMillimetresPerInch = 25.4;
+
+/// Reads the sensor's voltage [V].
+using VoltageReader = std::function<double()>;
+
+double mean_voltage(const VoltageReader& read) {
+  double sum_V = 0.0;
+  for (int i = 0; i < kReadings; ++i) {
+    if (i > 0) std::this_thread::sleep_for(kBetweenReadings);
+    sum_V += read();
+  }
+  return sum_V / kReadings;
+}
+
+/// The rig of this process, or the service's.
+class Sensor {
+ public:
+  Sensor(const CalibrateCommand& command, const fs::path& socket, bool is_local, const config::RigConfig& config) {
+    if (!is_local) {
+      client_ = std::make_unique<control::Client>(command.socket.value_or(socket));
+      return;
+    }
+    require_trusted_rig_file(config);
+    rig_ = hal::open(config.backend, config.limits.safe_V);
+  }
+
+  [[nodiscard]] double voltage_V() {
+    return mean_voltage([this] { return rig_ ? of_rig() : of_service(); });
+  }
+
+ private:
+  [[nodiscard]] double of_rig() {
+    hal::RigReading reading;
+    elapsed_ns_ += std::chrono::nanoseconds(kBetweenReadings).count();
+    if (rig_->read(elapsed_ns_, reading) != hal::RigStatus::ok) {
+      throw DeviceError("the rig cannot be read; eha doctor says more");
+    }
+    return reading.feedback_V;
+  }
+  [[nodiscard]] double of_service() {
+    const Json status = client_->call("status");
+    if (!status.at("run").is_null()) throw UsageError("a run is on; calibrate when it is over");
+    const Json rod = status.value("rod", Json());
+    if (!rod.is_object()) throw DeviceError("the service has not read the rod yet; try again");
+    if (rod.at("error").is_string()) throw DeviceError(rod.at("error").get<std::string>());
+    return rod.at("feedback_V");
+  }
+
+  std::unique_ptr<control::Client> client_;
+  std::unique_ptr<hal::Rig> rig_;
+  std::int64_t elapsed_ns_ = 0;
+};
+
+/// "2.95in=4.917". @throws UsageError
+CalibrationPoint point_of(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::optional<double> position_in = inches_of(std::string_view(text).substr(0, equals));
+  std::string_view volts = equals == std::string::npos ? std::string_view() : std::string_view(text).substr(equals + 1);
+  if (volts.ends_with('V')) volts.remove_suffix(1);
+  double voltage_V = 0.0;
+  const auto [end, error] = std::from_chars(volts.data(), volts.data() + volts.size(), voltage_V);
+  if (!position_in || error != std::errc() || end != volts.data() + volts.size()) {
+    throw UsageError(
+        fmt::format("--at {}: expected a position with its unit, = and volts, such as 2.95in=4.917", text));
+  }
+  return {*position_in, voltage_V};
+}
+
+std::vector<CalibrationPoint> points_of_file(const std::string& path) {
+  const std::unique_ptr<importer::Table> table = importer::open_table(path, {});
+  std::optional<std::size_t> position;
+  std::optional<std::size_t> voltage;
+  const std::vector<importer::Column>& columns = table->columns();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].unit == "in" || columns[i].unit == "mm") position = i;
+    if (columns[i].unit == "V") voltage = i;
+  }
+  if (!position || !voltage) {
+    throw DataError(fmt::format("{}: expected the columns position_in (or position_mm) and voltage_V", path));
+  }
+  importer::Selection selection;
+  selection.columns = {*position, *voltage};
+  const importer::Rows rows = table->read(selection, {});
+  const double factor = columns[*position].unit == "mm" ? 1.0 / kMillimetresPerInch : 1.0;
+  std::vector<CalibrationPoint> points;
+  for (std::size_t i = 0; i < rows.count(); ++i) points.push_back({factor * rows.columns[0][i], rows.columns[1][i]});
+  return points;
+}
+
+std::vector<CalibrationPoint> asked_points(Sensor& sensor, Console& console) {
+  std::vector<CalibrationPoint> points;
+  console.info(
+      "nothing is moved here: place the rod, read the ruler, type the position (2.95in, 75mm); an empty line ends");
+  for (std::string line;;) {
+    std::cerr << fmt::format("position {}: ", points.size() + 1) << std::flush;
+    if (!std::getline(std::cin, line) || line.empty()) break;
+    const std::optional<double> position_in = inches_of(line);
+    if (!position_in) {
+      console.warning(fmt::format("\"{}\": expected a length with its unit, such as 2.95in or 75mm", line));
+      continue;
+    }
+    points.push_back({*position_in, sensor.voltage_V()});
+    console.info(fmt::format("{:.3f} in at {:.4f} V", *position_in, points.back().voltage_V));
+  }
+  return points;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  return fmt::format("{:%Y-%m-%d}", fmt::gmtime(now));
+}
+
+/// Writes a file that must not be there yet.
+void write_new(const fs::path& path, const std::string& text) {
+  std::error_code ignored;
+  if (fs::exists(path, ignored)) {
+    throw UsageError(
+        fmt::format("{}: is there already, and no rig file is overwritten; name another with -o", path.string()));
+  }
+  os::write_file_atomically(path, text);
+}
+
+void report(const std::vector<CalibrationPoint>& points, const Calibration& found, double tolerance_in,
+            const Console& console) {
+  std::string text = fmt::format("displacement_in = {:.6g} + {:.6g} V   (scale +- {:.2g} in/V, offset +- {:.2g} in)\n",
+                                 found.offset_in, found.scale_in_per_V, found.scale_std, found.offset_std);
+  text += fmt::format("  {:>12}  {:>10}  {:>12}\n", "position in", "sensor V", "residual in");
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    text += fmt::format("  {:>12.4f}  {:>10.4f}  {:>+12.4f}\n", points[i].position_in, points[i].voltage_V,
+                        found.residuals_in[i]);
+  }
+  console.print(text);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (std::abs(found.residuals_in[i]) <= tolerance_in) continue;
+    console.warning(fmt::format("{:.4f} in: {:.4f} in off the line, tolerance {:g} in; measure it again",
+                                points[i].position_in, found.residuals_in[i], tolerance_in));
+  }
+}
+
+}  // namespace
+
+ExitCode execute(const CalibrateCommand& command, Console& console) {
+  std::error_code ignored;
+  const fs::path socket = command.socket.value_or(control::default_socket());
+  const bool is_local = command.local || (!command.socket && !fs::exists(socket, ignored));
+  const bool asks = command.at.empty() && !command.pairs_file;
+  std::optional<std::string> rig_file = command.rig_file;
+  if (!rig_file && !is_local) {
+    rig_file = control::Client(socket).call("status").at("rig").at("file").get<std::string>();
+  }
+  const config::RigConfig rig = load_rig_or_default(rig_file);
+  const std::string date = today();
+  const fs::path old(rig.file_name);
+  const fs::path path =
+      command.output.value_or(old.parent_path() / fmt::format("{}-{}.toml", old.stem().string(), date));
+  std::vector<CalibrationPoint> points;
+  if (asks) {
+    Sensor sensor(command, socket, is_local, rig);
+    points = asked_points(sensor, console);
+  } else if (command.pairs_file) {
+    points = points_of_file(*command.pairs_file);
+  } else {
+    for (const std::string& pair : command.at) points.push_back(point_of(pair));
+  }
+  const Calibration found = calibrated(points);
+  report(points, found, command.tolerance_in, console);
+  write_new(path, calibrated_rig_text(rig, found, date));
+  Json list = Json::array();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    list.push_back({{"position_in", points[i].position_in},
+                    {"voltage_V", points[i].voltage_V},
+                    {"residual_in", found.residuals_in[i]}});
+  }
+  console.print_json({{"schema", "eha-calibration/1"},
+                      {"rig", rig.file_name},
+                      {"file", path.string()},
+                      {"date", date},
+                      {"scale_in_per_V", found.scale_in_per_V},
+                      {"scale_std", found.scale_std},
+                      {"offset_in", found.offset_in},
+                      {"offset_std", found.offset_std},
+                      {"residual_std_in", found.residual_std},
+                      {"points", std::move(list)}});
+  console.info(fmt::format("written: {}; {} stays as it is", path.string(), rig.file_name));
+  console.next_step(fmt::format("eha check {}", path.string()));
+  return ExitCode::ok;
+}
+
+}  // namespace eha::cli

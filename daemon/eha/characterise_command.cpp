@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/valve_sheet.hpp"
+#include "daemon/report/report.hpp"
+#include "daemon/sheet/run_sheet.hpp"
+
+namespace eha::cli {
+
+ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted, const Console& console) {
+  const sheet::RunSheet run = sheet::sheet_of_run(folder);
+  const DisplayUnit unit = console.unit(run.rig.units);
+  if (wanted == SheetFiles::write) {
+    for (const std::string& sentence : sheet::write_sheet(run, unit)) console.warning(sentence);
+  }
+  std::vector<std::string> files;
+  for (const std::string_view name : {sheet::kSheetFile, report::kReportFile}) {
+    std::error_code ignored;
+    if (std::filesystem::exists(run.folder / name, ignored)) files.push_back((run.folder / name).string());
+  }
+  nlohmann::ordered_json document = sheet::to_json(run);
+  document["files"] = files;
+  document["exit_code"] = 0;
+  console.print_json(document);
+  console.print(sheet::sheet_text(run, unit));
+  console.print("For the rig file:\n\n" + sheet::rig_lines(run));
+  console.print("For experiment files:\n\n" + sheet::experiment_lines(run));
+  for (const std::string& file : files) console.info(fmt::format("the sheet is in {}", file));
+  console.next_step("eha check RIG.toml");
+  return ExitCode::ok;
+}
+
+ExitCode execute(const CharacteriseCommand& command, Console& console) {
+  if (command.run) return show_valve_sheet(*command.run, SheetFiles::keep, console);
+  RunCommand run;
+  run.experiment_file = "characterise";
+  run.text = "schema = 1\nname = \"characterise\"\n\n[characterise]\n";
+  run.rig_file = command.rig_file;
+  run.socket = command.socket;
+  run.local = command.local;
+  run.fast = command.fast;
+  run.yes = command.yes;
+  run.allow_non_realtime = command.allow_non_realtime;
+  run.output = command.output;
+  return execute(run, console);
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/sheet/run_sheet.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config/characterisation.hpp"
+#include "config/experiment_config.hpp"
+#include "config/valve_estimate.hpp"
+#include "core/error.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::sheet {
+
+RunSheet sheet_of_run(const std::filesystem::path& folder) {
+  const record::LoadedRun run = record::read_run(folder);
+  if (!config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string()).characterises) {
+    throw DataError(fmt::format("{}: is no run of [characterise]; `eha characterise` plays one", folder.string()));
+  }
+  if (run.outcome != acquisition::Outcome::completed) {
+    throw DataError(
+        fmt::format("{}: {}; a valve sheet needs a completed run", folder.string(), acquisition::to_text(run.outcome)));
+  }
+  if (100 * run.interpolated_rows > static_cast<std::size_t>(run.record.output.size())) {
+    throw DataError(fmt::format("{}: {} of {} rows were not measured, at most 1 % may be; repeat the run",
+                                folder.string(), run.interpolated_rows, run.record.output.size()));
+  }
+  RunSheet found{.folder = run.folder,
+                 .rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string()),
+                 .utc_start = {},
+                 .sheet = {}};
+  found.utc_start = run.manifest.other.value("utc_start", "");
+  found.sheet = ident::valve_sheet(run.record, config::characterisation_plan(found.rig));
+  return found;
+}
+
+config::Following following_of(const RunSheet& run) {
+  const ident::ValveSheet& sheet = run.sheet;
+  config::Following following = run.rig.limits.following.value_or(config::Following{});
+  following.gain_positive_in_per_V_s = 0.5 * sheet.gain_positive_in_per_V_s.value;
+  following.gain_negative_in_per_V_s = 0.5 * sheet.gain_negative_in_per_V_s.value;
+  following.null_V = sheet.null_V.value;
+  following.dead_band_V = std::max(0.0, sheet.dead_band_V.value) + config::kDeadBandSpare_V;
+  following.null_uncertainty_V = sheet.null_V.half_width;
+  following.dead_band_uncertainty_V = sheet.dead_band_V.half_width;
+  following.gain_uncertainty_percent =
+      100.0 * std::max(sheet.gain_positive_in_per_V_s.half_width / sheet.gain_positive_in_per_V_s.value,
+                       sheet.gain_negative_in_per_V_s.half_width / sheet.gain_negative_in_per_V_s.value);
+  return following;
+}
+
+std::string rig_lines(const RunSheet& run) {
+  const config::Following following = following_of(run);
+  return fmt::format(
+      "[following]\n"
+      "gain_positive_in_per_V_s = {:.4g}  # half of the measured {:.4g}\n"
+      "gain_negative_in_per_V_s = {:.4g}  # half of the measured {:.4g}\n"
+      "null_V = {:.4f}\n"
+      "dead_band_V = {:.4f}  # measured {:.4f}, and {:g} for what varies\n"
+      "limit_in = {:g}\n"
+      "pressure_delay_s = {:g}\n"
+      "null_uncertainty_V = {:.4f}  # of 95 %, as the next two\n"
+      "dead_band_uncertainty_V = {:.4f}\n"
+      "gain_uncertainty_percent = {:.2f}\n",
+      following.gain_positive_in_per_V_s, run.sheet.gain_positive_in_per_V_s.value, following.gain_negative_in_per_V_s,
+      run.sheet.gain_negative_in_per_V_s.value, following.null_V, following.dead_band_V, run.sheet.dead_band_V.value,
+      config::kDeadBandSpare_V, following.limit_in, following.pressure_delay_s, *following.null_uncertainty_V,
+      *following.dead_band_uncertainty_V, *following.gain_uncertainty_percent);
+}
+
+std::string experiment_lines(const RunSheet& run) {
+  const config::RigLimits& limits = run.rig.limits;
+  return fmt::format(
+      "[start]\n"
+      "displacement_in = {:.3f}  # the middle of the travel\n"
+      "[excitation]\n"
+      "offset_V = {:.4f}  # the null; eha check says the drift that is left\n",
+      0.5 * (limits.travel_min_in + limits.travel_max_in), run.sheet.null_V.value);
+}
+
+}  // namespace eha::sheet

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "config/rig_config.hpp"
+#include "core/display_unit.hpp"
+#include "ident/valve/valve_sheet.hpp"
+
+namespace eha::sheet {
+
+/// Names in the run folder of a characterisation.
+inline constexpr std::string_view kSheetFile = "valve_sheet.json";
+
+/// A valve sheet and the run that it is from.
+struct RunSheet {
+  std::filesystem::path folder;
+  config::RigConfig rig;  ///< as used
+  std::string utc_start;
+  ident::ValveSheet sheet;
+};
+
+/// Computes the sheet of a run of [characterise].
+/// @throws DataError  another run, one that did not complete, or one whose motion does not tell the valve
+/// @throws IoError, PermissionError  as record::read_run
+[[nodiscard]] RunSheet sheet_of_run(const std::filesystem::path& folder);
+
+/// For people: at most 80 columns, lengths in the unit.
+[[nodiscard]] std::string sheet_text(const RunSheet& run, const DisplayUnit& unit);
+
+/// What the rig file says of this valve from now on: [following] with its uncertainties. Limit and pressure delay are
+/// those of the rig file, where it has them.
+[[nodiscard]] config::Following following_of(const RunSheet& run);
+[[nodiscard]] std::string rig_lines(const RunSheet& run);
+
+/// What an experiment on this rig begins with: `offset_V` at the null, and [start] in mid-travel.
+[[nodiscard]] std::string experiment_lines(const RunSheet& run);
+
+/// The content of valve_sheet.json, schema eha-valve-sheet/1; lengths in inches.
+[[nodiscard]] nlohmann::ordered_json to_json(const RunSheet& run);
+
+/// The sheet as one HTML page. @param missing  receives the plots that could not be drawn
+[[nodiscard]] std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector<std::string>& missing);
+
+/// Writes valve_sheet.json and report.html into the run folder and lists them in run.json.
+/// @returns the plots that could not be drawn, one sentence each   @throws IoError, PermissionError
+std::vector<std::string> write_sheet(const RunSheet& run, const DisplayUnit& unit);
+
+}  // namespace eha::sheet

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/report/html.hpp"
+#include "daemon/report/page.hpp"
+#include "daemon/sheet/run_sheet.hpp"
+
+namespace eha::sheet {
+namespace {
+
+using report::Column;
+
+std::vector<double> scaled(const Eigen::VectorXd& values, double factor) {
+  std::vector<double> list(values.begin(), values.end());
+  for (double& value : list) value *= factor;
+  return list;
+}
+
+/// The flow curve: the rod's speed over the command, and the lines through it.
+report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
+  const ident::ValveSheet& sheet = run.sheet;
+  const double factor = unit.factor("in");
+  const double upper_V = sheet.null_V.value + sheet.dead_band_V.value;
+  const double lower_V = sheet.null_V.value - sheet.dead_band_V.value;
+  const double highest_V = sheet.block_V.maxCoeff();
+  const double lowest_V = sheet.block_V.minCoeff();
+  plot::Panel panel{.x_label = "command [V]", .y_label = fmt::format("speed [{}/s]", unit.of("in"))};
+  panel.series.push_back({.label = "measured, each over 0.2 s",
+                          .x = scaled(sheet.block_V, 1.0),
+                          .y = scaled(sheet.block_in_per_s, factor),
+                          .mark = plot::Mark::points,
+                          .style = 0});
+  panel.series.push_back({.label = "dead band and gains",
+                          .x = {lowest_V, lower_V, upper_V, highest_V},
+                          .y = {-factor * sheet.gain_negative_in_per_V_s.value * (lower_V - lowest_V), 0.0, 0.0,
+                                factor * sheet.gain_positive_in_per_V_s.value * (highest_V - upper_V)},
+                          .mark = plot::Mark::line,
+                          .style = 1});
+  panel.shades.push_back({lower_V, upper_V});
+  panel.rules.push_back({.at = sheet.null_V.value, .vertical = true});
+  report::Item item{.heading = "Flow curve; the dead band is shaded, the null dashed"};
+  item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
+  item.remark.seen = fmt::format("The rod stands from {:.3f} to {:.3f} V.", lower_V, upper_V);
+  item.remark.good = "Points on the line on both sides. Beside it just after a reversal, where pressures settle.";
+  item.remark.to_do = sheet.has_hysteresis
+                          ? "Rising and falling command part: clean or dither the valve if a controller needs less."
+                          : "Put the lines below into the rig file.";
+  return item;
+}
+
+report::Item responses_of(const ident::ValveSheet& sheet) {
+  plot::Panel gain{.x_label = "", .y_label = "gain [dB]", .log_x = true};
+  plot::Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
+  int style = 1;
+  for (const ident::AmplitudeResponse& response : sheet.responses) {
+    if (response.points.empty()) continue;
+    plot::Series gains{.label = fmt::format("{:g} %", response.percent), .mark = plot::Mark::line, .style = style};
+    plot::Series phases{.label = "", .mark = plot::Mark::line, .style = style};
+    for (const ident::ResponsePoint& point : response.points) {
+      gains.x.push_back(point.frequency_Hz);
+      gains.y.push_back(point.gain_dB);
+      phases.x.push_back(point.frequency_Hz);
+      phases.y.push_back(point.phase_deg);
+    }
+    gain.series.push_back(std::move(gains));
+    phase.series.push_back(std::move(phases));
+    ++style;
+  }
+  report::Item item{.heading = "Speed over command, by amplitude in per cent of half the command range"};
+  if (gain.series.empty()) {
+    item.html = report::paragraph("No sine was measured: every one was beyond the limits or entered the dead band.");
+    return item;
+  }
+  gain.rules.push_back({.at = -3.0, .vertical = false});
+  phase.rules.push_back({.at = -90.0, .vertical = false});
+  item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
+  item.remark.seen = fmt::format("Measured up to {:.2f} Hz; the slew limit ends it.", sheet.highest_Hz);
+  item.remark.good = "Curves of all amplitudes together, falling smoothly.";
+  item.remark.to_do = "What lies above the last frequency is not observed: do not rely on it.";
+  return item;
+}
+
+report::Item response_table(const ident::ValveSheet& sheet) {
+  std::vector<std::vector<std::string>> rows;
+  for (const ident::AmplitudeResponse& response : sheet.responses) {
+    for (const ident::ResponsePoint& p : response.points) {
+      rows.push_back({fmt::format("{:g}", response.percent), fmt::format("{:.2f}", p.frequency_Hz),
+                      fmt::format("{:.2f}", p.gain_dB), fmt::format("{:.2f}", p.gain_half_width_dB),
+                      fmt::format("{:.1f}", p.phase_deg), fmt::format("{:.1f}", p.phase_half_width_deg)});
+    }
+  }
+  return {.heading = "Measured points",
+          .html = report::table({{"amplitude [%]", Column::number},
+                                 {"frequency [Hz]", Column::number},
+                                 {"gain [dB]", Column::number},
+                                 {"±", Column::number},
+                                 {"phase [deg]", Column::number},
+                                 {"±", Column::number}},
+                                rows)};
+}
+
+std::string preformatted(const std::string& text) { return "<pre>" + report::escaped(text) + "</pre>\n"; }
+
+}  // namespace
+
+std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector<std::string>& missing) {
+  const std::string lead = fmt::format("<p class=\"subtitle\">{}, {} UTC</p>\n", report::escaped(run.rig.name),
+                                       report::escaped(run.utc_start)) +
+                           preformatted(sheet_text(run, unit));
+  report::Section statics{.title = "Static"};
+  statics.items.push_back(flow_curve(run, unit));
+  report::Section dynamics{.title = "Dynamic"};
+  dynamics.items.push_back(responses_of(run.sheet));
+  dynamics.items.push_back(response_table(run.sheet));
+  report::Section files{.title = "For the files"};
+  files.items.push_back({.heading = "Rig file", .html = preformatted(rig_lines(run))});
+  files.items.push_back({.heading = "Experiment file", .html = preformatted(experiment_lines(run))});
+  report::Page page = report::assembled("Valve sheet", lead, {statics, dynamics, files});
+  missing = std::move(page.missing);
+  return std::move(page.html);
+}
+
+}  // namespace eha::sheet

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The valve sheet and the sensor's calibration, as a user gets them.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "core/error.hpp"
+#include "tests/system/program.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// One run for all cases.
+class Characterise : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    ended_ = new Ended(run_eha({"characterise", "--local", "--fast", "--rig", rig(), "-o", "runs"}, folder_->path()));
+    for (const auto& entry : fs::directory_iterator(folder_->path() / "runs")) run_ = entry.path();
+  }
+  static void TearDownTestSuite() {
+    delete ended_;
+    delete folder_;
+  }
+  static std::string rig() { return source_file("config/rigs/sim.toml"); }
+
+  static inline TemporaryFolder* folder_ = nullptr;
+  static inline Ended* ended_ = nullptr;
+  static inline fs::path run_;
+};
+
+TEST_F(Characterise, PrintsASheetThatFitsTheTerminalAndTheRig) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  std::istringstream text(ended_->out);
+  for (std::string line; std::getline(text, line);) EXPECT_LE(line.size(), 80U) << line;
+  const Json sheet = Json::parse(content_of(run_ / "valve_sheet.json"));
+  EXPECT_NEAR(sheet.at("null_V").at("value").get<double>(), -0.2, 0.01);
+  EXPECT_NEAR(sheet.at("dead_band_V").at("value").get<double>(), 0.15, 0.01);
+  EXPECT_NEAR(sheet.at("gain_positive_in_per_V_s").at("value").get<double>(), 0.148, 0.005);
+  EXPECT_NEAR(sheet.at("gain_negative_in_per_V_s").at("value").get<double>(), 0.130, 0.005);
+  EXPECT_TRUE(sheet.at("hysteresis_V").is_null());
+  EXPECT_TRUE(sheet.at("natural_frequency_Hz").is_null()) << "40 Hz, and 12 Hz were played";
+  EXPECT_NE(content_of(run_ / "report.html").find("Flow curve"), std::string::npos);
+}
+
+TEST_F(Characterise, IsARunOfAtMostThreeMinutesWithinTheTravel) {
+  const Json manifest = Json::parse(content_of(run_ / "run.json"));
+  EXPECT_EQ(manifest.at("outcome"), "completed");
+  EXPECT_EQ(manifest.at("experiment").at("characterises"), true);
+  EXPECT_LT(manifest.at("report").at("counters").at("ticks").get<double>() * 0.001, 180.0);
+  bool lists_sheet = false;
+  for (const Json& file : manifest.at("files")) lists_sheet = lists_sheet || file.at("path") == "valve_sheet.json";
+  EXPECT_TRUE(lists_sheet);
+  EXPECT_TRUE(fs::exists(run_ / "raw.h5"));
+  EXPECT_TRUE(fs::is_empty(run_ / "models")) << "nothing is fitted";
+}
+
+TEST_F(Characterise, GivesLinesThatTheRigFileTakes) {
+  const std::string out = ended_->out;
+  const std::size_t first = out.find("[following]");
+  ASSERT_NE(first, std::string::npos);
+  const std::string lines = out.substr(first, out.find("For experiment files") - first);
+  std::string text = content_of(rig());
+  const std::size_t old = text.find("[following]");
+  text.replace(old, text.find("# How ticks are kept.") - old, lines);
+  folder_->write("rig.toml", text);
+  const Ended checked = run_eha({"check", "rig.toml"}, folder_->path());
+  EXPECT_EQ(checked.code, 0) << checked.err;
+}
+
+TEST_F(Characterise, ShowsTheSheetOfARunAgainAndRefusesAnother) {
+  const Ended again = run_eha({"characterise", run_.string(), "--json"}, folder_->path());
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(Json::parse(again.out).at("schema"), "eha-valve-sheet/1");
+  const Ended fitted = run_eha({"fit", run_.string(), "--json"}, folder_->path());
+  EXPECT_EQ(Json::parse(fitted.out).at("schema"), "eha-valve-sheet/1") << "what such a run is for";
+  const Ended placed =
+      run_eha({"goto", "3in", "--local", "--fast", "--rig", rig(), "--output", "placed", "--json"}, folder_->path());
+  ASSERT_EQ(placed.code, 0) << placed.err;
+  const Ended refused =
+      run_eha({"characterise", Json::parse(placed.out).at("run").get<std::string>()}, folder_->path());
+  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::bad_data)) << refused.err;
+  EXPECT_NE(refused.err.find("is no run of [characterise]"), std::string::npos) << refused.err;
+}
+
+TEST(Calibrate, WritesANewRigFileBesideTheOldOne) {
+  const TemporaryFolder folder;
+  const std::string before = content_of(source_file("config/rigs/sim.toml"));
+  folder.write("rig.toml", before);
+  const Ended ended = run_eha({"calibrate", "--rig", "rig.toml", "--at", "0.51in=0.833", "--at", "2.95in=4.917", "--at",
+                               "137.16mm=9.0", "-o", "new.toml", "--json"},
+                              folder.path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const Json found = Json::parse(ended.out);
+  EXPECT_NEAR(found.at("scale_in_per_V").get<double>(), 0.5988, 0.001);
+  EXPECT_NEAR(found.at("offset_in").get<double>(), 0.0098, 0.002);
+  EXPECT_EQ(found.at("points").size(), 3U);
+  EXPECT_EQ(content_of(folder.path() / "rig.toml"), before);
+  EXPECT_EQ(run_eha({"check", "new.toml"}, folder.path()).code, 0);
+  const Ended again = run_eha({"calibrate", "--rig", "rig.toml", "--at", "0.5in=0.833", "--at", "2.95in=4.917", "--at",
+                               "5.4in=9.0", "-o", "new.toml"},
+                              folder.path());
+  EXPECT_EQ(again.code, static_cast<int>(ExitCode::usage)) << "no rig file is overwritten";
+}
+
+TEST(Calibrate, TakesACsvWarnsOfABadPositionAndRefusesTooFew) {
+  const TemporaryFolder folder;
+  folder.write("rig.toml", content_of(source_file("config/rigs/sim.toml")));
+  folder.write("pairs.csv", "position_in,voltage_V\n0.5,0.833\n1.7,2.833\n2.99,4.917\n4.2,7.0\n5.4,9.0\n");
+  const Ended warned = run_eha({"calibrate", "--rig", "rig.toml", "--pairs", "pairs.csv"}, folder.path());
+  EXPECT_EQ(warned.code, 0) << warned.err;
+  EXPECT_NE(warned.err.find("2.9900 in: 0.0"), std::string::npos) << warned.err;
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    files += entry.path().filename().string().starts_with("rig-20") ? 1 : 0;
+  }
+  EXPECT_EQ(files, 1U) << "beside the old one, with the date in its name";
+  const Ended few = run_eha({"calibrate", "--rig", "rig.toml", "--at", "1in=1", "--at", "2in=2"}, folder.path());
+  EXPECT_EQ(few.code, static_cast<int>(ExitCode::bad_data));
+  EXPECT_NE(few.err.find("at least 3"), std::string::npos) << few.err;
+  EXPECT_EQ(run_eha({"calibrate", "--rig", "rig.toml", "--at", "1=1"}, folder.path()).code,
+            static_cast<int>(ExitCode::usage));
+}
+
+}  // namespace
+}  // namespace eha::test

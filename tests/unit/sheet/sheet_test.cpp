@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+
+#include "config/valve_estimate.hpp"
+#include "daemon/sheet/run_sheet.hpp"
+
+namespace eha::sheet {
+namespace {
+
+RunSheet example() {
+  RunSheet run;
+  run.rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  run.rig.limits.following->pressure_delay_s = 0.4;
+  ident::ValveSheet& sheet = run.sheet;
+  sheet.null_V = {-0.21, 0.006};
+  sheet.dead_band_V = {0.16, 0.007};
+  sheet.gain_positive_in_per_V_s = {0.15, 0.0015};
+  sheet.gain_negative_in_per_V_s = {0.12, 0.0024};
+  sheet.hysteresis_V = {0.002, 0.004};
+  sheet.noise_in = 0.0006;
+  sheet.lag_s = 0.007;
+  sheet.highest_Hz = 11.5;
+  sheet.responses = {{.percent = 5.0,
+                      .amplitude_V = 0.25,
+                      .points = {{.frequency_Hz = 0.8}, {.frequency_Hz = 11.5, .gain_dB = -4.0, .phase_deg = -100.0}},
+                      .minus_3dB_Hz = ident::Measured{9.0, 0.3},
+                      .minus_90deg_Hz = ident::Measured{10.1, 0.2},
+                      .is_played = true},
+                     {.percent = 10.0, .amplitude_V = 0.5, .is_played = true},
+                     {.percent = 25.0}};
+  sheet.block_V = Eigen::Vector4d(-1.0, -0.3, 0.0, 1.0);
+  sheet.block_in_per_s = Eigen::Vector4d(-0.08, 0.0, 0.01, 0.15);
+  return run;
+}
+
+TEST(ValveSheetText, FitsAnOrdinaryTerminalAndSaysWhatWasNotObserved) {
+  for (const char* unit : {"", "mm"}) {
+    std::istringstream text(sheet_text(example(), DisplayUnit(unit)));
+    for (std::string line; std::getline(text, line);) EXPECT_LE(line.size(), 80U) << line;
+  }
+  const std::string text = sheet_text(example(), DisplayUnit("in"));
+  EXPECT_NE(text.find("-0.2100 +- 0.0060 V"), std::string::npos) << text;
+  EXPECT_NE(text.find("none found above 0.0100 V"), std::string::npos) << text;
+  EXPECT_NE(text.find("-3 dB 9.00 +- 0.30 Hz, -90 deg 10.10 +- 0.20 Hz"), std::string::npos) << text;
+  EXPECT_NE(text.find("not observed: the sines entered the dead band"), std::string::npos) << text;
+  EXPECT_NE(text.find("not played"), std::string::npos) << text;
+  EXPECT_NE(text.find("not observed up to 11.50 Hz"), std::string::npos) << text;
+  EXPECT_NE(sheet_text(example(), DisplayUnit("mm")).find("3.81000 +- 0.03810 mm/(V s)"), std::string::npos);
+}
+
+TEST(ValveSheetText, ClaimsHysteresisThatThereIs) {
+  RunSheet run = example();
+  run.sheet.hysteresis_V = {0.045, 0.004};
+  run.sheet.has_hysteresis = true;
+  EXPECT_NE(sheet_text(run, DisplayUnit()).find("0.0450 +- 0.0040 V"), std::string::npos);
+  EXPECT_EQ(to_json(run).at("hysteresis_V").at("value"), 0.045);
+  EXPECT_TRUE(to_json(example()).at("hysteresis_V").is_null());
+}
+
+TEST(RigLines, AreReadBackAsTheSheet) {
+  const RunSheet run = example();
+  const std::string text = run.rig.text;
+  const std::size_t first = text.find("[following]");
+  const std::size_t end = text.find("# How ticks are kept.");
+  const config::RigConfig changed =
+      config::parse_rig(text.substr(0, first) + rig_lines(run) + text.substr(end), "changed.toml");
+  const config::ValveEstimate valve = config::valve_estimate(changed.limits.following.value());
+  EXPECT_NEAR(valve.null_V, -0.21, 1e-9);
+  EXPECT_NEAR(valve.dead_band_V, 0.16, 1e-9);
+  EXPECT_NEAR(valve.gain_positive_in_per_V_s, 0.15, 1e-9);
+  EXPECT_NEAR(valve.gain_negative_in_per_V_s, 0.12, 1e-9);
+  const config::ValveUncertainty uncertainty = config::valve_uncertainty(*changed.limits.following);
+  EXPECT_NEAR(uncertainty.null_V, 0.006 / 1.96, 1e-9);
+  EXPECT_NEAR(uncertainty.dead_band_V, 0.007 / 1.96, 1e-9);
+  EXPECT_NEAR(uncertainty.gain_share, 0.02 / 1.96, 1e-9);
+  EXPECT_EQ(changed.limits.following->pressure_delay_s, 0.4) << "kept";
+}
+
+TEST(ValveSheetPage, HoldsTheSheetAndItsFigures) {
+  std::vector<std::string> missing;
+  const std::string page = sheet_page(example(), DisplayUnit("in"), missing);
+  EXPECT_NE(page.find("Flow curve"), std::string::npos);
+  EXPECT_NE(page.find("null_uncertainty_V = 0.0060"), std::string::npos);
+  EXPECT_EQ(page.find("http"), page.find("http://www.w3.org")) << "nothing from the network";
+}
+
+}  // namespace
+}  // namespace eha::sheet
