@@ -55,7 +55,7 @@ bool is_host(std::string_view text) {
   return !host.name.empty() && std::all_of(host.name.begin(), host.name.end(), is_name_character);
 }
 
-AccessRules::AccessRules(std::uint16_t port, std::vector<std::string> allowed_hosts) {
+AccessRules::AccessRules(std::uint16_t port, const std::vector<std::string>& allowed_hosts) {
   for (const char* name : {"127.0.0.1", "localhost", "[::1]"}) {
     hosts_.push_back(fmt::format("{}:{}", name, port));
     // A browser leaves out the usual port.

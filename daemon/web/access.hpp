@@ -37,7 +37,7 @@ struct Denial {
 /// - only GET, HEAD and POST; no path that is encoded or longer than 512 bytes.
 class AccessRules {
  public:
-  AccessRules(std::uint16_t port, std::vector<std::string> allowed_hosts);
+  AccessRules(std::uint16_t port, const std::vector<std::string>& allowed_hosts);
 
   /// @returns nothing when the request may be answered. Cost O(names).
   [[nodiscard]] std::optional<Denial> check(const RequestHead& head) const;

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "core/os/files.hpp"
@@ -146,11 +145,14 @@ void Site::answer_run(const std::string& path, httplib::Response& response) cons
 }
 
 std::string Site::runs(std::size_t most) {
-  const auto kept = [this] {
+  std::shared_ptr<const std::vector<std::string>> list;
+  std::chrono::steady_clock::time_point listed;
+  const auto take_kept = [&] {
     const std::lock_guard lock(runs_mutex_);
-    return std::pair(runs_, runs_listed_);
+    list = runs_;
+    listed = runs_listed_;
   };
-  auto [list, listed] = kept();
+  take_kept();
   const auto is_old = [&] { return !list || std::chrono::steady_clock::now() - listed >= kRunsInterval; };
   if (is_old()) {
     // Who comes while a slow disk is read gets the list of before; there is none at the beginning.
@@ -159,7 +161,7 @@ std::string Site::runs(std::size_t most) {
       static_cast<void>(listing.try_lock());
     } else {
       listing.lock();
-      std::tie(list, listed) = kept();
+      take_kept();
     }
     if (listing && is_old()) {
       std::vector<std::string> texts;
