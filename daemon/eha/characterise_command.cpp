@@ -12,6 +12,12 @@
 #include "daemon/sheet/run_sheet.hpp"
 
 namespace eha::cli {
+namespace {
+
+/// To which the following check wants the null known, see FOLLOWING in eha-rig(5) [V].
+constexpr double kWantedNull_V = 0.03;
+
+}  // namespace
 
 ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted, const Console& console) {
   const sheet::RunSheet run = sheet::sheet_of_run(folder);
@@ -31,6 +37,12 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
   console.print(sheet::sheet_text(run, unit));
   console.print("For the rig file:\n\n" + sheet::rig_lines(run));
   console.print("For experiment files:\n\n" + sheet::experiment_lines(run));
+  if (run.sheet.null_V.half_width > kWantedNull_V) {
+    console.warning(fmt::format(
+        "the null is known to +-{:.3f} V only, and the following check wants {:g} V: with so much leakage or "
+        "noise it may stop a sound rig; mend the seal or the sensor, or widen dead_band_V by as much",
+        run.sheet.null_V.half_width, kWantedNull_V));
+  }
   for (const std::string& file : files) console.info(fmt::format("the sheet is in {}", file));
   console.next_step("eha check RIG.toml");
   return ExitCode::ok;

@@ -90,6 +90,15 @@ TEST_F(Characterise, ShowsTheSheetOfARunAgainAndRefusesAnother) {
   EXPECT_NE(refused.err.find("is no run of [characterise]"), std::string::npos) << refused.err;
 }
 
+TEST(CharacteriseLeaky, WarnsThatTheNullIsNotKnownWellEnough) {
+  const TemporaryFolder folder;
+  const Ended ended =
+      run_eha({"characterise", "--local", "--fast", "--rig", source_file("config/rigs/sim-leaky.toml"), "-o", "runs"},
+              folder.path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("the following check wants 0.03 V"), std::string::npos) << ended.err;
+}
+
 TEST(Calibrate, WritesANewRigFileBesideTheOldOne) {
   const TemporaryFolder folder;
   const std::string before = content_of(source_file("config/rigs/sim.toml"));
