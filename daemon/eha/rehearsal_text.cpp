@@ -48,7 +48,10 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
   if (!rehearsal || rehearsal->chance_of_trip < kWarnedFrom) return;
   const std::string found = fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit", experiment_file,
                                         100.0 * rehearsal->chance_of_trip);
-  const std::string remedy = "lower the amplitudes, change offset_V, or add [start] or [hold]";
+  const std::string offset = rehearsal->still_offset_V ? fmt::format("set offset_V = {:.3f}, which stops the drift",
+                                                                     *rehearsal->still_offset_V)
+                                                       : "change offset_V";
+  const std::string remedy = fmt::format("lower the amplitudes, {}, or add [start] or [hold]", offset);
   if (rehearsal->chance_of_trip >= kRefusedChanceOfTrip && risk == TravelRisk::refuse) {
     throw ConfigError(
         fmt::format("{}, from {:.0f} % on it is not played: {}; --accept-travel-risk plays it all the same", found,

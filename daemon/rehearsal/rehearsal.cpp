@@ -105,6 +105,24 @@ bool plays_open_loop(const config::PreparedExperiment& experiment, const config:
   return rig.limits.following && experiment.config.is_fitted() && !experiment.config.hold;
 }
 
+/// The excitation's offset_V at which the rod's mean speed is 0; none within the command limits.
+/// @param unexplained  speed that the valve does not explain [in/s]
+std::optional<double> offset_that_stops(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
+                                        double unexplained) {
+  const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
+  const Eigen::VectorXd periods_V = periodic_part(experiment, rig);
+  const auto rate = [&](double offset_V) { return mean_velocity(valve, periods_V, offset_V) + unexplained; };
+  // The speed rises with the offset; bisection finds where it is 0.
+  double low_V = rig.limits.command_min_V - experiment.table_V.minCoeff();
+  double high_V = rig.limits.command_max_V - experiment.table_V.maxCoeff();
+  if (!(low_V < high_V) || rate(low_V) > 0.0 || rate(high_V) < 0.0) return std::nullopt;
+  for (int i = 0; i < 40; ++i) {
+    const double middle_V = 0.5 * (low_V + high_V);
+    (rate(middle_V) > 0.0 ? high_V : low_V) = middle_V;
+  }
+  return experiment.config.excitation.offset_V + 0.5 * (low_V + high_V);
+}
+
 }  // namespace
 
 std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
@@ -129,12 +147,12 @@ std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, 
   std::sort(highest.begin(), highest.end());
   constexpr auto kLow = static_cast<std::size_t>((1.0 - kShareWithin) * kDraws);
   constexpr auto kHigh = static_cast<std::size_t>(kShareWithin * kDraws) - 1;
+  const bool is_open = plays_open_loop(experiment, rig);
   return Rehearsal{.lowest_in = lowest[kLow],
                    .highest_in = highest[kHigh],
-                   .drift_in_per_s = plays_open_loop(experiment, rig)
-                                         ? mean_velocity(valve, periodic_part(experiment, rig), 0.0)
-                                         : 0.0,
-                   .chance_of_trip = static_cast<double>(trips) / kDraws};
+                   .drift_in_per_s = is_open ? mean_velocity(valve, periodic_part(experiment, rig), 0.0) : 0.0,
+                   .chance_of_trip = static_cast<double>(trips) / kDraws,
+                   .still_offset_V = is_open && trips > 0 ? offset_that_stops(experiment, rig, 0.0) : std::nullopt};
 }
 
 std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
@@ -150,19 +168,8 @@ std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, cons
   }
   const double moved_in = displacement_in[rows - 1] - displacement_in[0];
   const double unexplained = (moved_in - explained_in) / (static_cast<double>(rows - 1) * step_s);
-  const Eigen::VectorXd periods_V = periodic_part(experiment, rig);
-  const auto rate = [&](double offset_V) { return mean_velocity(valve, periods_V, offset_V) + unexplained; };
-  Drift drift{.rate_in_per_s = rate(0.0)};
-  // The speed rises with the offset; bisection finds where it is 0.
-  double low_V = rig.limits.command_min_V - table_V.minCoeff();
-  double high_V = rig.limits.command_max_V - table_V.maxCoeff();
-  if (!(low_V < high_V) || rate(low_V) > 0.0 || rate(high_V) < 0.0) return drift;
-  for (int i = 0; i < 40; ++i) {
-    const double middle_V = 0.5 * (low_V + high_V);
-    (rate(middle_V) > 0.0 ? high_V : low_V) = middle_V;
-  }
-  drift.offset_V = experiment.config.excitation.offset_V + 0.5 * (low_V + high_V);
-  return drift;
+  return Drift{.rate_in_per_s = mean_velocity(valve, periodic_part(experiment, rig), 0.0) + unexplained,
+               .offset_V = offset_that_stops(experiment, rig, unexplained)};
 }
 
 }  // namespace eha

@@ -20,6 +20,8 @@ struct Rehearsal {
   double drift_in_per_s = 0.0;  ///< mean speed of the rod, the valve being as [following] has it; 0 with a hold
   double chance_of_trip =
       0.0;  ///< share of the draws that reach a travel or velocity limit, stopping distance included
+  /// Of the excitation, that would stop the drift; none where no draw trips, with a hold, or beyond the command limits.
+  std::optional<double> still_offset_V = {};
 };
 
 /// Plays an experiment on rods y' = v(u), v the valve of the rig's [following] with null, dead band and gains drawn
