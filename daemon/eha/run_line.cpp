@@ -76,6 +76,8 @@ RunProgress progress_of(const Json& status) {
 }
 
 std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::chrono::system_clock::time_point now) {
+  // Before the first tick nothing is known.
+  if (!(progress.total_s > 0.0)) return "about to begin";
   const double factor = unit.factor("in");
   const std::string length = unit.of("in");
   std::string line;

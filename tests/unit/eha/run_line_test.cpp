@@ -29,6 +29,8 @@ TEST(RunLine, SaysWhatIsLeftWhereTheRodIsAndWhatIsPredicted) {
   EXPECT_NE(run_line(in_mid_stroke(), DisplayUnit("mm"), kNow).find("75.006 mm [==----#----==]"), std::string::npos);
 }
 
+TEST(RunLine, SaysNothingOfARunBeforeItsFirstTick) { EXPECT_EQ(run_line({}, DisplayUnit(), kNow), "about to begin"); }
+
 TEST(RunLine, BeginsWithALimitThatIsNear) {
   RunProgress progress = in_mid_stroke();
   progress.travel_percent = 91.0;
