@@ -32,7 +32,7 @@ constexpr double kFlatShare = 0.25;
 /// Distortion is measured up to this many harmonics beside a line.
 constexpr double kHarmonicsBeside = 14.0;
 /// Of an experiment without lines of its own: samples of a thinned period.
-constexpr std::size_t kLeastPeriod = 4096;
+constexpr double kLeastPeriod = 4096.0;
 /// Lines of an answer are at least this far apart.
 constexpr double kLeastRatio = 1.01;
 
@@ -156,7 +156,7 @@ PeriodPlan plan_periods(const record::RunHeader& header, const std::string& sour
   if (plan.period == 0) return plan;
   const double period_s = static_cast<double>(plan.period) * plan.step_s;
   const double limit = plan.lines_Hz.empty()
-                           ? static_cast<double>(plan.period / kLeastPeriod)
+                           ? static_cast<double>(plan.period) / kLeastPeriod
                            : kFlatShare / (plan.step_s * (plan.lines_Hz.back() + kHarmonicsBeside / period_s));
   plan.thinning = greatest_divisor(plan.period, limit);
   return plan;

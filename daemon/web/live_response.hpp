@@ -43,7 +43,7 @@ struct LiveResponse {
 
 /// Standard error of a gain that counts as known: its 95 % interval is 1 dB wide on either side [dB].
 inline constexpr double kKnownStd_dB = 0.5;
-inline constexpr std::size_t kMostRows = 200'000;  ///< measured after thinning
+inline constexpr std::size_t kMostRows = 150'000;  ///< measured after thinning
 
 /// The answer to /api/response as text.
 /// @param rows  of the experiment so far, as known by now
