@@ -153,15 +153,17 @@ class Designer {
     add_grid();
   }
 
-  Improvement run() {
-    std::optional<Improvement> best;
+  /// One a drive, the smallest predicted standard error first.
+  std::vector<Improvement> run() {
+    std::vector<Improvement> found;
     for (const double drive : kDrives) {
-      if (auto found = designed(drive); found && (!best || found->std < best->std)) best = std::move(found);
+      if (auto one = designed(drive)) found.push_back(*std::move(one));
     }
-    if (!best) {
+    if (found.empty()) {
       throw ConfigError("the rig's limits leave no room for an excitation around the model's initial output");
     }
-    return *std::move(best);
+    std::sort(found.begin(), found.end(), [](const Improvement& a, const Improvement& b) { return a.std < b.std; });
+    return found;
   }
 
  private:
@@ -379,8 +381,12 @@ double predicted_std(const Model& model, const std::string& parameter, const Eig
   return std_of(known_of(model, parameter, task), input, task);
 }
 
-Improvement improve(const Model& model, const std::string& parameter, const ImprovementTask& task) {
+std::vector<Improvement> improvements(const Model& model, const std::string& parameter, const ImprovementTask& task) {
   return Designer(model, parameter, task).run();
+}
+
+Improvement improve(const Model& model, const std::string& parameter, const ImprovementTask& task) {
+  return improvements(model, parameter, task).front();
 }
 
 }  // namespace eha::ident
