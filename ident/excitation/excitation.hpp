@@ -28,6 +28,7 @@
 //   std::vector<KeyFrequency> key_frequencies() const;                    frequencies in its keys
 //   double shortest_level_s(double duration_s) const;                     shortest time between two of its jumps
 //   std::uint64_t seed;                                                   seed of a random kind
+//   int realisations, periods;                                            parts of the table, each so many periods
 //
 // Add it to excitation_kind.hpp; no other code depends on a kind's name.
 
@@ -73,6 +74,27 @@ struct Excitation {
   return std::visit(
       [](const auto& kind) -> std::optional<std::uint64_t> {
         if constexpr (requires { kind.seed; }) return kind.seed;
+        return std::nullopt;
+      },
+      excitation.kind);
+}
+
+/// Independent signals of the same lines in one table, one after the other, each for the same number of periods, the
+/// first of which is a transient.
+struct Realisations {
+  std::size_t count = 0;    ///< at least 2
+  std::size_t periods = 0;  ///< at least 3
+};
+
+/// None for a table of one signal.
+[[nodiscard]] inline std::optional<Realisations> realisations_of(const Excitation& excitation) {
+  return std::visit(
+      [](const auto& kind) -> std::optional<Realisations> {
+        if constexpr (requires { kind.realisations; }) {
+          if (kind.realisations > 1) {
+            return Realisations{static_cast<std::size_t>(kind.realisations), static_cast<std::size_t>(kind.periods)};
+          }
+        }
         return std::nullopt;
       },
       excitation.kind);

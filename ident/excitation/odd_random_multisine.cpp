@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -17,6 +18,18 @@ namespace {
 constexpr int kPhaseDraws = 32;
 /// Points per period of the highest line when peaks are compared.
 constexpr std::size_t kPointsPerPeriod = 8;
+/// Part of a realisation's first period in which it takes over from the one before.
+constexpr std::size_t kFadeDivisor = 4;
+
+/// The samples of one period. @throws ConfigError
+std::size_t period_of(const OddRandomMultisine& multisine, std::size_t samples) {
+  const auto blocks = static_cast<std::size_t>(multisine.realisations) * static_cast<std::size_t>(multisine.periods);
+  if (samples % blocks != 0) {
+    throw ConfigError(fmt::format("excitation: expected a multiple of {} samples (realisations times periods), got {}",
+                                  blocks, samples));
+  }
+  return samples / blocks;
+}
 
 /// Odd harmonics of the band; of each four in a row one at random is left out.
 std::vector<std::size_t> draw_odd_harmonics(const HarmonicBand& band, PortableDraw& draw) {
@@ -40,17 +53,14 @@ std::vector<std::size_t> excited_harmonics(const OddRandomMultisine& multisine, 
   std::vector<std::size_t> excited = draw_odd_harmonics(harmonics_in(multisine.band, step_s, samples), draw);
   if (excited.empty()) {
     throw ConfigError(
-        fmt::format("excitation: expected a band that holds an odd multiple of 1 / duration, got {:.6g}..{:.6g} Hz",
+        fmt::format("excitation: expected a band that holds an odd multiple of 1 / period, got {:.6g}..{:.6g} Hz",
                     multisine.band.min_Hz, multisine.band.max_Hz));
   }
   return excited;
 }
 
-}  // namespace
-
-Eigen::VectorXd OddRandomMultisine::volts(double step_s, std::size_t samples) const {
-  PortableDraw draw(seed);
-  const std::vector<std::size_t> excited = excited_harmonics(*this, step_s, samples, draw);
+/// The phases of lowest peak among some draws.
+std::vector<Harmonic> draw_realisation(const std::vector<std::size_t>& excited, PortableDraw& draw) {
   const std::size_t points = kPointsPerPeriod * excited.back();
   std::vector<Harmonic> best;
   double lowest_peak = 0.0;
@@ -63,14 +73,56 @@ Eigen::VectorXd OddRandomMultisine::volts(double step_s, std::size_t samples) co
       best = std::move(lines);
     }
   }
-  return scaled_to(amplitude_V, sum_of(best, samples));
+  return best;
+}
+
+}  // namespace
+
+std::vector<OptionIssue> OddRandomMultisine::check() const {
+  std::vector<OptionIssue> issues = band.check();
+  if (realisations > 1 && periods < kFewestPeriods) {
+    issues.push_back({"periods", fmt::format("expected at least {} with several realisations (the first is a "
+                                             "transient, the others show the noise), got {}",
+                                             kFewestPeriods, periods)});
+  }
+  return issues;
+}
+
+std::vector<OptionIssue> OddRandomMultisine::check_timing(double step_s, double duration_s) const {
+  const auto samples = std::llround(duration_s / step_s);
+  const auto blocks = static_cast<long long>(realisations) * periods;
+  if (samples % blocks == 0) return {};
+  return {{"periods", fmt::format("expected realisations x periods = {} to divide the {} ticks of duration_s", blocks,
+                                  samples)}};
+}
+
+Eigen::VectorXd OddRandomMultisine::volts(double step_s, std::size_t samples) const {
+  PortableDraw draw(seed);
+  const std::size_t period = period_of(*this, samples);
+  const std::vector<std::size_t> excited = excited_harmonics(*this, step_s, period, draw);
+  std::vector<Eigen::VectorXd> realised;
+  for (int i = 0; i < realisations; ++i) realised.push_back(sum_of(draw_realisation(excited, draw), period));
+  Eigen::VectorXd table(static_cast<Eigen::Index>(samples));
+  const auto length = static_cast<Eigen::Index>(period);
+  const auto fade = static_cast<Eigen::Index>(period / kFadeDivisor);
+  for (std::size_t i = 0; i < realised.size(); ++i) {
+    const auto from = static_cast<Eigen::Index>(i) * periods * length;
+    table.segment(from, periods * length) = realised[i].replicate(periods, 1);
+    const Eigen::VectorXd& before = realised[i == 0 ? realised.size() - 1 : i - 1];
+    for (Eigen::Index k = 0; realisations > 1 && k < fade; ++k) {
+      const double share = 0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(k) / static_cast<double>(fade));
+      table[from + k] = share * realised[i][k] + (1.0 - share) * before[k];
+    }
+  }
+  return scaled_to(amplitude_V, std::move(table));
 }
 
 std::vector<double> OddRandomMultisine::lines_Hz(double step_s, std::size_t samples) const {
   PortableDraw draw(seed);
+  const std::size_t period = period_of(*this, samples);
   std::vector<Harmonic> lines;
-  for (const std::size_t k : excited_harmonics(*this, step_s, samples, draw)) lines.push_back({k, 1.0, 0.0});
-  return frequencies_of(lines, step_s, samples);
+  for (const std::size_t k : excited_harmonics(*this, step_s, period, draw)) lines.push_back({k, 1.0, 0.0});
+  return frequencies_of(lines, step_s, period);
 }
 
 }  // namespace eha::ident

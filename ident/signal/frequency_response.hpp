@@ -16,7 +16,9 @@ struct LineResponse {
   double frequency_Hz = 0.0;
   std::size_t harmonic = 0;       ///< of the period
   std::complex<double> response;  ///< G(j 2 pi f) [output unit / input unit]
-  double std = 0.0;               ///< of the gain, sqrt(E |error|^2 / 2), by noise alone [output unit / input unit]
+  /// Of the gain, sqrt(E |error|^2 / 2), by noise alone; of several realisations by noise and distortion [output unit /
+  /// input unit].
+  double std = 0.0;
   double input_amplitude = 0.0;   ///< of the cosine [input unit]
   double output_amplitude = 0.0;  ///< [output unit]
   /// Output at the neighbouring lines that are not excited, below the output at this line [dB]: the effect of an even
@@ -24,6 +26,19 @@ struct LineResponse {
   std::optional<double> even_distortion_dB;
   std::optional<double> odd_distortion_dB;
   double noise_dB = 0.0;  ///< noise at such a line, below the output: a distortion near it is noise
+  /// Distortion at the line itself: what differs between realisations and is no noise, below the output. Empty for a
+  /// single realisation, and where it cannot be told from the noise.
+  std::optional<double> distortion_dB = {};
+};
+
+/// Powers over all excited lines or over those beside them, the mean of a line, relative to the mean output of an
+/// excited line [dB]; noise subtracted from the distortions, empty where they cannot be told from it. Noise is that of
+/// one realisation's mean period.
+struct DistortionLevels {
+  double noise_dB = 0.0;
+  std::optional<double> excited_dB = {};  ///< at the excited lines
+  std::optional<double> even_dB = {};     ///< at the even lines
+  std::optional<double> odd_dB = {};      ///< at the odd lines that are not excited
 };
 
 /// The nonparametric frequency response of a record.
@@ -34,6 +49,8 @@ struct FrequencyResponse {
   double signal_to_noise_dB = 0.0;  ///< of the output
   double drift_range = 0.0;         ///< removed from the output [output unit]
   bool drift_detected = false;
+  std::size_t realisations = 1;
+  std::optional<DistortionLevels> levels = {};  ///< of several realisations
 };
 
 /// Measures the frequency response of a plant at the lines of a periodic input: with a nonlinear plant its best linear
