@@ -33,12 +33,26 @@ std::string bounds_of_the_linear_part(const ident::Model& model) {
       model.name, 20.0 * std::log10(ratio));
 }
 
+std::string level_text(const std::optional<double>& level_dB) {
+  return level_dB ? fmt::format("{:.1f} dB", *level_dB) : "none beyond the noise";
+}
+
+std::string levels_line(const ident::FrequencyResponse& measured) {
+  const ident::DistortionLevels& levels = *measured.levels;
+  return fmt::format(
+      "{} realisations; below the output: noise {:.1f} dB; distortion at the lines {}, even {}, odd {}\n",
+      measured.realisations, levels.noise_dB, level_text(levels.excited_dB), level_text(levels.even_dB),
+      level_text(levels.odd_dB));
+}
+
 std::string summary(const ident::FrequencyResponse& measured, const std::string& unit, double factor) {
   std::string text =
       fmt::format("frequency response, mean of {} periods; output noise {:.3g} {} (signal to noise {:.1f} dB)",
                   measured.periods.count, factor * measured.noise_std, unit, measured.signal_to_noise_dB);
   if (measured.drift_detected) text += fmt::format("; drift of {:.3g} {} removed", factor * measured.drift_range, unit);
-  return text + "\n";
+  text += "\n";
+  if (measured.levels) text += levels_line(measured);
+  return text;
 }
 
 }  // namespace
@@ -51,6 +65,7 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
   std::vector<Column> columns{{"line Hz", Align::right}, {"gain dB", Align::right}, {"phase deg", Align::right},
                               {"std %", Align::right},   {"even dB", Align::right}, {"odd dB", Align::right},
                               {"noise dB", Align::right}};
+  if (measured.levels) columns.push_back({"dist. dB", Align::right});
   for (const identify::IdentifiedModel& identified : models) {
     columns.push_back({identified.result.model.name + " dB", Align::right});
     columns.push_back({"+-", Align::right});
@@ -67,6 +82,7 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
                      fmt::format("{:.1f}", row.measured.phase_deg), fmt::format("{:.2g}", row.std_percent),
                      cell(row.line->even_distortion_dB), cell(row.line->odd_distortion_dB),
                      fmt::format("{:.1f}", row.line->noise_dB)});
+    if (measured.levels) cells.back().push_back(cell(row.line->distortion_dB));
     for (const identify::GainAndPhase& model : row.models) {
       cells.back().push_back(fmt::format("{:.2f}", model.gain_dB + shift_dB));
       cells.back().push_back(std_cell(model.gain_std_dB));
@@ -76,9 +92,10 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
   }
   std::string text = summary(measured, unit.of(output_unit), factor);
   text += text_table(columns, cells);
-  text +=
-      "std: of the gain, by noise alone; even, odd: distortion beside the line, below its output; noise: the same of "
-      "noise alone; +-: standard error\n";
+  text += fmt::format(
+      "std: of the gain, by noise {}; even, odd: distortion beside the line, below its output; noise: the same of noise "
+      "alone; {}+-: standard error\n",
+      measured.levels ? "and distortion" : "alone", measured.levels ? "dist.: distortion at the line; " : "");
   for (const identify::IdentifiedModel& identified : models) text += bounds_of_the_linear_part(identified.result.model);
   if (every > 1)
     text += fmt::format("one line in {} of {}; {} and --json have them all\n", every, rows.size(),
@@ -99,7 +116,8 @@ nlohmann::ordered_json frequency_json(const ident::FrequencyResponse& measured,
                                  {"output_amplitude", row.line->output_amplitude},
                                  {"even_distortion_dB", number_or_null(row.line->even_distortion_dB)},
                                  {"odd_distortion_dB", number_or_null(row.line->odd_distortion_dB)},
-                                 {"noise_dB", number_or_null(row.line->noise_dB)}};
+                                 {"noise_dB", number_or_null(row.line->noise_dB)},
+                                 {"distortion_dB", number_or_null(row.line->distortion_dB)}};
     for (std::size_t m = 0; m < models.size(); ++m) {
       entry["models"][models[m].result.model.name] = {{"gain_dB", number_or_null(row.models[m].gain_dB)},
                                                       {"gain_std_dB", number_or_null(row.models[m].gain_std_dB)},
@@ -108,14 +126,22 @@ nlohmann::ordered_json frequency_json(const ident::FrequencyResponse& measured,
     }
     lines.push_back(std::move(entry));
   }
-  return {{"periods", measured.periods.count},
+  nlohmann::ordered_json document{{"periods", measured.periods.count},
           {"period_samples", measured.periods.length},
           {"first_sample", measured.periods.first},
           {"noise_std", measured.noise_std},
           {"signal_to_noise_dB", number_or_null(measured.signal_to_noise_dB)},
           {"drift_range", measured.drift_range},
           {"drift_detected", measured.drift_detected},
-          {"lines", std::move(lines)}};
+          {"realisations", measured.realisations}};
+  if (measured.levels) {
+    document["levels"] = {{"noise_dB", number_or_null(measured.levels->noise_dB)},
+                          {"distortion_dB", number_or_null(measured.levels->excited_dB)},
+                          {"even_distortion_dB", number_or_null(measured.levels->even_dB)},
+                          {"odd_distortion_dB", number_or_null(measured.levels->odd_dB)}};
+  }
+  document["lines"] = std::move(lines);
+  return document;
 }
 
 }  // namespace eha::cli

@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/signal/realisations.hpp"
 
 namespace eha::identify {
 namespace {
@@ -36,6 +37,23 @@ std::size_t period_of(const std::vector<double>& lines_Hz, double step_s, std::s
   return shared > 0 && repetition % shared == 0 ? shared : repetition;
 }
 
+/// The realisations of a table, in its last repetition, without those that begin within the discarded rows.
+ident::RealisationRows rows_of(const ident::Realisations& table, std::size_t samples, std::size_t table_samples,
+                               std::size_t discard) {
+  ident::RealisationRows rows{.first = 0,
+                              .length = table_samples / (table.count * table.periods),
+                              .periods = table.periods,
+                              .count = table.count};
+  if (samples < table_samples) throw DataError("the record ends before the last realisation");
+  rows.first = (samples / table_samples - 1) * table_samples;
+  const std::size_t each = rows.length * rows.periods;
+  while (rows.count > 0 && rows.first + rows.length < discard) {
+    rows.first += each;
+    --rows.count;
+  }
+  return rows;
+}
+
 }  // namespace
 
 ExcitedPeriod excited_period(const ident::Excitation& excitation, double step_s, std::size_t samples,
@@ -56,6 +74,12 @@ std::optional<ident::FrequencyResponse> frequency_response_of(const Source& sour
   const double step_s = source.record.step_s;
   const auto samples = static_cast<std::size_t>(source.record.input.size());
   try {
+    const auto discard = ident::discarded_rows(options.discard_s, step_s);
+    if (const auto realisations = ident::realisations_of(source.experiment->excitation)) {
+      const std::size_t table = source.repetition_samples > 0 ? source.repetition_samples : samples;
+      return ident::measure_realisations(source.record, rows_of(*realisations, samples, table, discard),
+                                         ident::excited_lines(source.experiment->excitation, step_s, table));
+    }
     const ExcitedPeriod excited =
         excited_period(source.experiment->excitation, step_s, samples, source.repetition_samples);
     if (excited.samples == 0) {
@@ -64,7 +88,6 @@ std::optional<ident::FrequencyResponse> frequency_response_of(const Source& sour
       }
       return std::nullopt;
     }
-    const auto discard = ident::discarded_rows(options.discard_s, step_s);
     return ident::measure_frequency_response(source.record, ident::last_periods(samples, excited.samples, discard),
                                              excited.lines_Hz);
   } catch (const Error& error) {
@@ -105,15 +128,17 @@ std::vector<ComparedLine> compare_lines(const ident::FrequencyResponse& measured
 std::filesystem::path write_frequency_response(const ident::FrequencyResponse& measured,
                                                const std::vector<IdentifiedModel>& models,
                                                const std::filesystem::path& folder) {
-  std::string text = "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,noise_dB";
+  std::string text =
+      "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,noise_dB,distortion_dB";
   for (const IdentifiedModel& identified : models) {
     text += fmt::format(",{0}_gain_dB,{0}_gain_std_dB,{0}_phase_deg,{0}_phase_std_deg", identified.result.model.name);
   }
   text += "\n";
   for (const ComparedLine& row : compare_lines(measured, models)) {
-    text += fmt::format("{},{},{},{},{},{},{},{}", row.line->frequency_Hz, std::abs(row.line->response),
-                        row.measured.gain_dB, row.measured.phase_deg, row.line->std,
-                        field(row.line->even_distortion_dB), field(row.line->odd_distortion_dB), row.line->noise_dB);
+    text +=
+        fmt::format("{},{},{},{},{},{},{},{},{}", row.line->frequency_Hz, std::abs(row.line->response),
+                    row.measured.gain_dB, row.measured.phase_deg, row.line->std, field(row.line->even_distortion_dB),
+                    field(row.line->odd_distortion_dB), row.line->noise_dB, field(row.line->distortion_dB));
     for (const GainAndPhase& model : row.models) {
       text += fmt::format(",{},{},{},{}", model.gain_dB, field(model.gain_std_dB), model.phase_deg,
                           field(model.phase_std_deg));

@@ -106,6 +106,7 @@ void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range&
   }
   distortion("even_distortion_dB", "even distortion", 3);
   distortion("odd_distortion_dB", "odd distortion", 4);
+  distortion("distortion_dB", "distortion at the lines", 6);
   phase.series.push_back(std::move(p));
 }
 

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
@@ -44,10 +47,10 @@ Distance distance_of(const record::NumberTable& response, const std::string& mod
   return distance;
 }
 
-/// The greatest distortion beside the lines, relative to the output there; none where it was not measured.
+/// The greatest distortion at or beside the lines, relative to the output there; none where it was not measured.
 std::optional<double> greatest_distortion_dB(const record::NumberTable& response) {
   std::optional<double> greatest;
-  for (const char* name : {"even_distortion_dB", "odd_distortion_dB"}) {
+  for (const char* name : {"even_distortion_dB", "odd_distortion_dB", "distortion_dB"}) {
     const auto* column = response.find(name);
     if (column == nullptr) continue;
     for (const double value : *column) {
@@ -55,6 +58,29 @@ std::optional<double> greatest_distortion_dB(const record::NumberTable& response
     }
   }
   return greatest;
+}
+
+/// The middle of a column's values; none without any.
+std::optional<double> median(const record::NumberTable& response, const char* name) {
+  const auto* column = response.find(name);
+  if (column == nullptr) return std::nullopt;
+  std::vector<double> values;
+  for (const double value : *column) {
+    if (std::isfinite(value)) values.push_back(value);
+  }
+  if (values.empty()) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// Noise and distortion at the lines of several realisations; "" for one.
+std::string median_sentence(const record::NumberTable& response) {
+  const std::optional<double> distortion = median(response, "distortion_dB");
+  const std::optional<double> noise = median(response, "noise_dB");
+  if (!distortion || !noise) return "";
+  return fmt::format(" At the median line the distortion is {:.0f} dB and the noise {:.0f} dB, by the spread of the "
+                     "realisations and of their periods.",
+                     *distortion, *noise);
 }
 
 Remark without_response(const ReportedModel& reported) {
@@ -79,6 +105,7 @@ Remark remark_on(const ReportedModel& reported, const record::NumberTable* respo
       distance.phase_deg);
   remark.seen += distortion ? fmt::format(" The distortion is at most {:.0f} dB relative to the output.", *distortion)
                             : " Distortion was not measured; an odd_random_multisine would.";
+  remark.seen += median_sentence(*response);
   remark.good =
       "The line passes through the bars, noise and distortion lie at least 30 dB below the gain. Outside the measured "
       "frequencies the model extrapolates; the grey band shows its 95 % bounds.";

@@ -143,6 +143,46 @@ TEST(OddRandomMultisine, HasItsPeakAndALowCrestFactor) {
   }
 }
 
+TEST(OddRandomMultisine, PlaysRealisationsOfTheSameLinesOneAfterTheOther) {
+  Excitation options = band<OddRandomMultisine>(0.1, 3.2);
+  auto& kind = std::get<OddRandomMultisine>(options.kind);
+  kind.realisations = 4;
+  kind.periods = 3;
+  const Vector table = excitation(options, 0.01, 12000);
+  EXPECT_NEAR(table.cwiseAbs().maxCoeff(), 3.0, 1e-12);
+  EXPECT_EQ(excited_lines(options, 0.01, 12000), excited_lines(band<OddRandomMultisine>(0.1, 3.2), 0.01, 1000));
+  ASSERT_TRUE(realisations_of(options));
+  EXPECT_EQ(realisations_of(options)->count, 4U);
+  double amplitude = 0.0;
+  for (Eigen::Index m = 0; m < 4; ++m) {
+    const Vector second = table.segment((3 * m + 1) * 1000, 1000);
+    EXPECT_LT((second - table.segment((3 * m + 2) * 1000, 1000)).cwiseAbs().maxCoeff(), 1e-12) << m;
+    // Past the fade the transient is the signal already.
+    EXPECT_LT((second - table.segment(3 * m * 1000, 1000)).tail(750).cwiseAbs().maxCoeff(), 1e-12) << m;
+    const auto line = static_cast<Eigen::Index>(std::lround(excited_lines(options, 0.01, 12000)[2] * 10.0));
+    if (m == 0) amplitude = line_amplitude(second, line);
+    EXPECT_NEAR(line_amplitude(second, line), amplitude, 1e-12) << m;
+    EXPECT_GT((second - table.segment(((3 * m + 4) % 12) * 1000, 1000)).cwiseAbs().maxCoeff(), 0.3) << m;
+  }
+  // Nothing jumps, not even from the end to the beginning.
+  Vector around(table.size() + 1);
+  around << table, table[0];
+  const double steepest = (around.tail(table.size()) - around.head(table.size())).cwiseAbs().maxCoeff();
+  EXPECT_LT(steepest, 0.01 * 2.0 * std::numbers::pi * 3.2 * 3.0 + 0.01 * std::numbers::pi * 3.0 / 2.5);
+}
+
+TEST(OddRandomMultisine, NeedsThreePeriodsOfEachRealisationThatFitTheTable) {
+  Excitation options = band<OddRandomMultisine>(0.1, 3.2);
+  auto& kind = std::get<OddRandomMultisine>(options.kind);
+  kind.realisations = 2;
+  EXPECT_EQ(issues_of(options).at(0).key, "periods");
+  kind.periods = 3;
+  EXPECT_TRUE(issues_of(options).empty());
+  EXPECT_TRUE(timing_issues_of(options, 0.01, 60.0).empty());
+  EXPECT_EQ(timing_issues_of(options, 0.01, 50.0).at(0).key, "periods");
+  EXPECT_THROW((void)excitation(options, 0.01, 5000), ConfigError);
+}
+
 TEST(Gaussian, KeepsToItsBandAndItsPeak) {
   const Excitation options = band<Gaussian>(0.5, 2.0);
   const Vector table = excitation(options, 0.01, 1000);
