@@ -84,13 +84,16 @@ With --from and --improve instead: writes the experiment that makes the standard
 within the rig's voltage, slew and travel, and shows what it predicts, how long it takes and which limit binds. --to
 makes it as long as the wanted standard error takes, at most 600 s; where that does not suffice it says so.
 With --band instead: writes an experiment (default band.toml) with tones of equal amplitude, spread over a band, their
-phases such that volts, slew and travel all have low peaks, as large as the rig's limits allow, in a held rod.
+phases such that volts, slew and travel all have low peaks, as large as the rig's limits allow, in a held rod. With
+--odd-random the tones are three of each four odd multiples of 1/period, with random phases, other ones in each
+realisation: what the plant distorts then shows beside the lines, and at the lines by the spread of the realisations.
 
 Examples:
   eha design config/experiments/paper.toml
   eha design sweep.toml -o sweep.csv
   eha design --from models/fo.json --improve n2 --to 0.05
-  eha design --band 0.05:1.5 --tones 30 -o band.toml)";
+  eha design --band 0.05:1.5 --tones 30 -o band.toml
+  eha design --band 0.1:2 --period 10 --odd-random --realisations 6)";
 
 constexpr const char* kDoctorFooter = R"(
 Checks kernel, scheduling, limits, CPUs and disk; for a rig on a card also the device, its driver, board and safety
@@ -177,9 +180,18 @@ void add_design(CLI::App& app, DesignCommand& design) {
                              "Write an experiment with tones of equal amplitude in this band [Hz]")
                           ->type_name("LOW:HIGH")
                           ->excludes(from);
+  CLI::Option* odd_random = sub->add_flag_callback(
+                                   "--odd-random", [&design] { design.realisations = design.realisations.value_or(6); },
+                                   "Fill the band with odd lines of random phases that part noise and distortion")
+                                ->needs(band);
+  sub->add_option("--realisations", design.realisations, "Realisations of other phases, 2 to 50 (default 6)")
+      ->type_name("M")
+      ->needs(odd_random)
+      ->check(CLI::Range(2, 50).description(""));
   sub->add_option("--tones", design.tones, "Tones in the band, 2 to 500 (default 30)")
       ->type_name("N")
       ->needs(band)
+      ->excludes(odd_random)
       ->check(CLI::Range(2, 500).description(""));
   sub->add_option("--period", design.period_s, "Period of the tones, 1 to 1000 s (default 20); 1/period is their grid")
       ->type_name("SECONDS")

@@ -161,7 +161,8 @@ struct DesignCommand {
   std::optional<double> wanted_std = {};              ///< --to
   std::optional<ident::FrequencyInterval> band = {};  ///< --band: writes an experiment of equal tones in this band
   int tones = 30;
-  double period_s = 20.0;  ///< of the tones
+  double period_s = 20.0;                  ///< of the tones
+  std::optional<int> realisations = {};    ///< --odd-random: of an odd-random multisine in the band; none: tones
 };
 
 struct RunsListCommand {

@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "config/valve_estimate.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/excitation_room.hpp"
+#include "daemon/eha/odd_random_design.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "ident/design/low_peak_phases.hpp"
 
@@ -20,9 +21,6 @@ namespace eha::cli {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr double kShareOfVolts = 0.88;   ///< of what is left beside the null: a hold needs the rest
-constexpr double kShareOfSlew = 0.95;    ///< the rounding of amplitudes and the hold
-constexpr double kShareOfTravel = 0.75;  ///< below the 80 % from which the tick warns
 constexpr int kPeriods = 3;              ///< the first of which is discarded
 
 /// Harmonics of 1 / period, spread evenly over the logarithm of the band, each once.
@@ -54,9 +52,7 @@ struct Bounded {
 };
 
 std::array<Bounded, 3> bounded_signals(const std::vector<std::size_t>& harmonics, double period_s,
-                                       const config::RigConfig& rig) {
-  const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
-  const double gain = 0.5 * (valve.gain_positive_in_per_V_s + valve.gain_negative_in_per_V_s);
+                                       const ExcitationRoom& room) {
   const auto count = static_cast<Eigen::Index>(harmonics.size());
   Eigen::VectorXcd volts = Eigen::VectorXcd::Ones(count);
   Eigen::VectorXcd slew(count);
@@ -64,13 +60,10 @@ std::array<Bounded, 3> bounded_signals(const std::vector<std::size_t>& harmonics
   for (Eigen::Index k = 0; k < count; ++k) {
     const std::complex<double> s(0.0, kTwoPi * static_cast<double>(harmonics[static_cast<std::size_t>(k)]) / period_s);
     slew[k] = s;
-    travel[k] = gain / s;
+    travel[k] = room.gain_in_per_V_s / s;
   }
-  const config::RigLimits& limits = rig.limits;
-  const double room_V = std::min(limits.command_max_V - valve.null_V, valve.null_V - limits.command_min_V);
-  return {Bounded{"voltage", "V", volts, kShareOfVolts * room_V},
-          Bounded{"slew", "V/s", slew, kShareOfSlew * limits.slew_V_per_s},
-          Bounded{"travel", "in", travel, 0.5 * kShareOfTravel * (limits.travel_max_in - limits.travel_min_in)}};
+  return {Bounded{"voltage", "V", volts, room.peak_V}, Bounded{"slew", "V/s", slew, room.slew_V_per_s},
+          Bounded{"travel", "in", travel, room.travel_in}};
 }
 
 /// The signals that come near to their limits, whose peaks are worth keeping low.
@@ -101,26 +94,21 @@ std::string band_experiment_text(const DesignCommand& command, const config::Rig
         fmt::format("  {{ frequency_Hz = {:.6f}, amplitude_V = {:.4f}, phase_rad = {:.4f} }},\n",
                     static_cast<double>(harmonics[k]) / period_s, amplitude_V, phase_rad[static_cast<Eigen::Index>(k)]);
   }
-  // At least ten compared rows in the shortest period.
-  const double tick_s = rig.realtime.sample_period_s;
-  const double highest_Hz = static_cast<double>(harmonics.back()) / period_s;
-  const int decimation = highest_Hz * 0.4 > 1.0 ? std::max(1, static_cast<int>(std::lround(0.005 / tick_s)))
-                                                : std::max(1, static_cast<int>(std::lround(0.04 / tick_s)));
+  const int decimation =
+      compared_ticks(static_cast<double>(harmonics.back()) / period_s, rig.realtime.sample_period_s);
   return text + fmt::format("]\n\n[record]\ndiscard_s = {:.3f}\ndecimation = {}\n", period_s, decimation);
 }
 
 }  // namespace
 
 ExitCode design_flat(const DesignCommand& command, Console& console) {
+  if (command.realisations) return design_odd_random(command, console);
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
-  if (!rig.limits.following) {
-    throw ConfigError(
-        fmt::format("{}: no [following], which predicts the travel of the tones; see eha-rig(5)", rig.file_name));
-  }
+  const ExcitationRoom room = excitation_room(rig);
   const auto [low_Hz, high_Hz] = *command.band;
   const double period_s = command.period_s;
   const std::vector<std::size_t> harmonics = spread_harmonics(low_Hz, high_Hz, period_s, command.tones);
-  std::array<Bounded, 3> signals = bounded_signals(harmonics, period_s, rig);
+  std::array<Bounded, 3> signals = bounded_signals(harmonics, period_s, room);
   const Eigen::VectorXd phase_rad = ident::low_peak_phases(harmonics, crowded(signals));
   const Bounded* binding = nullptr;
   double amplitude_V = 0.0;
@@ -134,7 +122,6 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   }
   amplitude_V = std::floor(amplitude_V * 1e4) / 1e4;
   const double rms_V = amplitude_V * std::sqrt(0.5 * static_cast<double>(harmonics.size()));
-  const double dead_band_V = config::valve_estimate(*rig.limits.following).dead_band_V;
   const std::string remark = fmt::format(
       "{} tones of {:.3g} V, peak {:.3g} V, +-{:.3g} in; the {} limit keeps them from being larger", harmonics.size(),
       amplitude_V, amplitude_V * signals[0].peak, amplitude_V * signals[2].peak, binding->name);
@@ -150,12 +137,7 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
     console.print(fmt::format("{:<8} peak {:.3g} of {:.3g} {}, crest factor {:.3f}", signal.name,
                               amplitude_V * signal.peak, signal.limit, signal.unit, crest));
   }
-  if (rms_V < 3.0 * dead_band_V) {
-    console.warning(
-        fmt::format("the tones have {:.3g} V RMS beside a dead band of {:.3g} V: gains will be read too "
-                    "low; a narrower band or a shorter period allows more",
-                    rms_V, dead_band_V));
-  }
+  warn_of_dead_band(rms_V, room, console);
   console.print_json(document);
   console.next_step(fmt::format("eha run {}", file.string()));
   return ExitCode::ok;
