@@ -13,9 +13,9 @@
 #include "core/os/files.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/identify/improved_experiment.hpp"
 #include "ident/design/improvement.hpp"
 #include "ident/model/model_file.hpp"
-#include "ident/structure/structures.hpp"
 
 namespace eha::cli {
 namespace {
@@ -26,76 +26,6 @@ constexpr double kDiscard_s = 10.0;
 
 using ident::Model;
 using ident::ParameterEstimate;
-using ident::ParameterRole;
-
-std::string base_name(const Model& model) {
-  std::string name = model.name;
-  for (const ident::InputMapKind& kind : ident::input_map_kinds()) {
-    if (!kind.suffix.empty() && name.ends_with(kind.suffix)) name.resize(name.size() - kind.suffix.size());
-  }
-  return name;
-}
-
-/// The family that a model is of: by its name, or by what is estimated.
-std::string family_of(const Model& model) {
-  const std::string name = base_name(model);
-  for (const ident::StructureFamily& family : ident::structure_families()) {
-    if (family.name == name) return name;
-  }
-  const auto estimates = [&](ParameterRole role) {
-    return std::any_of(model.parameters.begin(), model.parameters.end(),
-                       [&](const ParameterEstimate& p) { return p.role == role && !p.fixed; });
-  };
-  if (estimates(ParameterRole::base_order)) return "commensurate";
-  if (!estimates(ParameterRole::denominator_order)) return "io";
-  return model.transfer_function.denominator.size() > 2 ? "fo" : "lag";
-}
-
-/// The model's [[model]] table.
-std::string model_table(const Model& model) {
-  const std::string family = family_of(model);
-  std::string text = fmt::format("[[model]]\nname = \"{}\"\nstructure = \"{}\"\n", model.name, family);
-  if (ident::structure_family(family).has_degrees) {
-    text += fmt::format("poles = {}\nzeros = {}\n", model.transfer_function.denominator.size() - 1,
-                        model.transfer_function.numerator.size() - 1);
-  }
-  if (model.input_map) text += "input_map = \"valve\"\n";
-  for (const ParameterEstimate& p : model.parameters) {
-    if (p.role == ParameterRole::delay && !p.fixed) text += "delay = \"free\"\n";
-    if (p.role == ParameterRole::delay && p.fixed && p.value > 0.0) text += fmt::format("delay_s = {}\n", p.value);
-  }
-  for (const ParameterEstimate& p : model.parameters) {
-    if (p.role != ParameterRole::numerator_order || p.fixed) continue;
-    text += fmt::format("[[model.parameter]]\nname = \"{}\"\nfixed = false\n", p.name);
-  }
-  return text;
-}
-
-std::string with_decimal_point(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
-
-std::string experiment_text(const Model& model, const DesignCommand& command, const ident::ImprovementTask& task,
-                            const ident::Improvement& found) {
-  std::string text = fmt::format(
-      "# Made by `eha design --from {} --improve {}`: the standard error of {} is predicted\n# as {:.3g}; the {} limit "
-      "keeps the excitation from being larger.\nschema = 1\nname = \"improve-{}\"\nduration_s = "
-      "{}\n\n[excitation]\nkind "
-      "= \"multisine\"\noffset_V = {}\ntones = [\n",
-      *command.model_file, command.parameter, command.parameter, found.std, ident::text(found.binding),
-      command.parameter, with_decimal_point(task.duration_s), with_decimal_point(found.offset_V));
-  for (const ident::Tone& tone : found.tones) {
-    text += fmt::format("  {{ frequency_Hz = {}, amplitude_V = {}, phase_rad = {} }},\n",
-                        with_decimal_point(tone.frequency_Hz), with_decimal_point(tone.amplitude_V),
-                        with_decimal_point(tone.phase_rad));
-  }
-  text += fmt::format("]\n\n[record]\ndiscard_s = {}\ndecimation = {}\nsplit = {}\n\n",
-                      with_decimal_point(task.options.discard_s), task.options.decimation,
-                      with_decimal_point(task.options.split));
-  return text + model_table(model);
-}
 
 ident::ExcitationLimits limits_of(const config::RigConfig& rig) {
   return {.lowest_V = rig.limits.command_min_V,
@@ -163,7 +93,10 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   const DesignAnswer answer = answered(model, command, task);
   const ident::Improvement& found = answer.found;
   const std::filesystem::path path = command.output.value_or(fmt::format("improve-{}.toml", command.parameter));
-  const std::string text = experiment_text(model, command, task, found);
+  const std::string text = identify::experiment_text(
+      {model, command.parameter,
+       fmt::format("Made by `eha design --from {} --improve {}`", *command.model_file, command.parameter)},
+      task, found);
   // What the rig would refuse is not written.
   (void)config::parse_prepared_experiment(text, path.string(), rig);
   os::write_file_atomically(path, text);

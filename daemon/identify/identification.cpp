@@ -13,6 +13,7 @@
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/executor.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
+#include "daemon/identify/improved_experiment.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/excitation/excitation.hpp"
 #include "ident/uncertainty/usable_band.hpp"
@@ -215,7 +216,11 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     add_climbed(identification, fit_once(task, progress), task);
     end_round("the ladder of structures", reason);
   }
-  if (!identification.rounds.back().accepted) identification.next_experiment = longer_experiment(source);
+  if (identification.rounds.back().accepted) return identification;
+  std::vector<const ident::Model*> models;
+  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
+  identification.next_experiment = improved_experiment(source, models);
+  if (!identification.next_experiment) identification.next_experiment = longer_experiment(source);
   return identification;
 }
 

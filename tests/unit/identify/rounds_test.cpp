@@ -104,6 +104,27 @@ TEST(Rounds, EndWithTheNextExperimentWhenNothingIsAccepted) {
   EXPECT_EQ(named.recommendation.model, "");
 }
 
+TEST(Rounds, DesignTheNextExperimentForTheParameterThatFails) {
+  Source source = source_with(kExperiment);
+  for (Eigen::Index k = 0; k < 600; ++k) source.record.input[k] = (k / 75) % 2 == 0 ? 1.0 : -1.0;
+  // One pole, beside which a second one cannot be seen.
+  source.record.output = ident::simulate({{{1.5, 0.0}}, {{0.5, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input, 0.02);
+  ident::PortableDraw draw(5);
+  for (double& y : source.record.output) y += 0.05 * draw.normal();
+  IdentificationTask task = task_with_one_pole(source);
+  task.structures[0].name = "two_poles";
+  task.structures[0].structure = ident::structures::io();
+  const Identification found = identify(source, task, {}, {});
+  ASSERT_FALSE(found.rounds.back().accepted);
+  ASSERT_TRUE(found.next_experiment);
+  EXPECT_NE(found.next_experiment->reason.find("standard error of a2 of two_poles"), std::string::npos)
+      << found.next_experiment->reason;
+  const auto next = config::parse_experiment(found.next_experiment->text, "next.toml");
+  ASSERT_EQ(next.models.size(), 1U);
+  EXPECT_EQ(next.models[0].name, "two_poles");
+  EXPECT_EQ(next.duration_s, 12.0);
+}
+
 TEST(Identify, LeavesOutAModelThatTheRecordDoesNotAllowWhileAnotherOneCanBeFitted) {
   Source source = source_with(kExperiment);
   // Never on the other side of the null.
