@@ -37,7 +37,7 @@ struct OddRandomMultisine {
   static void visit_keys(auto& self, auto& keys) {
     keys.number("amplitude_V", self.amplitude_V, Range::above(0.0));
     FrequencyBand::visit_keys(self.band, keys);
-    keys.integer("realisations", self.realisations, 1, 100, Need::optional);
+    keys.integer("realisations", self.realisations, 1, 1000, Need::optional);
     keys.integer("periods", self.periods, 1, 100, Need::optional);
     keys.integer("seed", self.seed, 0, kGreatestSeed, Need::optional);
   }

@@ -143,6 +143,24 @@ class Distortion {
     return level(beside, i);
   }
 
+  [[nodiscard]] std::optional<SilentPowers> silent() const {
+    if (!all_odd_) return std::nullopt;
+    SilentPowers powers;
+    double evens = 0.0;
+    double odds = 0.0;
+    for (std::size_t k = std::max<std::size_t>(1, excited_.front() - 1); k <= std::min(excited_.back() + 1, last_); ++k) {
+      const auto at = std::lower_bound(excited_.begin(), excited_.end(), k);
+      if (at != excited_.end() && *at == k) continue;
+      const auto near = std::min<std::ptrdiff_t>(at - excited_.begin(), std::ssize(excited_) - 1);
+      const auto row = static_cast<Eigen::Index>(k);
+      const double power = std::norm(output_.mean[row] - gains_[static_cast<std::size_t>(near)] * input_.mean[row]);
+      (k % 2 == 0 ? powers.even : powers.odd) += power;
+      (k % 2 == 0 ? evens : odds) += 1.0;
+    }
+    if (!(evens > 0.0) || !(odds > 0.0)) return std::nullopt;
+    return SilentPowers{powers.even / evens, powers.odd / odds};
+  }
+
  private:
   [[nodiscard]] bool is_silent(std::ptrdiff_t k) const {
     return k < 1 || !std::binary_search(excited_.begin(), excited_.end(), static_cast<std::size_t>(k));
@@ -192,7 +210,8 @@ FrequencyResponse measure_frequency_response(const Record& record, const Periods
                            .noise_std = driven.noise_std,
                            .signal_to_noise_dB = driven.signal_to_noise_dB,
                            .drift_range = driven.drift_range,
-                           .drift_detected = driven.drift_detected};
+                           .drift_detected = driven.drift_detected,
+                           .silent = distortion.silent()};
   const double period_s = static_cast<double>(periods.length) * record.step_s;
   for (std::size_t i = 0; i < harmonics.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(harmonics[i]);

@@ -31,14 +31,20 @@ struct LineResponse {
   std::optional<double> distortion_dB = {};
 };
 
-/// Powers over all excited lines or over those beside them, the mean of a line, relative to the mean output of an
-/// excited line [dB]; noise subtracted from the distortions, empty where they cannot be told from it. Noise is that of
-/// one realisation's mean period.
+/// Powers in the excited band, the mean of a line, relative to the mean output of an excited line [dB]; noise subtracted
+/// from the distortions, empty where they cannot be told from it. Noise is that of one realisation's mean period.
 struct DistortionLevels {
   double noise_dB = 0.0;
   std::optional<double> excited_dB = {};  ///< at the excited lines
   std::optional<double> even_dB = {};     ///< at the even lines
   std::optional<double> odd_dB = {};      ///< at the odd lines that are not excited
+};
+
+/// Mean power of a line that is not excited, from one below the lowest excited line to one above the highest
+/// [output unit^2], noise included.
+struct SilentPowers {
+  double even = 0.0;
+  double odd = 0.0;
 };
 
 /// The nonparametric frequency response of a record.
@@ -49,6 +55,7 @@ struct FrequencyResponse {
   double signal_to_noise_dB = 0.0;  ///< of the output
   double drift_range = 0.0;         ///< removed from the output [output unit]
   bool drift_detected = false;
+  std::optional<SilentPowers> silent = {};  ///< where every excited line is odd and lines of both kinds are silent
   std::size_t realisations = 1;
   std::optional<DistortionLevels> levels = {};  ///< of several realisations
 };

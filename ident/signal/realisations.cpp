@@ -20,24 +20,16 @@ constexpr std::size_t kFewestPeriods = 3;
 double power_of(double level_dB) { return std::pow(10.0, level_dB / 10.0); }
 double level_of(double power) { return 10.0 * std::log10(power); }
 
-/// Sums of the powers at excited lines and beside them.
+/// Powers at an excited line, or their sums.
 struct Powers {
   double output = 0.0;
   double noise = 0.0;
   double spread = 0.0;  ///< of the realisations
-  double even = 0.0;
-  double odd = 0.0;
-  bool has_even = true;
-  bool has_odd = true;
 
   void add(const Powers& other) {
     output += other.output;
     noise += other.noise;
     spread += other.spread;
-    even += other.even;
-    odd += other.odd;
-    has_even = has_even && other.has_even;
-    has_odd = has_odd && other.has_odd;
   }
 };
 
@@ -84,6 +76,9 @@ FrequencyResponse measure_realisations(const Record& record, const RealisationRo
     double input = 0.0;
     double held = 0.0;  // power of the held input, by which a variance of G becomes one of the output
     Powers powers;
+    // Beside the same lines in every realisation.
+    std::optional<double> even = line.even_distortion_dB ? std::optional(0.0) : std::nullopt;
+    std::optional<double> odd = line.odd_distortion_dB ? std::optional(0.0) : std::nullopt;
     for (const FrequencyResponse& one : all) {
       const LineResponse& seen = one.lines[k];
       const double output = seen.output_amplitude * seen.output_amplitude;
@@ -92,10 +87,8 @@ FrequencyResponse measure_realisations(const Record& record, const RealisationRo
       held += output / std::norm(seen.response) / count;
       powers.output += output / count;
       powers.noise += power_of(seen.noise_dB) * output / count;
-      powers.has_even = powers.has_even && seen.even_distortion_dB;
-      powers.has_odd = powers.has_odd && seen.odd_distortion_dB;
-      powers.even += power_of(seen.even_distortion_dB.value_or(0.0)) * output / count;
-      powers.odd += power_of(seen.odd_distortion_dB.value_or(0.0)) * output / count;
+      if (even) *even += power_of(seen.even_distortion_dB.value_or(0.0)) * output / count;
+      if (odd) *odd += power_of(seen.odd_distortion_dB.value_or(0.0)) * output / count;
     }
     double variance = 0.0;
     for (const FrequencyResponse& one : all) variance += std::norm(one.lines[k].response - line.response);
@@ -106,16 +99,27 @@ FrequencyResponse measure_realisations(const Record& record, const RealisationRo
     line.output_amplitude = std::sqrt(powers.output);
     line.noise_dB = level_of(powers.noise / powers.output);
     line.distortion_dB = beyond_noise_dB(powers.spread, powers, count - 1.0, noise_values);
-    line.even_distortion_dB = powers.has_even ? std::optional(level_of(powers.even / powers.output)) : std::nullopt;
-    line.odd_distortion_dB = powers.has_odd ? std::optional(level_of(powers.odd / powers.output)) : std::nullopt;
+    if (even) line.even_distortion_dB = level_of(*even / powers.output);
+    if (odd) line.odd_distortion_dB = level_of(*odd / powers.output);
     band.add(powers);
   }
   const auto lines = static_cast<double>(result.lines.size());
   DistortionLevels levels;
   levels.noise_dB = level_of(band.noise / band.output);
   levels.excited_dB = beyond_noise_dB(band.spread, band, lines * (count - 1.0), lines * noise_values);
-  if (band.has_even) levels.even_dB = beyond_noise_dB(band.even, band, lines * count, lines * noise_values);
-  if (band.has_odd) levels.odd_dB = beyond_noise_dB(band.odd, band, lines * count, lines * noise_values);
+  if (result.silent) {
+    SilentPowers& silent = *result.silent;
+    silent = {};
+    for (const FrequencyResponse& one : all) {
+      silent.even += one.silent->even * lines / count;  // as many lines as the sums of `band` hold
+      silent.odd += one.silent->odd * lines / count;
+    }
+    levels.even_dB = beyond_noise_dB(silent.even, band, lines * count, lines * noise_values);
+    // One odd line in four is silent.
+    levels.odd_dB = beyond_noise_dB(silent.odd, band, lines * count / 3.0, lines * noise_values);
+    silent.even /= lines;
+    silent.odd /= lines;
+  }
   result.levels = levels;
   return result;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Noise and distortion of fifty nonlinear plants as one record of several realisations shows them, against their truth
-// from many realisations without noise. Half a minute.
+// from many realisations without noise. Twenty seconds.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,8 +21,8 @@ namespace {
 constexpr double kStep_s = 0.01;
 constexpr std::size_t kLength = 2000;
 constexpr std::size_t kPeriods = 3;
-constexpr std::size_t kMeasured = 20;  ///< realisations
-constexpr std::size_t kTrue = 80;
+constexpr std::size_t kMeasured = 50;  ///< realisations
+constexpr std::size_t kTrue = 250;
 constexpr double kNoisePole = 0.6;
 constexpr double kAllowed_dB = 1.0;
 

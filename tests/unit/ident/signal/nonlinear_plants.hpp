@@ -36,7 +36,8 @@ struct Plant {
   double square = 0.0;
   double cube = 0.0;
   double dead_band = 0.0;
-  double dry_friction = 0.0;
+  double dry_friction = 0.0;  ///< over the stiffness
+  double natural_rad_s = 15.0;
 
   [[nodiscard]] Eigen::VectorXd response(const Eigen::VectorXd& u) const {
     switch (kind) {
@@ -58,17 +59,18 @@ struct Plant {
     });
   }
 
-  /// x'' = 9 (u - x) - 3 x' - friction tanh(x' / 0.02), 20 steps a sample of 0.01 s.
+  /// x'' = w^2 (u - x - dry_friction tanh(x' / 0.5)) - 1.4 w x', 8 steps a sample of 0.01 s.
   [[nodiscard]] Eigen::VectorXd rubbed(const Eigen::VectorXd& u) const {
-    constexpr int kSteps = 20;
+    constexpr int kSteps = 8;
     constexpr double kStep_s = 0.01 / kSteps;
+    const double w = natural_rad_s;
     Eigen::VectorXd y(u.size());
     double x = 0.0;
     double v = 0.0;
     for (Eigen::Index k = 0; k < u.size(); ++k) {
       y[k] = x;
       for (int i = 0; i < kSteps; ++i) {
-        v += kStep_s * (9.0 * (u[k] - x) - 3.0 * v - dry_friction * std::tanh(v / 0.02));
+        v += kStep_s * (w * w * (u[k] - x - dry_friction * std::tanh(v / 0.5)) - 1.4 * w * v);
         x += kStep_s * v;
       }
     }
@@ -86,7 +88,8 @@ inline Plant plant(int number) {
   plant.square = between(0.01, 0.06);
   plant.cube = between(-0.03, 0.03);
   plant.dead_band = number % 2 == 0 ? between(0.05, 0.25) : 0.0;
-  plant.dry_friction = between(0.4, 1.5);
+  plant.dry_friction = between(0.1, 0.4);
+  plant.natural_rad_s = between(10.0, 25.0);
   return plant;
 }
 
