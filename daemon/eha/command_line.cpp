@@ -81,7 +81,8 @@ constexpr const char* kDesignFooter = R"(
 Shows what an experiment would play: peak [V], RMS [V], crest factor, fastest change [V/s], excited lines [Hz].
 With -o the table of volts is written as CSV (time_s,voltage_V), one row a tick.
 With --from and --improve instead: writes the experiment that makes the standard error of a model's parameter smallest
-within the rig's voltage, slew and travel, and shows what it predicts, how long it takes and which limit binds. --to
+within the rig's voltage, slew and travel, and shows what it predicts, how long it takes and which limit binds. On a
+simulated rig, or with --twin, designs are tried out: played there and fitted as the real record will be. --to
 makes it as long as the wanted standard error takes, at most 600 s; where that does not suffice it says so.
 With --band instead: writes an experiment (default band.toml) with tones of equal amplitude, spread over a band, their
 phases such that volts, slew and travel all have low peaks, as large as the rig's limits allow, in a held rod. With
@@ -197,6 +198,10 @@ void add_design(CLI::App& app, DesignCommand& design) {
       ->type_name("SECONDS")
       ->needs(band)
       ->check(finite_number("seconds from 1 to 1000", [](double s) { return s >= 1.0 && s <= 1000.0; }));
+  sub->add_option("--twin", design.twin_file,
+                  "Simulated rig that predicts, as `eha replay --calibrate` writes it (default: --rig where simulated)")
+      ->type_name("RIG")
+      ->needs(from);
   sub->add_option("--to", design.wanted_std, "Wanted standard error; the experiment becomes as long as that takes")
       ->type_name("STD")
       ->needs(from)

@@ -21,7 +21,7 @@ namespace eha::cli {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr int kPeriods = 3;              ///< the first of which is discarded
+constexpr int kPeriods = 3;  ///< the first of which is discarded
 
 /// Harmonics of 1 / period, spread evenly over the logarithm of the band, each once.
 std::vector<std::size_t> spread_harmonics(double low_Hz, double high_Hz, double period_s, int tones) {
@@ -94,8 +94,7 @@ std::string band_experiment_text(const DesignCommand& command, const config::Rig
         fmt::format("  {{ frequency_Hz = {:.6f}, amplitude_V = {:.4f}, phase_rad = {:.4f} }},\n",
                     static_cast<double>(harmonics[k]) / period_s, amplitude_V, phase_rad[static_cast<Eigen::Index>(k)]);
   }
-  const int decimation =
-      compared_ticks(static_cast<double>(harmonics.back()) / period_s, rig.realtime.sample_period_s);
+  const int decimation = compared_ticks(static_cast<double>(harmonics.back()) / period_s, rig.realtime.sample_period_s);
   return text + fmt::format("]\n\n[record]\ndiscard_s = {:.3f}\ndecimation = {}\n", period_s, decimation);
 }
 

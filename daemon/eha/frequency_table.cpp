@@ -93,7 +93,8 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
   std::string text = summary(measured, unit.of(output_unit), factor);
   text += text_table(columns, cells);
   text += fmt::format(
-      "std: of the gain, by noise {}; even, odd: distortion beside the line, below its output; noise: the same of noise "
+      "std: of the gain, by noise {}; even, odd: distortion beside the line, below its output; noise: the same of "
+      "noise "
       "alone; {}+-: standard error\n",
       measured.levels ? "and distortion" : "alone", measured.levels ? "dist.: distortion at the line; " : "");
   for (const identify::IdentifiedModel& identified : models) text += bounds_of_the_linear_part(identified.result.model);
@@ -127,13 +128,13 @@ nlohmann::ordered_json frequency_json(const ident::FrequencyResponse& measured,
     lines.push_back(std::move(entry));
   }
   nlohmann::ordered_json document{{"periods", measured.periods.count},
-          {"period_samples", measured.periods.length},
-          {"first_sample", measured.periods.first},
-          {"noise_std", measured.noise_std},
-          {"signal_to_noise_dB", number_or_null(measured.signal_to_noise_dB)},
-          {"drift_range", measured.drift_range},
-          {"drift_detected", measured.drift_detected},
-          {"realisations", measured.realisations}};
+                                  {"period_samples", measured.periods.length},
+                                  {"first_sample", measured.periods.first},
+                                  {"noise_std", measured.noise_std},
+                                  {"signal_to_noise_dB", number_or_null(measured.signal_to_noise_dB)},
+                                  {"drift_range", measured.drift_range},
+                                  {"drift_detected", measured.drift_detected},
+                                  {"realisations", measured.realisations}};
   if (measured.levels) {
     document["levels"] = {{"noise_dB", number_or_null(measured.levels->noise_dB)},
                           {"distortion_dB", number_or_null(measured.levels->excited_dB)},

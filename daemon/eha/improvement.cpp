@@ -7,12 +7,14 @@
 #include <cmath>
 #include <optional>
 #include <string>
-#include <vector>
+#include <variant>
 
 #include "config/prepared_experiment.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/design_choice.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/identify/executor.hpp"
 #include "daemon/identify/improved_experiment.hpp"
 #include "ident/design/improvement.hpp"
 #include "ident/model/model_file.hpp"
@@ -49,26 +51,39 @@ double estimated_std(const Model& model, const std::string& parameter) {
   return std::nan("");
 }
 
+/// The simulated rig that tries designs out: the named one, or the rig itself where that is simulated.
+std::optional<hal::SimOptions> twin_of(const DesignCommand& command, const config::RigConfig& rig) {
+  const config::RigConfig named = command.twin_file ? load_rig_or_default(command.twin_file) : rig;
+  if (const auto* simulated = std::get_if<hal::SimOptions>(&named.backend)) return *simulated;
+  if (command.twin_file) {
+    throw UsageError(
+        fmt::format("{} drives a machine; --twin takes a simulated rig, as `eha replay RUN --calibrate` "
+                    "writes it",
+                    named.file_name));
+  }
+  return std::nullopt;
+}
+
 /// A design of at least the base's duration, and whether it reaches what is wanted.
 struct DesignAnswer {
-  ident::Improvement found;
+  ChosenDesign chosen;
   bool reached = true;
 };
 
-DesignAnswer answered(const Model& model, const DesignCommand& command, ident::ImprovementTask& task) {
-  DesignAnswer answer{ident::improve(model, command.parameter, task)};
+DesignAnswer answered(const DesignPredictor& predictor, const DesignCommand& command, ident::ImprovementTask& task) {
+  DesignAnswer answer{choose_design(predictor, task)};
   if (!command.wanted_std) return answer;
   const double wanted = *command.wanted_std;
   const double compared_s = task.duration_s - task.options.discard_s;
   const double most = std::max(1.0, std::floor((kLongest_s - task.options.discard_s) / compared_s));
   // Twice as long is as good as two records; a second round mends what the transient and the drift change.
-  for (double times = 1.0; answer.found.std > wanted && times < most;) {
-    const double longer = std::ceil(times * std::pow(answer.found.std / wanted, 2) - 1e-9);
+  for (double times = 1.0; answer.chosen.design.std > wanted && times < most;) {
+    const double longer = std::ceil(times * std::pow(answer.chosen.design.std / wanted, 2) - 1e-9);
     times = std::min(most, std::max(times + 1.0, longer));
     task.duration_s = task.options.discard_s + times * compared_s;
-    answer.found = ident::improve(model, command.parameter, task);
+    answer.chosen = choose_design(predictor, task);
   }
-  answer.reached = answer.found.std <= wanted;
+  answer.reached = answer.chosen.design.std <= wanted;
   return answer;
 }
 
@@ -82,16 +97,18 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   task.duration_s = kDuration_s;
   task.options.discard_s = kDiscard_s;
   task.options.decimation = decimation_of(model, task.limits.step_s);
+  const DesignPredictor predictor{model, command.parameter, twin_of(command, rig), identify::thread_executor()};
   std::optional<double> with_base;
   if (command.experiment_file) {
     const config::PreparedExperiment base = config::load_prepared_experiment(*command.experiment_file, rig);
     task.duration_s = base.config.duration_s;
     task.options = base.config.fit;
-    with_base = ident::predicted_std(model, command.parameter, base.table_V, task);
+    task.period_s = 0.5 * (task.duration_s - task.options.discard_s);
+    with_base = predicted_by(predictor, base, task);
   }
   task.period_s = 0.5 * (task.duration_s - task.options.discard_s);
-  const DesignAnswer answer = answered(model, command, task);
-  const ident::Improvement& found = answer.found;
+  const DesignAnswer answer = answered(predictor, command, task);
+  const ident::Improvement& found = answer.chosen.design;
   const std::filesystem::path path = command.output.value_or(fmt::format("improve-{}.toml", command.parameter));
   const std::string text = identify::experiment_text(
       {model, command.parameter,
@@ -113,6 +130,9 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
                                   {"peak_V", found.peak_V},
                                   {"max_slew_V_per_s", found.peak_slew_V_per_s},
                                   {"predicted_travel_in", {found.lowest_output, found.highest_output}}};
+  document["predicted_by"] = predictor.twin ? "trials on the simulated rig" : "the model's residual";
+  if (answer.chosen.trial)
+    document["predicted_std_range"] = {answer.chosen.trial->lowest, answer.chosen.trial->highest};
   if (with_base) document["predicted_std_of_experiment"] = *with_base;
   if (command.wanted_std) {
     document["wanted_std"] = *command.wanted_std;
@@ -123,6 +143,15 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
 
   console.print(fmt::format("{}: standard error of {} now {:.3g}, predicted {:.3g} after {:g} s", model.name,
                             command.parameter, now, found.std, task.duration_s));
+  if (const auto& trial = answer.chosen.trial) {
+    console.print(fmt::format("by fits to simulated records of {}, between {:.3g} and {:.3g}",
+                              command.twin_file.value_or(rig.name), trial->lowest, trial->highest));
+  } else {
+    console.warning(
+        "predicted for a residual like the model's own; what friction and dead band leave at other tones may differ, "
+        "and the error achieved be a third or five times this one. A simulated rig predicts better: `eha replay RUN "
+        "--calibrate KEY...`, then --twin FILE");
+  }
   if (with_base) {
     console.print(fmt::format("{} would give {:.3g} in {:g} s", *command.experiment_file, *with_base,
                               task.options.discard_s + 2.0 * task.period_s));

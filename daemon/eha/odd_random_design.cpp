@@ -58,24 +58,22 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
   const auto period = static_cast<std::size_t>(std::llround(command.period_s / step_s));
   const double period_s = static_cast<double>(period) * step_s;
   const std::size_t samples = period * static_cast<std::size_t>(realisations) * kPeriodsOfEach;
-  const ident::Excitation unit{.kind = ident::OddRandomMultisine{.amplitude_V = 1.0,
-                                                                 .band = {low_Hz, high_Hz},
-                                                                 .realisations = realisations,
-                                                                 .periods = kPeriodsOfEach}};
+  const ident::Excitation unit{
+      .kind = ident::OddRandomMultisine{
+          .amplitude_V = 1.0, .band = {low_Hz, high_Hz}, .realisations = realisations, .periods = kPeriodsOfEach}};
   const Eigen::VectorXd table = ident::excitation(unit, step_s, samples);
   const UnitPeaks peaks = peaks_of(table, step_s, room.gain_in_per_V_s);
   const std::array limits{Limit{"voltage", room.peak_V}, Limit{"slew", room.slew_V_per_s / peaks.slew_per_s},
                           Limit{"travel", room.travel_in / peaks.travel_in_per_V}};
-  const Limit binding = *std::min_element(limits.begin(), limits.end(), [](const Limit& a, const Limit& b) {
-    return a.amplitude_V < b.amplitude_V;
-  });
+  const Limit binding = *std::min_element(limits.begin(), limits.end(),
+                                          [](const Limit& a, const Limit& b) { return a.amplitude_V < b.amplitude_V; });
   const double amplitude_V = std::floor(binding.amplitude_V * 1e4) / 1e4;
   const std::vector<double> lines_Hz = ident::excited_lines(unit, step_s, samples);
   const std::string remark = fmt::format(
       "{} odd lines to {:.6g} Hz, {} realisations of {} periods, peak {:.3g} V, +-{:.3g} in; the {} limit keeps them "
       "from being larger",
-      lines_Hz.size(), lines_Hz.back(), realisations, kPeriodsOfEach, amplitude_V,
-      amplitude_V * peaks.travel_in_per_V, binding.name);
+      lines_Hz.size(), lines_Hz.back(), realisations, kPeriodsOfEach, amplitude_V, amplitude_V * peaks.travel_in_per_V,
+      binding.name);
   const std::filesystem::path file = command.output.value_or("band.toml");
   const int decimation = compared_ticks(lines_Hz.back(), step_s);
   const std::string text = fmt::format(

@@ -30,8 +30,8 @@ struct ExcitedPeriod {
                                            std::size_t repetition);
 
 /// Measures the frequency response of a source whose experiment is periodic: by its tones, or by its repetitions. The
-/// period is the shortest that all lines and the repetitions share. A table of several realisations is measured by them,
-/// in its last repetition.
+/// period is the shortest that all lines and the repetitions share. A table of several realisations is measured by
+/// them, in its last repetition.
 /// @param notes  gets a sentence when the record does not hold two periods after the discarded time
 /// @returns nothing in that case, and nothing without an experiment
 [[nodiscard]] std::optional<ident::FrequencyResponse> frequency_response_of(const Source& source,

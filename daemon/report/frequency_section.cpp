@@ -78,9 +78,10 @@ std::string median_sentence(const record::NumberTable& response) {
   const std::optional<double> distortion = median(response, "distortion_dB");
   const std::optional<double> noise = median(response, "noise_dB");
   if (!distortion || !noise) return "";
-  return fmt::format(" At the median line the distortion is {:.0f} dB and the noise {:.0f} dB, by the spread of the "
-                     "realisations and of their periods.",
-                     *distortion, *noise);
+  return fmt::format(
+      " At the median line the distortion is {:.0f} dB and the noise {:.0f} dB, by the spread of the "
+      "realisations and of their periods.",
+      *distortion, *noise);
 }
 
 Remark without_response(const ReportedModel& reported) {

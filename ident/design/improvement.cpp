@@ -11,12 +11,11 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "ident/design/noise_of_file.hpp"
+#include "ident/design/known_model.hpp"
 #include "ident/design/tone_powers.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/model/output_derivatives.hpp"
 #include "ident/uncertainty/covariance.hpp"
-#include "ident/uncertainty/stored_covariance.hpp"
 
 namespace eha::ident {
 namespace {
@@ -39,74 +38,6 @@ constexpr int kHalvings = 14;
 constexpr double kDecimals = 1e4;
 
 bool is_of_g(ParameterRole role) { return is_coefficient(role) || is_order(role) || role == ParameterRole::delay; }
-
-/// A model file made ready for prediction.
-struct Known {
-  Model model;  ///< terms rising
-  ParameterCovariance covariance;
-  StoredNoise noise;
-  std::size_t target = 0;
-  bool with_noise_model = false;  ///< its parameters were estimated together with one
-};
-
-Known known_of(const Model& model, const std::string& parameter, const ImprovementTask& task) {
-  Known known{with_rising_terms(model), stored_covariance(model), {}, 0};
-  const auto noise = stored_noise(model);
-  if (!noise || known.covariance.parameters.empty()) {
-    throw ConfigError(fmt::format(
-        "model {}: a prediction needs the standard errors, the validation and the Bode curve that `eha fit` writes",
-        model.name));
-  }
-  known.noise = *noise;
-  known.with_noise_model = model.provenance.contains("noise_model");
-  std::vector<std::string> names;
-  for (const ParameterKey& key : known.covariance.parameters) names.push_back(key.name);
-  const auto at = std::find(names.begin(), names.end(), parameter);
-  if (at == names.end()) {
-    throw ConfigError(
-        fmt::format("model {}: expected a parameter that it estimates and its record determines (one of "
-                    "{}), got {}",
-                    model.name, fmt::join(names, ", "), parameter));
-  }
-  known.target = static_cast<std::size_t>(at - names.begin());
-  const double compared_step_s = task.limits.step_s * task.options.decimation;
-  if (std::abs(known.noise.compared_step_s - compared_step_s) > 1e-6 * compared_step_s) {
-    throw ConfigError(fmt::format(
-        "model {}: its noise is known at samples {:.6g} s apart, but the experiment would compare every {:.6g} s",
-        model.name, known.noise.compared_step_s, compared_step_s));
-  }
-  return known;
-}
-
-double std_of(const Known& known, const Eigen::Ref<const Eigen::VectorXd>& input, const ImprovementTask& task) {
-  Record record;
-  record.step_s = task.limits.step_s;
-  record.input = input;
-  record.output = Eigen::VectorXd::Zero(input.size());
-  const Comparison comparison =
-      compare_every(static_cast<std::size_t>(input.size()), static_cast<std::size_t>(task.options.decimation),
-                    discarded_rows(task.options.discard_s, record.step_s));
-  OutputOnRecord outputs(record, comparison);
-  const Eigen::MatrixXd all = output_derivatives(known.model, outputs, known.covariance);
-  const auto rows = static_cast<Eigen::Index>(std::lround(task.options.split * static_cast<double>(all.rows())));
-  if (rows <= 2 * kHighestAutoregression + all.cols() || !all.allFinite()) {
-    return std::numeric_limits<double>::infinity();
-  }
-  std::vector<std::string> names;
-  for (const ParameterKey& key : known.covariance.parameters) names.push_back(key.name);
-  // As the model was estimated: with its noise model, or without and with the errors that the coloured residual leaves.
-  const Eigen::MatrixXd seen =
-      known.with_noise_model ? whitened(all.topRows(rows), known.noise.model) : Eigen::MatrixXd(all.topRows(rows));
-  const Uncertainty expected = uncertainty(
-      seen, names,
-      known.with_noise_model ? white_residual(known.noise, seen.rows()) : coloured_residual(known.noise, seen.rows()));
-  const auto& lost = expected.indistinguishable;
-  if (std::find(lost.begin(), lost.end(), names[known.target]) != lost.end()) {
-    return std::numeric_limits<double>::infinity();
-  }
-  const auto i = static_cast<Eigen::Index>(known.target);
-  return std::sqrt(expected.covariance(i, i));
-}
 
 /// Tones as harmonics of 1/period.
 struct Multitone {
@@ -135,10 +66,14 @@ struct Use {
   [[nodiscard]] double greatest() const { return *std::max_element(share.begin(), share.end()); }
 };
 
+/// The noise that the powers of the tones are optimal for. What friction and dead band leave of one experiment may be
+/// coloured unlike that of another.
+enum class NoiseShape { stored, white };
+
 class Designer {
  public:
   Designer(const Model& model, const std::string& parameter, const ImprovementTask& task)
-      : known_(known_of(model, parameter, task)), task_(task) {
+      : known_(known_model(model, parameter, task)), task_(task) {
     const ParameterKey& target = known_.covariance.parameters[known_.target];
     for (std::size_t i = 0; i < known_.covariance.parameters.size(); ++i) {
       if (is_of_g(known_.covariance.parameters[i].role)) of_g_.push_back(i);
@@ -153,11 +88,13 @@ class Designer {
     add_grid();
   }
 
-  /// One a drive, the smallest predicted standard error first.
+  /// The smallest predicted standard error first.
   std::vector<Improvement> run() {
     std::vector<Improvement> found;
-    for (const double drive : kDrives) {
-      if (auto one = designed(drive)) found.push_back(*std::move(one));
+    for (const NoiseShape shape : {NoiseShape::stored, NoiseShape::white}) {
+      for (const double drive : kDrives) {
+        if (auto one = designed(shape, drive)) found.push_back(*std::move(one));
+      }
     }
     if (found.empty()) {
       throw ConfigError("the rig's limits leave no room for an excitation around the model's initial output");
@@ -200,7 +137,7 @@ class Designer {
   }
 
   /// Powers at the grid within the limits as the crest factors leave them.
-  [[nodiscard]] Eigen::VectorXd powers(const std::array<double, 3>& crest) const {
+  [[nodiscard]] Eigen::VectorXd powers(NoiseShape shape, const std::array<double, 3>& crest) const {
     const auto tones = static_cast<Eigen::Index>(grid_Hz_.size());
     ToneProblem problem;
     problem.response.resize(tones, static_cast<Eigen::Index>(of_g_.size()));
@@ -218,7 +155,7 @@ class Designer {
       const double f = grid_Hz_[static_cast<std::size_t>(k)];
       const GainSlope at = gain_slope(known_.model, parameters, f);
       problem.response.row(k) = (at.gain * at.slope).transpose();
-      problem.noise[k] = noise_power(known_.noise, f);
+      problem.noise[k] = shape == NoiseShape::white ? known_.noise.power : noise_power(known_.noise, f);
       const std::array<double, 3> per_volt{1.0, kTwoPi * f, std::abs(at.gain)};
       for (std::size_t j = 0; j < 3; ++j) {
         problem.cost(static_cast<Eigen::Index>(j), k) = std::pow(crest[j] * per_volt[j] / limit[j], 2);
@@ -315,12 +252,12 @@ class Designer {
     return use;
   }
 
-  [[nodiscard]] std::optional<Improvement> designed(double drive) const {
+  [[nodiscard]] std::optional<Improvement> designed(NoiseShape noise, double drive) const {
     if (!(travel_room() > 0.0)) return {};
     std::array<double, 3> crest{kFirstCrest, kFirstCrest, kFirstCrest};
     Multitone tones;
     for (int round = 0; round < kCrestRounds; ++round) {
-      tones = chosen(powers(crest), drive);
+      tones = chosen(powers(noise, crest), drive);
       draw_phases(tones, crest);
     }
     const Eigen::VectorXd shape = tones.volts(task_.limits.step_s, samples_);
@@ -351,11 +288,11 @@ class Designer {
     result.peak_slew_V_per_s = use.peak_slew_V_per_s;
     result.lowest_output = use.lowest_output;
     result.highest_output = use.highest_output;
-    result.std = std_of(known_, (played.array() + use.offset_V).matrix(), task_);
+    result.std = std_by(known_, (played.array() + use.offset_V).matrix(), task_);
     return result;
   }
 
-  Known known_;
+  KnownModel known_;
   const ImprovementTask& task_;
   std::vector<std::size_t> of_g_;  ///< parameters of G, as the covariance counts them
   Eigen::Index samples_ = 0;
@@ -378,7 +315,7 @@ std::string_view text(BindingLimit limit) {
 
 double predicted_std(const Model& model, const std::string& parameter, const Eigen::Ref<const Eigen::VectorXd>& input,
                      const ImprovementTask& task) {
-  return std_of(known_of(model, parameter, task), input, task);
+  return std_by(known_model(model, parameter, task), input, task);
 }
 
 std::vector<Improvement> improvements(const Model& model, const std::string& parameter, const ImprovementTask& task) {

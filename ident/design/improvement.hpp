@@ -65,8 +65,9 @@ struct Improvement {
 /// @throws ConfigError  as predicted_std, or the parameter is none of G, or the limits leave no room
 [[nodiscard]] Improvement improve(const Model& model, const std::string& parameter, const ImprovementTask& task);
 
-/// The designs of which improve() returns the best: one for each share of the power that is given to the lowest tone,
-/// which carries the others over a dead band. At least one; smallest predicted standard error first.
+/// The designs of which improve() returns the best, for trials that know more of the plant than the model file: optimal
+/// for the stored and for a white noise, each with several shares of the power given to the lowest tone, which carries
+/// the others over a dead band. At least one; smallest predicted standard error first.
 [[nodiscard]] std::vector<Improvement> improvements(const Model& model, const std::string& parameter,
                                                     const ImprovementTask& task);
 

@@ -92,8 +92,8 @@ std::vector<OptionIssue> OddRandomMultisine::check_timing(double step_s, double 
   const auto samples = std::llround(duration_s / step_s);
   const auto blocks = static_cast<long long>(realisations) * periods;
   if (samples % blocks == 0) return {};
-  return {{"periods", fmt::format("expected realisations x periods = {} to divide the {} ticks of duration_s", blocks,
-                                  samples)}};
+  return {{"periods",
+           fmt::format("expected realisations x periods = {} to divide the {} ticks of duration_s", blocks, samples)}};
 }
 
 Eigen::VectorXd OddRandomMultisine::volts(double step_s, std::size_t samples) const {

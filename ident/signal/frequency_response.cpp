@@ -148,7 +148,8 @@ class Distortion {
     SilentPowers powers;
     double evens = 0.0;
     double odds = 0.0;
-    for (std::size_t k = std::max<std::size_t>(1, excited_.front() - 1); k <= std::min(excited_.back() + 1, last_); ++k) {
+    for (std::size_t k = std::max<std::size_t>(1, excited_.front() - 1); k <= std::min(excited_.back() + 1, last_);
+         ++k) {
       const auto at = std::lower_bound(excited_.begin(), excited_.end(), k);
       if (at != excited_.end() && *at == k) continue;
       const auto near = std::min<std::ptrdiff_t>(at - excited_.begin(), std::ssize(excited_) - 1);

@@ -31,8 +31,9 @@ struct LineResponse {
   std::optional<double> distortion_dB = {};
 };
 
-/// Powers in the excited band, the mean of a line, relative to the mean output of an excited line [dB]; noise subtracted
-/// from the distortions, empty where they cannot be told from it. Noise is that of one realisation's mean period.
+/// Powers in the excited band, the mean of a line, relative to the mean output of an excited line [dB]; noise
+/// subtracted from the distortions, empty where they cannot be told from it. Noise is that of one realisation's mean
+/// period.
 struct DistortionLevels {
   double noise_dB = 0.0;
   std::optional<double> excited_dB = {};  ///< at the excited lines

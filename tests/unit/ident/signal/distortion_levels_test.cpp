@@ -39,8 +39,7 @@ Eigen::VectorXcd spectrum(const Eigen::Ref<const Eigen::VectorXd>& period) {
   const RealFft fft(kLength);
   Eigen::VectorXcd bins(static_cast<Eigen::Index>(fft.bins()));
   const Eigen::VectorXd copy = period;
-  fft.forward(std::span<const double>(copy.data(), kLength),
-              std::span<std::complex<double>>(bins.data(), fft.bins()));
+  fft.forward(std::span<const double>(copy.data(), kLength), std::span<std::complex<double>>(bins.data(), fft.bins()));
   return bins * (2.0 / static_cast<double>(kLength));
 }
 

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/design_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "config/experiment_config.hpp"
+#include "daemon/identify/improved_experiment.hpp"
+#include "ident/excitation/excitation.hpp"
+
+namespace eha::cli {
+namespace {
+
+constexpr int kScreened = 3;   // records of each design, each searched from the known model alone
+constexpr int kConfirmed = 4;  // records of the best ones, each fitted as the real one will be
+constexpr std::size_t kFinalists = 2;
+
+/// A design as the file would have it: its structure, and its volts.
+struct Written {
+  replay::TrialTask task;
+  Eigen::VectorXd volts;
+};
+
+replay::TrialTask trial_task(const DesignPredictor& predictor, const config::ExperimentConfig& written,
+                             const ident::ImprovementTask& task) {
+  return {.structure = written.models.at(0),
+          .options = task.options,
+          .parameter = predictor.parameter,
+          .step_s = task.limits.step_s};
+}
+
+config::ExperimentConfig experiment_of(const DesignPredictor& predictor, const ident::ImprovementTask& task,
+                                       const ident::Improvement& design) {
+  const std::string text = identify::experiment_text({predictor.model, predictor.parameter, "trial"}, task, design);
+  return config::parse_experiment(text, "the designed experiment", config::NamedFiles::refuse);
+}
+
+Written written(const DesignPredictor& predictor, const ident::ImprovementTask& task,
+                const ident::Improvement& design) {
+  const config::ExperimentConfig experiment = experiment_of(predictor, task, design);
+  const auto samples = static_cast<std::size_t>(std::llround(task.duration_s / task.limits.step_s));
+  return {trial_task(predictor, experiment, task),
+          ident::excitation(experiment.excitation, task.limits.step_s, samples)};
+}
+
+}  // namespace
+
+ChosenDesign choose_design(const DesignPredictor& predictor, const ident::ImprovementTask& task) {
+  const std::vector<ident::Improvement> designs = ident::improvements(predictor.model, predictor.parameter, task);
+  if (!predictor.twin) return {designs.front()};
+  std::vector<ChosenDesign> tried;
+  const auto try_out = [&](const ident::Improvement& design, int records, ident::Search search) {
+    Written experiment = written(predictor, task, design);
+    experiment.task.records = records;
+    experiment.task.options.search = search;
+    if (search == ident::Search::known) experiment.task.known = {predictor.model};
+    ChosenDesign chosen{design, replay::trial(*predictor.twin, experiment.volts, experiment.task, predictor.executor)};
+    chosen.design.std = chosen.trial->std;
+    return chosen;
+  };
+  const auto by_worst_trial = [](const ChosenDesign& a, const ChosenDesign& b) {
+    return a.trial->highest < b.trial->highest;
+  };
+  for (const ident::Improvement& design : designs) tried.push_back(try_out(design, kScreened, ident::Search::known));
+  std::sort(tried.begin(), tried.end(), by_worst_trial);
+  tried.resize(std::min(kFinalists, tried.size()));
+  for (ChosenDesign& finalist : tried) finalist = try_out(finalist.design, kConfirmed, task.options.search);
+  return *std::min_element(tried.begin(), tried.end(), by_worst_trial);
+}
+
+double predicted_by(const DesignPredictor& predictor, const config::PreparedExperiment& experiment,
+                    const ident::ImprovementTask& task) {
+  if (!predictor.twin) {
+    return ident::predicted_std(predictor.model, predictor.parameter, experiment.table_V, task);
+  }
+  // The structure is the model's, not one of the experiment's.
+  const ident::Improvement none{.tones = {{1.0 / task.period_s, 1.0, 0.0}}};
+  replay::TrialTask trial = trial_task(predictor, experiment_of(predictor, task, none), task);
+  trial.records = kConfirmed;
+  return replay::trial(*predictor.twin, experiment.table_V, trial, predictor.executor).std;
+}
+
+}  // namespace eha::cli

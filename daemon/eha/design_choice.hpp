@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "config/prepared_experiment.hpp"
+#include "daemon/replay/trial.hpp"
+#include "hal/sim/sim_options.hpp"
+#include "ident/design/improvement.hpp"
+#include "ident/executor.hpp"
+#include "ident/model/model.hpp"
+
+namespace eha::cli {
+
+/// Who predicts what a designed experiment gives.
+struct DesignPredictor {
+  const ident::Model& model;
+  std::string parameter;
+  std::optional<hal::SimOptions> twin = {};  ///< simulates the rig; none: the model file alone predicts
+  ident::Executor executor = ident::run_in_order;
+};
+
+/// A design and, by a twin, what its trials gave. `design.std` is their mean.
+struct ChosenDesign {
+  ident::Improvement design;
+  std::optional<replay::Trial> trial = {};
+};
+
+/// The best of the designs: with a twin the one whose worst trial is best, so that it does not hang on the noise.
+/// @throws ConfigError  as ident::improve()   Cost: with a twin some ten seconds of one processor for 50 s.
+[[nodiscard]] ChosenDesign choose_design(const DesignPredictor& predictor, const ident::ImprovementTask& task);
+
+/// The standard error that another experiment would give for the model's structure.
+/// @throws ConfigError  as ident::predicted_std()
+[[nodiscard]] double predicted_by(const DesignPredictor& predictor, const config::PreparedExperiment& experiment,
+                                  const ident::ImprovementTask& task);
+
+}  // namespace eha::cli

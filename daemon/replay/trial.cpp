@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/replay/trial.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "hal/sim/sim_rig.hpp"
+#include "ident/estimation/fit.hpp"
+
+namespace eha::replay {
+namespace {
+
+constexpr double kNanoseconds = 1e9;
+constexpr std::uint64_t kSeeds = 7919;  // apart from those that a rig file or a test would use
+
+/// The standard error that a fit to one record states; infinite where the record gives none.
+double std_of(const ident::Record& record, const TrialTask& task) {
+  try {
+    const ident::Model model = ident::fit(record, task.structure, task.options, ident::run_in_order, task.known).model;
+    for (const ident::ParameterEstimate& p : model.parameters) {
+      if (p.name == task.parameter && !p.fixed && p.std > 0.0) return p.std;
+    }
+  } catch (const DataError&) {
+    // No stable model, or none that such a record determines.
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+ident::Record recorded(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>& volts, double step_s,
+                       std::uint64_t seed) {
+  hal::SimOptions options = twin;
+  options.seed = seed;
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(options, 0.0);
+  static_cast<void>(rig->set_enable(true));
+  ident::Record record;
+  record.step_s = step_s;
+  record.input.resize(volts.size());
+  record.output.resize(volts.size());
+  for (Eigen::Index k = 0; k < volts.size(); ++k) {
+    hal::RigReading reading;
+    static_cast<void>(rig->read(std::llround(kNanoseconds * step_s * static_cast<double>(k)), reading));
+    record.output[k] = reading.displacement_in;
+    hal::AppliedCommand applied;
+    static_cast<void>(rig->command(volts[k], applied));
+    record.input[k] = applied.applied_V;
+  }
+  return record;
+}
+
+Trial trial(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>& volts, const TrialTask& task,
+            const ident::Executor& executor) {
+  TrialTask quick = task;
+  quick.options.intervals = ident::IntervalMethod::straight;
+  std::vector<double> errors(static_cast<std::size_t>(task.records));
+  executor(errors.size(),
+           [&](std::size_t i) { errors[i] = std_of(recorded(twin, volts, task.step_s, kSeeds + i), quick); });
+  Trial result;
+  double sum = 0.0;
+  for (const double error : errors) sum += std::log(error);
+  result.std = std::exp(sum / static_cast<double>(errors.size()));
+  result.lowest = *std::min_element(errors.begin(), errors.end());
+  result.highest = *std::max_element(errors.begin(), errors.end());
+  return result;
+}
+
+}  // namespace eha::replay

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "ident/design/improvement.hpp"
+#include "ident/design/noise_of_file.hpp"
+#include "ident/model/model.hpp"
+#include "ident/uncertainty/bode_curve.hpp"
+
+namespace eha::ident {
+
+/// A model file made ready for predictions of one parameter's standard error.
+struct KnownModel {
+  Model model;  ///< terms rising
+  ParameterCovariance covariance;
+  StoredNoise noise;
+  std::size_t target = 0;         ///< the parameter, as the covariance counts
+  bool with_noise_model = false;  ///< its parameters were estimated together with one
+};
+
+/// @throws ConfigError  as predicted_std()
+[[nodiscard]] KnownModel known_model(const Model& model, const std::string& parameter, const ImprovementTask& task);
+
+/// The target's standard error by an estimation from a new input; infinite where that does not determine it.
+[[nodiscard]] double std_by(const KnownModel& known, const Eigen::Ref<const Eigen::VectorXd>& input,
+                            const ImprovementTask& task);
+
+}  // namespace eha::ident
