@@ -12,8 +12,8 @@
 namespace eha::cli {
 namespace {
 
-constexpr int kScreened = 3;   // records of each design, each searched from the known model alone
-constexpr int kConfirmed = 4;  // records of the best ones, each fitted as the real one will be
+constexpr int kScreened = 4;   // records of each design, each searched from the known model alone
+constexpr int kConfirmed = 6;  // records of the best ones, each fitted as the real one will be
 constexpr std::size_t kFinalists = 2;
 
 /// A design as the file would have it: its structure, and its volts.

@@ -2,18 +2,43 @@
 #include "daemon/replay/trial.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/error.hpp"
+#include "daemon/replay/twin_parameter.hpp"
 #include "hal/sim/sim_rig.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/excitation/portable_draw.hpp"
 
 namespace eha::replay {
 namespace {
 
 constexpr double kNanoseconds = 1e9;
+/// How far a twin's parameters may lie from the rig's, as shares of them.
+struct Spread {
+  const char* key;
+  double share;
+};
+constexpr std::array kSpreads{Spread{"coulomb_friction_N", 0.1},         Spread{"viscous_friction_N_s_per_mm", 0.1},
+                              Spread{"bulk_modulus_bar", 0.1},           Spread{"moving_mass_kg", 0.1},
+                              Spread{"valve_natural_frequency_Hz", 0.1}, Spread{"valve_dead_band_V", 0.03},
+                              Spread{"valve_null_offset_V", 0.03}};
 constexpr std::uint64_t kSeeds = 7919;  // apart from those that a rig file or a test would use
+
+/// The twin as it may be, each parameter uniformly within its spread.
+hal::SimOptions drawn(const hal::SimOptions& twin, std::uint64_t seed) {
+  ident::PortableDraw draw(seed);
+  hal::SimOptions rig = twin;
+  for (const Spread& spread : kSpreads) {
+    const double factor = 1.0 + spread.share * (2.0 * draw.uniform() - 1.0);
+    rig = with_value(rig, spread.key, factor * value_of(twin, spread.key));
+  }
+  // Friction that breaks away is not below sliding friction.
+  rig.static_friction_N = std::max(rig.static_friction_N, rig.coulomb_friction_N);
+  return hal::check(rig).empty() ? rig : twin;
+}
 
 /// The standard error that a fit to one record states; infinite where the record gives none.
 double std_of(const ident::Record& record, const TrialTask& task) {
