@@ -29,11 +29,34 @@ TEST(DesignBand, FillsTheLimitsWithLowPeaksAndIsAValidExperiment) {
   EXPECT_NE(content_of(folder.path() / "band.toml").find("[hold]"), std::string::npos);
 }
 
+TEST(DesignBand, MakesRealisationsOfOddLinesThatPartNoiseAndDistortion) {
+  const TemporaryFolder folder;
+  const std::string rig = source_file("config/rigs/sim.toml");
+  const Ended made = run_eha({"design", "--band", "0.2:1", "--period", "5", "--odd-random", "--realisations", "3",
+                              "--rig", rig, "-o", "band.toml", "--json"},
+                             folder.path());
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(Json::parse(made.out).at("duration_s"), 45.0);
+  const Ended checked = run_eha({"check", "band.toml", "--rig", rig}, folder.path());
+  EXPECT_EQ(checked.code, 0) << checked.err;
+  std::string text = content_of(folder.path() / "band.toml");
+  text += "[[model]]\nname = \"il\"\nstructure = \"integrator_lag\"\n";
+  folder.write("band.toml", text);
+  const Ended run = run_eha({"run", "band.toml", "--local", "--fast", "--rig", rig, "--json"}, folder.path());
+  const Json response = Json::parse(run.out).at("frequency_response");
+  EXPECT_EQ(response.at("realisations"), 3);
+  // The valve's dead band distorts more than the sensor's noise does.
+  const Json& levels = response.at("levels");
+  EXPECT_GT(levels.at("odd_distortion_dB").get<double>(), levels.at("noise_dB").get<double>() + 6.0);
+}
+
 TEST(DesignBand, RefusesABandWithoutLinesAndOneThatIsNone) {
   const TemporaryFolder folder;
   EXPECT_EQ(run_eha({"design", "--band", "0.051:0.052"}, folder.path()).code, 2);
   EXPECT_EQ(run_eha({"design", "--band", "5:1"}, folder.path()).code, 2);
   EXPECT_EQ(run_eha({"design", "--tones", "5"}, folder.path()).code, 2);
+  EXPECT_EQ(run_eha({"design", "--odd-random"}, folder.path()).code, 2);
+  EXPECT_EQ(run_eha({"design", "--band", "0.1:1", "--realisations", "3"}, folder.path()).code, 2);
 }
 
 }  // namespace

@@ -38,6 +38,23 @@ TEST(FrequencyTable, ShowsTheSameGainAndPhaseForThePlantAndItsRecord) {
   EXPECT_TRUE(json.at("lines")[0].at("odd_distortion_dB").is_number());  // the third harmonic is silent
 }
 
+TEST(FrequencyTable, ShowsNoiseAndDistortionOfSeveralRealisations) {
+  std::vector<std::string> notes;
+  identify::Source source = identify::test::realised_source_of(4, 1);
+  for (double& y : source.record.output) y += 0.1 * y * y;
+  const auto measured = frequency_response_of(source, discarding(0.0), notes);
+  ASSERT_TRUE(measured.has_value());
+  const std::string table = frequency_table(*measured, the_plant());
+  EXPECT_NE(table.find("4 realisations; below the output: noise"), std::string::npos) << table;
+  EXPECT_NE(table.find("dist. dB"), std::string::npos) << table;
+  EXPECT_NE(table.find("by noise and distortion"), std::string::npos) << table;
+  const nlohmann::json json = frequency_json(*measured, the_plant());
+  EXPECT_EQ(json.at("realisations"), 4);
+  EXPECT_GT(json.at("levels").at("even_distortion_dB").get<double>(), -40.0);
+  EXPECT_FALSE(frequency_json(*frequency_response_of(source_of(30.0, 1, kTones), discarding(10.0), notes), {})
+                   .contains("levels"));
+}
+
 TEST(FrequencyTable, ThinsOutManyLinesAndSaysSo) {
   std::vector<std::string> notes;
   std::vector<ident::Tone> tones;

@@ -17,6 +17,7 @@ using eha::test::content_of;
 using eha::test::TemporaryFolder;
 using test::discarding;
 using test::kTones;
+using test::realised_source_of;
 using test::source_of;
 using test::the_plant;
 
@@ -35,6 +36,21 @@ TEST(FrequencyResponseOf, UsesTheRepetitionWhereTheTonesJumpAtItsEnd) {
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->periods.length, 1500U);
   EXPECT_EQ(measured->periods.count, 2U);
+}
+
+TEST(FrequencyResponseOf, MeasuresTheRealisationsOfTheLastRepetition) {
+  std::vector<std::string> notes;
+  const Source source = realised_source_of(4, 2);
+  const auto measured = frequency_response_of(source, discarding(5.0), notes);
+  ASSERT_TRUE(measured.has_value()) << notes.at(0);
+  EXPECT_EQ(measured->realisations, 4U);
+  EXPECT_EQ(measured->periods.first, 13000U);
+  EXPECT_EQ(measured->periods.length, 1000U);
+  // Within one repetition those are left out that begin within the discarded time.
+  const auto later = frequency_response_of(realised_source_of(4, 1), discarding(11.0), notes);
+  ASSERT_TRUE(later.has_value());
+  EXPECT_EQ(later->realisations, 3U);
+  EXPECT_EQ(later->periods.first, 4000U);
 }
 
 TEST(FrequencyResponseOf, IsNoneWithoutAnExperimentOrTwoPeriods) {
@@ -56,8 +72,8 @@ TEST(FrequencyComparison, IsWrittenAsOneRowForEachLine) {
   const auto path = write_frequency_response(*measured, the_plant(), folder.path());
   const std::string text = content_of(path);
   EXPECT_EQ(path.filename(), "frequency_response.csv");
-  EXPECT_EQ(text.rfind("frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,noise_dB,io_gain_"
-                       "dB,io_gain_std_dB,"
+  EXPECT_EQ(text.rfind("frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,noise_dB,"
+                       "distortion_dB,io_gain_dB,io_gain_std_dB,"
                        "io_phase_deg,io_phase_std_deg\n0.1,",
                        0),
             0U)
