@@ -9,6 +9,7 @@
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
+#include "config/tone_grid.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
 #include "hal/backend.hpp"
 #include "ident/excitation/excitation.hpp"
@@ -22,6 +23,7 @@ RigConfig simulated() { return load_rig(kDirectory + "/rigs/sim.toml"); }
 RigConfig card() { return load_rig(kDirectory + "/rigs/pci1716.toml"); }
 ExperimentConfig characterise() { return load_experiment(kDirectory + "/experiments/characterise.toml"); }
 ExperimentConfig paper() { return load_experiment(kDirectory + "/experiments/paper.toml"); }
+std::string wide_file() { return kDirectory + "/experiments/wide.toml"; }
 
 /// The shipped files are the documentation of their keys.
 void expect_a_comment_on_every_key(const std::string& text) {
@@ -39,8 +41,20 @@ void expect_a_comment_on_every_key(const std::string& text) {
 }
 
 TEST(ShippedFiles, ExplainEveryKey) {
-  for (const std::string& text : {simulated().text, card().text, paper().text, characterise().text})
+  for (const std::string& text :
+       {simulated().text, card().text, paper().text, characterise().text, load_experiment(wide_file()).text}) {
     expect_a_comment_on_every_key(text);
+  }
+}
+
+TEST(ShippedFiles, TheWideExperimentComesNearToTheSlewLimitAndItsTonesAreLines) {
+  const RigConfig rig = simulated();
+  const PreparedExperiment wide = load_prepared_experiment(wide_file(), rig);
+  const Eigen::Index rest = wide.table_V.size() - 1;
+  const double slew_V_per_s = (wide.table_V.tail(rest) - wide.table_V.head(rest)).cwiseAbs().maxCoeff() / 0.001;
+  EXPECT_GT(slew_V_per_s, 0.85 * rig.limits.slew_V_per_s);
+  EXPECT_TRUE(off_grid_tones(wide.config).empty());
+  EXPECT_NEAR((wide.table_V.array() + 0.2).abs().maxCoeff(), 2.05, 0.01) << "as wide.toml says";
 }
 
 TEST(ShippedFiles, WornRigsDifferFromTheSimulatedOneAndTakeItsExperiment) {
