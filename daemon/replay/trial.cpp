@@ -81,8 +81,10 @@ Trial trial(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>
   TrialTask quick = task;
   quick.options.intervals = ident::IntervalMethod::straight;
   std::vector<double> errors(static_cast<std::size_t>(task.records));
-  executor(errors.size(),
-           [&](std::size_t i) { errors[i] = std_of(recorded(twin, volts, task.step_s, kSeeds + i), quick); });
+  executor(errors.size(), [&](std::size_t i) {
+    const std::uint64_t seed = kSeeds + i;
+    errors[i] = std_of(recorded(drawn(twin, seed), volts, task.step_s, seed), quick);
+  });
   Trial result;
   double sum = 0.0;
   for (const double error : errors) sum += std::log(error);
