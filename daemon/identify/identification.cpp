@@ -219,8 +219,12 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   if (identification.rounds.back().accepted) return identification;
   std::vector<const ident::Model*> models;
   for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
-  identification.next_experiment = improved_experiment(source, models);
-  if (!identification.next_experiment) identification.next_experiment = longer_experiment(source);
+  identification.next_experiment = longer_experiment(source);
+  if (const auto weak = weak_parameter(models); weak && identification.next_experiment) {
+    identification.next_experiment->reason += fmt::format(
+        "; for {} of {} alone, `eha design --from rejected/{}.json --improve {}` designs tones that say more",
+        weak->parameter, weak->model, weak->model, weak->parameter);
+  }
   return identification;
 }
 

@@ -17,8 +17,6 @@ using ident::Model;
 using ident::ParameterEstimate;
 using ident::ParameterRole;
 
-constexpr double kWorthIt = 0.8;  // of the standard error
-
 std::string base_name(const Model& model) {
   std::string name = model.name;
   for (const ident::InputMapKind& kind : ident::input_map_kinds()) {
@@ -85,28 +83,10 @@ std::optional<std::string> undetermined(const Model& model) {
   return first;
 }
 
-ident::ImprovementTask task_within(const Source& source) {
-  const ident::Record& record = source.record;
-  ident::ImprovementTask task;
-  task.duration_s = source.experiment->duration_s;
-  task.options = source.experiment->fit;
-  task.period_s = 0.5 * (task.duration_s - task.options.discard_s);
-  const Eigen::Index rest = record.input.size() - 1;
-  task.limits = {
-      .lowest_V = record.input.minCoeff(),
-      .highest_V = record.input.maxCoeff(),
-      .slew_V_per_s = (record.input.tail(rest) - record.input.head(rest)).cwiseAbs().maxCoeff() / record.step_s,
-      .lowest_output = record.output.minCoeff(),
-      .highest_output = record.output.maxCoeff(),
-      .step_s = record.step_s};
-  return task;
-}
-
-double std_of(const Model& model, const std::string& parameter) {
-  for (const ParameterEstimate& p : model.parameters) {
-    if (p.name == parameter) return p.std;
-  }
-  return std::nan("");
+bool has_standard_error(const Model& model, const std::string& parameter) {
+  return std::any_of(model.parameters.begin(), model.parameters.end(), [&](const ParameterEstimate& p) {
+    return p.name == parameter && !p.fixed && std::isfinite(p.std) && p.std > 0.0;
+  });
 }
 
 }  // namespace
@@ -130,32 +110,18 @@ std::string experiment_text(const Improved& improved, const ident::ImprovementTa
   return text + model_table(improved.model);
 }
 
-std::optional<NextExperiment> improved_experiment(const Source& source, const std::vector<const Model*>& models) {
-  if (!source.experiment || source.record.input.size() < 2) return {};
+std::optional<WeakParameter> weak_parameter(const std::vector<const Model*>& models) {
   const Model* best = nullptr;
+  std::string parameter;
   for (const Model* model : models) {
-    if (!undetermined(*model)) continue;
-    if (best == nullptr || model->estimation->information->ar_bic < best->estimation->information->ar_bic) best = model;
+    const std::optional<std::string> weak = undetermined(*model);
+    if (!weak || !has_standard_error(*model, *weak)) continue;
+    if (best != nullptr && best->estimation->information->ar_bic <= model->estimation->information->ar_bic) continue;
+    best = model;
+    parameter = *weak;
   }
   if (best == nullptr) return {};
-  const std::string parameter = *undetermined(*best);
-  const double now = std_of(*best, parameter);
-  const ident::ImprovementTask task = task_within(source);
-  try {
-    const ident::Improvement found = ident::improve(*best, parameter, task);
-    if (!(found.std <= kWorthIt * now)) return {};
-    NextExperiment next;
-    next.text =
-        experiment_text({*best, parameter, fmt::format("For {} after {}", best->name, source.name)}, task, found);
-    (void)config::parse_experiment(next.text, std::string(kNextExperimentFile), config::NamedFiles::leave);
-    next.reason = fmt::format(
-        "within the voltage and travel of this record it shrinks the standard error of {} of {} most, from {:.3g} to a "
-        "predicted {:.3g}",
-        parameter, best->name, now, found.std);
-    return next;
-  } catch (const ConfigError&) {
-    return {};  // a parameter that no tones improve, or no room for any
-  }
+  return WeakParameter{best->name, parameter};
 }
 
 }  // namespace eha::identify

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/identify/rounds.hpp"
 #include "ident/design/improvement.hpp"
+#include "ident/model/model.hpp"
 
 namespace eha::identify {
 
@@ -21,12 +21,15 @@ struct Improved {
 [[nodiscard]] std::string experiment_text(const Improved& improved, const ident::ImprovementTask& task,
                                           const ident::Improvement& found);
 
-/// The experiment that shrinks the standard error of a parameter most for which a model was rejected: of the models
-/// that fail by their parameters alone the one of least AR-BIC. It is as long as the source's, and stays within the
-/// voltage, slew and travel that the record has shown.
-/// @returns nothing without an experiment or such a model, or where it gains less than a fifth
-/// Cost: seconds.
-[[nodiscard]] std::optional<NextExperiment> improved_experiment(const Source& source,
-                                                                const std::vector<const ident::Model*>& models);
+/// A parameter of a model file.
+struct WeakParameter {
+  std::string model;
+  std::string parameter;
+};
+
+/// The parameter for which a model is rejected that fails by its parameters alone, of such models the one of least
+/// AR-BIC; its standard error is known, so that an experiment can be designed for it.
+/// @returns nothing where something else rejects every model, or nothing does
+[[nodiscard]] std::optional<WeakParameter> weak_parameter(const std::vector<const ident::Model*>& models);
 
 }  // namespace eha::identify

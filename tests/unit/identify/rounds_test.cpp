@@ -7,6 +7,7 @@
 
 #include "config/experiment_config.hpp"
 #include "daemon/identify/identification.hpp"
+#include "daemon/identify/improved_experiment.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
 
@@ -104,25 +105,33 @@ TEST(Rounds, EndWithTheNextExperimentWhenNothingIsAccepted) {
   EXPECT_EQ(named.recommendation.model, "");
 }
 
-TEST(Rounds, DesignTheNextExperimentForTheParameterThatFails) {
-  Source source = source_with(kExperiment);
-  for (Eigen::Index k = 0; k < 600; ++k) source.record.input[k] = (k / 75) % 2 == 0 ? 1.0 : -1.0;
-  // One pole, beside which a second one cannot be seen.
-  source.record.output = ident::simulate({{{1.5, 0.0}}, {{0.5, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input, 0.02);
-  ident::PortableDraw draw(5);
-  for (double& y : source.record.output) y += 0.05 * draw.normal();
-  IdentificationTask task = task_with_one_pole(source);
-  task.structures[0].name = "two_poles";
-  task.structures[0].structure = ident::structures::io();
-  const Identification found = identify(source, task, {}, {});
-  ASSERT_FALSE(found.rounds.back().accepted);
-  ASSERT_TRUE(found.next_experiment);
-  EXPECT_NE(found.next_experiment->reason.find("standard error of a2 of two_poles"), std::string::npos)
-      << found.next_experiment->reason;
-  const auto next = config::parse_experiment(found.next_experiment->text, "next.toml");
-  ASSERT_EQ(next.models.size(), 1U);
-  EXPECT_EQ(next.models[0].name, "two_poles");
-  EXPECT_EQ(next.duration_s, 12.0);
+/// A rejected model with one failed criterion.
+ident::Model rejected_for(const std::string& name, const std::string& criterion, double ar_bic) {
+  ident::Model model;
+  model.name = name;
+  ident::ParameterEstimate order;
+  order.name = "n2";
+  order.std = 0.4;
+  model.parameters = {order};
+  model.estimation.emplace().information.emplace().ar_bic = ar_bic;
+  ident::Verdict& verdict = model.verdict.emplace();
+  verdict.criteria = {{"std_n1", 0.01, 0.15, true}, {criterion, 0.4, 0.15, false}};
+  return model;
+}
+
+TEST(WeakParameter, IsThatOfTheBestModelThatFailsByItsParametersAlone) {
+  const ident::Model better = rejected_for("fo", "std_n2", -20.0);
+  const ident::Model worse = rejected_for("fo_valve", "left_out_n2", -10.0);
+  const ident::Model wrong = rejected_for("io", "validation_r2_percent", -30.0);
+  const ident::Model unknown = rejected_for("lag", "interval_a1", -40.0);  // without a standard error
+  const auto weak = weak_parameter({&worse, &better, &wrong, &unknown});
+  ASSERT_TRUE(weak);
+  EXPECT_EQ(weak->model, "fo");
+  EXPECT_EQ(weak->parameter, "n2");
+  EXPECT_FALSE(weak_parameter({&wrong}));
+  ident::Model accepted = better;
+  accepted.verdict->accepted = true;
+  EXPECT_FALSE(weak_parameter({&accepted}));
 }
 
 TEST(Identify, LeavesOutAModelThatTheRecordDoesNotAllowWhileAnotherOneCanBeFitted) {
