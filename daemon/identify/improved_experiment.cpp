@@ -7,7 +7,6 @@
 #include <cmath>
 #include <string_view>
 
-#include "core/error.hpp"
 #include "ident/structure/structures.hpp"
 
 namespace eha::identify {
