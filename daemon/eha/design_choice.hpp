@@ -21,7 +21,7 @@ struct DesignPredictor {
   ident::Executor executor = ident::run_in_order;
 };
 
-/// A design and, by a twin, what its trials gave. `design.std` is their mean.
+/// A design and, by a twin, what its trials gave. `design.std` is their median.
 struct ChosenDesign {
   ident::Improvement design;
   std::optional<replay::Trial> trial = {};

@@ -85,13 +85,10 @@ Trial trial(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>
     const std::uint64_t seed = kSeeds + i;
     errors[i] = std_of(recorded(drawn(twin, seed), volts, task.step_s, seed), quick);
   });
-  Trial result;
-  double sum = 0.0;
-  for (const double error : errors) sum += std::log(error);
-  result.std = std::exp(sum / static_cast<double>(errors.size()));
-  result.lowest = *std::min_element(errors.begin(), errors.end());
-  result.highest = *std::max_element(errors.begin(), errors.end());
-  return result;
+  std::sort(errors.begin(), errors.end());
+  const std::size_t middle = errors.size() / 2;
+  const double below = errors.size() % 2 == 0 ? errors[middle - 1] : errors[middle];
+  return {.std = std::sqrt(below * errors[middle]), .lowest = errors.front(), .highest = errors.back()};
 }
 
 }  // namespace eha::replay

@@ -33,7 +33,7 @@ struct TrialTask {
 
 /// Standard errors of one parameter by fits to simulated records of one experiment.
 struct Trial {
-  double std = 0.0;  ///< geometric mean; infinite where a fit does not determine the parameter
+  double std = 0.0;  ///< median; a fit that does not determine the parameter counts as infinite
   double lowest = 0.0;
   double highest = 0.0;
 };

@@ -86,7 +86,8 @@ TEST_P(ImprovementOnRig, AchievesWhatItPredicts) {
                         record.input, record.output, task.limits.step_s, identify::thread_executor());
   const DesignPredictor predictor{before, "n2", calibration.options, identify::thread_executor()};
   const double promised_by_paper = predicted_by(predictor, paper, task);
-  const ident::Improvement found = choose_design(predictor, task).design;
+  const ChosenDesign chosen = choose_design(predictor, task);
+  const ident::Improvement& found = chosen.design;
 
   const auto samples = static_cast<std::size_t>(std::llround(task.duration_s / task.limits.step_s));
   const Eigen::VectorXd volts = ident::excitation({.kind = ident::Multisine{found.tones}, .offset_V = found.offset_V},
@@ -97,8 +98,8 @@ TEST_P(ImprovementOnRig, AchievesWhatItPredicts) {
     by_paper += std::log(std_of(fitted(rig, paper.table_V, task, seed + 10 + i)));
   }
   by_paper = std::exp(by_paper / kPaperRecords);
-  std::printf("rig %d: n2 +- %.4f by the paper's tones (predicted %.4f), %.4f by the design (predicted %.4f)\n",
-              GetParam(), by_paper, promised_by_paper, achieved, found.std);
+  std::printf("rig %d: n2 +- %.4f by the paper's tones (predicted %.4f), %.4f by the design (predicted %.4f, %.4f to %.4f)\n",
+              GetParam(), by_paper, promised_by_paper, achieved, found.std, chosen.trial->lowest, chosen.trial->highest);
   EXPECT_LE(achieved, kFactor * found.std);
   EXPECT_GE(achieved, found.std / kFactor);
   // Smaller than by the paper's tones, by the factor promised.
