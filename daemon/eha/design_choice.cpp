@@ -15,6 +15,7 @@ namespace {
 constexpr int kScreened = 4;   // records of each design, each searched from the known model alone
 constexpr int kConfirmed = 6;  // records of the best ones, each fitted as the real one will be
 constexpr std::size_t kFinalists = 2;
+constexpr double kShareOfScreening = 0.2;  // of the time
 
 /// A design as the file would have it: its structure, and its volts.
 struct Written {
@@ -59,13 +60,23 @@ ChosenDesign choose_design(const DesignPredictor& predictor, const ident::Improv
     chosen.design.std = chosen.trial->std;
     return chosen;
   };
+  double done = 0.0;
+  const auto advance = [&](double share) {
+    if (predictor.progress) predictor.progress(done += share);
+  };
   const auto by_worst_trial = [](const ChosenDesign& a, const ChosenDesign& b) {
     return a.trial->highest < b.trial->highest;
   };
-  for (const ident::Improvement& design : designs) tried.push_back(try_out(design, kScreened, ident::Search::known));
+  for (const ident::Improvement& design : designs) {
+    tried.push_back(try_out(design, kScreened, ident::Search::known));
+    advance(kShareOfScreening / static_cast<double>(designs.size()));
+  }
   std::sort(tried.begin(), tried.end(), by_worst_trial);
   tried.resize(std::min(kFinalists, tried.size()));
-  for (ChosenDesign& finalist : tried) finalist = try_out(finalist.design, kConfirmed, task.options.search);
+  for (ChosenDesign& finalist : tried) {
+    finalist = try_out(finalist.design, kConfirmed, task.options.search);
+    advance((1.0 - kShareOfScreening) / static_cast<double>(tried.size()));
+  }
   return *std::min_element(tried.begin(), tried.end(), by_worst_trial);
 }
 

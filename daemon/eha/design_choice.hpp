@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -19,6 +20,7 @@ struct DesignPredictor {
   std::string parameter;
   std::optional<hal::SimOptions> twin = {};  ///< simulates the rig; none: the model file alone predicts
   ident::Executor executor = ident::run_in_order;
+  std::function<void(double share)> progress = {};  ///< called between trials, 0..1
 };
 
 /// A design and, by a twin, what its trials gave. `design.std` is their median.

@@ -97,7 +97,9 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   task.duration_s = kDuration_s;
   task.options.discard_s = kDiscard_s;
   task.options.decimation = decimation_of(model, task.limits.step_s);
-  const DesignPredictor predictor{model, command.parameter, twin_of(command, rig), identify::thread_executor()};
+  const DesignPredictor predictor{
+      model, command.parameter, twin_of(command, rig), identify::thread_executor(),
+      [&](double share) { console.progress(share, "trying designs out on the simulated rig"); }};
   std::optional<double> with_base;
   if (command.experiment_file) {
     const config::PreparedExperiment base = config::load_prepared_experiment(*command.experiment_file, rig);
@@ -108,6 +110,7 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   }
   task.period_s = 0.5 * (task.duration_s - task.options.discard_s);
   const DesignAnswer answer = answered(predictor, command, task);
+  console.end_progress();
   const ident::Improvement& found = answer.chosen.design;
   const std::filesystem::path path = command.output.value_or(fmt::format("improve-{}.toml", command.parameter));
   const std::string text = identify::experiment_text(
