@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
@@ -143,23 +144,21 @@ class Distortion {
     return level(beside, i);
   }
 
-  [[nodiscard]] std::optional<SilentPowers> silent() const {
-    if (!all_odd_) return std::nullopt;
-    SilentPowers powers;
-    double evens = 0.0;
-    double odds = 0.0;
-    for (std::size_t k = std::max<std::size_t>(1, excited_.front() - 1); k <= std::min(excited_.back() + 1, last_);
-         ++k) {
+  [[nodiscard]] SilentPowers silent() const {
+    if (!all_odd_) return {};
+    std::array<double, 2> power{};  // of even and odd lines
+    std::array<double, 2> lines{};
+    const std::size_t first = std::max<std::size_t>(1, excited_.front() - 1);
+    for (std::size_t k = first; k <= std::min(excited_.back() + 1, last_); ++k) {
       const auto at = std::lower_bound(excited_.begin(), excited_.end(), k);
       if (at != excited_.end() && *at == k) continue;
       const auto near = std::min<std::ptrdiff_t>(at - excited_.begin(), std::ssize(excited_) - 1);
       const auto row = static_cast<Eigen::Index>(k);
-      const double power = std::norm(output_.mean[row] - gains_[static_cast<std::size_t>(near)] * input_.mean[row]);
-      (k % 2 == 0 ? powers.even : powers.odd) += power;
-      (k % 2 == 0 ? evens : odds) += 1.0;
+      power[k % 2] += std::norm(output_.mean[row] - gains_[static_cast<std::size_t>(near)] * input_.mean[row]);
+      lines[k % 2] += 1.0;
     }
-    if (!(evens > 0.0) || !(odds > 0.0)) return std::nullopt;
-    return SilentPowers{powers.even / evens, powers.odd / odds};
+    const auto mean = [&](std::size_t i) { return lines[i] > 0.0 ? std::optional(power[i] / lines[i]) : std::nullopt; };
+    return {.even = mean(0), .odd = mean(1)};
   }
 
  private:

@@ -42,10 +42,10 @@ struct DistortionLevels {
 };
 
 /// Mean power of a line that is not excited, from one below the lowest excited line to one above the highest
-/// [output unit^2], noise included.
+/// [output unit^2], noise included; empty where there is none.
 struct SilentPowers {
-  double even = 0.0;
-  double odd = 0.0;
+  std::optional<double> even = {};
+  std::optional<double> odd = {};
 };
 
 /// The nonparametric frequency response of a record.
@@ -56,7 +56,7 @@ struct FrequencyResponse {
   double signal_to_noise_dB = 0.0;  ///< of the output
   double drift_range = 0.0;         ///< removed from the output [output unit]
   bool drift_detected = false;
-  std::optional<SilentPowers> silent = {};  ///< where every excited line is odd and lines of both kinds are silent
+  SilentPowers silent;  ///< empty unless every excited line is odd
   std::size_t realisations = 1;
   std::optional<DistortionLevels> levels = {};  ///< of several realisations
 };

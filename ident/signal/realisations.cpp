@@ -107,18 +107,20 @@ FrequencyResponse measure_realisations(const Record& record, const RealisationRo
   DistortionLevels levels;
   levels.noise_dB = level_of(band.noise / band.output);
   levels.excited_dB = beyond_noise_dB(band.spread, band, lines * (count - 1.0), lines * noise_values);
-  if (result.silent) {
-    SilentPowers& silent = *result.silent;
-    silent = {};
-    for (const FrequencyResponse& one : all) {
-      silent.even += one.silent->even * lines / count;  // as many lines as the sums of `band` hold
-      silent.odd += one.silent->odd * lines / count;
-    }
-    levels.even_dB = beyond_noise_dB(silent.even, band, lines * count, lines * noise_values);
+  // The power of a silent line of each kind, over the realisations; times `lines` as the sums of `band`.
+  const auto mean = [&](std::optional<double> SilentPowers::*kind) -> std::optional<double> {
+    if (!(result.silent.*kind)) return std::nullopt;
+    double sum = 0.0;
+    for (const FrequencyResponse& one : all) sum += *(one.silent.*kind);
+    return sum / count;
+  };
+  result.silent = {.even = mean(&SilentPowers::even), .odd = mean(&SilentPowers::odd)};
+  if (result.silent.even) {
+    levels.even_dB = beyond_noise_dB(*result.silent.even * lines, band, lines * count, lines * noise_values);
+  }
+  if (result.silent.odd) {
     // One odd line in four is silent.
-    levels.odd_dB = beyond_noise_dB(silent.odd, band, lines * count / 3.0, lines * noise_values);
-    silent.even /= lines;
-    silent.odd /= lines;
+    levels.odd_dB = beyond_noise_dB(*result.silent.odd * lines, band, lines * count / 3.0, lines * noise_values);
   }
   result.levels = levels;
   return result;
