@@ -32,7 +32,7 @@ TEST(DesignBand, FillsTheLimitsWithLowPeaksAndIsAValidExperiment) {
 TEST(DesignBand, MakesRealisationsOfOddLinesThatPartNoiseAndDistortion) {
   const TemporaryFolder folder;
   const std::string rig = source_file("config/rigs/sim.toml");
-  const Ended made = run_eha({"design", "--band", "0.3:1.5", "--period", "5", "--odd-random", "--realisations", "3",
+  const Ended made = run_eha({"design", "--band", "0.2:1.5", "--period", "5", "--odd-random", "--realisations", "3",
                               "--rig", rig, "-o", "band.toml", "--json"},
                              folder.path());
   ASSERT_EQ(made.code, 0) << made.err;
