@@ -98,8 +98,9 @@ TEST_P(ImprovementOnRig, AchievesWhatItPredicts) {
     by_paper += std::log(std_of(fitted(rig, paper.table_V, task, seed + 10 + i)));
   }
   by_paper = std::exp(by_paper / kPaperRecords);
-  std::printf("rig %d: n2 +- %.4f by the paper's tones (predicted %.4f), %.4f by the design (predicted %.4f, %.4f to %.4f)\n",
-              GetParam(), by_paper, promised_by_paper, achieved, found.std, chosen.trial->lowest, chosen.trial->highest);
+  std::printf(
+      "rig %d: n2 +- %.4f by the paper's tones (predicted %.4f), %.4f by the design (predicted %.4f, %.4f to %.4f)\n",
+      GetParam(), by_paper, promised_by_paper, achieved, found.std, chosen.trial->lowest, chosen.trial->highest);
   EXPECT_LE(achieved, kFactor * found.std);
   EXPECT_GE(achieved, found.std / kFactor);
   // Smaller than by the paper's tones, by the factor promised.
