@@ -45,21 +45,22 @@ Written written(const DesignPredictor& predictor, const ident::ImprovementTask& 
           ident::excitation(experiment.excitation, task.limits.step_s, samples)};
 }
 
+ChosenDesign tried_out(const DesignPredictor& predictor, const ident::ImprovementTask& task,
+                       const ident::Improvement& design, int records, ident::Search search) {
+  Written experiment = written(predictor, task, design);
+  experiment.task.records = records;
+  experiment.task.options.search = search;
+  if (search == ident::Search::known) experiment.task.known = {predictor.model};
+  ChosenDesign chosen{design, replay::trial(*predictor.twin, experiment.volts, experiment.task, predictor.executor)};
+  chosen.design.std = chosen.trial->std;
+  return chosen;
+}
+
 }  // namespace
 
 ChosenDesign choose_design(const DesignPredictor& predictor, const ident::ImprovementTask& task) {
   const std::vector<ident::Improvement> designs = ident::improvements(predictor.model, predictor.parameter, task);
   if (!predictor.twin) return {designs.front()};
-  std::vector<ChosenDesign> tried;
-  const auto try_out = [&](const ident::Improvement& design, int records, ident::Search search) {
-    Written experiment = written(predictor, task, design);
-    experiment.task.records = records;
-    experiment.task.options.search = search;
-    if (search == ident::Search::known) experiment.task.known = {predictor.model};
-    ChosenDesign chosen{design, replay::trial(*predictor.twin, experiment.volts, experiment.task, predictor.executor)};
-    chosen.design.std = chosen.trial->std;
-    return chosen;
-  };
   double done = 0.0;
   const auto advance = [&](double share) {
     if (predictor.progress) predictor.progress(done += share);
@@ -67,17 +68,24 @@ ChosenDesign choose_design(const DesignPredictor& predictor, const ident::Improv
   const auto by_worst_trial = [](const ChosenDesign& a, const ChosenDesign& b) {
     return a.trial->highest < b.trial->highest;
   };
+  std::vector<ChosenDesign> tried;
   for (const ident::Improvement& design : designs) {
-    tried.push_back(try_out(design, kScreened, ident::Search::known));
+    tried.push_back(tried_out(predictor, task, design, kScreened, ident::Search::known));
     advance(kShareOfScreening / static_cast<double>(designs.size()));
   }
   std::sort(tried.begin(), tried.end(), by_worst_trial);
   tried.resize(std::min(kFinalists, tried.size()));
   for (ChosenDesign& finalist : tried) {
-    finalist = try_out(finalist.design, kConfirmed, task.options.search);
+    finalist = tried_out(predictor, task, finalist.design, kConfirmed, task.options.search);
     advance((1.0 - kShareOfScreening) / static_cast<double>(tried.size()));
   }
   return *std::min_element(tried.begin(), tried.end(), by_worst_trial);
+}
+
+ChosenDesign prolonged(const DesignPredictor& predictor, const ident::Improvement& design,
+                       const ident::ImprovementTask& longer) {
+  if (!predictor.twin) return choose_design(predictor, longer);
+  return tried_out(predictor, longer, design, kConfirmed, ident::Search::known);
 }
 
 double predicted_by(const DesignPredictor& predictor, const config::PreparedExperiment& experiment,

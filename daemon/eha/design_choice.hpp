@@ -33,6 +33,11 @@ struct ChosenDesign {
 /// @throws ConfigError  as ident::improve()   Cost: with a twin some ten seconds of one processor for 50 s.
 [[nodiscard]] ChosenDesign choose_design(const DesignPredictor& predictor, const ident::ImprovementTask& task);
 
+/// The design for a longer experiment, whose tones stay periodic in it: with a twin the same tones, tried out anew,
+/// else designed anew. @throws ConfigError  as ident::improve()
+[[nodiscard]] ChosenDesign prolonged(const DesignPredictor& predictor, const ident::Improvement& design,
+                                     const ident::ImprovementTask& longer);
+
 /// The standard error that another experiment would give for the model's structure.
 /// @throws ConfigError  as ident::predicted_std()
 [[nodiscard]] double predicted_by(const DesignPredictor& predictor, const config::PreparedExperiment& experiment,

@@ -81,7 +81,7 @@ DesignAnswer answered(const DesignPredictor& predictor, const DesignCommand& com
     const double longer = std::ceil(times * std::pow(answer.chosen.design.std / wanted, 2) - 1e-9);
     times = std::min(most, std::max(times + 1.0, longer));
     task.duration_s = task.options.discard_s + times * compared_s;
-    answer.chosen = choose_design(predictor, task);
+    answer.chosen = prolonged(predictor, answer.chosen.design, task);
   }
   answer.reached = answer.chosen.design.std <= wanted;
   return answer;
