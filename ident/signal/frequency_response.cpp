@@ -148,8 +148,8 @@ class Distortion {
     if (!all_odd_) return {};
     std::array<double, 2> power{};  // of even and odd lines
     std::array<double, 2> lines{};
-    const std::size_t first = std::max<std::size_t>(1, excited_.front() - 1);
-    for (std::size_t k = first; k <= std::min(excited_.back() + 1, last_); ++k) {
+    const std::size_t first = excited_.front() > 2 ? excited_.front() - 2 : 1;
+    for (std::size_t k = first; k <= std::min(excited_.back() + 2, last_); ++k) {
       const auto at = std::lower_bound(excited_.begin(), excited_.end(), k);
       if (at != excited_.end() && *at == k) continue;
       const auto near = std::min<std::ptrdiff_t>(at - excited_.begin(), std::ssize(excited_) - 1);

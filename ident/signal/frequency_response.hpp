@@ -41,7 +41,7 @@ struct DistortionLevels {
   std::optional<double> odd_dB = {};      ///< at the odd lines that are not excited
 };
 
-/// Mean power of a line that is not excited, from one below the lowest excited line to one above the highest
+/// Mean power of a line that is not excited, from two below the lowest excited line to two above the highest
 /// [output unit^2], noise included; empty where there is none.
 struct SilentPowers {
   std::optional<double> even = {};
