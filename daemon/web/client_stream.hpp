@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <httplib.h>
 #include <poll.h>
 
 #include <array>
@@ -9,6 +8,8 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+
+#include "daemon/web/http.hpp"
 
 namespace eha::web {
 

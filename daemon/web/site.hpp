@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <httplib.h>
-
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "daemon/web/daemon_feed.hpp"
+#include "daemon/web/http.hpp"
 #include "daemon/web/response_meter.hpp"
 #include "daemon/web/run_store.hpp"
 #include "daemon/web/stop_token.hpp"

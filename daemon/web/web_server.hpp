@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <httplib.h>
-
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +10,7 @@
 
 #include "daemon/web/access.hpp"
 #include "daemon/web/client_stream.hpp"
+#include "daemon/web/http.hpp"
 
 namespace eha::web {
 
