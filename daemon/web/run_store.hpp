@@ -32,7 +32,7 @@ struct RunFile {
 };
 
 /// The run folders as far as they are shown: read only, nothing outside of them. Files are opened beneath the folder
-/// without following a link (openat2, RESOLVE_BENEATH), so that no name and no race leads out. Thread-safe.
+/// without following a link, so that no name and no race leads out. Thread-safe.
 class RunStore {
  public:
   /// Reads runs from here on.
