@@ -69,6 +69,11 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
       parameter.median, lowest, highest, parameter.estimates.size());
   const Trend* trend = trend_of(table, parameter.name);
   if (trend != nullptr) item.remark.seen += fmt::format(" It {} from the first to the last.", change_text(*trend));
+  if (parameter.estimates.size() < kFewestForOutliers) {
+    item.remark.good = fmt::format("Nothing is compared with fewer than {} records.", kFewestForOutliers);
+    item.remark.to_do = "Record more.";
+    return item;
+  }
   item.remark.good = "Intervals that overlap and no slope: one plant, seen many times.";
   item.remark.to_do =
       names.empty() ? "Nothing: no record lies apart." : fmt::format("Look at what was different: {}.", some_of(names));
@@ -136,7 +141,10 @@ std::string lead_of(const Table& table, std::size_t failed) {
   for (const Trend& one : table.trends) {
     sentences.push_back(fmt::format("{} {} from the first record to the last.", one.parameter, change_text(one)));
   }
-  if (apart == 0 && table.judged > 0) sentences.push_back("No record lies apart from the others.");
+  if (table.judged < kFewestForOutliers) {
+    sentences.push_back(fmt::format("Nothing was compared: that needs {} records.", kFewestForOutliers));
+  } else if (apart == 0)
+    sentences.push_back("No record lies apart from the others.");
   const char* kind = apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 ? "all" : "some";
   return fmt::format("<section class=\"verdict {}\"><h2>Result</h2>\n", kind) + report::list(sentences) +
          "</section>\n";

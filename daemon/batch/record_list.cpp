@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -32,11 +33,23 @@ bool is_record_file(const fs::path& path) {
   return std::find(kRecordEndings.begin(), kRecordEndings.end(), ending) != kRecordEndings.end();
 }
 
+/// Whether a run only placed the rod or measured the valve, by its manifest.
+bool is_for_no_model(const fs::path& run) {
+  try {
+    const auto manifest = nlohmann::json::parse(os::read_file(run / record::kManifestFile));
+    const auto& experiment = manifest.at("experiment");
+    return !experiment.value("place_in", nlohmann::json()).is_null() || experiment.value("characterises", false);
+  } catch (const std::exception&) {
+    return false;  // what cannot be read is listed with its reason
+  }
+}
+
 std::vector<fs::path> records_in(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code error;
   for (fs::directory_iterator item(folder, error), end; !error && item != end; item.increment(error)) {
     const bool is_run = !item->is_symlink() && record::is_run_folder(item->path());
+    if (is_run && is_for_no_model(item->path())) continue;
     if (is_run || (item->is_regular_file() && is_record_file(item->path()))) found.push_back(item->path());
   }
   if (error) os::throw_system_error("read", folder, error.value());

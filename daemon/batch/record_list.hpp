@@ -17,10 +17,9 @@ struct Record {
 };
 
 /// The records that a command names, each once, in the order of the names, folders sorted by name.
-/// @param sources  each a run folder; a folder of run folders and of files with records; a file with a record; or a
-/// list:
-///                 a text file whose name ends in ".list", one path a line relative to its folder, lines with # left
-///                 out
+/// @param sources  each one of these: a run folder; a file with a record; a folder of both, of which runs that placed
+/// the rod or measured the valve are left out; a list, which is a text file whose name ends in ".list", with one path a
+/// line relative to its folder, lines with # left out
 /// @throws UsageError  no record
 /// @throws IoError, PermissionError  a folder or a list cannot be read
 [[nodiscard]] std::vector<Record> records_of(const std::vector<std::string>& sources);

@@ -16,7 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kFewestForOutliers = 5;
 constexpr std::size_t kFewestForTrends = 10;
 constexpr double kStdOfMad = 1.4826;  // of a normal distribution, in its median absolute deviations
 

@@ -14,6 +14,9 @@ namespace eha::batch {
 /// trends.
 inline constexpr double kOutlierLevel = 0.01;
 
+/// Records, below which no value is compared with the others.
+inline constexpr std::size_t kFewestForOutliers = 5;
+
 /// A parameter of one record that lies apart from those of the others.
 struct Outlier {
   std::string parameter;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
@@ -14,6 +15,8 @@ namespace eha::cli {
 namespace {
 
 constexpr double kWarnedFrom = 0.05;
+/// Not worth an offset: a tenth of an inch in a hundred seconds.
+constexpr double kSmallDrift_in_per_s = 0.001;
 
 }  // namespace
 
@@ -37,10 +40,12 @@ std::optional<double> margin_of(const std::optional<Rehearsal>& rehearsal, const
 std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig, const Console& console) {
   const DisplayUnit unit = console.unit(rig.units);
   const double factor = unit.factor("in");
+  const bool is_worth_an_offset = rehearsal.still_offset_V && std::abs(rehearsal.drift_in_per_s) > kSmallDrift_in_per_s;
   return fmt::format(
-      "rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s",
+      "rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
       factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"), factor * rehearsal.drift_in_per_s,
-      unit.of("in"));
+      unit.of("in"),
+      is_worth_an_offset ? fmt::format("; offset_V = {:.3f} stops that", *rehearsal.still_offset_V) : "");
 }
 
 void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
@@ -48,10 +53,10 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
   if (!rehearsal || rehearsal->chance_of_trip < kWarnedFrom) return;
   const std::string found = fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit", experiment_file,
                                         100.0 * rehearsal->chance_of_trip);
-  const std::string offset = rehearsal->still_offset_V ? fmt::format("set offset_V = {:.3f}, which stops the drift",
-                                                                     *rehearsal->still_offset_V)
-                                                       : "change offset_V";
-  const std::string remedy = fmt::format("lower the amplitudes, {}, or add [start] or [hold]", offset);
+  const std::string remedy =
+      rehearsal->still_offset_V
+          ? fmt::format("set offset_V = {:.3f}, which stops the drift, or add [hold]", *rehearsal->still_offset_V)
+          : "lower the amplitudes, let [start] begin nearer to the middle of the travel, or add [hold]";
   if (rehearsal->chance_of_trip >= kRefusedChanceOfTrip && risk == TravelRisk::refuse) {
     throw ConfigError(
         fmt::format("{}, from {:.0f} % on it is not played: {}; --accept-travel-risk plays it all the same", found,

@@ -183,7 +183,10 @@ std::vector<EntryId> Queue::in_order() const {
   std::stable_sort(ids.begin(), ids.end(), [this](EntryId a, EntryId b) {
     const Entry& first = entries_.at(a);
     const Entry& second = entries_.at(b);
-    return is_over(first) != is_over(second) ? is_over(first) : first.place < second.place;
+    const auto rank = [](const Entry& entry) {
+      return is_over(entry) ? 0 : entry.state == EntryState::running ? 1 : 2;
+    };
+    return rank(first) != rank(second) ? rank(first) < rank(second) : first.place < second.place;
   });
   return ids;
 }

@@ -97,6 +97,7 @@ class Supervisor {
     std::vector<Entry> entries;
     bool is_list = false;
     bool accept_travel_risk = false;
+    bool moves_at_once = false;  ///< a placing is among them
     Answer answer;
     std::size_t checked = 0;
   };
@@ -131,6 +132,9 @@ class Supervisor {
   void enqueue(const std::shared_ptr<Submission>& submission);
   void end_submission(const Submission& submission);
   void refuse(const Submission& submission);
+  /// A forgotten move must not begin when somebody arms for something else.
+  /// @throws PermissionError
+  void require_arming_of_placing(const Submission& submission) const;
   void require_room_in_queue(const Peer& peer, std::size_t wanted) const;
   [[nodiscard]] std::optional<double> place_at_start() const;
   [[nodiscard]] Entry& require_own(const Peer& peer, EntryId id, std::string_view what);

@@ -60,7 +60,9 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
       [submission, folder, rig = rig_.config()] {
         for (Entry& entry : submission->entries) {
           // Faults of the text itself are found here, at once, and no file that it names is read.
-          entry.name = config::parse_experiment(entry.experiment, entry.file).name;
+          const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file);
+          entry.name = experiment.name;
+          submission->moves_at_once = submission->moves_at_once || experiment.place_in.has_value();
         }
         for (const Entry& entry : submission->entries) {
           const fs::path own = folder / std::to_string(entry.id);
@@ -72,12 +74,20 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
       [this, submission](std::future<void> written) {
         try {
           written.get();
+          require_arming_of_placing(*submission);
         } catch (const Error&) {
           refuse(*submission);
           return;
         }
         check(submission);
       });
+}
+
+void Supervisor::require_arming_of_placing(const Submission& submission) const {
+  if (!submission.moves_at_once || may_start(submission.uid)) return;
+  throw PermissionError(
+      fmt::format("{}: the rig is not armed by {}: eha arm, then again; a move to a place does not wait for that",
+                  submission.entries.front().file, submission.entries.front().user));
 }
 
 void Supervisor::refuse(const Submission& submission) {

@@ -123,6 +123,17 @@ std::optional<double> offset_that_stops(const config::PreparedExperiment& experi
   return experiment.config.excitation.offset_V + 0.5 * (low_V + high_V);
 }
 
+/// offset_that_stops(), if the rod then stays within the limits.
+std::optional<double> offset_that_helps(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
+                                        double from_in) {
+  const std::optional<double> offset_V = offset_that_stops(experiment, rig, 0.0);
+  if (!offset_V) return std::nullopt;
+  config::PreparedExperiment other = experiment;
+  other.table_V.array() += *offset_V - experiment.config.excitation.offset_V;
+  const Passage passage = Play(other, rig).on(config::valve_estimate(*rig.limits.following), from_in);
+  return passage.trips ? std::nullopt : offset_V;
+}
+
 }  // namespace
 
 std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
@@ -152,7 +163,7 @@ std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, 
                    .highest_in = highest[kHigh],
                    .drift_in_per_s = is_open ? mean_velocity(valve, periodic_part(experiment, rig), 0.0) : 0.0,
                    .chance_of_trip = static_cast<double>(trips) / kDraws,
-                   .still_offset_V = is_open && trips > 0 ? offset_that_stops(experiment, rig, 0.0) : std::nullopt};
+                   .still_offset_V = is_open ? offset_that_helps(experiment, rig, from_in) : std::nullopt};
 }
 
 std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, const config::RigConfig& rig,

@@ -20,7 +20,8 @@ struct Rehearsal {
   double drift_in_per_s = 0.0;  ///< mean speed of the rod, the valve being as [following] has it; 0 with a hold
   double chance_of_trip =
       0.0;  ///< share of the draws that reach a travel or velocity limit, stopping distance included
-  /// Of the excitation, that would stop the drift; none where no draw trips, with a hold, or beyond the command limits.
+  /// Of the excitation, that would stop the drift; none with a hold, beyond the command limits, or where the rod would
+  /// reach a limit all the same.
   std::optional<double> still_offset_V = {};
 };
 

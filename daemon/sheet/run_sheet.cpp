@@ -74,8 +74,8 @@ std::string experiment_lines(const RunSheet& run) {
   return fmt::format(
       "[start]\n"
       "displacement_in = {:.3f}  # the middle of the travel\n"
-      "[excitation]\n"
-      "offset_V = {:.4f}  # the null; eha check says the drift that is left\n",
+      "# in the [excitation] that is there; eha check names a better one\n"
+      "offset_V = {:.4f}  # the null\n",
       0.5 * (limits.travel_min_in + limits.travel_max_in), run.sheet.null_V.value);
 }
 

@@ -90,10 +90,13 @@ TEST_F(ServicePlace, MovesNothingForAUserWhoDoesNotHoldTheLease) {
   daemon_.open_to_all();
   const auto alice = connect_as(65534, daemon_);
   const auto bob = connect_as(1, daemon_);
+  const Json goes{{"experiment", kGoTo}, {"name", "goto"}};
+  EXPECT_EQ(refused(*bob, "submit", goes).code, static_cast<int>(ExitCode::permission)) << "nobody has armed";
   alice->call("arm");
-  const std::int64_t entry = submit(*bob, kGoTo);
-  EXPECT_EQ(entry_of(daemon_, entry).at("state"), "held");
-  EXPECT_NE(refused(*bob, "release").code, 0);
+  const Refused other = refused(*bob, "submit", goes);
+  EXPECT_EQ(other.code, static_cast<int>(ExitCode::permission));
+  EXPECT_NE(other.message.find("eha arm, then again"), std::string::npos) << other.message;
+  EXPECT_TRUE(alice->call("queue").at("entries").empty()) << "a move does not wait until somebody arms";
   EXPECT_NEAR(rod_in(), 2.95, 0.01);
 }
 
@@ -128,11 +131,8 @@ TEST_F(ServicePlace, LetsAnyUserStopARodThatAnotherOneMoves) {
   alice->call("arm");
   const std::int64_t entry = submit(*alice, kGoTo, false);
   follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-  const std::int64_t bobs = submit(*bob, kGoTo);
-  EXPECT_EQ(entry_of(daemon_, bobs).at("state"), "held");
   EXPECT_EQ(bob->call("stop").at("stopped"), "ramping_out");
   EXPECT_EQ(follow(daemon_, entry).at("outcome"), "interrupted");
-  EXPECT_EQ(entry_of(daemon_, bobs).at("state"), "held");
 }
 
 TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {

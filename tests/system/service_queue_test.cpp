@@ -162,6 +162,7 @@ TEST_F(ServiceQueue, RefusesWhatTheRehearsalEndsAtALimitUnlessTold) {
   const Json taken =
       client.call("submit", {{"experiment", kDrifts}, {"name", "drifts.toml"}, {"accept_travel_risk", true}});
   EXPECT_EQ(taken.at("rehearsal").at("chance_of_trip"), 1.0);
+  client.call("arm");
   const Json place = client.call("submit", {{"experiment",
                                              "schema = 1\nname = \"goto\"\nduration_s = 60.0\n[place]\n"
                                              "displacement_in = 5.5\n"},

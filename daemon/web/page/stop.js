@@ -47,6 +47,10 @@ export class StopButton {
   /** Tells on the button what pressing it does now. */
   show(status) {
     const state = stateOf(status);
+    if (this.isRamping && (state === 'idle' || state === 'armed' || state === 'faulted')) {
+      this.isRamping = false;
+      this.tell('Stopped: the command is ramped down.', false);
+    }
     const effect = this.token === null ? 'needs the token: enter it now'
       : state === 'ramp_out' ? 'again: safe at once'
         : state === 'running' || state === 'ramp_in' ? 'ramps the command down'
@@ -72,7 +76,10 @@ export class StopButton {
   async stop(token) {
     try {
       const answer = await post('api/stop', token);
-      if (answer.status === 200) this.accepted(token, kEffects[answer.result] ?? 'Stopped.');
+      if (answer.status === 200) {
+        this.isRamping = answer.result === 'ramping_out';
+        this.accepted(token, kEffects[answer.result] ?? 'Stopped.');
+      }
       else if (answer.status === 409) this.accepted(token, 'Nothing was running.');
       else this.refused(answer, 'NOT STOPPED');
     } catch {
