@@ -88,8 +88,10 @@ std::string difference(const Batch& there, const Batch& here) {
 Rules rules_of(std::vector<std::string> options) {
   Rules rules{.version = EHA_VERSION, .options = std::move(options), .contents = {}};
   for (const std::string& word : rules.options) {
+    // Of "--experiment=FILE" the file.
+    const std::string value = word.starts_with("--") ? word.substr(word.find('=') + 1) : word;
     std::error_code ignored;
-    rules.contents.push_back(fs::is_regular_file(word, ignored) ? record::sha256_of_file(word) : std::string());
+    rules.contents.push_back(fs::is_regular_file(value, ignored) ? record::sha256_of_file(value) : std::string());
   }
   return rules;
 }
@@ -142,11 +144,17 @@ fs::path BatchFolder::work_folder(const Record& record) const {
 }
 
 void BatchFolder::publish(const Record& record, const Result& result) const {
+  // An overlapping part may have been quicker.
+  if (fs::exists(path_ / kRecords / record.id)) {
+    fs::remove_all(work_ / record.id);
+    return;
+  }
   const Json document{{"schema", kResultSchema},       {"source", record.source},   {"sha256", record.sha256},
                       {"exit_code", result.exit_code}, {"message", result.message}, {"fit", result.fit},
                       {"seconds", result.seconds},     {"host", result.host}};
   const fs::path folder = work_ / record.id;
-  os::write_file_atomically(folder / kResultFile, document.dump(2) + "\n");
+  // A message may be cut within a character.
+  os::write_file_atomically(folder / kResultFile, document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   std::error_code error;
   fs::rename(folder, path_ / kRecords / record.id, error);
   if (error) os::throw_system_error("move", folder, error.value());

@@ -95,6 +95,15 @@ std::string content_of(const fs::path& source) {
   }
 }
 
+/// @throws UsageError  the manifest could not name it
+void require_text(const fs::path& path) {
+  try {
+    static_cast<void>(nlohmann::json(path.string()).dump());
+  } catch (const nlohmann::json::exception&) {
+    throw UsageError(fmt::format("{}: its name is not UTF-8 text; rename it, for instance with convmv", path.string()));
+  }
+}
+
 }  // namespace
 
 std::vector<Record> records_of(const std::vector<std::string>& sources) {
@@ -103,6 +112,7 @@ std::vector<Record> records_of(const std::vector<std::string>& sources) {
   for (const std::string& source : sources) {
     for (const fs::path& path : records_named_by(source)) {
       if (!seen.insert(path.lexically_normal()).second) continue;
+      require_text(path);
       records.push_back(
           {fmt::format("{:04}-{}", records.size() + 1, plain_name(path)), path.string(), content_of(path)});
     }

@@ -51,7 +51,9 @@ class Fit {
         folder_(std::move(folder)),
         out_(os::open_file(folder_ / kFitFile, O_WRONLY | O_CREAT | O_TRUNC)),
         messages_(os::open_file(folder_ / kMessagesFile, O_WRONLY | O_CREAT | O_TRUNC)) {
-    std::vector<std::string> words{program.string(), "fit",          record.source, "-o", (folder_ / "models").string(),
+    // No option, whatever its name begins with.
+    const std::string source = record.source.starts_with('-') ? "./" + record.source : record.source;
+    std::vector<std::string> words{program.string(), "fit",          source, "-o", (folder_ / "models").string(),
                                    "--json",         "--no-progress"};
     words.insert(words.end(), options.begin(), options.end());
     process_ = std::make_unique<os::ChildProcess>(os::SpawnRequest{.words = std::move(words),
@@ -102,6 +104,10 @@ class Fit {
 bool run_records(BatchFolder& folder, const RunOptions& options) {
   folder.claim(options.shard);
   const std::vector<Record> open = folder.open_records(options.shard);
+  // Without a file among the rules, a faulty configuration is that of one run.
+  const std::vector<std::string>& contents = folder.batch().rules.contents;
+  const bool rules_name_files =
+      std::any_of(contents.begin(), contents.end(), [](const auto& sum) { return !sum.empty(); });
   std::vector<std::unique_ptr<Fit>> running;
   const auto end_all = [&] {
     for (const auto& fit : running) fit->kill();
@@ -126,7 +132,7 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
         ++item;
         continue;
       }
-      if (result->exit_code == static_cast<int>(ExitCode::configuration)) {
+      if (rules_name_files && result->exit_code == static_cast<int>(ExitCode::configuration)) {
         const std::string message = result->message;
         end_all();
         throw ConfigError("the rules of the batch are wrong: " + message);

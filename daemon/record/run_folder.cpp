@@ -91,8 +91,11 @@ std::filesystem::path create_run_folder(const std::filesystem::path& runs_folder
 
 bool is_run_folder(const std::filesystem::path& path) {
   std::error_code ignored;
-  return std::filesystem::is_directory(path, ignored) && (std::filesystem::exists(path / kManifestFile, ignored) ||
-                                                          std::filesystem::exists(path / kJournalFile, ignored));
+  if (!std::filesystem::is_directory(path, ignored)) return false;
+  // A pipe of that name would hold whoever reads it.
+  const std::filesystem::path manifest = path / kManifestFile;
+  return std::filesystem::exists(manifest, ignored) ? std::filesystem::is_regular_file(manifest, ignored)
+                                                    : std::filesystem::is_regular_file(path / kJournalFile, ignored);
 }
 
 LoadedRun read_run(const std::filesystem::path& folder) {

@@ -135,6 +135,31 @@ TEST_F(Batch, ListsWhatCannotBeReadAndJudgesTheRest) {
   }
 }
 
+TEST_F(Batch, TakesNamesAsTheyAreOrRefusesThem) {
+  fs::create_directory(path("names"));
+  folder_->write("names/-x.csv", record_text(1));
+  folder_->write("names/caf\xc3\xa9.csv", record_text(2));
+  folder_->write("-y.csv", record_text(3));
+  folder_->write("names.list", "-y.csv\n");
+  const Ended ended = batch({"batch", "names", "names.list", "-o", "names_out"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  folder_->write("names/caf\xe9.csv", record_text(2));
+  const Ended refused = batch({"batch", "names", "-o", "other_names"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("not UTF-8"), std::string::npos) << refused.err;
+}
+
+TEST_F(Batch, LeavesOutRunsThatAreForNoModel) {
+  fs::create_directories(path("runs") / "20261122T100000Z-goto");
+  folder_->write("runs/20261122T100000Z-goto/run.json",
+                 R"({"experiment": {"place_in": 2.95, "characterises": false}})");
+  folder_->write("runs/r1.csv", record_text(1));
+  const Ended ended = batch({"batch", "runs", "-o", "runs_out"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.out.find("1 judged, 0 failed"), std::string::npos) << ended.out;
+  EXPECT_NE(content_of(path("runs_out") / "report.html").find("that needs 5 records"), std::string::npos);
+}
+
 TEST_F(Batch, NamesAParameterThatRises) {
   fs::create_directory(path("drifting"));
   for (int i = 1; i <= kRecords; ++i) {
