@@ -35,7 +35,8 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
   document["exit_code"] = 0;
   console.print_json(document);
   console.print(sheet::sheet_text(run, unit));
-  console.print("For the rig file (a running ehad takes it by eha disarm, then eha reload):\n\n" + sheet::rig_lines(run));
+  console.print("For the rig file (a running ehad takes it by eha disarm, then eha reload):\n\n" +
+                sheet::rig_lines(run));
   console.print("For experiment files:\n\n" + sheet::experiment_lines(run));
   if (run.sheet.null_V.half_width > kWantedNull_V) {
     console.warning(fmt::format(
