@@ -14,6 +14,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
 
@@ -33,14 +34,11 @@ bool is_record_file(const fs::path& path) {
   return std::find(kRecordEndings.begin(), kRecordEndings.end(), ending) != kRecordEndings.end();
 }
 
-/// Whether a run only placed the rod or measured the valve, by its manifest.
-bool is_for_no_model(const fs::path& run) {
+bool is_for_models(const fs::path& run) {
   try {
-    const auto manifest = nlohmann::json::parse(os::read_file(run / record::kManifestFile));
-    const auto& experiment = manifest.at("experiment");
-    return !experiment.value("place_in", nlohmann::json()).is_null() || experiment.value("characterises", false);
-  } catch (const std::exception&) {
-    return false;  // what cannot be read is listed with its reason
+    return record::purpose_of(record::read_manifest(run)) == record::Purpose::models;
+  } catch (const Error&) {
+    return true;  // what cannot be read is listed with its reason
   }
 }
 
@@ -49,7 +47,7 @@ std::vector<fs::path> records_in(const fs::path& folder) {
   std::error_code error;
   for (fs::directory_iterator item(folder, error), end; !error && item != end; item.increment(error)) {
     const bool is_run = !item->is_symlink() && record::is_run_folder(item->path());
-    if (is_run && is_for_no_model(item->path())) continue;
+    if (is_run && !is_for_models(item->path())) continue;
     if (is_run || (item->is_regular_file() && is_record_file(item->path()))) found.push_back(item->path());
   }
   if (error) os::throw_system_error("read", folder, error.value());

@@ -51,16 +51,9 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
 
 ExitCode execute(const CharacteriseCommand& command, Console& console) {
   if (command.run) return show_valve_sheet(*command.run, SheetFiles::keep, console);
-  RunCommand run;
+  RunCommand run{command};
   run.experiment_file = "characterise";
   run.text = "schema = 1\nname = \"characterise\"\n\n[characterise]\n";
-  run.rig_file = command.rig_file;
-  run.socket = command.socket;
-  run.local = command.local;
-  run.fast = command.fast;
-  run.yes = command.yes;
-  run.allow_non_realtime = command.allow_non_realtime;
-  run.output = command.output;
   return execute(run, console);
 }
 

@@ -15,6 +15,7 @@
 #include "daemon/doctor/latency.hpp"
 #include "daemon/eha/batch_options.hpp"
 #include "daemon/eha/completion.hpp"
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/export_options.hpp"
 #include "daemon/eha/model_command_options.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -129,20 +130,10 @@ void add_run(CLI::App& app, RunCommand& run) {
          "Experiment files (TOML), played in this order")
       ->required()
       ->type_name("EXPERIMENT");
-  CLI::Option* local = sub->add_flag("--local", run.local, "Run in this process instead of through ehad");
+  CLI::Option* local = add_drive_options(*sub, run);
   sub->add_flag("--detach", run.detach, "Queue the experiments and leave; not with --local")->excludes(local);
-  add_socket_option(*sub, run.socket)->excludes(local);
-  sub->add_option("--rig", run.rig_file, "Rig file (TOML); with --local only")->type_name("RIG")->needs(local);
-  sub->add_flag("--fast", run.fast, "Virtual time: as fast as this machine computes; simulated rigs only");
-  sub->add_option("--output", run.output, "Folder that the run folder is put into (default runs); with --local only")
-      ->type_name("DIR")
-      ->needs(local);
-  sub->add_flag("--yes", run.yes, "Move a real actuator without asking");
   sub->add_flag("--accept-travel-risk", run.accept_travel_risk,
                 "Play an experiment too of which half of the rehearsed rods reach a limit");
-  sub->add_flag("--allow-non-realtime", run.allow_non_realtime,
-                "Run without real-time privileges too, for test benches; with --local only")
-      ->needs(local);
 }
 
 void add_check(CLI::App& app, CheckCommand& check) {

@@ -22,19 +22,23 @@
 
 namespace eha::cli {
 
-struct RunCommand {
-  std::string experiment_file;
-  std::vector<std::string> further_files = {};  ///< played after it, in order
-  std::optional<std::string> text = {};         ///< of the experiment; none: experiment_file is read
-  std::optional<std::string> rig_file = {};     ///< none: default_rig_file()
+/// How a command that moves a rig does so.
+struct DriveOptions {
+  std::optional<std::string> rig_file = {};  ///< with `local`; none: default_rig_file()
   std::filesystem::path socket = control::default_socket();
-  bool detach = false;                    ///< queue and leave
-  bool accept_travel_risk = false;        ///< play what the rehearsal refuses
   bool local = false;                     ///< in this process
   bool fast = false;                      ///< virtual time
   bool yes = false;                       ///< move a real actuator without asking
   bool allow_non_realtime = false;        ///< run on ordinary scheduling too
-  std::filesystem::path output = "runs";  ///< where the run folder goes
+  std::filesystem::path output = "runs";  ///< with `local`: where the run folder goes
+};
+
+struct RunCommand : DriveOptions {
+  std::string experiment_file = {};
+  std::vector<std::string> further_files = {};  ///< played after it, in order
+  std::optional<std::string> text = {};         ///< of the experiment; none: experiment_file is read
+  bool detach = false;                          ///< queue and leave
+  bool accept_travel_risk = false;              ///< play what the rehearsal refuses
 };
 
 /// Options on the use of a record; an unset member leaves the experiment's value or the default.
@@ -193,27 +197,13 @@ struct LatencyCommand {
 };
 
 /// `eha goto` and `eha jog`: a run whose experiment only moves the rod to a place.
-struct PlaceCommand {
-  std::string where;         ///< a length with its unit
+struct PlaceCommand : DriveOptions {
+  std::string where = {};    ///< a length with its unit
   bool is_relative = false;  ///< to where the rod is
-  std::optional<std::string> rig_file = {};
-  std::filesystem::path socket = control::default_socket();
-  bool local = false;
-  bool fast = false;
-  bool yes = false;
-  bool allow_non_realtime = false;
-  std::filesystem::path output = "runs";
 };
 
-struct CharacteriseCommand {
-  std::optional<std::string> run = {};       ///< shows the sheet of this run; nothing moves
-  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
-  std::filesystem::path socket = control::default_socket();
-  bool local = false;
-  bool fast = false;
-  bool yes = false;
-  bool allow_non_realtime = false;
-  std::filesystem::path output = "runs";
+struct CharacteriseCommand : DriveOptions {
+  std::optional<std::string> run = {};  ///< shows the sheet of this run; nothing moves
 };
 
 struct CalibrateCommand {

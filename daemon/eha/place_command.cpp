@@ -65,17 +65,10 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
                              unit.factor("in") * target_in, unit.of("in")));
   }
   const char* name = command.is_relative ? "jog" : "goto";
-  RunCommand run;
+  RunCommand run{command};
   run.experiment_file = fmt::format("{} {}", name, command.where);
   run.text = fmt::format("schema = 1\nname = \"{}\"\nduration_s = {:g}\n\n[place]\ndisplacement_in = {:.4f}\n", name,
                          kTimeOut_s, target_in);
-  run.rig_file = command.rig_file;
-  run.socket = command.socket;
-  run.local = command.local;
-  run.fast = command.fast;
-  run.yes = command.yes;
-  run.allow_non_realtime = command.allow_non_realtime;
-  run.output = command.output;
   return execute(run, console);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/place_options.hpp"
 
-#include "daemon/eha/service_options.hpp"
+#include "daemon/eha/drive_options.hpp"
 
 namespace eha::cli {
 namespace {
@@ -29,22 +29,13 @@ void add_placing(CLI::App& app, const char* name, const char* help, const char* 
   CLI::App* sub = app.add_subcommand(name, help);
   sub->footer(footer);
   sub->add_option("where", place.where, what)->required()->type_name("LENGTH");
-  CLI::Option* local = sub->add_flag("--local", place.local, "Move the rig in this process instead of through ehad");
-  add_socket_option(*sub, place.socket)->excludes(local);
-  sub->add_option("--rig", place.rig_file, "Rig file (TOML); with --local only")->type_name("RIG")->needs(local);
-  sub->add_flag("--fast", place.fast, "Virtual time: as fast as this machine computes; simulated rigs only");
-  sub->add_option("--output", place.output, "Folder that the run folder is put into (default runs); with --local only")
-      ->type_name("DIR")
-      ->needs(local);
-  sub->add_flag("--yes", place.yes, "Move a real actuator without asking");
-  sub->add_flag("--allow-non-realtime", place.allow_non_realtime,
-                "Move without real-time privileges too, for test benches; with --local only")
-      ->needs(local);
+  add_drive_options(*sub, place);
 }
 
 }  // namespace
 
 void add_place_commands(CLI::App& app, PlaceCommands& commands) {
+  commands.jog.is_relative = true;
   add_placing(app, "goto", "Move the rod slowly to a place", kGotoFooter, "The place, such as 2.95in or 75mm",
               commands.go_to);
   add_placing(app, "jog", "Move the rod a little", kJogFooter, "How far, such as +0.2in or -5mm", commands.jog);

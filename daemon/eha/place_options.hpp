@@ -10,7 +10,7 @@ namespace eha::cli {
 /// `goto` and `jog`.
 struct PlaceCommands {
   PlaceCommand go_to;
-  PlaceCommand jog{.where = {}, .is_relative = true};
+  PlaceCommand jog;
 };
 
 void add_place_commands(CLI::App& app, PlaceCommands& commands);

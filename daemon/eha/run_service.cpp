@@ -53,8 +53,7 @@ void print_answer_of_service(const Json& entry, const Console& console) {
 /// Whether a run measured the valve; false where its folder may not be read.
 bool is_characterisation(const std::string& folder, const Console& console) {
   try {
-    const Json experiment = record::read_manifest(folder).other.value("experiment", Json::object());
-    return experiment.value("characterises", false);
+    return record::purpose_of(record::read_manifest(folder)) == record::Purpose::valve_sheet;
   } catch (const Error& error) {
     console.debug(error.what());
     return false;

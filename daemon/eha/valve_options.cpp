@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/valve_options.hpp"
 
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/service_options.hpp"
 
@@ -42,18 +43,7 @@ void add_characterise(CLI::App& app, CharacteriseCommand& characterise) {
   CLI::App* sub = app.add_subcommand("characterise", "Measure the valve: null, dead band, gains, hysteresis, response");
   sub->footer(kCharacteriseFooter);
   sub->add_option("run", characterise.run, "Run folder of a characterisation: show its sheet again")->type_name("RUN");
-  CLI::Option* local = sub->add_flag("--local", characterise.local, "Move the rig in this process, not through ehad");
-  add_socket_option(*sub, characterise.socket)->excludes(local);
-  sub->add_option("--rig", characterise.rig_file, "Rig file (TOML); with --local only")->type_name("RIG")->needs(local);
-  sub->add_flag("--fast", characterise.fast, "Virtual time: as fast as this machine computes; simulated rigs only");
-  sub->add_option("-o,--output", characterise.output,
-                  "Folder that the run folder is put into (default runs); with --local only")
-      ->type_name("DIR")
-      ->needs(local);
-  sub->add_flag("--yes", characterise.yes, "Move a real actuator without asking");
-  sub->add_flag("--allow-non-realtime", characterise.allow_non_realtime,
-                "Move without real-time privileges too, for test benches; with --local only")
-      ->needs(local);
+  add_drive_options(*sub, characterise);
 }
 
 void add_calibrate(CLI::App& app, CalibrateCommand& calibrate) {

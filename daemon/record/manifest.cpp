@@ -255,6 +255,16 @@ acquisition::Outcome outcome_from_text(std::string_view name, const std::string&
   throw DataError(source + ": \"" + std::string(name) + "\" is no outcome of a run");
 }
 
+Purpose purpose_of(const Manifest& manifest) {
+  const auto found = manifest.other.find("experiment");
+  if (found == manifest.other.end() || !found->is_object()) return Purpose::models;
+  if (const auto sheet = found->find("characterises"); sheet != found->end() && *sheet == true) {
+    return Purpose::valve_sheet;
+  }
+  const auto place = found->find("place_in");
+  return place != found->end() && place->is_number() ? Purpose::placing : Purpose::models;
+}
+
 std::vector<ModelEntry> models_of(const Manifest& manifest) {
   return manifest.identification ? manifest.identification->models : std::vector<ModelEntry>{};
 }

@@ -86,6 +86,12 @@ struct Manifest {
 /// @throws DataError  `name` is no outcome; names `source`
 [[nodiscard]] acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source);
 
+/// What a run was made for.
+enum class Purpose { models, placing, valve_sheet };
+
+/// By the experiment in the manifest; models where it does not tell.
+[[nodiscard]] Purpose purpose_of(const Manifest& manifest);
+
 /// The models that were fitted to the run; none before.
 [[nodiscard]] std::vector<ModelEntry> models_of(const Manifest& manifest);
 

@@ -4,16 +4,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
 #include <string>
 
 #include "core/error.hpp"
 #include "hal/sim/cylinder.hpp"
+#include "hal/sim/sim_rig.hpp"
 
 namespace eha::replay {
 namespace {
 
 constexpr double kMetrePerInch = 0.0254;
 constexpr double kMillimetrePerInch = 25.4;
+constexpr double kNanoseconds = 1e9;
 
 }  // namespace
 
@@ -28,6 +32,27 @@ Eigen::VectorXd displacement_in(const hal::SimOptions& options, const Eigen::Ref
     cylinder.advance(volts[k], hal::Ports::open, step_s);
   }
   return displacement;
+}
+
+ident::Record recorded(const hal::SimOptions& options, const Eigen::Ref<const Eigen::VectorXd>& volts, double step_s,
+                       std::uint64_t seed) {
+  hal::SimOptions seeded = options;
+  seeded.seed = seed;
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(seeded, 0.0);
+  static_cast<void>(rig->set_enable(true));
+  ident::Record record;
+  record.step_s = step_s;
+  record.input.resize(volts.size());
+  record.output.resize(volts.size());
+  for (Eigen::Index k = 0; k < volts.size(); ++k) {
+    hal::RigReading reading;
+    static_cast<void>(rig->read(std::llround(kNanoseconds * step_s * static_cast<double>(k)), reading));
+    record.output[k] = reading.displacement_in;
+    hal::AppliedCommand applied;
+    static_cast<void>(rig->command(volts[k], applied));
+    record.input[k] = applied.applied_V;
+  }
+  return record;
 }
 
 Eigen::VectorXd measured_in(const ident::Record& record) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 #include "hal/sim/sim_options.hpp"
 #include "ident/record.hpp"
@@ -14,6 +15,12 @@ namespace eha::replay {
 /// steps of 50 us some 0.2 s.
 [[nodiscard]] Eigen::VectorXd displacement_in(const hal::SimOptions& options,
                                               const Eigen::Ref<const Eigen::VectorXd>& volts, double step_s);
+
+/// What the simulated rig records of a table of volts, converters and noise included.
+/// @param seed  of the sensor's noise, instead of the options' own
+/// @throws ConfigError  the options make no physical sense   Cost: some 0.2 s for 50 s in steps of 1 ms.
+[[nodiscard]] ident::Record recorded(const hal::SimOptions& options, const Eigen::Ref<const Eigen::VectorXd>& volts,
+                                     double step_s, std::uint64_t seed);
 
 /// The record's output in inches. @throws DataError  the input is not in V, or the output neither in in nor in mm
 [[nodiscard]] Eigen::VectorXd measured_in(const ident::Record& record);

@@ -7,15 +7,14 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "daemon/replay/replay.hpp"
 #include "daemon/replay/twin_parameter.hpp"
-#include "hal/sim/sim_rig.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/excitation/portable_draw.hpp"
 
 namespace eha::replay {
 namespace {
 
-constexpr double kNanoseconds = 1e9;
 /// How far a twin's parameters may lie from the rig's, as shares of them.
 struct Spread {
   const char* key;
@@ -54,27 +53,6 @@ double std_of(const ident::Record& record, const TrialTask& task) {
 }
 
 }  // namespace
-
-ident::Record recorded(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>& volts, double step_s,
-                       std::uint64_t seed) {
-  hal::SimOptions options = twin;
-  options.seed = seed;
-  const std::unique_ptr<hal::Rig> rig = hal::open_rig(options, 0.0);
-  static_cast<void>(rig->set_enable(true));
-  ident::Record record;
-  record.step_s = step_s;
-  record.input.resize(volts.size());
-  record.output.resize(volts.size());
-  for (Eigen::Index k = 0; k < volts.size(); ++k) {
-    hal::RigReading reading;
-    static_cast<void>(rig->read(std::llround(kNanoseconds * step_s * static_cast<double>(k)), reading));
-    record.output[k] = reading.displacement_in;
-    hal::AppliedCommand applied;
-    static_cast<void>(rig->command(volts[k], applied));
-    record.input[k] = applied.applied_V;
-  }
-  return record;
-}
 
 Trial trial(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>& volts, const TrialTask& task,
             const ident::Executor& executor) {

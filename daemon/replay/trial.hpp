@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -10,16 +9,9 @@
 #include "ident/estimation/fit_options.hpp"
 #include "ident/executor.hpp"
 #include "ident/model/model.hpp"
-#include "ident/record.hpp"
 #include "ident/structure/structure_options.hpp"
 
 namespace eha::replay {
-
-/// What the simulated rig records of a table of volts, converters and noise included.
-/// @param seed  of the sensor's noise, instead of the options' own
-/// @throws ConfigError  the options make no physical sense
-[[nodiscard]] ident::Record recorded(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>& volts,
-                                     double step_s, std::uint64_t seed);
 
 /// How a record is to be fitted, and what is wanted of it.
 struct TrialTask {

@@ -6,7 +6,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "hal/sim/sim_rig.hpp"
+#include "daemon/replay/replay.hpp"
+#include "hal/sim/sim_options.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/model/model_output.hpp"
 
@@ -39,21 +40,6 @@ double varied(double value, ident::PortableDraw& draw) {
   return value * (1.0 + kSpread * (2.0 * draw.uniform() - 1.0));
 }
 
-ident::Record played_on(const hal::SimOptions& options, const Eigen::VectorXd& volts) {
-  const auto rig = hal::open_rig(options, 0.0);
-  static_cast<void>(rig->set_enable(true));
-  ident::Record record{.step_s = kStep_s, .input = Eigen::VectorXd(kRows), .output = Eigen::VectorXd(kRows)};
-  for (Eigen::Index k = 0; k < kRows; ++k) {
-    hal::RigReading reading;
-    static_cast<void>(rig->read(k * 1'000'000, reading));
-    record.output[k] = reading.displacement_in;
-    hal::AppliedCommand applied;
-    static_cast<void>(rig->command(volts[k], applied));
-    record.input[k] = applied.applied_V;
-  }
-  return record;
-}
-
 /// @param friction  factor on dry friction
 ident::Record rig_record(std::uint64_t seed, double friction) {
   ident::PortableDraw draw(seed);
@@ -68,7 +54,7 @@ ident::Record rig_record(std::uint64_t seed, double friction) {
     const double dry = varied(friction, draw);
     options.coulomb_friction_N *= dry;
     options.static_friction_N *= dry;
-    ident::Record record = played_on(options, volts);
+    ident::Record record = replay::recorded(options, volts, kStep_s, options.seed);
     const double end_in = options.stroke_mm / 25.4 - kEndMargin_in;
     if (record.output.minCoeff() > kEndMargin_in && record.output.maxCoeff() < end_in) return record;
   }

@@ -151,8 +151,9 @@ TEST_F(Batch, TakesNamesAsTheyAreOrRefusesThem) {
 
 TEST_F(Batch, LeavesOutRunsThatAreForNoModel) {
   fs::create_directories(path("runs") / "20261122T100000Z-goto");
-  folder_->write("runs/20261122T100000Z-goto/run.json",
-                 R"({"experiment": {"place_in": 2.95, "characterises": false}})");
+  folder_->write(
+      "runs/20261122T100000Z-goto/run.json",
+      R"({"schema": "eha-run/1", "outcome": "completed", "experiment": {"place_in": 2.95, "characterises": false}})");
   folder_->write("runs/r1.csv", record_text(1));
   const Ended ended = batch({"batch", "runs", "-o", "runs_out"});
   EXPECT_EQ(ended.code, 0) << ended.err;
