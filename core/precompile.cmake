@@ -23,5 +23,16 @@ function(eha_reuse_precompiled owner folder)
   endforeach()
 endfunction()
 
+# Where EHA_UNITY asks for it, compiles the sources of each folder of a library as one, which share their templates.
+function(eha_compile_by_folder target)
+  get_target_property(sources ${target} SOURCES)
+  get_target_property(root ${target} SOURCE_DIR)
+  foreach(source ${sources})
+    cmake_path(GET source PARENT_PATH folder)
+    set_property(SOURCE ${root}/${source} TARGET_DIRECTORY ${target} PROPERTY UNITY_GROUP ${folder})
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${EHA_UNITY} UNITY_BUILD_MODE GROUP)
+endfunction()
+
 set(EHA_SLOW_HEADERS <algorithm> <array> <chrono> <complex> <filesystem> <fstream> <functional> <future> <limits> <map> <memory>
   <mutex> <optional> <random> <regex> <set> <span> <sstream> <string> <thread> <variant> <vector> <Eigen/Core>)

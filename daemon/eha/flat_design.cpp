@@ -16,11 +16,11 @@
 #include "daemon/eha/odd_random_design.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "ident/design/low_peak_phases.hpp"
+#include "ident/excitation/tone.hpp"
 
 namespace eha::cli {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr int kPeriods = 3;  ///< the first of which is discarded
 
 /// Harmonics of 1 / period, spread evenly over the logarithm of the band, each once.
@@ -58,7 +58,8 @@ std::array<Bounded, 3> bounded_signals(const std::vector<std::size_t>& harmonics
   Eigen::VectorXcd slew(count);
   Eigen::VectorXcd travel(count);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const std::complex<double> s(0.0, kTwoPi * static_cast<double>(harmonics[static_cast<std::size_t>(k)]) / period_s);
+    const std::complex<double> s(
+        0.0, ident::kTwoPi * static_cast<double>(harmonics[static_cast<std::size_t>(k)]) / period_s);
     slew[k] = s;
     travel[k] = room.gain_in_per_V_s / s;
   }

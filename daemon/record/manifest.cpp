@@ -25,7 +25,7 @@ using acquisition::kNanosecondsPerSecond;
 using acquisition::LoopCounters;
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kSchema = "eha-run/1";
+constexpr std::string_view kManifestSchema = "eha-run/1";
 
 // The counters that `eha` shows; the others are in run.json only.
 struct ShownCounter {
@@ -300,8 +300,8 @@ Json to_json(const Manifest& manifest) {
 }
 
 Manifest manifest_from_json(Json document, const std::string& source) {
-  if (!document.is_object() || document.value("schema", Json()) != kSchema) {
-    throw DataError(source + ": not the manifest of a run (schema " + std::string(kSchema) + ")");
+  if (!document.is_object() || document.value("schema", Json()) != kManifestSchema) {
+    throw DataError(source + ": not the manifest of a run (schema " + std::string(kManifestSchema) + ")");
   }
   const Members members(document, source);
   Manifest manifest;
@@ -320,7 +320,7 @@ Manifest manifest_from_json(Json document, const std::string& source) {
 }
 
 Manifest manifest_from_header(const Json& header) {
-  Json document{{"schema", kSchema}, {"outcome", kInProgress}, {"utc_start", nullptr}, {"utc_end", nullptr}};
+  Json document{{"schema", kManifestSchema}, {"outcome", kInProgress}, {"utc_start", nullptr}, {"utc_end", nullptr}};
   for (const auto& [key, value] : header.items()) {
     if (key != "schema") document[key] = value;
   }

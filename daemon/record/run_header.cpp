@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kSchema = "eha-journal/1";
+constexpr const char* kJournalSchema = "eha-journal/1";
 
 Json versions() {
   unsigned major = 0;
@@ -60,7 +60,7 @@ Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
   const bool is_virtual = run.time_base == acquisition::TimeBase::virtual_time;
   const std::optional<std::uint64_t> excitation_seed = ident::seed_of(experiment.excitation);
   const std::optional<std::uint64_t> noise_seed = hal::seed_of(run.rig.backend);
-  Json header{{"schema", kSchema},
+  Json header{{"schema", kJournalSchema},
               {"name", experiment.name},
               {"time_base", is_virtual ? "virtual" : "monotonic"},
               {"sample_period_s", run.rig.realtime.sample_period_s},
@@ -95,7 +95,7 @@ Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
 }
 
 Json header_from_manifest(const Json& manifest) {
-  Json header{{"schema", kSchema}};
+  Json header{{"schema", kJournalSchema}};
   const bool is_virtual = manifest.value("time_base", "") == "virtual";
   for (const auto& [key, value] : manifest.items()) {
     const bool is_of_the_end = key == "outcome" || key == "utc_end" || key == "files" || key == "report" ||

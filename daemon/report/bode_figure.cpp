@@ -18,7 +18,6 @@ constexpr double k95 = 1.96;  // standard errors of a 95 % bound
 constexpr double kLowest_Hz = 0.01;
 constexpr double kHighest_Hz = 10.0;
 constexpr std::size_t kGridPoints = 80;
-constexpr double kDegrees = 180.0 / 3.14159265358979323846;
 
 /// Grows to hold finite values.
 struct Range {

@@ -17,6 +17,9 @@
 
 namespace eha::report {
 
+inline constexpr std::size_t kMostCurves = 2;                       ///< models in one figure
+inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a radian
+
 /// "voltage [V]".
 [[nodiscard]] std::string axis_label(const ident::Channel& channel);
 

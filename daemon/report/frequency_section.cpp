@@ -13,7 +13,6 @@
 namespace eha::report {
 namespace {
 
-constexpr std::size_t kMostCurves = 2;
 constexpr double kClose_dB = 1.0;
 constexpr double kClose_deg = 7.0;
 constexpr double kMuchDistortion_dB = -30.0;

@@ -15,7 +15,6 @@ namespace eha::report {
 namespace {
 
 constexpr std::size_t kMostPlots = 2;
-constexpr double kDegrees = 180.0 / 3.14159265358979323846;
 constexpr double kSlow = 2.0;  // time constants of a pole that a record of that many durations shows
 constexpr double kSmallMargin_rad = 0.1;
 

@@ -11,7 +11,6 @@
 namespace eha::report {
 namespace {
 
-constexpr std::size_t kMostCurves = 2;       // models in one plot
 constexpr double kMuchLarger = 1.5;          // error of the unseen part over that of the other one
 constexpr double kNotCentred = 0.7;          // mean error of the unseen part over its RMS value
 constexpr double kNegligible_percent = 2.0;  // largest error, of the measured range

@@ -7,20 +7,19 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "core/error.hpp"
 #include "ident/design/known_model.hpp"
 #include "ident/design/tone_powers.hpp"
 #include "ident/excitation/portable_draw.hpp"
+#include "ident/excitation/tone.hpp"
 #include "ident/model/output_derivatives.hpp"
 #include "ident/uncertainty/covariance.hpp"
 
 namespace eha::ident {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr std::size_t kGridTones = 40;
 constexpr double kPassband = 0.45;  // of the compared samples' Nyquist frequency; the filter is flat below half of it
 constexpr double kVoltageMargin = 0.97;  // of the limits, for rounding

@@ -8,9 +8,9 @@
 #include <complex>
 #include <limits>
 #include <nlopt.hpp>
-#include <numbers>
 
 #include "ident/excitation/portable_draw.hpp"
+#include "ident/excitation/tone.hpp"
 #include "ident/signal/fft.hpp"
 
 namespace eha::ident {
@@ -18,7 +18,6 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr std::array<double, 5> kNorms{4.0, 8.0, 16.0, 32.0, 64.0};
 constexpr std::size_t kPointsWhileSearching = 8;  ///< in the shortest period
 constexpr std::size_t kPointsAtTheEnd = 32;

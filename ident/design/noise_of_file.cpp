@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <vector>
+
+#include "ident/excitation/tone.hpp"
 
 namespace eha::ident {
 
@@ -80,7 +81,7 @@ ResidualModel white_residual(const StoredNoise& noise, Eigen::Index rows) {
 double noise_power(const StoredNoise& noise, double frequency_Hz) {
   std::complex<double> filter = 1.0;
   for (Eigen::Index j = 0; j < noise.model.coefficients.size(); ++j) {
-    const double turn = -2.0 * std::numbers::pi * frequency_Hz * noise.compared_step_s * static_cast<double>(j + 1);
+    const double turn = -kTwoPi * frequency_Hz * noise.compared_step_s * static_cast<double>(j + 1);
     filter -= noise.model.coefficients[j] * std::polar(1.0, turn);
   }
   return noise.model.variance / std::norm(filter);

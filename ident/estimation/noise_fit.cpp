@@ -16,7 +16,7 @@ namespace {
 constexpr int kRounds = 2;
 constexpr double kGreatestLoss = 1.5;  // of a standard error
 constexpr double kManySamples = 1e9;
-constexpr Eigen::Index kFewestRows = 10 * kHighestAutoregression;
+constexpr Eigen::Index kFewestSamples = 10 * kHighestAutoregression;
 
 /// Of AR-BIC, the part that a refit with the same parameters changes.
 double noise_information(const Eigen::VectorXd& residual) {
@@ -46,7 +46,7 @@ Eigen::VectorXd stated_errors(const Eigen::MatrixXd& seen, const Eigen::VectorXd
 
 std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, const LocalOptimum& plain,
                                              double most_cost, std::size_t& evaluations) {
-  if (compared.measured().size() < kFewestRows) return {};
+  if (compared.measured().size() < kFewestSamples) return {};
   const OutputError problem(compared, plain.parametrisation, plain.variant.linear);
   std::vector<ParameterKey> parameters;
   Eigen::VectorXd residual = plain.best.point.residual;

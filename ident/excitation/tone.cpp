@@ -3,12 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace eha::ident {
 
 void add_tone(const Tone& tone, double step_s, Eigen::VectorXd& table_V) {
-  constexpr double kTwoPi = 2.0 * std::numbers::pi;
   for (Eigen::Index k = 0; k < table_V.size(); ++k) {
     const double time_s = static_cast<double>(k) * step_s;
     table_V(k) += tone.amplitude_V * std::cos(kTwoPi * tone.frequency_Hz * time_s + tone.phase_rad);

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "core/keys.hpp"
 
 namespace eha::ident {
+
+inline constexpr double kTwoPi = 2.0 * std::numbers::pi;  ///< angle of one period [rad]
 
 /// One cosine amplitude_V cos(2 pi frequency_Hz t + phase_rad).
 struct Tone {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kChance = 2.0;  // standard errors above which a difference of powers is more than chance
 constexpr std::size_t kFewestRealisations = 2;
-constexpr std::size_t kFewestPeriods = 3;
+constexpr std::size_t kFewestPeriodsOfEach = 3;
 
 double power_of(double level_dB) { return std::pow(10.0, level_dB / 10.0); }
 double level_of(double power) { return 10.0 * std::log10(power); }
@@ -45,9 +45,9 @@ std::optional<double> beyond_noise_dB(double power, const Powers& powers, double
 
 FrequencyResponse measure_realisations(const Record& record, const RealisationRows& rows,
                                        const std::vector<double>& lines_Hz) {
-  if (rows.count < kFewestRealisations || rows.periods < kFewestPeriods) {
+  if (rows.count < kFewestRealisations || rows.periods < kFewestPeriodsOfEach) {
     throw DataError(fmt::format("realisations: expected at least {} of at least {} periods each, got {} of {}",
-                                kFewestRealisations, kFewestPeriods, rows.count, rows.periods));
+                                kFewestRealisations, kFewestPeriodsOfEach, rows.count, rows.periods));
   }
   const std::size_t each = rows.length * rows.periods;
   std::vector<FrequencyResponse> all;

@@ -13,7 +13,6 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kInterval95 = 1.96;
 constexpr double kPi = std::numbers::pi;
 /// A natural frequency known worse than this share is not claimed.
 constexpr double kWorstShare = 0.25;

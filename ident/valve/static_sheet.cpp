@@ -15,7 +15,6 @@ namespace eha::ident {
 namespace {
 
 constexpr double kBlock_s = 0.2;
-constexpr double kInterval95 = 1.96;
 /// A block whose command turns has less than this of its range between the means of its halves; a ramp has a half.
 constexpr double kRampShare = 0.4;
 constexpr double kFirstShare = 0.3;     // of the greatest speed, beyond which the first line is drawn
