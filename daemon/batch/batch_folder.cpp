@@ -5,7 +5,12 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 
+#include <cerrno>
+#include <chrono>
+#include <map>
+#include <string_view>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "core/error.hpp"
@@ -19,11 +24,17 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kManifestFile = "batch.json";
+constexpr const char* kNextManifestFile = "batch.next.json";
 constexpr const char* kRecords = "records";
 constexpr const char* kWork = "work";
+constexpr const char* kRenumbered = "renumbered";
+constexpr const char* kListLock = "list.lock";
 constexpr const char* kResultFile = "result.json";
 constexpr const char* kSchema = "eha-batch/1";
 constexpr const char* kResultSchema = "eha-batch-record/1";
+// Others replace the list in much less, and parts that start together take turns.
+constexpr auto kPatience = std::chrono::seconds(3);
+constexpr auto kTurn = std::chrono::milliseconds(20);
 
 std::string text_of(const Batch& batch) {
   Json records = Json::array();
@@ -61,16 +72,22 @@ Batch read_batch(const fs::path& path) {
   });
 }
 
-/// The difference of two batches in one sentence; empty for none.
+/// The difference of two batches' rules in one sentence; empty for none.
+std::string difference(const Rules& there, const Rules& here) {
+  if (there.version != here.version) {
+    return fmt::format("it was begun by eha {}, this is {}", there.version, here.version);
+  }
+  if (there.options != here.options) {
+    return fmt::format("its options of `eha fit` were \"{}\", now they are \"{}\"", fmt::join(there.options, " "),
+                       fmt::join(here.options, " "));
+  }
+  if (there.contents != here.contents) return "a file that its options name has changed";
+  return {};
+}
+
+/// The same of whole batches.
 std::string difference(const Batch& there, const Batch& here) {
-  if (there.rules.version != here.rules.version) {
-    return fmt::format("it was begun by eha {}, this is {}", there.rules.version, here.rules.version);
-  }
-  if (there.rules.options != here.rules.options) {
-    return fmt::format("its options of `eha fit` were \"{}\", now they are \"{}\"", fmt::join(there.rules.options, " "),
-                       fmt::join(here.rules.options, " "));
-  }
-  if (there.rules.contents != here.rules.contents) return "a file that its options name has changed";
+  if (std::string rules = difference(there.rules, here.rules); !rules.empty()) return rules;
   if (there.records.size() != here.records.size()) {
     return fmt::format("it has {} records, now there are {}", there.records.size(), here.records.size());
   }
@@ -81,6 +98,44 @@ std::string difference(const Batch& there, const Batch& here) {
     if (there.records[i] != here.records[i]) return fmt::format("{} has changed", here.records[i].source);
   }
   return {};
+}
+
+/// Records by their source.
+std::map<std::string_view, const Record*> by_source(const std::vector<Record>& records) {
+  std::map<std::string_view, const Record*> found;
+  for (const Record& record : records) found.emplace(record.source, &record);
+  return found;
+}
+
+/// Why a batch cannot take the place of the one that is there, which all its records would have to be in; empty if it
+/// can.
+std::string obstacle(const Batch& there, const Batch& here) {
+  if (std::string rules = difference(there.rules, here.rules); !rules.empty()) return rules;
+  const auto named = by_source(here.records);
+  for (const Record& record : there.records) {
+    const auto found = named.find(record.source);
+    if (found == named.end()) {
+      return fmt::format("it has {} records, now there are {}, without {}; records are added by naming all of them",
+                         there.records.size(), here.records.size(), record.source);
+    }
+    if (found->second->sha256 != record.sha256) return fmt::format("{} has changed", record.source);
+  }
+  return {};
+}
+
+void move(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::rename(from, to, error);
+  if (error) os::throw_system_error("move", from, error.value());
+}
+
+/// flock(2). @returns false  another process has the lock, and the operation says not to wait
+bool lock(const os::FileDescriptor& file, int operation, const fs::path& path) {
+  while (flock(file.get(), operation) != 0) {
+    if (errno == EWOULDBLOCK) return false;
+    if (errno != EINTR) os::throw_system_error("lock", path, errno);
+  }
+  return true;
 }
 
 }  // namespace
@@ -98,21 +153,80 @@ Rules rules_of(std::vector<std::string> options) {
 
 BatchFolder::BatchFolder(fs::path path, Batch batch) : path_(std::move(path)), batch_(std::move(batch)) {
   os::create_folders(path_ / kRecords);
-  const fs::path manifest = path_ / kManifestFile;
-  if (!fs::exists(manifest)) {
-    os::write_file_atomically(manifest, text_of(batch_));
-    return;
-  }
-  const std::string other = difference(read_batch(manifest), batch_);
-  if (other.empty()) return;
-  throw UsageError(fmt::format("{} holds another batch: {}; choose another folder with -o", path_.string(), other));
+  hold_list();
 }
 
 BatchFolder::BatchFolder(fs::path path) : path_(std::move(path)) {
   if (!fs::exists(path_ / kManifestFile)) {
     throw DataError(fmt::format("{}: no batch: it has no {}", path_.string(), kManifestFile));
   }
+  if (is_replacing()) {
+    batch_ = read_batch(fs::exists(path_ / kNextManifestFile) ? path_ / kNextManifestFile : path_ / kManifestFile);
+    hold_list();
+  }
   batch_ = read_batch(path_ / kManifestFile);
+}
+
+void BatchFolder::hold_list() {
+  os::create_folders(path_ / kWork);
+  const fs::path file = path_ / kWork / kListLock;
+  list_lock_ = os::open_file(file, O_RDWR | O_CREAT);
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (true) {
+    lock(list_lock_, LOCK_SH, file);
+    if (has_list()) return;
+    // Two that both kept the shared lock would wait for each other.
+    lock(list_lock_, LOCK_UN, file);
+    if (lock(list_lock_, LOCK_EX | LOCK_NB, file)) {
+      finish_replacing();
+      if (!has_list()) replace_list();
+    } else if (std::chrono::steady_clock::now() > end) {
+      throw UsageError(
+          fmt::format("{}: another process works on this batch; name more records when it has ended", path_.string()));
+    } else {
+      std::this_thread::sleep_for(kTurn);
+    }
+  }
+}
+
+bool BatchFolder::has_list() const {
+  if (is_replacing() || !fs::exists(path_ / kManifestFile)) return false;
+  const Batch there = read_batch(path_ / kManifestFile);
+  if (const std::string other = obstacle(there, batch_); !other.empty()) {
+    throw UsageError(fmt::format("{} holds another batch: {}; choose another folder with -o", path_.string(), other));
+  }
+  return there.records == batch_.records;
+}
+
+void BatchFolder::replace_list() const {
+  const bool is_new = !fs::exists(path_ / kManifestFile);
+  os::write_file_atomically(path_ / (is_new ? kManifestFile : kNextManifestFile), text_of(batch_));
+  finish_replacing();
+}
+
+bool BatchFolder::is_replacing() const {
+  return fs::exists(path_ / kNextManifestFile) || fs::exists(path_ / kWork / kRenumbered);
+}
+
+void BatchFolder::finish_replacing() const {
+  const fs::path aside = path_ / kWork / kRenumbered;
+  if (fs::exists(path_ / kNextManifestFile)) {
+    // No result has an ID of the new list yet, so that a result which is there has one of the old list.
+    const Batch next = read_batch(path_ / kNextManifestFile);
+    const auto named = by_source(next.records);
+    os::create_folders(aside);
+    for (const Record& record : read_batch(path_ / kManifestFile).records) {
+      const std::string& id = named.at(record.source)->id;
+      const fs::path from = path_ / kRecords / record.id;
+      if (id != record.id && fs::exists(from)) move(from, aside / id);
+    }
+    move(path_ / kNextManifestFile, path_ / kManifestFile);
+  }
+  if (!fs::exists(aside)) return;
+  std::vector<fs::path> results;
+  for (const fs::directory_entry& result : fs::directory_iterator(aside)) results.push_back(result.path());
+  for (const fs::path& result : results) move(result, path_ / kRecords / result.filename());
+  fs::remove(aside);
 }
 
 void BatchFolder::claim(const Shard& shard) {
@@ -155,9 +269,7 @@ void BatchFolder::publish(const Record& record, const Result& result) const {
   const fs::path folder = work_ / record.id;
   // A message may be cut within a character.
   os::write_file_atomically(folder / kResultFile, document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-  std::error_code error;
-  fs::rename(folder, path_ / kRecords / record.id, error);
-  if (error) os::throw_system_error("move", folder, error.value());
+  move(folder, path_ / kRecords / record.id);
 }
 
 std::optional<Result> BatchFolder::result(const Record& record) const {

@@ -13,13 +13,15 @@
 
 // The folder of a batch:
 //
-//   batch.json               the rules and the list of records; written first, and never changed
+//   batch.json               the rules and the list of records; written first
+//   batch.next.json          the longer list that is taking the place of batch.json
 //   records/ID/result.json   what became of a record, its models in records/ID/models; appears complete or not at all
-//   work/                    records in progress
+//   work/                    records in progress; in renumbered/ results whose ID the longer list changed
 //   table.csv, table.json    written at the end
 //   report.html              written at the end
 //
-// Every part of a batch (--shard) writes the same batch.json, so that parts may share a folder.
+// Every part of a batch (--shard) writes the same batch.json, so that parts may share a folder. A process keeps a
+// shared lock on work/list.lock; who changes the list has an exclusive one.
 
 namespace eha::batch {
 
@@ -61,8 +63,10 @@ struct Shard {
 /// A batch's folder. Not thread-safe; several processes may use one folder, each for a shard of its own.
 class BatchFolder {
  public:
-  /// Creates the folder and batch.json, or continues the batch that is there.
-  /// @throws UsageError  the folder holds another batch: the message names the difference
+  /// Creates the folder and batch.json, or continues the batch that is there. A list that holds all its records and new
+  /// ones takes the place of the old list; results stay and get the IDs of the new one, also after a kill in between.
+  /// @throws UsageError  the folder holds another batch: the message names the difference; or the list is a longer one
+  /// and another process works on the batch
   /// @throws IoError, PermissionError
   BatchFolder(std::filesystem::path path, Batch batch);
   /// Opens the batch that is there. @throws DataError  no batch, or damaged; IoError, PermissionError
@@ -91,9 +95,21 @@ class BatchFolder {
   void take_from(const BatchFolder& part) const;
 
  private:
+  /// Makes batch_ the folder's list, where it is not, and keeps others from changing it.
+  void hold_list();
+  /// Whether batch_ is the folder's list. @throws UsageError  that is of another batch
+  [[nodiscard]] bool has_list() const;
+  /// Puts batch_ in the place of the folder's list, and each result under the ID that it has there.
+  void replace_list() const;
+  /// Whether somebody was killed who replaced the list.
+  [[nodiscard]] bool is_replacing() const;
+  /// Goes on with it.
+  void finish_replacing() const;
+
   std::filesystem::path path_;
   Batch batch_;
   std::filesystem::path work_;
+  os::FileDescriptor list_lock_;
   os::FileDescriptor lock_;
 };
 

@@ -96,6 +96,21 @@ TEST_F(Batch, GoesOnWhereItWasKilled) {
   }
 }
 
+TEST_F(Batch, TakesMoreRecordsAndGivesTheTableOfAFreshOne) {
+  // Some of the middle and the last are missing at first.
+  folder_->write("some.list", "records/r11.csv\nrecords/r13.csv\nrecords/r14.csv\nrecords/r19.csv\n");
+  ASSERT_EQ(batch({"batch", "some.list", "-o", "grown"}).code, 0);
+  const auto written_at = [](const std::string& id) {
+    return fs::last_write_time(path("grown") / "records" / id / "result.json");
+  };
+  const auto before = written_at("0004-r19");
+  const Ended ended = batch({"batch", "records", "-o", "grown"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(table("grown"), table("whole"));
+  EXPECT_EQ(written_at("0009-r19"), before) << "fitted again";
+  EXPECT_EQ(results("grown"), kRecords);
+}
+
 TEST_F(Batch, EndsAtCtrlCAndSaysHowToGoOn) {
   const Ended ended = interrupt_eha(
       with_fit({"batch", "records", "-o", "stopped", "--jobs", "1"}), folder_->path(),
@@ -185,7 +200,8 @@ TEST_F(Batch, RefusesAnotherBatchInItsFolderAndWrongOptions) {
     EXPECT_NE(ended.err.find(text), std::string::npos) << ended.err;
   };
   refused({"batch", "records", "-o", "whole", "--", "--model", "io"}, 2, "holds another batch: its options");
-  refused(with_fit({"batch", "records/r11.csv", "-o", "whole"}), 2, "it has 12 records, now there are 1");
+  refused(with_fit({"batch", "records/r11.csv", "-o", "whole"}), 2,
+          "it has 12 records, now there are 1, without records/r12.csv");
   refused({"batch", "records", "-o", "new", "--", "--modle", "io"}, 2, "after --:");
   refused({"batch", "records", "-o", "new", "--", "-o", "x"}, 2, "the batch sets this option itself");
   refused({"batch", "records", "-o", "new", "--shard", "4/3"}, 2, "expected I/N");
