@@ -133,8 +133,8 @@ std::string lead_of(const Table& table, std::size_t failed) {
     if (row.outliers.empty()) continue;
     if (++apart > kMostNamed) continue;
     for (const Outlier& one : row.outliers) {
-      sentences.push_back(fmt::format("{} lies apart: {} is {:.4g}, the median of all {:.4g} ± {:.2g}.", row.record.id,
-                                      one.parameter, one.value, one.median, one.half_width));
+      sentences.push_back(fmt::format("{} lies apart: {} is {:.4g}, more than {:.2g} from the median of all, {:.4g}.",
+                                      row.record.id, one.parameter, one.value, one.half_width, one.median));
     }
   }
   if (apart > kMostNamed) sentences.push_back(fmt::format("{} more lie apart, see the table.", apart - kMostNamed));

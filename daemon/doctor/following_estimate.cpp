@@ -20,6 +20,7 @@ constexpr double kFilter_s = 0.05;   // of the following check
 constexpr double kSpacing_s = 0.01;  // of the filtered samples that are kept
 constexpr std::size_t kWindow = 10;  // samples in a window: 0.1 s
 constexpr std::size_t kParts = 10;   // of the jackknife
+constexpr double kHalf95 = 2.262;    // half a 95 % interval over a standard error, Student's with kParts - 1
 constexpr double kDeadBandMargin_V = 0.05;
 constexpr double kGreatestNullError_V = 0.03;
 constexpr double kLeastOutside_s = 0.5;
@@ -201,7 +202,7 @@ FollowingEstimate estimate_following(std::span<const double> input, std::span<co
   }
   estimate.null_error_V = null_error(motion, valve);
   if (estimate.null_error_V > kGreatestNullError_V) {
-    refuse(fmt::format("it gives the null as {:.3f} V +- {:.3f} V, {} V are needed", valve.null_V,
+    refuse(fmt::format("it gives the null as {:.3f} V with a standard error of {:.3f} V, {} V are needed", valve.null_V,
                        estimate.null_error_V, kGreatestNullError_V));
   }
   estimate.following.gain_positive_in_per_V_s = 0.5 * valve.gain[0];
@@ -218,12 +219,13 @@ std::string to_rig_lines(const FollowingEstimate& estimate) {
       "[following]\n"
       "gain_positive_in_per_V_s = {:.4g}  # half of the measured {:.4g}\n"
       "gain_negative_in_per_V_s = {:.4g}  # half of the measured {:.4g}\n"
-      "null_V = {:.3f}  # +- {:.3f}\n"
+      "null_V = {:.3f}  # +- {:.3f}, half a 95 % interval\n"
       "dead_band_V = {:.3f}  # measured {:.3f}, and {:g} for what varies\n"
       "limit_in = {:g}  # this run came to {:.0f} % of it\n",
       following.gain_positive_in_per_V_s, estimate.gain_in_per_V_s[0], following.gain_negative_in_per_V_s,
-      estimate.gain_in_per_V_s[1], following.null_V, estimate.null_error_V, following.dead_band_V, estimate.dead_band_V,
-      kDeadBandMargin_V, following.limit_in, 100.0 * std::max(estimate.peak_missing, estimate.peak_excess));
+      estimate.gain_in_per_V_s[1], following.null_V, kHalf95 * estimate.null_error_V, following.dead_band_V,
+      estimate.dead_band_V, kDeadBandMargin_V, following.limit_in,
+      100.0 * std::max(estimate.peak_missing, estimate.peak_excess));
 }
 
 }  // namespace eha::doctor

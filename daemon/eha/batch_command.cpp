@@ -44,8 +44,8 @@ void require_fit_options(const std::vector<std::string>& options) {
 std::string outliers_of(const batch::Row& row) {
   std::string text;
   for (const batch::Outlier& one : row.outliers) {
-    text += fmt::format("{}{} {:.4g}, median {:.4g} +- {:.2g}", text.empty() ? "" : "; ", one.parameter, one.value,
-                        one.median, one.half_width);
+    text += fmt::format("{}{} {:.4g}, more than {:.2g} from the median {:.4g}", text.empty() ? "" : "; ", one.parameter,
+                        one.value, one.half_width, one.median);
   }
   return text;
 }

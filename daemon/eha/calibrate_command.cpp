@@ -159,8 +159,11 @@ void write_new(const fs::path& path, const std::string& text) {
 
 void report(const std::vector<CalibrationPoint>& points, const Calibration& found, double tolerance_in,
             const Console& console) {
-  std::string text = fmt::format("displacement_in = {:.6g} + {:.6g} V   (scale +- {:.2g} in/V, offset +- {:.2g} in)\n",
-                                 found.offset_in, found.scale_in_per_V, found.scale_std, found.offset_std);
+  std::string text = fmt::format(
+      "displacement_in = {:.6g} + {:.6g} V   (scale +- {:.2g} in/V, offset +- {:.2g} in; +- is "
+      "half a 95 % interval)\n",
+      found.offset_in, found.scale_in_per_V, found.interval_factor * found.scale_std,
+      found.interval_factor * found.offset_std);
   text += fmt::format("  {:>12}  {:>10}  {:>12}\n", "position in", "sensor V", "residual in");
   for (std::size_t i = 0; i < points.size(); ++i) {
     text += fmt::format("  {:>12.4f}  {:>10.4f}  {:>+12.4f}\n", points[i].position_in, points[i].voltage_V,

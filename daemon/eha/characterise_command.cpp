@@ -37,7 +37,7 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
   console.print(sheet::sheet_text(run, unit));
   console.print("For the rig file (a running ehad takes it by eha disarm, then eha reload):\n\n" +
                 sheet::rig_lines(run));
-  console.print("For experiment files:\n\n" + sheet::experiment_lines(run));
+  console.print("\nFor experiment files:\n\n" + sheet::experiment_lines(run));
   if (run.sheet.null_V.half_width > kWantedNull_V) {
     console.warning(fmt::format(
         "the null is known to +-{:.3f} V only, and the following check wants {:g} V: with so much leakage or "

@@ -30,12 +30,12 @@ std::string with_unit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
 
-/// "dead_band moved by 0.1 +- 0.003 V (0.148 to 0.248)"
+/// "dead_band moved by 0.1 V, joint +- 0.003 V (0.148 to 0.248)"
 std::string sentence(const ParameterChange& p, const ident::Model& model) {
-  return fmt::format(
-      "{} moved by {} ({:.4g} to {:.4g})", p.name,
-      with_unit(fmt::format("{:.3g} +- {:.2g}", p.after - p.before, p.half_width), ident::unit_of(p.role, model)),
-      p.before, p.after);
+  const std::string unit = ident::unit_of(p.role, model);
+  return fmt::format("{} moved by {}, joint +- {} ({:.4g} to {:.4g})", p.name,
+                     with_unit(fmt::format("{:.3g}", p.after - p.before), unit),
+                     with_unit(fmt::format("{:.2g}", p.half_width), unit), p.before, p.after);
 }
 
 Json to_json(const ident::PlantChange& change, const ident::Model& model) {
@@ -74,7 +74,7 @@ std::string table_of(const ident::PlantChange& change, const ident::Model& model
                      {"before", Align::right},
                      {"after", Align::right},
                      {"difference", Align::right},
-                     {"+-", Align::right},
+                     {"joint +-", Align::right},
                      {"unit"},
                      {"changed"}},
                     rows);
@@ -189,8 +189,9 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   out.findings.sentences.push_back(
       fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
-  out.text += fmt::format("+-: joint interval; at most {:g} % false alarms for all parameters and runs together\n",
-                          100.0 * identify::kFalseAlarm);
+  out.text += fmt::format(
+      "joint +-: half of the joint interval; at most {:g} % false alarms for all parameters and runs together\n",
+      100.0 * identify::kFalseAlarm);
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", identify::kFalseAlarm},

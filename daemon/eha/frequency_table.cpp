@@ -15,9 +15,12 @@ namespace eha::cli {
 namespace {
 
 constexpr std::size_t kMostRows = 40;
+constexpr double kHalf95 = 1.96;  // half a 95 % interval over a standard error
 
 std::string cell(const std::optional<double>& level_dB) { return level_dB ? fmt::format("{:.1f}", *level_dB) : "-"; }
-std::string std_cell(const std::optional<double>& std) { return std ? fmt::format("{:.2g}", *std) : "-"; }
+std::string half_width_cell(const std::optional<double>& std) {
+  return std ? fmt::format("{:.2g}", kHalf95 * *std) : "-";
+}
 
 nlohmann::ordered_json number_or_null(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
@@ -85,9 +88,9 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
     if (measured.levels) cells.back().push_back(cell(row.line->distortion_dB));
     for (const identify::GainAndPhase& model : row.models) {
       cells.back().push_back(fmt::format("{:.2f}", model.gain_dB + shift_dB));
-      cells.back().push_back(std_cell(model.gain_std_dB));
+      cells.back().push_back(half_width_cell(model.gain_std_dB));
       cells.back().push_back(fmt::format("{:.1f}", model.phase_deg));
-      cells.back().push_back(std_cell(model.phase_std_deg));
+      cells.back().push_back(half_width_cell(model.phase_std_deg));
     }
   }
   std::string text = summary(measured, unit.of(output_unit), factor);
@@ -95,7 +98,7 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
   text += fmt::format(
       "std: of the gain, by noise {}; even, odd: distortion beside the line, below its output; noise: the same of "
       "noise "
-      "alone; {}+-: standard error\n",
+      "alone; {}+-: half a 95 % interval\n",
       measured.levels ? "and distortion" : "alone", measured.levels ? "dist.: distortion at the line; " : "");
   for (const identify::IdentifiedModel& identified : models) text += bounds_of_the_linear_part(identified.result.model);
   if (every > 1)

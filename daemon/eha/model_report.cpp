@@ -11,6 +11,7 @@
 
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/usable_band.hpp"
 
@@ -32,16 +33,6 @@ std::string formula_of(const ident::StructureOptions& asked) {
   return formula;
 }
 
-/// A value with the digits that its standard error justifies.
-std::string with_error(const ParameterEstimate& parameter) {
-  // The paper's procedure gives no standard errors.
-  if (parameter.fixed || std::abs(parameter.std) <= 0.0) return fmt::format("{:.6g}", parameter.value);
-  if (!std::isfinite(parameter.std)) return fmt::format("{:.4g} +- ?", parameter.value);
-  if (parameter.std > std::abs(parameter.value)) return fmt::format("{:.3g} +- {:.2g}", parameter.value, parameter.std);
-  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(parameter.std))), 0, 9);
-  return fmt::format("{:.{}f} +- {:.{}f}", parameter.value, decimals, parameter.std, decimals);
-}
-
 std::string orders_text(const Model& model, const ident::Structure& structure) {
   std::vector<std::string> parts;
   for (const ParameterEstimate& parameter : model.parameters) {
@@ -49,14 +40,14 @@ std::string orders_text(const Model& model, const ident::Structure& structure) {
     if (!is_order(parameter.role) || has_finite_state(structure)) continue;
     const bool is_numerator = parameter.role == ident::ParameterRole::numerator_order;
     if (is_numerator && parameter.fixed && !(parameter.value > 0.0)) continue;
-    parts.push_back(fmt::format("{} {}", parameter.name, with_error(parameter)));
+    parts.push_back(fmt::format("{} {}", parameter.name, ident::with_interval(parameter)));
   }
   if (parts.empty()) {
     for (const ident::Term& term : model.transfer_function.denominator) parts.push_back(fmt::format("{}", term.order));
   }
   for (const ParameterEstimate& parameter : model.parameters) {
     if (parameter.role == ident::ParameterRole::delay && (!parameter.fixed || parameter.value > 0.0)) {
-      parts.push_back(fmt::format("delay {} s", with_error(parameter)));
+      parts.push_back(fmt::format("delay {} s", ident::with_interval(parameter)));
     }
   }
   return fmt::format("{}", fmt::join(parts, ", "));
@@ -89,12 +80,12 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
   return row;
 }
 
-/// The map's values, with their standard errors where the model lists them.
+/// The map's values, with their intervals where the model lists them.
 std::string input_map_text(const Model& model) {
   const auto text = [&](ident::ParameterRole role, double value) {
     const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                  [&](const ParameterEstimate& parameter) { return parameter.role == role; });
-    return at == model.parameters.end() ? fmt::format("{:.4g}", value) : with_error(*at);
+    return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at);
   };
   const ident::ValveMap& map = *model.input_map;
   return fmt::format(", behind a valve: null {} {}, dead band {} {}, negative gain ratio {}",
@@ -153,15 +144,18 @@ std::string model_report(const std::vector<IdentifiedModel>& models, const std::
                                ? "MSE"
                                : fmt::format("MSE {}^2", models.front().result.model.output_unit);
   const std::vector<Column> columns{
-      {"model", Align::left},   {"structure", Align::left}, {"orders +- std", Align::left}, {"est. R2 %", Align::right},
-      {unit, Align::right},     {"fit %", Align::right},    {"val. R2 %", Align::right},    {unit, Align::right},
-      {"fit %", Align::right},  {"re. R2 %", Align::right}, {"fit %", Align::right},        {"stable", Align::left},
-      {"verdict", Align::left}, {"s", Align::right}};
+      {"model", Align::left},      {"structure", Align::left}, {"orders +- 95 %", Align::left},
+      {"est. R2 %", Align::right}, {unit, Align::right},       {"fit %", Align::right},
+      {"val. R2 %", Align::right}, {unit, Align::right},       {"fit %", Align::right},
+      {"re. R2 %", Align::right},  {"fit %", Align::right},    {"stable", Align::left},
+      {"verdict", Align::left},    {"s", Align::right}};
   std::vector<std::vector<std::string>> rows;
   for (const IdentifiedModel& identified : models) rows.push_back(row_for(identified, ""));
   for (const IdentifiedModel& identified : paper) rows.push_back(row_for(identified, " (paper)"));
   std::string text = text_table(columns, rows);
-  text += "est.: estimation part; val.: validation part, offset kept; re.: validation part, offset re-estimated\n\n";
+  text +=
+      "+-: half a 95 % interval; est.: estimation part; val.: validation part, offset kept; re.: validation part, "
+      "offset re-estimated\n\n";
   for (const IdentifiedModel& identified : models) text += notes_on(identified, "");
   for (const IdentifiedModel& identified : paper) text += notes_on(identified, " (paper)");
   return text;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/next_command.hpp"
 
+#include <system_error>
+
 #include "daemon/control/client.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/report/report.hpp"
 
 namespace eha::cli {
 
@@ -37,6 +40,12 @@ std::string simulated_run(const std::string& experiment, const std::optional<std
   run.fast = true;
   run.rig_file = rig_file;
   return again(run, experiment);
+}
+
+std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise) {
+  const std::filesystem::path page = folder / report::kReportFile;
+  std::error_code ignored;
+  return std::filesystem::exists(page, ignored) ? "xdg-open " + shell_word(page.string()) : otherwise;
 }
 
 }  // namespace eha::cli

@@ -21,4 +21,7 @@ struct RunCommand;
 /// `eha run EXPERIMENT --local --fast`, on this rig file.
 [[nodiscard]] std::string simulated_run(const std::string& experiment, const std::optional<std::string>& rig_file);
 
+/// What opens the report of a run; `otherwise` where it has none.
+[[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);
+
 }  // namespace eha::cli

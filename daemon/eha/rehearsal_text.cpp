@@ -65,6 +65,15 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
   console.warning(fmt::format("{}; {}", found, remedy));
 }
 
+void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
+                           const std::string& experiment_file, const Console& console) {
+  if (rig.limits.following || !experiment.is_fitted()) return;
+  console.warning(fmt::format(
+      "{}: not rehearsed, because {} has no [following]: whether the rod reaches a limit is not known; play "
+      "`eha characterise` first, and put its lines into the rig file",
+      experiment_file, rig.file_name));
+}
+
 void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,
                       const std::string& experiment_file, TravelRisk risk, const Console& console) {
   if (rehearsal) console.info(fmt::format("{}: {}", experiment_file, sentence_on(*rehearsal, rig, console)));

@@ -30,6 +30,10 @@ enum class TravelRisk { refuse, accept };
 void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
                   const Console& console);
 
+/// Warns of an experiment that cannot be rehearsed, because the rig file has no [following].
+void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
+                           const std::string& experiment_file, const Console& console);
+
 /// Says what the rehearsal found and judges it, before a run. @throws ConfigError  as judge_travel
 void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,
                       const std::string& experiment_file, TravelRisk risk, const Console& console);

@@ -159,7 +159,8 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   print_identification(identification, written,
                        {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, unit, console);
   const auto next = identify::next_experiment_file(written);
-  console.next_step(next ? again(command, next->string()) : "eha runs show " + shell_word(folder.string()));
+  console.next_step(next ? again(command, next->string())
+                         : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
   return identify::exit_code(identification.models);
 }
 
@@ -176,6 +177,7 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
                      .experiment = text ? config::parse_prepared_experiment(*text, file, rig)
                                         : config::load_prepared_experiment(file, rig)};
   const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, start_of(rig));
+  warn_if_not_rehearsed(planned.experiment.config, rig, file, console);
   report_rehearsal(rehearsal, rig, file, risk, console);
   planned.margin_in = margin_of(rehearsal, rig);
   return planned;

@@ -87,7 +87,7 @@ ExitCode report(const Json& entry, const std::string& units, const RunCommand& c
     return code;
   }
   print_answer_of_service(entry, console);
-  if (code == ExitCode::ok) console.next_step("eha runs show " + shell_word(folder));
+  if (code == ExitCode::ok) console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));
   return code;
 }
 
@@ -100,6 +100,7 @@ void rehearse_for_service(const ExperimentFile& file, const Json& status, Travel
     rig = config::load_rig(status.at("rig").at("file").get<std::string>());
     const config::PreparedExperiment prepared = config::parse_prepared_experiment(file.text, file.name, *rig);
     for (const std::string& sentence : config::off_grid_tones(prepared.config)) console.warning(sentence);
+    warn_if_not_rehearsed(prepared.config, *rig, file.name, console);
     const Json rod = status.value("rod", Json());
     const bool is_read = rod.is_object() && rod.contains("displacement_in");
     rehearsal = rehearse(prepared, *rig, is_read ? rod.at("displacement_in").get<double>() : start_of(*rig));

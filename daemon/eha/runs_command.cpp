@@ -152,7 +152,7 @@ ExitCode execute(const RunsShowCommand& command, Console& console) {
   }
   if (manifest.report) show_report(*manifest.report, console);
   print_answer(command.run, manifest, console);
-  console.next_step("eha fit " + shell_word(command.run.string()));
+  console.next_step(report_of_run(command.run, "eha fit " + shell_word(command.run.string())));
   return ExitCode::ok;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
 
@@ -93,7 +94,7 @@ Remark without_response(const ReportedModel& reported) {
               "discarded time."};
 }
 
-Remark remark_on(const ReportedModel& reported, const record::NumberTable* response) {
+Remark remark_on(const Subject& subject, const ReportedModel& reported, const record::NumberTable* response) {
   const Distance distance = response != nullptr ? distance_of(*response, reported.model.name) : Distance{};
   if (distance.lines == 0) return without_response(reported);
   const std::optional<double> distortion = greatest_distortion_dB(*response);
@@ -117,11 +118,14 @@ Remark remark_on(const ReportedModel& reported, const record::NumberTable* respo
         "Judge this model by the plot over time: with a dead band no transfer function alone passes through "
         "the bars.";
   } else if (distortion && *distortion > kMuchDistortion_dB) {
-    remark.to_do = "The plant is not linear at this amplitude: fit with --input-map valve.";
+    remark.to_do = has_valve_map(subject)
+                       ? "The plant is not linear at this amplitude: hold this model against one with a valve's map, "
+                         "in the table above, by the plot over time."
+                       : "The plant is not linear at this amplitude: fit with --input-map valve.";
   } else {
     remark.to_do = is_close ? "Nothing. For frequencies beyond the measured ones excite there."
-                            : "The structure lacks something at the frequencies where line and bars part: try more "
-                              "poles, --delay free or --input-map valve.";
+                            : "The structure lacks something at the frequencies where line and bars part. " +
+                                  what_to_try(subject, reported.model);
   }
   return remark;
 }
@@ -138,7 +142,7 @@ Section frequency_section(const Subject& subject) {
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
   Item item{.heading = "Gain and phase of the models over the measured response"};
   item.figure = bode_figure(shown, response, "Bode plot of the models and the measured response");
-  item.remark = remark_on(*shown.front(), response);
+  item.remark = remark_on(subject, *shown.front(), response);
   section.items.push_back(std::move(item));
   return section;
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "ident/model/parameter_text.hpp"
+
 namespace eha::report {
 namespace {
 
@@ -49,7 +51,7 @@ std::string polynomial(const std::vector<ident::Term>& terms) {
 std::string estimate_or(const Model& model, ident::ParameterRole role, double value) {
   const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                [&](const ParameterEstimate& parameter) { return parameter.role == role; });
-  return at == model.parameters.end() ? fmt::format("{:.4g}", value) : with_error(*at);
+  return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at, "±");
 }
 
 }  // namespace
@@ -119,7 +121,7 @@ std::string equation(const Model& model) {
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {
     html += fmt::format(
-        "<br>behind a valve: null {} {}, dead band {} {}, negative gain ratio {}",
+        "<br>behind a valve: null {} {}, dead band {} {}, negative gain ratio {} (± is half a 95 % interval)",
         estimate_or(model, ident::ParameterRole::valve_null, model.input_map->null), input_unit,
         estimate_or(model, ident::ParameterRole::dead_band, model.input_map->dead_band), input_unit,
         estimate_or(model, ident::ParameterRole::negative_gain_ratio, model.input_map->negative_gain_ratio));
@@ -127,15 +129,6 @@ std::string equation(const Model& model) {
     html += fmt::format("<br>input bias {:.4g} {}", model.input_bias, input_unit);
   }
   return html + fmt::format(", initial output {:.5g} {}</p>\n", model.initial_output, escaped(model.output_unit));
-}
-
-std::string with_error(const ParameterEstimate& parameter) {
-  // The paper's procedure gives no standard errors.
-  if (parameter.fixed || std::abs(parameter.std) <= 0.0) return fmt::format("{:.6g}", parameter.value);
-  if (!std::isfinite(parameter.std)) return fmt::format("{:.4g} ± ?", parameter.value);
-  if (parameter.std > std::abs(parameter.value)) return fmt::format("{:.3g} ± {:.2g}", parameter.value, parameter.std);
-  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(parameter.std))), 0, 9);
-  return fmt::format("{:.{}f} ± {:.{}f}", parameter.value, decimals, parameter.std, decimals);
 }
 
 }  // namespace eha::report

@@ -35,7 +35,4 @@ struct TableColumn {
 /// The model's equation as HTML: G(s), delay, valve map or bias, initial output.
 [[nodiscard]] std::string equation(const ident::Model& model);
 
-/// A value with the digits that its standard error justifies: "0.1305 ± 0.0008".
-[[nodiscard]] std::string with_error(const ident::ParameterEstimate& parameter);
-
 }  // namespace eha::report

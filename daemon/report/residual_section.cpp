@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
 
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double kLevel = 0.01;  // of the joint tests
 
-Remark remark_on(const ident::Model& model) {
+Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
   const ident::ValidationReport& validation = *model.validation;
   Remark remark;
   remark.seen = fmt::format(
@@ -32,8 +33,7 @@ Remark remark_on(const ident::Model& model) {
       "causes. A residual that is correlated with itself alone is coloured noise or drift and no fault of the "
       "model; the intervals allow for it.";
   remark.to_do = misses_input
-                     ? "A part of the plant that the input drives is not in the model: try --input-map valve, more "
-                       "poles, or --delay free."
+                     ? "A part of the plant that the input drives is not in the model. " + what_to_try(subject, model)
                      : "Nothing.";
   return remark;
 }
@@ -49,7 +49,7 @@ Section residual_section(const Subject& subject) {
   item.figure = {.title = item.heading,
                  .panels = {correlation_panel(model.validation->acf, "with itself"),
                             correlation_panel(model.validation->ccf, "with the input")}};
-  item.remark = remark_on(model);
+  item.remark = remark_on_residual(subject, model);
   section.items.push_back(std::move(item));
   return section;
 }

@@ -50,9 +50,11 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
   const double slowest = slowest_s(poles);
   const double duration_s = subject.fit.time_s.empty() ? 0.0 : subject.fit.time_s.back() - subject.fit.time_s.front();
   if (poles.order_at_zero > 0.0 && stability.margin_rad > -1e-9) {
-    remark.to_do =
-        "The pole at 0 is the integration from valve opening to position, as an open hydraulic cylinder has "
-        "it. Accept it with require_stable = false in [acceptance].";
+    const std::string integrates =
+        "The pole at 0 is the integration from valve opening to position, as an open hydraulic cylinder has it";
+    remark.to_do = model.verdict && model.verdict->accepted
+                       ? "Nothing. " + integrates + ", and the limits of [acceptance] allow it."
+                       : integrates + ". Accept it with require_stable = false in [acceptance].";
   } else if (!stability.stable) {
     remark.to_do =
         "Do not simulate with it over long times. An unstable model of a rig that is stable comes from drift or "

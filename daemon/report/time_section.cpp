@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
 
@@ -77,9 +78,8 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
       "The model's line covers the measured one, and the error has the same size on both sides of the dashed line, "
       "without slope and without the rhythm of the input.";
   if (misses_more_than_noise(model)) {
-    remark.to_do = fmt::format(
-        "The error is far above the noise of the record: {} misses a part of the plant. {}", model.name,
-        model.input_map ? "Try more poles or --delay free." : "Try --input-map valve, more poles or --delay free.");
+    remark.to_do = fmt::format("The error is far above the noise of the record: {} misses a part of the plant. {}",
+                               model.name, what_to_try(subject, model));
     return remark;
   }
   const bool drifts = has_unseen && std::abs(errors.mean_unseen) > kNotCentred * errors.rms_unseen;
@@ -90,8 +90,8 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   } else if (drifts) {
     remark.to_do = fmt::format(
         "The error of the unseen part keeps one sign (mean {:.2g} {}): bias or drift. Record longer or with slower "
-        "tones, let the rig warm up, and try --input-map valve.",
-        errors.mean_unseen, model.output_unit);
+        "tones, let the rig warm up{}.",
+        errors.mean_unseen, model.output_unit, has_valve_map(subject) ? "" : ", and try --input-map valve");
   } else if (has_unseen && errors.rms_unseen > kMuchLarger * errors.rms_estimating) {
     remark.to_do =
         "The error grows on data that it has not seen: the model has learnt its record. Use fewer parameters or a "
@@ -99,7 +99,8 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   } else {
     remark.to_do =
         "The error is of one size but large: something of the plant is not in this model. See the residual's "
-        "correlation below, and try another structure, a delay (--delay free) or --input-map valve.";
+        "correlation below. " +
+        what_to_try(subject, model);
   }
   return remark;
 }

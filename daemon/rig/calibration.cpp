@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -123,11 +124,12 @@ Calibration calibrated(std::span<const CalibrationPoint> points) {
   found.residual_std = std::sqrt(squares / (count - 2.0));
   found.scale_std = found.residual_std / std::sqrt(vv);
   found.offset_std = found.residual_std * std::sqrt(1.0 / count + mean_V * mean_V / vv);
+  found.interval_factor = boost::math::quantile(boost::math::students_t(count - 2.0), 0.975);
   if (!(found.scale_std < kWorstScaleShare * std::abs(found.scale_in_per_V))) {
     throw DataError(fmt::format(
         "the positions lie on no line: scale {:.4g} +- {:.2g} in/V, residuals up to {:.3g} in; check each position and "
         "the unit, and that the sensor's wire moves with the rod",
-        found.scale_in_per_V, found.scale_std,
+        found.scale_in_per_V, found.interval_factor * found.scale_std,
         std::abs(*std::max_element(found.residuals_in.begin(), found.residuals_in.end(),
                                    [](double a, double b) { return std::abs(a) < std::abs(b); }))));
   }

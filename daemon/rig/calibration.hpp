@@ -23,7 +23,8 @@ struct Calibration {
   double offset_in = 0.0;
   double scale_std = 0.0;  ///< standard errors [in/V], [in]
   double offset_std = 0.0;
-  double residual_std = 0.0;  ///< of the positions about the line [in]
+  double interval_factor = 0.0;  ///< half the 95 % interval of scale and offset over their standard errors
+  double residual_std = 0.0;     ///< of the positions about the line [in]
   std::vector<double> residuals_in = {};
 };
 

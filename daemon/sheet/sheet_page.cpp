@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "config/valve_estimate.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/sheet/run_sheet.hpp"
@@ -17,6 +19,18 @@ std::vector<double> scaled(const Eigen::VectorXd& values, double factor) {
   std::vector<double> list(values.begin(), values.end());
   for (double& value : list) value *= factor;
   return list;
+}
+
+/// Whether [following] of the rig file, as used, is of a sheet and lies within the intervals of this one.
+bool is_in_rig_file(const RunSheet& run) {
+  if (!run.rig.limits.following || !run.rig.limits.following->null_uncertainty_V) return false;
+  const config::ValveEstimate there = config::valve_estimate(*run.rig.limits.following);
+  const auto is_within = [](const ident::Measured& measured, double value) {
+    return std::abs(value - measured.value) <= measured.half_width;
+  };
+  return is_within(run.sheet.null_V, there.null_V) && is_within(run.sheet.dead_band_V, there.dead_band_V) &&
+         is_within(run.sheet.gain_positive_in_per_V_s, there.gain_positive_in_per_V_s) &&
+         is_within(run.sheet.gain_negative_in_per_V_s, there.gain_negative_in_per_V_s);
 }
 
 /// The flow curve: the rod's speed over the command, and the lines through it.
@@ -47,7 +61,8 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
   item.remark.good = "Points on the line on both sides. Beside it just after a reversal, where pressures settle.";
   item.remark.to_do = sheet.has_hysteresis
                           ? "Rising and falling command part: clean or dither the valve if a controller needs less."
-                          : "Put the lines below into the rig file.";
+                      : is_in_rig_file(run) ? "Nothing: the rig file has these values already."
+                                            : "Put the lines below into the rig file.";
   return item;
 }
 
@@ -96,9 +111,9 @@ report::Item response_table(const ident::ValveSheet& sheet) {
           .html = report::table({{"amplitude [%]", Column::number},
                                  {"frequency [Hz]", Column::number},
                                  {"gain [dB]", Column::number},
-                                 {"±", Column::number},
+                                 {"± 95 %", Column::number},
                                  {"phase [deg]", Column::number},
-                                 {"±", Column::number}},
+                                 {"± 95 %", Column::number}},
                                 rows)};
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "ident/fractional/stability.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/search/least_squares.hpp"
 
 namespace eha::ident {
@@ -189,20 +190,15 @@ void judge_noise(const Model& model, double noise_std, Judgement& judgement) {
                   error, model.output_unit, ratio, noise_std, model.output_unit, kGreatestErrorOverNoise));
 }
 
-std::string with_error(const ParameterEstimate& p) {
-  if (!std::isfinite(p.std)) return fmt::format("{} = {:.4g} +- ?", p.name, p.value);
-  const int decimals = p.std > 0.0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(p.std))), 0, 9) : 6;
-  return fmt::format("{} = {:.{}f} +- {:.{}f}", p.name, p.value, decimals, p.std, decimals);
-}
-
 void judge_order(const ParameterEstimate& p, const std::vector<LeftOut>& left_out, Judgement& judgement) {
   judgement.criterion("std_" + p.name, p.std, kGreatestOrderError, p.std <= kGreatestOrderError, Weight::rejects,
-                      fmt::format("{}: its standard error exceeds {}.", with_error(p), kGreatestOrderError));
+                      fmt::format("{} = {}: its standard error of {:.2g} exceeds {}.", p.name, with_interval(p), p.std,
+                                  kGreatestOrderError));
   for (const LeftOut& entry : left_out) {
     if (entry.order != p.name) continue;
     judgement.criterion("left_out_" + p.name, entry.rise, kLeastRise, entry.rise >= kLeastRise, Weight::rejects,
-                        fmt::format("{}: leaving its term out costs {:.1f} of AR-BIC, less than {}.", with_error(p),
-                                    entry.rise, kLeastRise));
+                        fmt::format("{} = {}: leaving its term out costs {:.1f} of AR-BIC, less than {}.", p.name,
+                                    with_interval(p), entry.rise, kLeastRise));
   }
 }
 
@@ -233,8 +229,8 @@ void judge_parameters(const Model& model, Judgement& judgement) {
       // The end of the interval that lies nearer to 0, from its side of 0.
       const double distance = p.value < 0.0 ? -p.upper95 : p.lower95;
       judgement.criterion("interval_" + p.name, distance, 0.0, distance > 0.0, Weight::rejects,
-                          fmt::format("{}: compatible with 0, its 95 % interval is {:.3g} to {:.3g}.", with_error(p),
-                                      p.lower95, p.upper95));
+                          fmt::format("{} = {}: compatible with 0, its 95 % interval is {:.3g} to {:.3g}.", p.name,
+                                      with_interval(p), p.lower95, p.upper95));
     } else if (std::isfinite(p.std) && p.upper95 - p.lower95 > 2.0 * std::abs(p.value)) {
       judgement.note(fmt::format("The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}.", p.name,
                                  p.lower95, p.upper95));

@@ -50,5 +50,30 @@ TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   EXPECT_NE(tripped.err.find("offset_V = -0."), std::string::npos) << tripped.err;
 }
 
+TEST(Rehearsal, IsSaidToBeMissingWhereTheRigFileDoesNotHaveTheValve) {
+  const TemporaryFolder folder;
+  std::string rig = content_of(source_file("config/rigs/sim.toml"));
+  const std::size_t following = rig.find("\n[following]");
+  rig.erase(following, rig.find("\n[", following + 1) - following);
+  folder.write("rig.toml", rig);
+  const std::string missing = "not rehearsed, because rig.toml has no [following]";
+  const std::string paper = source_file("config/experiments/paper.toml");
+  const Ended checked = run_eha({"check", paper, "--rig", "rig.toml"}, folder.path());
+  EXPECT_EQ(checked.code, 0) << checked.err;
+  EXPECT_NE(checked.err.find(missing), std::string::npos) << checked.err;
+  EXPECT_NE(checked.err.find("play `eha characterise` first"), std::string::npos) << checked.err;
+  folder.write("short.toml",
+               "schema = 1\nname = \"short\"\nduration_s = 10.0\n[excitation]\nkind = \"sine\"\n"
+               "tones = [{ frequency_Hz = 0.5, amplitude_V = 1.0 }]\n[[model]]\nname = \"il\"\n"
+               "structure = \"integrator_lag\"\n");
+  const Ended played = run_eha({"run", "short.toml", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
+  EXPECT_NE(played.err.find(missing), std::string::npos) << played.err;
+  // What plays no table of its own is not rehearsed at all.
+  const Ended placed = run_eha({"goto", "3in", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
+  EXPECT_EQ(placed.err.find("not rehearsed"), std::string::npos) << placed.err;
+  const Ended with = run_eha({"check", paper, "--rig", source_file("config/rigs/sim.toml")}, folder.path());
+  EXPECT_EQ(with.err.find("not rehearsed"), std::string::npos) << with.err;
+}
+
 }  // namespace
 }  // namespace eha::test

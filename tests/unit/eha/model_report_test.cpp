@@ -15,7 +15,7 @@ using identify::test::model_that;
 
 TEST(ModelReport, ShowsOrdersWithTheDigitsThatTheirErrorsLeave) {
   const std::string text = model_report({model_that(Came::accepted)}, {model_that(Came::rejected)});
-  EXPECT_NE(text.find("n2 1.751 +- 0.011, n0 0"), std::string::npos) << text;
+  EXPECT_NE(text.find("n2 1.751 +- 0.020, n0 0"), std::string::npos) << text;
   EXPECT_NE(text.find("fo (paper)"), std::string::npos) << text;
   EXPECT_NE(text.find("98.25"), std::string::npos) << text;
   EXPECT_NE(text.find("98.75"), std::string::npos) << text;

@@ -67,11 +67,6 @@ TEST(Escaped, LeavesNoMarkupAndNoBrokenText) {
   EXPECT_EQ(escaped("\xC3\xA9 \xC3( \xFF\x01"), "\xC3\xA9 ?( ? ");
 }
 
-TEST(WithError, GivesTheDigitsThatTheErrorJustifies) {
-  EXPECT_EQ(with_error({.name = "K", .value = 0.130516, .std = 0.00082}), "0.13052 ± 0.00082");
-  EXPECT_EQ(with_error({.name = "a1", .value = 1.0, .std = 0.0, .fixed = true}), "1");
-}
-
 TEST(Page, BeginsWithTheRecommendedModelAndItsReason) {
   Subject subject = subject_of("run", ident::Grade::good);
   subject.has_recommendation = true;
@@ -98,6 +93,57 @@ TEST(Page, PutsThreeSentencesBesideEveryPlot) {
   EXPECT_EQ(count(page.html, "<dt>Seen here</dt>"), plots);
   EXPECT_EQ(count(page.html, "<dt>Good</dt>"), plots);
   EXPECT_EQ(count(page.html, "<dt>To do</dt>"), plots);
+}
+
+/// A run whose model has a map with the null at 0.031 V, on a rig whose valve sheet has it elsewhere.
+std::string page_with_nulls(double by_sheet_V) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  ident::Model& model = subject.models[0].model;
+  model.input_unit = "V";
+  model.input_map = ident::ValveMap{.null = 0.031, .dead_band = 0.15, .negative_gain_ratio = 1.0};
+  model.parameters.push_back({.name = "null",
+                              .value = 0.031,
+                              .std = 0.001,
+                              .lower95 = 0.029,
+                              .upper95 = 0.033,
+                              .role = ident::ParameterRole::valve_null});
+  subject.manifest.emplace();
+  (*subject.manifest)["rig"]["following"] = {{"null_V", by_sheet_V}, {"null_uncertainty_V", 0.008}};
+  return page_of(subject).html;
+}
+
+TEST(Page, ComparesTheNullWithTheValveSheets) {
+  const std::string agree = page_with_nulls(0.037);
+  EXPECT_NE(agree.find("The null is 0.0310 ± 0.0020 V here and 0.0370 ± 0.0080 V in [following]"), std::string::npos);
+  EXPECT_NE(agree.find("they agree."), std::string::npos);
+  EXPECT_EQ(agree.find("Trust the valve sheet"), std::string::npos);
+  const std::string apart = page_with_nulls(0.05);
+  EXPECT_NE(apart.find("they differ by 0.019 V, more than the 0.0082 V that the intervals allow."), std::string::npos);
+  EXPECT_NE(apart.find("Trust the valve sheet"), std::string::npos);
+}
+
+TEST(Page, AdvisesNothingThatItsModelsAlreadyHave) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  subject.models[0].model.validation->tests.emplace().input.p = 1e-6;
+  const std::string alone = page_of(subject).html;
+  EXPECT_NE(alone.find("Try --input-map valve or more poles or --delay free."), std::string::npos) << alone;
+  ident::Model other = model_named("io3_valve", ident::Grade::usable, 99.0);
+  other.input_map = ident::ValveMap{.null = 0.0, .dead_band = 0.1, .negative_gain_ratio = 1.0};
+  other.transfer_function.denominator.push_back({0.001, 3.0});
+  subject.models.push_back({other, "models/io3_valve.json"});
+  const std::string two = page_of(subject).html;
+  EXPECT_NE(two.find("Try --delay free."), std::string::npos);
+  EXPECT_EQ(two.find("Try --input-map"), std::string::npos);
+  subject.models[1].model.transfer_function.delay_s = 0.002;
+  EXPECT_NE(page_of(subject).html.find("are among the models already"), std::string::npos);
+}
+
+TEST(Page, DoesNotAskToAllowAnIntegratorThatIsAccepted) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.models[0].model.transfer_function.denominator = {{0.0132, 2.0}, {1.0, 1.0}};
+  EXPECT_NE(page_of(subject).html.find("and the limits of [acceptance] allow it"), std::string::npos);
+  subject.models[0].model.verdict->accepted = false;
+  EXPECT_NE(page_of(subject).html.find("Accept it with require_stable = false"), std::string::npos);
 }
 
 TEST(Page, LoadsNothing) {

@@ -3,6 +3,7 @@
 
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "config/valve_estimate.hpp"
 #include "daemon/sheet/run_sheet.hpp"
@@ -58,6 +59,17 @@ TEST(ValveSheetText, ClaimsHysteresisThatThereIs) {
   EXPECT_NE(sheet_text(run, DisplayUnit()).find("0.0450 +- 0.0040 V"), std::string::npos);
   EXPECT_EQ(to_json(run).at("hysteresis_V").at("value"), 0.045);
   EXPECT_TRUE(to_json(example()).at("hysteresis_V").is_null());
+}
+
+TEST(ValveSheetPage, AsksForTheLinesUntilTheRigFileHasThem) {
+  RunSheet run = example();
+  std::vector<std::string> missing;
+  const std::string asks = "Put the lines below into the rig file.";
+  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
+  run.rig.limits.following = following_of(run);
+  EXPECT_EQ(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
+  run.sheet.null_V.value += 0.01;
+  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
 }
 
 TEST(RigLines, AreReadBackAsTheSheet) {

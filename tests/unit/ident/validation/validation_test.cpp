@@ -340,14 +340,14 @@ TEST(Verdict, NamesTheOrderThatARecordDoesNotDetermine) {
   model.parameters[1].std = 0.70;
   Verdict verdict = judge(model, {});
   EXPECT_FALSE(verdict.accepted);
-  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{"n2 = 2.49 +- 0.70: its standard error exceeds 0.15."}));
+  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{"n2 = 2.49 +- 0.30: its standard error of 0.7 exceeds 0.15."}));
   model = identified_model();
   model.estimation->information->left_out[1].rise = -3.21;
   verdict = judge(model, {});
   EXPECT_EQ(verdict.grade, Grade::rejected);
   EXPECT_EQ(
       verdict.reasons,
-      (std::vector<std::string>{"n1 = 0.900 +- 0.010: leaving its term out costs -3.2 of AR-BIC, less than 10."}));
+      (std::vector<std::string>{"n1 = 0.900 +- 0.020: leaving its term out costs -3.2 of AR-BIC, less than 10."}));
 }
 
 TEST(Verdict, RejectsACoefficientThatMayBe0) {
@@ -355,7 +355,7 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
   model.parameters[0].lower95 = 0.0;
   EXPECT_EQ(judge(model, {}).grade, Grade::rejected);
   EXPECT_EQ(judge(model, {}).reasons.front(),
-            "a2 = 0.600 +- 0.010: compatible with 0, its 95 % interval is 0 to 0.62.");
+            "a2 = 0.60 +- 0.31: compatible with 0, its 95 % interval is 0 to 0.62.");
   // A coefficient that the structure or a request holds is not asked.
   model.parameters[0].fixed = true;
   EXPECT_EQ(judge(model, {}).grade, Grade::good);

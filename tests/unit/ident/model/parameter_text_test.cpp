@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/model/parameter_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace eha::ident {
+namespace {
+
+TEST(WithInterval, GivesHalfThe95PercentIntervalWithTheDigitsThatItJustifies) {
+  const ParameterEstimate gain{.name = "K", .value = 0.130516, .std = 0.0004, .lower95 = 0.1297, .upper95 = 0.13134};
+  EXPECT_NEAR(half_width95(gain), 0.00082, 1e-15);
+  EXPECT_EQ(with_interval(gain), "0.13052 +- 0.00082");
+  EXPECT_EQ(with_interval(gain, "±"), "0.13052 ± 0.00082");
+  EXPECT_EQ(with_interval({.name = "a0", .value = 0.01, .std = 0.02, .lower95 = -0.03, .upper95 = 0.05}),
+            "0.01 +- 0.04");
+}
+
+TEST(WithInterval, SaysWhereThereIsNone) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(with_interval({.name = "a1", .value = 1.0, .std = 0.0, .fixed = true}), "1");
+  EXPECT_EQ(with_interval({.name = "n2", .value = 2.0, .std = 0.1, .lower95 = 1.0, .upper95 = infinity}), "2 +- ?");
+  EXPECT_EQ(with_interval({.name = "K", .value = 0.130516}), "0.130516") << "the paper's procedure";
+}
+
+}  // namespace
+}  // namespace eha::ident
