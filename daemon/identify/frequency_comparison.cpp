@@ -32,9 +32,10 @@ std::string field(const std::optional<double>& value) { return value ? fmt::form
 /// Samples of the shortest common period of tones and repetitions; 0 for none.
 std::size_t period_of(const std::vector<double>& lines_Hz, double step_s, std::size_t samples, std::size_t repetition) {
   const std::size_t shared = ident::common_period(lines_Hz, step_s, samples / 2);
-  if (repetition == 0 || samples < 2 * repetition) return shared;
+  const bool is_repeated = repetition > 0 && samples > repetition;
+  if (!is_repeated || (shared > 0 && repetition % shared == 0)) return shared;
   // A table that does not hold whole periods of its tones jumps at its end, so only the repetitions are periodic.
-  return shared > 0 && repetition % shared == 0 ? shared : repetition;
+  return samples >= 2 * repetition ? repetition : 0;
 }
 
 /// The realisations of a table, in its last repetition, without those that begin within the discarded rows.

@@ -46,7 +46,9 @@ std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
 }
 
 ident::RecordFacts facts_of(const IdentificationTask& task) {
-  return {.interpolated_percent = task.interpolated_percent, .noise_std = task.noise_std};
+  return {.interpolated_percent = task.interpolated_percent,
+          .noise_std = task.noise_std,
+          .lacks_periods = task.lacks_periods};
 }
 
 /// Fits one structure and notes the time it took.
@@ -277,6 +279,8 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   if (frequency_response) {
     named.noise_std = ident::measured_noise(source.record.output, frequency_response->periods, task.options.decimation);
   }
+  // A note says why an excitation that repeats has no response.
+  named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
   identification.frequency_response = std::move(frequency_response);
   identification.notes = std::move(notes);

@@ -32,6 +32,7 @@ struct IdentificationTask {
   std::optional<ident::FrequencyInterval> excited = {};
   /// Noise of a compared output sample, see ident::measured_noise() [output unit]; none where nothing repeats.
   std::optional<double> noise_std = {};
+  bool lacks_periods = false;  ///< as RecordFacts
 };
 
 /// The task that a source's own experiment sets. Without an experiment it has the defaults and no structures.

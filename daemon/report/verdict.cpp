@@ -150,7 +150,9 @@ Section models_section(const Subject& subject) {
       std::vector<std::vector<std::string>> criteria;
       for (const ident::Criterion& criterion : model.verdict->criteria) {
         criteria.push_back({criterion.name, number("{:.4g}", criterion.value), number("{:.4g}", criterion.limit),
-                            criterion.passed ? "passed" : "FAILED"});
+                            !criterion.judged  ? "not judged"
+                            : criterion.passed ? "passed"
+                                               : "FAILED"});
       }
       item.html += table({{"criterion"}, {"value", Column::number}, {"limit", Column::number}, {"result"}}, criteria);
     }

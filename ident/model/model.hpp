@@ -159,12 +159,13 @@ struct Criterion {
   double value = 0.0;
   double limit = 0.0;
   bool passed = false;
+  bool judged = true;  ///< false: the record holds too little to tell; then `value` may be NaN
 };
 
 /// How far a model can be trusted.
 enum class Grade {
   rejected,  ///< not stable, not identified, or the limits are not met
-  usable,    ///< only residual tests or extrapolation fail
+  usable,    ///< only residual tests or extrapolation fail, or a criterion could not be judged
   good,      ///< every criterion passed
 };
 

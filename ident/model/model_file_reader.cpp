@@ -35,6 +35,7 @@ class Node {
   [[noreturn]] void refuse(std::string_view expected) const { refuse(expected, excerpt()); }
 
   [[nodiscard]] bool has(const char* key) const { return value_->contains(key); }
+  [[nodiscard]] bool is_null() const { return value_->is_null(); }
 
   [[nodiscard]] Node at(const char* key) const {
     if (!has(key)) child(key, Json()).refuse("a value", "no such field");
@@ -343,7 +344,8 @@ Verdict read_verdict(const Node& node) {
     criterion.at("name").read(target.name);
     criterion.read("value", target.value);
     criterion.read("limit", target.limit);
-    criterion.at("passed").read(target.passed);
+    target.judged = !criterion.at("passed").is_null();
+    if (target.judged) criterion.at("passed").read(target.passed);
   }
   return verdict;
 }

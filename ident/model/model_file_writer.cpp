@@ -86,7 +86,8 @@ OrderedJson test_to_json(const ResidualTest& test) {
 OrderedJson verdict_to_json(const Verdict& verdict) {
   OrderedJson criteria = OrderedJson::array();
   for (const Criterion& c : verdict.criteria) {
-    criteria.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"passed", c.passed}});
+    const OrderedJson passed = c.judged ? OrderedJson(c.passed) : OrderedJson(nullptr);
+    criteria.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"passed", passed}});
   }
   OrderedJson object = {{"accepted", verdict.accepted},
                         {"grade", text(verdict.grade)},

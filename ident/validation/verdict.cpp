@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -22,6 +25,8 @@ constexpr double kGreatestOrderError = 0.15;  // standard error of a free order
 constexpr double kLeastRise = 10.0;           // of AR-BIC, without an order's term
 constexpr double kMostExtrapolated_percent = 5.0;
 constexpr double kMostSaturated_percent = 1.0;
+constexpr double kNoticedShare = 0.1;  // of the residual's power that past input makes, which its test has to notice
+constexpr double kNoticedChance = 0.5;
 
 /// What a failed criterion does to the grade.
 enum class Weight { rejects, lowers };
@@ -39,6 +44,15 @@ class Judgement {
       grade_ = std::min(grade_, Grade::usable);
       note(sentence);
     }
+  }
+  /// For criteria that the record holds too little for. @param sentence  says what is missing
+  void not_judged(std::initializer_list<Criterion> criteria, const std::string& sentence) {
+    for (Criterion criterion : criteria) {
+      criterion.judged = criterion.passed = false;
+      criteria_.push_back(std::move(criterion));
+    }
+    grade_ = std::min(grade_, Grade::usable);
+    note(sentence);
   }
   void reject(std::string_view reason) {
     grade_ = Grade::rejected;
@@ -130,26 +144,61 @@ bool leads(const Correlation& ccf) {
   return future > ccf.bound99 && future > past;
 }
 
-void judge_residual(const ValidationReport& validation, const AcceptanceLimits& limits, Judgement& judgement) {
-  if (validation.tests) {
-    const ResidualTest& input = validation.tests->input;
+/// Whether the test of the residual with past input would notice that the input makes kNoticedShare of the residual, at
+/// least with kNoticedChance: the power of a chi-squared test.
+bool can_notice(const ResidualTest& input, std::size_t samples) {
+  if (input.degrees == 0) return false;
+  const auto degrees = static_cast<double>(input.degrees);
+  const double limit =
+      boost::math::quantile(boost::math::complement(boost::math::chi_squared(degrees), kResidualLevel));
+  const double noncentrality = static_cast<double>(samples) * kNoticedShare / (1.0 - kNoticedShare);
+  const boost::math::non_central_chi_squared missing(degrees, noncentrality);
+  return boost::math::cdf(boost::math::complement(missing, limit)) >= kNoticedChance;
+}
+
+/// Whether the residual holds a part of the plant, and is noise.
+void judge_tests(const ValidationReport& validation, Judgement& judgement) {
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  const std::size_t samples = validation.score.samples;
+  if (!validation.tests) {
+    judgement.not_judged({{"residual_input_p", unknown, kResidualLevel},
+                          {"residual_whiteness_p", unknown, kResidualLevel},
+                          {"residual_drift", unknown, unknown}},
+                         fmt::format("Not judged whether the model misses a part of the plant: {} validating samples "
+                                     "are too few for the residual's tests; record longer.",
+                                     samples));
+    return;
+  }
+  const ResidualTest& input = validation.tests->input;
+  if (input.p >= kResidualLevel && !can_notice(input, samples)) {
+    judgement.not_judged(
+        {{"residual_input_p", input.p, kResidualLevel}},
+        fmt::format(
+            "Not judged whether the model misses a part of the plant: with {} validating samples the test would "
+            "rather overlook one that makes {:.0f} % of the residual's power; record longer.",
+            samples, 100.0 * kNoticedShare));
+  } else {
     judgement.criterion("residual_input_p", input.p, kResidualLevel, input.p >= kResidualLevel, Weight::lowers,
                         fmt::format("The residual correlates with past input (p = {:.2g} for lags 0 to 20 together): "
                                     "the model may miss a part of the plant.",
                                     input.p));
-    const ResidualTest& whiteness = validation.tests->whiteness;
-    judgement.criterion(
-        "residual_whiteness_p", whiteness.p, kResidualLevel, whiteness.p >= kResidualLevel, Weight::lowers,
-        fmt::format("The residual is no autoregressive noise of order {} (p = {:.2g} for lags 1 to 20 together).",
-                    validation.tests->ar_order, whiteness.p));
   }
-  if (validation.tests && validation.tests->drift) {
-    const ResidualDrift& drift = *validation.tests->drift;
-    judgement.criterion("residual_drift", drift.change, drift.expected, drift.change <= drift.expected, Weight::lowers,
-                        fmt::format("The residual drifts by {:.3g} over the validation part, more than the {:.3g} that "
-                                    "noise and the parameters' errors explain: the sensor or an offset drifts.",
-                                    drift.change, drift.expected));
-  }
+  const ResidualTest& whiteness = validation.tests->whiteness;
+  judgement.criterion("residual_whiteness_p", whiteness.p, kResidualLevel, whiteness.p >= kResidualLevel,
+                      Weight::lowers,
+                      fmt::format("The residual is no autoregressive noise of order {} (p = {:.2g} for lags 1 to 20 "
+                                  "together).",
+                                  validation.tests->ar_order, whiteness.p));
+  if (!validation.tests->drift) return;
+  const ResidualDrift& drift = *validation.tests->drift;
+  judgement.criterion("residual_drift", drift.change, drift.expected, drift.change <= drift.expected, Weight::lowers,
+                      fmt::format("The residual drifts by {:.3g} over the validation part, more than the {:.3g} that "
+                                  "noise and the parameters' errors explain: the sensor or an offset drifts.",
+                                  drift.change, drift.expected));
+}
+
+void judge_residual(const ValidationReport& validation, const AcceptanceLimits& limits, Judgement& judgement) {
+  judge_tests(validation, judgement);
   if (validation.saturated_percent) {
     const double share = *validation.saturated_percent;
     judgement.criterion("saturated_percent", share, kMostSaturated_percent, share <= kMostSaturated_percent,
@@ -272,10 +321,17 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   if (model.validation) {
     judge_score(model.validation->score, "validation", model, limits, judgement);
     judge_residual(*model.validation, limits, judgement);
-    if (facts.noise_std && *facts.noise_std > 0.0) judge_noise(model, *facts.noise_std, judgement);
+    if (facts.noise_std && *facts.noise_std > 0.0) {
+      judge_noise(model, *facts.noise_std, judgement);
+    } else if (facts.lacks_periods) {
+      judgement.not_judged({{"error_over_noise", std::numeric_limits<double>::quiet_NaN(), kGreatestErrorOverNoise}},
+                           "Not judged whether the error is noise: the record holds too few periods of its "
+                           "excitation to measure the noise from; play more repetitions.");
+    }
   } else if (model.estimation) {
     judge_score(model.estimation->score, "estimation", model, limits, judgement);
-    judgement.note("Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
+    judgement.not_judged(
+        {}, "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
   } else {
     judgement.reject("The model was neither estimated nor validated here.");
   }

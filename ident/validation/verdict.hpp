@@ -20,6 +20,8 @@ struct RecordFacts {
   /// Of a compared output sample, measured between periods of the record, as measured_noise() [output unit]; none for a
   /// record that does not repeat.
   std::optional<double> noise_std = {};
+  /// Its excitation repeats, but the record holds too few periods to measure the noise from.
+  bool lacks_periods = false;
 };
 
 /// Holds a fitted model against the experiment's limits and against what its own record determines.
@@ -31,9 +33,12 @@ struct RecordFacts {
 /// drift of the residual, at most 1 % of samples at which the output is at its limit and the model is not, a
 /// validating error (rms) of at most kGreatestErrorOverNoise times the noise, at most 5 % of the validating samples
 /// with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of G.
-/// Every criterion that applied is listed with value and limit; each that failed has a sentence, those of a rejection
-/// first. A model without validation (the whole record estimated) is judged by its estimation figures, and a sentence
-/// says so. Never throws on a model's content; a figure that is not finite does not pass.
+/// What a short record cannot tell is not judged, and the model usable: the residual tests on fewer than some 70
+/// samples or where passing says little (see kNoticedShare), the noise of an excitation that repeats without two
+/// periods. Every criterion that applied is listed with value and limit; each that failed or was not judged has a
+/// sentence, those of a rejection first. A model without validation (the whole record estimated) is judged by its
+/// estimation figures, and usable; a sentence says so. Never throws on a model's content; a figure that is not finite
+/// does not pass.
 [[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts = {});
 
 }  // namespace eha::ident

@@ -38,6 +38,15 @@ TEST(FrequencyResponseOf, UsesTheRepetitionWhereTheTonesJumpAtItsEnd) {
   EXPECT_EQ(measured->periods.count, 2U);
 }
 
+TEST(FrequencyResponseOf, TakesNoPeriodsAcrossAJumpOfTheTable) {
+  std::vector<std::string> notes;
+  Source source = source_of(25.0, 2, kTones);
+  source.record.input.conservativeResize(4500);
+  source.record.output.conservativeResize(4500);
+  EXPECT_FALSE(frequency_response_of(source, discarding(0.0), notes).has_value());
+  EXPECT_EQ(notes.at(0), "no frequency response: the record holds no two periods of the excited lines");
+}
+
 TEST(FrequencyResponseOf, MeasuresTheRealisationsOfTheLastRepetition) {
   std::vector<std::string> notes;
   const Source source = realised_source_of(4, 2);

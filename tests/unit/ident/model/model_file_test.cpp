@@ -53,7 +53,9 @@ Model full_model() {
   model.verdict = Verdict{true,
                           {"The residual is not white."},
                           Grade::usable,
-                          {{"validation_r2_percent", 99.1, 90.0, true}, {"residual_whiteness_p", 1e-3, 0.01, false}},
+                          {{"validation_r2_percent", 99.1, 90.0, true},
+                           {"residual_whiteness_p", 1e-3, 0.01, false},
+                           {"error_over_noise", std::numeric_limits<double>::quiet_NaN(), 3.0, false, false}},
                           FrequencyInterval{0.05, 0.65}};
   model.procedure = "paper";
   model.provenance = {{"normalisation", "a1 = 1"}, {"seed", "1"}};
@@ -98,6 +100,8 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.verdict->grade, Grade::usable);
   EXPECT_EQ(read.verdict->criteria.at(1).name, "residual_whiteness_p");
   EXPECT_FALSE(read.verdict->criteria.at(1).passed);
+  EXPECT_TRUE(read.verdict->criteria.at(1).judged);
+  EXPECT_FALSE(read.verdict->criteria.at(2).judged);
   EXPECT_EQ(read.verdict->usable_band->highest_Hz, 0.65);
   EXPECT_EQ(read.estimation->information->left_out.at(0).rise, 40.5);
   EXPECT_EQ(read.validation->tests->whiteness.degrees, 18U);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -315,6 +316,40 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
                 "The residual is no autoregressive noise of order 1 (p = 1e-05 for lags 1 to 20 together)."}));
 }
 
+const Criterion& criterion_of(const Verdict& verdict, const std::string& name) {
+  return *std::find_if(verdict.criteria.begin(), verdict.criteria.end(), [&](const auto& c) { return c.name == name; });
+}
+
+TEST(Verdict, DoesNotJudgeResidualsByTooFewSamples) {
+  Model model = good_model();
+  model.validation->score.samples = 60;
+  Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_FALSE(criterion_of(verdict, "residual_input_p").judged);
+  EXPECT_TRUE(criterion_of(verdict, "residual_whiteness_p").passed);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("with 60 validating samples the test would rather overlook"), std::string::npos);
+  // What it shows all the same, it shows.
+  model.validation->tests->input.p = 0.001;
+  verdict = judge(model, {});
+  EXPECT_TRUE(criterion_of(verdict, "residual_input_p").judged);
+  EXPECT_NE(verdict.reasons[0].find("correlates with past input"), std::string::npos);
+  model.validation->tests.reset();
+  verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_FALSE(criterion_of(verdict, "residual_whiteness_p").judged);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("are too few for the residual's tests"), std::string::npos);
+}
+
+TEST(Verdict, DoesNotJudgeAnErrorWhoseNoiseIsNotKnown) {
+  EXPECT_EQ(judge(good_model(), {}).grade, Grade::good) << "an excitation that does not repeat";
+  const Verdict verdict = judge(good_model(), {}, {.lacks_periods = true});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_FALSE(criterion_of(verdict, "error_over_noise").judged);
+  EXPECT_NE(verdict.reasons.at(0).find("too few periods"), std::string::npos);
+}
+
 TEST(Verdict, GradesExtrapolationAsUsable) {
   Model model = good_model();
   model.validation->extrapolated_percent = 5.1;
@@ -354,8 +389,7 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
   Model model = identified_model();
   model.parameters[0].lower95 = 0.0;
   EXPECT_EQ(judge(model, {}).grade, Grade::rejected);
-  EXPECT_EQ(judge(model, {}).reasons.front(),
-            "a2 = 0.60 +- 0.31: compatible with 0, its 95 % interval is 0 to 0.62.");
+  EXPECT_EQ(judge(model, {}).reasons.front(), "a2 = 0.60 +- 0.31: compatible with 0, its 95 % interval is 0 to 0.62.");
   // A coefficient that the structure or a request holds is not asked.
   model.parameters[0].fixed = true;
   EXPECT_EQ(judge(model, {}).grade, Grade::good);
@@ -368,6 +402,7 @@ TEST(Verdict, JudgesAModelWithoutValidationByItsEstimationAndSaysSo) {
   EXPECT_TRUE(verdict.accepted);
   ASSERT_EQ(verdict.reasons.size(), 1U);
   EXPECT_NE(verdict.reasons[0].find("Nothing was kept for validation"), std::string::npos);
+  EXPECT_EQ(verdict.grade, Grade::usable);
   model.estimation->score.r2_percent = 50.0;
   EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
   model.estimation.reset();
