@@ -8,11 +8,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <string_view>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -30,6 +33,8 @@ constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr const char* kFitFile = "fit.json";
 constexpr const char* kMessagesFile = "messages.txt";
 constexpr std::size_t kLongestMessage = 2000;
+constexpr std::string_view kPrefix = "eha: error: ";
+constexpr std::size_t kProbe = 64 * 1024;  // bytes; more than messages and a document take
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -41,6 +46,26 @@ std::string host_name() {
 bool was_told_to_end(int exit_code) {
   constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGKILL};
   return std::any_of(kSignals.begin(), kSignals.end(), [&](int number) { return exit_code == 128 + number; });
+}
+
+/// What failed on the batch's own disk, where a process ended with an error of input or output; empty when it was the
+/// record that could not be read.
+std::string disk_fault(const Result& result, const fs::path& folder) {
+  if (result.exit_code != static_cast<int>(ExitCode::io)) return {};
+  // What only a write meets: a full disk, a quota, a limit on files, a disk that became read-only.
+  for (const int number : {ENOSPC, EDQUOT, EFBIG, EROFS}) {
+    if (result.message.find(error_text(number)) != std::string::npos) return result.message;
+  }
+  // A full disk takes no message either.
+  try {
+    const fs::path probe = folder / "probe";
+    os::write_file_atomically(probe, std::string(kProbe, '.'));
+    std::error_code ignored;
+    fs::remove(probe, ignored);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
 }
 
 /// One record in progress.
@@ -63,6 +88,7 @@ class Fit {
   }
 
   [[nodiscard]] const Record& record() const noexcept { return record_; }
+  [[nodiscard]] const fs::path& folder() const noexcept { return folder_; }
   void kill() const noexcept { process_->signal(SIGKILL); }
 
   /// The result, or nothing while the process runs.
@@ -83,8 +109,9 @@ class Fit {
     }
     result.fit = nlohmann::ordered_json::parse(os::read_file(folder_ / kFitFile), nullptr, false);
     if (!result.fit.is_object() || !result.fit.contains("models")) result.fit = nullptr;
-    fs::remove(folder_ / kFitFile);
-    fs::remove(folder_ / kMessagesFile);
+    std::error_code ignored;
+    fs::remove(folder_ / kFitFile, ignored);
+    fs::remove(folder_ / kMessagesFile, ignored);
     // The models' documents stand in the folder `models`, too, and name the folder that this one was.
     if (is_judged(result)) result.fit.erase("files");
     return result;
@@ -128,6 +155,7 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
     }
     for (auto item = running.begin(); item != running.end();) {
       const std::optional<Result> result = (*item)->poll();
+      const std::string open_record = (*item)->record().source;
       if (!result) {
         ++item;
         continue;
@@ -136,6 +164,15 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
         const std::string message = result->message;
         end_all();
         throw ConfigError("the rules of the batch are wrong: " + message);
+      }
+      if (std::string fault = disk_fault(*result, (*item)->folder()); !fault.empty()) {
+        end_all();
+        while (fault.ends_with('\n')) fault.pop_back();
+        if (fault.starts_with(kPrefix)) fault.erase(0, kPrefix.size());
+        throw IoError(
+            fmt::format("the batch stops at {}, because its disk fails: {}; make room, then the same command "
+                        "goes on with the records that have no result",
+                        open_record, fault));
       }
       if (was_told_to_end(result->exit_code)) {
         all_have_results = false;

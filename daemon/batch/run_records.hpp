@@ -24,7 +24,8 @@ struct RunOptions {
 /// does one whose process somebody else told to end.
 /// @returns whether all records of the shard have a result
 /// @throws ConfigError  the rules themselves are wrong, so that no record can be fitted
-/// @throws IoError, PermissionError, UsageError  as BatchFolder
+/// @throws IoError  the batch's disk fails, under a process too, whose record stays open
+/// @throws PermissionError, UsageError  as BatchFolder
 bool run_records(BatchFolder& folder, const RunOptions& options);
 
 }  // namespace eha::batch

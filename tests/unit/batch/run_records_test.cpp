@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 
+#include "core/error.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::batch {
@@ -45,6 +46,36 @@ TEST_F(RunRecords, LeavesOpenWhatWasToldToEndAndGoesOnWithIt) {
   EXPECT_TRUE(is_judged(*batch_.result(second_)));
   EXPECT_TRUE(run(program("echo '{\"models\": []}'")));
   EXPECT_TRUE(batch_.result(first_));
+}
+
+TEST_F(RunRecords, StopsAtAFullDiskWithItsMessageAndLeavesTheRecordOpen) {
+  for (const char* words :
+       {"No space left on device", "Disk quota exceeded", "File too large", "Read-only file system"}) {
+    try {
+      run(program("[ $2 = b.csv ] && sleep 60\necho 'eha: error: cannot write models/io.json: " + std::string(words) +
+                  "' >&2\nexit 74"));
+      ADD_FAILURE() << words;
+    } catch (const IoError& error) {
+      const std::string what = error.what();
+      EXPECT_NE(what.find("a.csv"), std::string::npos) << what;
+      EXPECT_NE(what.find(std::string("cannot write models/io.json: ") + words), std::string::npos) << what;
+      EXPECT_EQ(what.find("eha: error"), std::string::npos) << what;
+      EXPECT_NE(what.find("the same command goes on"), std::string::npos) << what;
+    }
+    EXPECT_FALSE(batch_.result(first_)) << words;
+    EXPECT_FALSE(batch_.result(second_)) << "killed with the batch";
+  }
+  EXPECT_TRUE(run(program("echo '{\"models\": []}'")));
+  EXPECT_TRUE(is_judged(*batch_.result(first_)));
+}
+
+TEST_F(RunRecords, ListsARecordThatCannotBeReadAndGoesOn) {
+  EXPECT_TRUE(
+      run(program("[ $2 = b.csv ] && echo '{\"models\": []}' && exit 0\n"
+                  "echo 'eha: error: cannot read a.csv: Input/output error' >&2\nexit 74")));
+  ASSERT_TRUE(batch_.result(first_));
+  EXPECT_EQ(batch_.result(first_)->exit_code, 74);
+  EXPECT_TRUE(is_judged(*batch_.result(second_)));
 }
 
 TEST_F(RunRecords, KeepsACrashAsAResultThatIsNotTriedAgain) {
