@@ -2,6 +2,7 @@
 #include "daemon/control/server.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -34,6 +35,12 @@ bool is_listened_at(const sockaddr_un& address) {
   const os::FileDescriptor probe(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const int connected = connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
   return connected == 0 || errno == EAGAIN;
+}
+
+/// Whether bytes wait to be read.
+bool has_input(const os::FileDescriptor& descriptor) {
+  int bytes = 0;
+  return ioctl(descriptor.get(), FIONREAD, &bytes) == 0 && bytes > 0;
 }
 
 os::FileDescriptor listen_at(const std::filesystem::path& path) {
@@ -91,10 +98,13 @@ void Server::accept_clients() {
     ucred credentials{};
     socklen_t size = sizeof credentials;
     if (getsockopt(descriptor.get(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) continue;
+    const std::optional<Seat> seat = seat_for(credentials.uid);
+    if (!seat) continue;
     if (clients_.size() >= limits_.clients) make_room();
     const ClientId id = next_client_++;
     auto client = std::make_unique<Client>();
     client->peer = {id, credentials.uid, credentials.pid, name_of_(credentials.uid)};
+    client->seat = *seat;
     const int number = descriptor.get();
     client->descriptor = std::move(descriptor);
     client->last_heard = client->last_taken = std::chrono::steady_clock::now();
@@ -104,10 +114,35 @@ void Server::accept_clients() {
   }
 }
 
+std::optional<Server::Seat> Server::seat_for(uid_t uid) {
+  if (make_seat(uid, Seat::regular, limits_.clients_of_user)) return Seat::regular;
+  if (make_seat(uid, Seat::spare, limits_.spare_of_user)) return Seat::spare;
+  return std::nullopt;
+}
+
+bool Server::make_seat(uid_t uid, Seat seat, std::size_t most) {
+  std::size_t taken = 0;
+  const Client* silent = nullptr;
+  for (const auto& [id, client] : clients_) {
+    if (client->peer.uid != uid || client->seat != seat) continue;
+    ++taken;
+    // The oldest that has asked for nothing yet.
+    if (silent == nullptr && !client->has_asked && !has_input(client->descriptor)) silent = client.get();
+  }
+  if (taken < most) return true;
+  if (silent == nullptr) return false;
+  drop(silent->peer.client);
+  return true;
+}
+
 void Server::make_room() {
-  // Drops clients without a request first, then the one silent longest; busy clients last.
-  const auto rank = [](const Client& client) {
-    return std::make_tuple(client.busy, client.has_asked, client.last_heard);
+  std::map<uid_t, std::size_t> of_user;
+  for (const auto& [id, client] : clients_) ++of_user[client->peer.uid];
+  // Of the user with the most connections: clients without a request first, then the one silent longest; busy ones
+  // last.
+  const auto rank = [&](const Client& client) {
+    return std::make_tuple(-static_cast<std::ptrdiff_t>(of_user[client.peer.uid]), client.busy, client.has_asked,
+                           client.last_heard);
   };
   const auto idlest = std::min_element(clients_.begin(), clients_.end(),
                                        [&](const auto& a, const auto& b) { return rank(*a.second) < rank(*b.second); });
@@ -178,6 +213,15 @@ void Server::handle_lines(ClientId id) {
       send(*client, error_line(refusal->id, ExitCode::usage, refusal->message));
       continue;
     }
+    if (const auto& asked = std::get<Request>(parsed);
+        client->seat == Seat::spare && !std::holds_alternative<StopCall>(asked.call)) {
+      send(*client, error_line(asked.id, ExitCode::device_unavailable,
+                               fmt::format("{} has {} connections to ehad, the most that one user may have: end some "
+                                           "of the commands, watches or pages; eha stop works all the same",
+                                           client->peer.user, limits_.clients_of_user)));
+      client->closing = true;
+      return;
+    }
     client->busy = true;
     client->has_asked = true;
     on_request_(client->peer, std::get<Request>(parsed));
@@ -228,6 +272,7 @@ void Server::answer(ClientId id, const std::string& line) {
   Client* client = find(id);
   if (client == nullptr) return;
   client->busy = false;
+  if (client->seat == Seat::spare) client->closing = true;
   send(*client, line);
   // A request that arrived together with this one is in our buffer, for which epoll reports nothing.
   if (client->input.size() > 0) loop_.change(client->descriptor.get(), EPOLLIN | EPOLLOUT);

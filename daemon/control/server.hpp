@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -32,7 +33,9 @@ struct Peer {
 
 /// Limits on what clients may use.
 struct ServerLimits {
-  std::size_t clients = 256;                  ///< connections; beyond, the one idle longest is closed
+  std::size_t clients = 256;                  ///< connections; beyond, the idlest of the user with the most is closed
+  std::size_t clients_of_user = 64;           ///< connections of one user; the requests of further ones are refused
+  std::size_t spare_of_user = 8;              ///< these further ones, in which `stop` is not refused
   std::size_t unread_bytes = 1024 * 1024;     ///< output waiting for a reader, beyond one answer [bytes]
   std::chrono::milliseconds silence{30'000};  ///< before the first request, within a line, or without reading
 };
@@ -44,8 +47,9 @@ enum class Delivery {
 };
 
 /// The listening side of the socket. Everything is non-blocking and bounded: a client that floods, stalls, sends
-/// garbage or reads nothing is answered or dropped, and delays nobody. Each client's requests are answered one at a
-/// time, in order; the next one is read after the answer to the last one was read. Not thread-safe.
+/// garbage or reads nothing is answered or dropped, and delays nobody. One user's connections close no other's. Each
+/// client's requests are answered one at a time, in order; the next one is read after the answer to the last one was
+/// read. Not thread-safe.
 class Server {
  public:
   using OnRequest = std::function<void(const Peer&, const Request&)>;
@@ -77,6 +81,9 @@ class Server {
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
 
  private:
+  /// A client in a spare seat is beyond ServerLimits::clients_of_user: it may stop, once.
+  enum class Seat { regular, spare };
+
   struct Client {
     Peer peer;
     os::FileDescriptor descriptor;
@@ -85,14 +92,17 @@ class Server {
     bool busy = false;       ///< a request is under way
     bool closing = false;    ///< dropped once its output is read
     bool has_asked = false;  ///< sent at least one request
-    bool at_end = false;     ///< sends nothing any more
-    TimePoint last_heard;    ///< whole line
-    TimePoint line_begun;    ///< first byte of the unfinished line
-    TimePoint last_taken;    ///< output that was read, or was empty
+    Seat seat = Seat::regular;
+    bool at_end = false;   ///< sends nothing any more
+    TimePoint last_heard;  ///< whole line
+    TimePoint line_begun;  ///< first byte of the unfinished line
+    TimePoint last_taken;  ///< output that was read, or was empty
   };
 
   void accept_clients();
   void make_room();
+  [[nodiscard]] std::optional<Seat> seat_for(uid_t uid);
+  [[nodiscard]] bool make_seat(uid_t uid, Seat seat, std::size_t most);
   void serve(ClientId id, std::uint32_t events);
   void read_from(Client& client);
   void handle_lines(ClientId id);

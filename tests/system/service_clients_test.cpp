@@ -70,6 +70,26 @@ class BareClient {
   control::LineBuffer lines_{16 * 1024 * 1024};
 };
 
+/// Connects as another user while it lives, where the system allows that.
+class AsUser {
+ public:
+  explicit AsUser(uid_t uid) : is_root_(geteuid() == 0) {
+    if (is_root_) {
+      EXPECT_EQ(seteuid(uid), 0);
+    }
+  }
+  AsUser(const AsUser&) = delete;
+  AsUser& operator=(const AsUser&) = delete;
+  ~AsUser() {
+    if (is_root_) {
+      EXPECT_EQ(seteuid(0), 0);
+    }
+  }
+
+ private:
+  bool is_root_;
+};
+
 /// One that asks for the status and waits for each answer.
 struct WellBehaved {
   BareClient connection;
@@ -114,7 +134,8 @@ Json play(const Daemon& daemon, Client& client, const std::function<void()>& mea
 }
 
 TEST(ServiceClients, OfEveryBadKindLeaveNoTraceInTheRecord) {
-  constexpr int kOfEachKind = 34;  // six kinds, 204 clients
+  // Six kinds, 204 clients where they may be of several users, of whom each may have 64.
+  const int of_each_kind = can_change_user() ? 34 : 10;
   Daemon daemon("schema = 1\n[worker]\nwall_time_s = 1\n");
   daemon.start();
   Client client(daemon.socket());
@@ -129,7 +150,9 @@ TEST(ServiceClients, OfEveryBadKindLeaveNoTraceInTheRecord) {
   std::vector<BareClient> senders_of_half_lines;
   std::vector<BareClient> readers_of_nothing;
   std::vector<BareClient> silent;
-  for (int i = 0; i < kOfEachKind; ++i) {
+  daemon.open_to_all();
+  for (int i = 0; i < of_each_kind; ++i) {
+    const AsUser user(static_cast<uid_t>(1 + i % 4));
     well_behaved.push_back({BareClient(daemon)});
     senders_of_garbage.emplace_back(daemon);
     senders_of_long_lines.emplace_back(daemon);
@@ -197,7 +220,11 @@ TEST(ServiceClients, ShareNoLockAndNoHeapWithTheLoop) {
   Client client(daemon.socket());
   client.call("arm");
   std::vector<BareClient> others;
-  for (int i = 0; i < 100; ++i) others.emplace_back(daemon);
+  daemon.open_to_all();
+  for (int i = 0; i < 100; ++i) {
+    const AsUser user(static_cast<uid_t>(1 + i % 2));
+    others.emplace_back(daemon);
+  }
   std::mt19937 random(1);
   const std::int64_t entry = submit(client, quiet_experiment_text("trapped", 4.0), false);
   follow(daemon, entry, [&](const Json& snapshot) {
@@ -218,7 +245,40 @@ TEST(ServiceClients, ShareNoLockAndNoHeapWithTheLoop) {
 }
 #endif
 
-TEST(ServiceClients, BeyondTheGreatestNumberMakeRoomForThoseWhoAsk) {
+TEST(ServiceClients, OfOneUserCloseNobodyElsesWatchAndKeepNobodyFromStopping) {
+  if (!can_change_user()) GTEST_SKIP() << "needs two users";
+  Daemon daemon;
+  daemon.start();
+  daemon.open_to_all();
+  const auto bob = connect_as(1, daemon);
+  bob->call("watch", {{"rate_Hz", 25}});
+  std::string last;
+  std::vector<BareClient> many;
+  for (int i = 0; i < 400; ++i) {
+    const AsUser user(65534);
+    many.emplace_back(daemon);
+    many.back().send("{\"id\":1,\"method\":\"watch\",\"params\":{\"rate_Hz\":0.01}}\n");
+    ASSERT_TRUE(many.back().is_connected()) << i;
+    // The greeting, and the answer.
+    bool is_open = true;
+    for (int lines = 0; lines < 2 && is_open;) {
+      is_open = many.back().read();
+      while (const auto line = many.back().next_line()) {
+        last = *line;
+        ++lines;
+      }
+    }
+  }
+  EXPECT_EQ(Client(daemon.socket()).call("status").at("state"), "faulted");
+  for (int i = 0; i < 50; ++i) EXPECT_TRUE(bob->next_event(kGenerous)) << "the watch of another user goes on";
+  EXPECT_TRUE(many.front().read()) << "the oldest stays";
+  EXPECT_FALSE(many.back().read());
+  EXPECT_NE(last.find("nobody has 64 connections to ehad, the most that one user may have"), std::string::npos) << last;
+  EXPECT_NE(refused(*connect_as(65534, daemon), "status").message.find("eha stop works"), std::string::npos);
+  EXPECT_EQ(connect_as(65534, daemon)->call("stop").at("stopped"), "nothing");
+}
+
+TEST(ServiceClients, ThatAreSilentMakeRoomForThoseWhoAsk) {
   Daemon daemon;
   daemon.start();
   std::vector<BareClient> silent;

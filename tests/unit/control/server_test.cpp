@@ -205,6 +205,39 @@ TEST_F(ServerTest, MakesRoomForANewClientByDroppingTheIdlest) {
   for (const int descriptor : {asker, silent, late}) close(descriptor);
 }
 
+TEST_F(ServerTest, RefusesTheNewestOfAUserWithTooManyButNoStop) {
+  open({.clients = 256, .clients_of_user = 2, .spare_of_user = 1});
+  const int first = connect_raw();
+  const int second = connect_raw();
+  for (const int descriptor : {first, second}) {
+    say(descriptor, "{\"id\":1,\"method\":\"status\"}\n");
+    turn();
+    EXPECT_TRUE(hear(descriptor).ends_with("{\"id\":1,\"result\":{\"state\":\"idle\"}}\n"));
+  }
+  const int asker = connect_raw();
+  say(asker, "{\"id\":7,\"method\":\"status\"}\n");
+  turn();
+  const std::string refused = hear(asker);
+  EXPECT_NE(refused.find("{\"id\":7,\"error\":{\"code\":69,"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("has 2 connections to ehad, the most"), std::string::npos) << refused;
+  EXPECT_TRUE(refused.ends_with("<end>")) << refused;
+  // The spare connection is there for a stop, also when somebody has taken it and says nothing.
+  const int silent = connect_raw();
+  const int stopper = connect_raw();
+  EXPECT_TRUE(hear(silent).ends_with("<end>"));
+  say(stopper, "{\"id\":1,\"method\":\"stop\"}\n");
+  turn();
+  EXPECT_EQ(requests_.back(), "stop");
+  server_->respond(peer_.client, 1, {{"stopped", "nothing"}});
+  turn();
+  const std::string stopped = hear(stopper);
+  EXPECT_NE(stopped.find("{\"id\":1,\"result\":{\"stopped\":\"nothing\"}}"), std::string::npos) << stopped;
+  EXPECT_TRUE(stopped.ends_with("<end>")) << stopped;
+  EXPECT_EQ(server_->clients(), 2U);
+  EXPECT_EQ(hear(first), "") << "it stays";
+  for (const int descriptor : {first, second, asker, silent, stopper}) close(descriptor);
+}
+
 TEST_F(ServerTest, TakesThePlaceOfADeadOneAndOfNoLiveOne) {
   EXPECT_THROW(Server(
                    loop_, path_, {}, [](const Peer&, const Request&) {}, [](ClientId) {}, [](uid_t) { return ""; }),
