@@ -149,6 +149,7 @@ Call read_submit(Params& params) {
   }
   submit.fast = params.boolean("fast");
   submit.accept_travel_risk = params.boolean("accept_travel_risk");
+  submit.detach = params.boolean("detach");
   return submit;
 }
 
@@ -179,7 +180,7 @@ constexpr std::array<std::pair<std::string_view, Reader>, 16> kMethods{{
     {"stop", [](Params& params) -> Call { return StopCall{params.entry()}; }},
     {"cancel", [](Params& params) -> Call { return CancelCall{params.required_entry()}; }},
     {"watch", read_watch},
-    {"queue", [](Params&) -> Call { return QueueCall{}; }},
+    {"queue", [](Params& params) -> Call { return QueueCall{params.whole("over", 0)}; }},
     {"hold", [](Params& params) -> Call { return HoldCall{params.entry()}; }},
     {"move", read_move},
     {"release", [](Params& params) -> Call { return ReleaseCall{params.entry()}; }},

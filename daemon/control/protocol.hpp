@@ -37,6 +37,7 @@ struct SubmitCall {
   bool is_list = false;                          ///< answered with a list
   bool fast = false;                             ///< virtual time
   bool accept_travel_risk = false;               ///< queue what the rehearsal refuses
+  bool detach = false;                           ///< may start after this connection has ended
 };
 struct StopCall {
   std::optional<EntryId> entry;  ///< stop only if this one is on
@@ -57,7 +58,9 @@ struct WatchCall {
   std::optional<EntryId> entry;  ///< until this one is over
   bool samples = false;          ///< with the blocks of samples since the last event
 };
-struct QueueCall {};
+struct QueueCall {
+  std::optional<std::int64_t> over;  ///< of those that are over, at most the newest so many; none: all
+};
 struct ReleaseCall {
   std::optional<EntryId> entry;  ///< none: every held experiment of the caller
 };

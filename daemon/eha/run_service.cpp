@@ -132,6 +132,7 @@ Json submitted(Client& client, const std::vector<ExperimentFile>& files, const R
   const auto options = [&command](Json params) {
     params["fast"] = command.fast;
     params["accept_travel_risk"] = command.accept_travel_risk;
+    params["detach"] = command.detach;
     return params;
   };
   // A check of one takes the service less than the minute that a call waits by itself.

@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <iterator>
 #include <sstream>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 
 namespace eha::service {
 namespace {
@@ -27,7 +29,8 @@ std::string replace_all(std::string text, const std::string& what, const std::st
 }  // namespace
 
 void Checker::add(Task task, Done done) {
-  checks_.push_back({std::move(task), std::move(done)});
+  const auto place = task.is_urgent ? std::next(checks_.begin(), process_ ? 1 : 0) : checks_.end();
+  checks_.insert(place, {std::move(task), std::move(done)});
   poll();
 }
 
@@ -68,6 +71,13 @@ nlohmann::ordered_json rehearsal_of(const worker::WorkerEnd& end) {
   using Json = nlohmann::ordered_json;
   const Json document = Json::parse(end.output, nullptr, false);
   return document.is_object() ? document.value("rehearsal", Json()) : Json();
+}
+
+void write_checked_files(const std::filesystem::path& folder, const std::string& experiment,
+                         const config::RigConfig& rig) {
+  os::create_folders(folder);
+  os::write_file_atomically(folder / kCheckedExperiment, experiment);
+  os::write_file_atomically(folder / kCheckedRig, rig.text);
 }
 
 void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "config/rig_config.hpp"
 #include "daemon/worker/worker_process.hpp"
 
 namespace eha::service {
@@ -31,6 +32,7 @@ class Checker {
     std::optional<double> place_in = {};  ///< where the rod stands; none: `eha check` assumes [in]
     bool accept_travel_risk = false;      ///< of what the rehearsal would refuse
     std::optional<int> avoided_cpu = {};  ///< the loop's
+    bool is_urgent = false;               ///< goes before all that are not on yet
   };
 
   void add(Task task, Done done);
@@ -54,6 +56,13 @@ class Checker {
 
 /// The rehearsal in the document that a check has printed, as in the answer of `eha check --json`; null without one.
 [[nodiscard]] nlohmann::ordered_json rehearsal_of(const worker::WorkerEnd& end);
+
+inline constexpr const char* kCheckedExperiment = "experiment.toml";
+inline constexpr const char* kCheckedRig = "rig.toml";
+
+/// Writes the two files of a check into its folder, which is made. @throws IoError, PermissionError
+void write_checked_files(const std::filesystem::path& folder, const std::string& experiment,
+                         const config::RigConfig& rig);
 
 /// A file that a check reads, and what messages are to call it.
 struct CheckedFile {

@@ -91,7 +91,9 @@ Json Supervisor::status() const {
                        {"user", holder->user},
                        {"remaining_s", std::ceil(lease_.remaining(Clock::now()).count())}};
   }
-  status["rod"] = active_ && active_->playing ? rig_.rod(active_->watch->board.read()) : rig_.rod();
+  // Before its first tick a run knows nothing of the rod.
+  const bool has_ticked = active_ && active_->playing && active_->watch->board.read().counters.ticks > 0;
+  status["rod"] = has_ticked ? rig_.rod(active_->watch->board.read()) : rig_.rod();
   status["run"] = nullptr;
   if (active_) {
     status["run"] = entry(active_->entry);
@@ -123,7 +125,11 @@ bool Supervisor::entry_is_over(EntryId id) const {
 }
 
 std::string Supervisor::waiting_reason(const Entry& entry) const {
+  if (next_ && next_->entry == entry.id) return "its rehearsal from where the rod stands now";
   if (entry.state == EntryState::waiting) return "the experiments before it";
+  if (!entry.note.empty()) {
+    return fmt::format("its release by {} (eha arm, eha queue release {}): {}", entry.user, entry.id, entry.note);
+  }
   const std::string release = fmt::format("eha queue release {}", entry.id);
   if (may_start(entry.uid)) return fmt::format("its release by {} ({})", entry.user, release);
   if (lease_.holder() && !lease_.is_held_by(entry.uid)) {
@@ -133,10 +139,14 @@ std::string Supervisor::waiting_reason(const Entry& entry) const {
   return fmt::format("the rig to be armed by {} (eha arm), then its release ({})", entry.user, release);
 }
 
-Json Supervisor::queue() const {
+Json Supervisor::queue(std::optional<std::int64_t> over) const {
+  const std::vector<EntryId> ids = queue_.in_order();
+  // Those that are over come first, the oldest before the others.
+  const std::int64_t all_over = std::count_if(ids.begin(), ids.end(), [this](EntryId id) { return entry_is_over(id); });
+  const std::int64_t left_out = std::max<std::int64_t>(0, all_over - over.value_or(all_over));
   Json list = Json::array();
-  for (const EntryId id : queue_.in_order()) list.push_back(entry(id));
-  return {{"entries", std::move(list)}};
+  for (auto id = ids.begin() + left_out; id != ids.end(); ++id) list.push_back(entry(*id));
+  return {{"entries", std::move(list)}, {"left_out", left_out}};
 }
 
 void Supervisor::runs(Answer answer) {

@@ -54,6 +54,7 @@ Entry entry_from_text(const std::string& text) {
     entry.placed_in = *placed;
   entry.place = json.value("place", entry.id);
   entry.rehearsal = json.value("rehearsal", Json());
+  entry.accept_travel_risk = json.value("accept_travel_risk", false);
   entry.warnings = json.value("warnings", std::vector<std::string>());
   if (entry.id < 1) throw DataError("entry: expected a number above 0");
   return entry;
@@ -138,6 +139,7 @@ void QueueStore::save(const Entry& entry) const {
   Json json{{"schema", kSchema}};
   json.update(describe(entry));
   json["place"] = entry.place;
+  json["accept_travel_risk"] = entry.accept_travel_risk;
   json["experiment"] = entry.experiment;
   os::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
@@ -254,12 +256,12 @@ Entry* Queue::next_to_fit() {
   return nullptr;
 }
 
-std::vector<EntryId> Queue::forget_old() {
+std::vector<EntryId> Queue::forget_old(EntryId kept) {
   auto over = static_cast<std::size_t>(
       std::count_if(entries_.begin(), entries_.end(), [&](const auto& item) { return is_over(item.second); }));
   std::vector<EntryId> forgotten;
   for (auto item = entries_.begin(); item != entries_.end() && over > kMostOver;) {
-    if (!is_over(item->second)) {
+    if (!is_over(item->second) || item->first == kept) {
       ++item;
       continue;
     }

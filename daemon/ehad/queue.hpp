@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,6 +15,10 @@
 
 #include "core/os/file_descriptor.hpp"
 #include "daemon/control/protocol.hpp"
+
+namespace eha::config {
+struct RigConfig;
+}
 
 namespace eha::service {
 
@@ -26,6 +31,12 @@ using control::Json;
 /// result is being read.
 enum class EntryState { held, waiting, running, fitting, judging, over, cancelled };
 
+/// What a rehearsal began from.
+struct RehearsedFrom {
+  std::shared_ptr<const config::RigConfig> rig;
+  std::optional<double> place_in;  ///< of the rod; none: it was not known
+};
+
 /// A submitted experiment. State `running` is saved before the rig moves, so a crash never replays an experiment.
 struct Entry {
   EntryId id = 0;
@@ -35,17 +46,21 @@ struct Entry {
   std::string file;  ///< the client's name for it, for messages
   uid_t uid = 0;     ///< who submitted it
   std::string user;
-  bool fast = false;       ///< virtual time
-  std::string submitted;   ///< UTC
-  std::string experiment;  ///< TOML; empty once it is over
-  std::string run;         ///< name of the run folder; empty before
-  std::string outcome;     ///< of the run: completed, faulted, ...; "lost" when nothing of it was recorded
-  std::string note;        ///< why it did not end well, or could not be fitted
+  bool fast = false;                ///< virtual time
+  bool accept_travel_risk = false;  ///< played whatever a rehearsal says
+  std::string submitted;            ///< UTC
+  std::string experiment;           ///< TOML; empty once it is over
+  std::string run;                  ///< name of the run folder; empty before
+  std::string outcome;              ///< of the run: completed, faulted, ...; "lost" when nothing of it was recorded
+  std::string note;                 ///< why it did not end well, or could not be fitted
   std::vector<std::string> warnings = {};  ///< on a run that completed: near a limit, late ticks, ...
   std::optional<double> placed_in = {};    ///< of an experiment that only places the rod: where it is at its end [in]
   Json rehearsal = {};                     ///< as `eha check --json` has it; null where nothing is known
   Json models = Json::array();             ///< as in the run's manifest, once it is fitted
   int exit_code = 0;                       ///< what `eha run` ends with, once it is over
+  // These two are not saved: a restart ends every connection, and what it holds is rehearsed anew.
+  std::uint64_t client = 0;                     ///< connection without which it does not start; 0: it needs none
+  std::optional<RehearsedFrom> rehearsed = {};  ///< of `rehearsal`; none: not since the start of the service
 };
 
 /// "waiting", ...
@@ -112,8 +127,8 @@ class Queue {
   /// The oldest entry that is to be fitted; nullptr when there is none.
   [[nodiscard]] Entry* next_to_fit();
 
-  /// Removes the oldest entries that are over, beyond kMostOver. @returns their numbers
-  std::vector<EntryId> forget_old();
+  /// Removes the oldest entries that are over, beyond kMostOver, but never `kept`. @returns their numbers
+  std::vector<EntryId> forget_old(EntryId kept);
 
  private:
   std::map<EntryId, Entry> entries_;

@@ -109,16 +109,36 @@ void RigKeeper::read_idle_rig() {
     return;
   }
   hal::RigReading reading;
+  if (read(*rig, reading) != hal::RigStatus::ok) reads_left_out_ = kRestAfterFailure;
+}
+
+hal::RigStatus RigKeeper::read(hal::Rig& rig, hal::RigReading& reading) {
   // The time of a run begins with the run.
-  const hal::RigStatus status = rig->read(0, reading);
+  const hal::RigStatus status = rig.read(0, reading);
   if (status == hal::RigStatus::ok) {
     rod_.add(reading);
     idle_blocks_.add({ns_since_epoch(std::chrono::steady_clock::now()),
                       ns_since_epoch(std::chrono::system_clock::now()), reading.displacement_in});
   } else {
     rod_.fail(status);
-    reads_left_out_ = kRestAfterFailure;
   }
+  return status;
+}
+
+void RigKeeper::read_place(std::function<void(std::future<double>)> then) {
+  thread_->ask(
+      [this] {
+        hal::Rig* rig = card_ ? &card_->rig() : replica_.get();
+        hal::RigReading reading;
+        if (rig == nullptr) throw DeviceError("the rig is not open; eha arm opens it");
+        hal::RigStatus status = read(*rig, reading);
+        if (status == hal::RigStatus::timed_out) status = read(*rig, reading);
+        if (status != hal::RigStatus::ok) {
+          throw DeviceError("the place of the rod cannot be read; eha read says why");
+        }
+        return reading.displacement_in;
+      },
+      std::move(then));
 }
 
 RigKeeper::Json RigKeeper::rod(const acquisition::Snapshot& now) const {

@@ -83,6 +83,10 @@ class RigKeeper {
   /// The same of a run that is on.
   [[nodiscard]] Json rod(const acquisition::Snapshot& now) const;
 
+  /// Reads where the rod of a rig that is not driven is now, after all that the rig's thread was asked for before.
+  /// @param then  gets the place [in]; DeviceError when it cannot be read
+  void read_place(std::function<void(std::future<double>)> then);
+
   /// Samples of the rig: of the reads between runs, and of the runs whose RunWatch has it.
   [[nodiscard]] play::SampleStream& samples() noexcept { return samples_; }
   [[nodiscard]] const play::SampleStream& samples() const noexcept { return samples_; }
@@ -117,6 +121,8 @@ class RigKeeper {
   void open(const config::RigConfig& config);
   void close() noexcept;
   void read_idle_rig();
+  /// Reads the rig and passes what was read to the rod's view and the sample stream.
+  hal::RigStatus read(hal::Rig& rig, hal::RigReading& reading);
 
   Config config_;
   std::filesystem::path snapshot_;

@@ -61,7 +61,10 @@ Service::Service(const Options& options)
       server_(
           loop_, options.socket, control::ServerLimits{},
           [this](const control::Peer& peer, const control::Request& request) { on_request(peer, request); },
-          [this](control::ClientId client) { watchers_.erase(client); },
+          [this](control::ClientId client) {
+            watchers_.erase(client);
+            supervisor_.client_gone(client);
+          },
           [this](uid_t uid) { return names_.name(uid); }) {
   loop_.add(signals_.get(), EPOLLIN, [this](std::uint32_t) { on_signal(); });
   spdlog::info("listening at {}; the rig is faulted until somebody arms it", options.socket.string());
@@ -164,7 +167,7 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
         if constexpr (std::is_same_v<T, control::StopCall>) now(supervisor_.stop(peer, call.entry));
         if constexpr (std::is_same_v<T, control::CancelCall>) supervisor_.cancel(peer, call.entry, later);
         if constexpr (std::is_same_v<T, control::WatchCall>) watch(peer, request.id, call);
-        if constexpr (std::is_same_v<T, control::QueueCall>) now(supervisor_.queue());
+        if constexpr (std::is_same_v<T, control::QueueCall>) now(supervisor_.queue(call.over));
         if constexpr (std::is_same_v<T, control::HoldCall>) now(supervisor_.hold(peer, call.entry));
         if constexpr (std::is_same_v<T, control::MoveCall>) supervisor_.move(peer, call, later);
         if constexpr (std::is_same_v<T, control::ReleaseCall>) now(supervisor_.release(peer, call.entry));

@@ -81,6 +81,7 @@ void Supervisor::load_queue() {
     if (entries[i].state != before[i].state) store_.save(entries[i]);
   }
   queue_ = Queue(std::move(entries));
+  for (const EntryId old : queue_.forget_old(0)) store_.remove(old);
   queue_.hold_waiting();
   if (const std::size_t held = queue_.count(EntryState::held); held > 0) {
     spdlog::info("{} experiments are held until their owners arm the rig and release them (eha queue release)", held);
@@ -171,6 +172,7 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
 
 void Supervisor::disarm_rig(const std::string& why, LeaseFate lease) {
   disarmed_because_ = why;
+  next_.reset();
   const Lease::Holder* holder = lease_.holder();
   const std::string kept =
       lease == LeaseFate::kept && holder ? fmt::format("; the lease stays with {}", holder->user) : "";

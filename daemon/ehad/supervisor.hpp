@@ -56,7 +56,8 @@ class Supervisor {
   Json stop(const Peer& peer, std::optional<EntryId> only);
   void submit(const Peer& peer, control::SubmitCall call, Answer answer);
   void cancel(const Peer& peer, EntryId id, Answer answer);
-  [[nodiscard]] Json queue() const;
+  /// @param over  of those that are over, the newest so many; none: all
+  [[nodiscard]] Json queue(std::optional<std::int64_t> over) const;
   Json hold(const Peer& peer, std::optional<EntryId> only);
   Json release(const Peer& peer, std::optional<EntryId> only);
   void move(const Peer& peer, const control::MoveCall& call, Answer answer);
@@ -65,6 +66,9 @@ class Supervisor {
   void remove(const Peer& peer, const std::string& run, Answer answer);
   [[nodiscard]] std::string metrics() const;
   void reload(Answer answer);
+
+  /// A connection has ended: what it submitted attached and has not begun does not start by itself any more.
+  void client_gone(control::ClientId client);
 
   /// The rig's samples, for watchers.
   [[nodiscard]] const play::SampleStream& samples() const noexcept { return rig_.samples(); }
@@ -96,15 +100,28 @@ class Supervisor {
     uid_t uid = 0;
     std::vector<Entry> entries;
     bool is_list = false;
-    bool accept_travel_risk = false;
-    bool moves_at_once = false;  ///< a placing is among them
+    RigKeeper::Config rig;         ///< that it is checked against
+    control::ClientId client = 0;  ///< that must not have gone before they start; 0: none
+    bool moves_at_once = false;    ///< a placing is among them
     Answer answer;
     std::size_t checked = 0;
   };
 
   void load_queue();
 
+  // The start of an experiment: its turn comes, the rod's place is read, it is rehearsed from there, it begins.
+  struct Start {
+    EntryId entry = 0;
+    std::filesystem::path folder;  ///< of its check; of this attempt alone, because an earlier one may not be over yet
+  };
+  using Turn = std::shared_ptr<const Start>;
   void start_next();
+  [[nodiscard]] Entry* whose_turn();
+  [[nodiscard]] Entry* still_next(const Turn& turn);
+  void rehearse_next(const Turn& turn, std::future<double> read);
+  void check_next(const Turn& turn, double place_in);
+  void finish_rehearsal(const Turn& turn, double place_in, const worker::WorkerEnd& end);
+  void start(Entry& entry);
   void begin(EntryId id, std::future<std::filesystem::path> prepared);
   void finish(EntryId id, std::future<play::FinishedRun> played);
   void give_up(Entry& entry, ExitCode code, const std::string& why);
@@ -124,6 +141,7 @@ class Supervisor {
   void start_fit();
   void finish_fit(EntryId id, const worker::WorkerEnd& end);
   void close_entry(Entry& entry, ExitCode code);
+  void forget_old(EntryId kept);
   [[nodiscard]] std::set<std::string> runs_in_use() const;
   void make_room(const std::set<std::string>& in_use, double budget_GiB);
   void account_for(const std::string& run);
@@ -131,6 +149,8 @@ class Supervisor {
   void check(const std::shared_ptr<Submission>& submission);
   void enqueue(const std::shared_ptr<Submission>& submission);
   void end_submission(const Submission& submission);
+  void remove_check_folder(const std::filesystem::path& folder);
+  void hold_for_lost_client(Entry& entry);
   void refuse(const Submission& submission);
   /// A forgotten move must not begin when somebody arms for something else.
   /// @throws PermissionError
@@ -153,8 +173,11 @@ class Supervisor {
   QueueStore store_;
   Queue queue_;
   std::map<uid_t, std::size_t> submissions_;  ///< of each user: being checked, not in the queue yet
+  std::map<control::ClientId, std::shared_ptr<Submission>> attached_;  ///< those of them that need their client
   Lease lease_;
   std::optional<ActiveRun> active_;
+  std::uint64_t starts_ = 0;  ///< attempted since the start of the service
+  Turn next_;  ///< the experiment that is about to begin; another object for each attempt, none after a disarm
   std::string disarmed_because_ = "ehad has started";
   bool shutting_down_ = false;
   Health health_;

@@ -23,9 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kCheckedExperiment = "experiment.toml";
-constexpr const char* kCheckedRig = "rig.toml";
-
 bool is_queued(const Entry& entry) { return entry.state == EntryState::waiting || entry.state == EntryState::held; }
 
 }  // namespace
@@ -42,8 +39,10 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
   auto submission = std::make_shared<Submission>();
   submission->uid = peer.uid;
   submission->is_list = call.is_list;
-  submission->accept_travel_risk = call.accept_travel_risk;
+  submission->rig = rig_.config();
+  submission->client = call.detach ? 0 : peer.client;
   submission->answer = std::move(answer);
+  if (!call.detach) attached_[peer.client] = submission;
   for (control::SubmittedExperiment& experiment : call.experiments) {
     Entry entry;
     entry.id = queue_.take_id();
@@ -51,13 +50,14 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
     entry.uid = peer.uid;
     entry.user = peer.user;
     entry.fast = call.fast;
+    entry.accept_travel_risk = call.accept_travel_risk;
     entry.submitted = record::utc_now();
     entry.experiment = std::move(experiment.text);
     submission->entries.push_back(std::move(entry));
   }
   const fs::path folder = check_folder(submission->entries.front().id).parent_path();
   disk_thread_.ask(
-      [submission, folder, rig = rig_.config()] {
+      [submission, folder] {
         for (Entry& entry : submission->entries) {
           // Faults of the text itself are found here, at once, and no file that it names is read.
           const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file);
@@ -65,10 +65,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
           submission->moves_at_once = submission->moves_at_once || experiment.place_in.has_value();
         }
         for (const Entry& entry : submission->entries) {
-          const fs::path own = folder / std::to_string(entry.id);
-          os::create_folders(own);
-          os::write_file_atomically(own / kCheckedExperiment, entry.experiment);
-          os::write_file_atomically(own / kCheckedRig, rig->text);
+          write_checked_files(folder / std::to_string(entry.id), entry.experiment, *submission->rig);
         }
       },
       [this, submission](std::future<void> written) {
@@ -106,39 +103,45 @@ std::optional<double> Supervisor::place_at_start() const {
 void Supervisor::check(const std::shared_ptr<Submission>& submission) {
   const Entry& entry = submission->entries[submission->checked];
   const fs::path folder = check_folder(entry.id);
-  checker_.add({.experiment = folder / kCheckedExperiment,
-                .rig = folder / kCheckedRig,
-                .place_in = submission->checked == 0 || !rig_.moves_machine() ? place_at_start() : std::nullopt,
-                .accept_travel_risk = submission->accept_travel_risk,
-                .avoided_cpu = rig_.config()->realtime.cpu},
-               [this, submission, folder](const worker::WorkerEnd& end) {
-                 try {
-                   throw_if_failed(end, {folder / kCheckedExperiment, submission->entries[submission->checked].file},
-                                   {folder / kCheckedRig, options_.rig_file});
-                 } catch (const Error&) {
-                   refuse(*submission);
-                   return;
-                 }
-                 submission->entries[submission->checked].rehearsal = rehearsal_of(end);
-                 ++submission->checked;
-                 if (submission->checked < submission->entries.size()) {
-                   check(submission);
-                 } else {
-                   enqueue(submission);
-                 }
-               });
+  const auto place_in = submission->checked == 0 || !rig_.moves_machine() ? place_at_start() : std::nullopt;
+  checker_.add(
+      {.experiment = folder / kCheckedExperiment,
+       .rig = folder / kCheckedRig,
+       .place_in = place_in,
+       .accept_travel_risk = entry.accept_travel_risk,
+       .avoided_cpu = rig_.config()->realtime.cpu},
+      [this, submission, folder, place_in](const worker::WorkerEnd& end) {
+        Entry& checked = submission->entries[submission->checked];
+        try {
+          throw_if_failed(end, {folder / kCheckedExperiment, checked.file}, {folder / kCheckedRig, options_.rig_file});
+        } catch (const Error&) {
+          refuse(*submission);
+          return;
+        }
+        checked.rehearsal = rehearsal_of(end);
+        checked.rehearsed = {submission->rig, place_in};
+        ++submission->checked;
+        if (submission->checked < submission->entries.size()) {
+          check(submission);
+        } else {
+          enqueue(submission);
+        }
+      });
 }
 
 void Supervisor::end_submission(const Submission& submission) {
   auto& count = submissions_[submission.uid];
   count -= submission.entries.size();
   if (count == 0) submissions_.erase(submission.uid);
-  std::vector<fs::path> folders;
-  for (const Entry& entry : submission.entries) folders.push_back(check_folder(entry.id));
+  if (submission.client != 0) attached_.erase(submission.client);
+  for (const Entry& entry : submission.entries) remove_check_folder(check_folder(entry.id));
+}
+
+void Supervisor::remove_check_folder(const fs::path& folder) {
   disk_thread_.ask(
-      [folders = std::move(folders)] {
+      [folder] {
         std::error_code ignored;
-        for (const fs::path& folder : folders) fs::remove_all(folder, ignored);
+        fs::remove_all(folder, ignored);
       },
       [](std::future<void>) {});
 }
@@ -158,6 +161,7 @@ void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
         }
       },
       [this, submission](std::future<void> saved) {
+        const bool has_lost_client = submission->client != 0 && !attached_.contains(submission->client);
         end_submission(*submission);
         submission->answer([&]() -> Json {
           saved.get();
@@ -166,6 +170,8 @@ void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
             Entry& added = queue_.add(std::move(entry));
             // Only an experiment whose owner has the armed rig may start by itself.
             added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
+            added.client = submission->client;
+            if (has_lost_client) hold_for_lost_client(added);
             spdlog::info("experiment {} (\"{}\" of {}): {}", added.id, added.name, added.user, to_text(added.state));
             ids.push_back(added.id);
           }
@@ -177,6 +183,22 @@ void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
           return {{"entries", std::move(list)}};
         });
       });
+}
+
+void Supervisor::client_gone(control::ClientId client) {
+  attached_.erase(client);
+  for (const auto& [id, entry] : queue_.entries()) {
+    if (entry.client == client) hold_for_lost_client(*queue_.find(id));
+  }
+}
+
+void Supervisor::hold_for_lost_client(Entry& entry) {
+  entry.client = 0;
+  if (!is_queued(entry)) return;
+  entry.state = EntryState::held;
+  entry.note = "the connection of the command that submitted it was lost before it began";
+  spdlog::warn("experiment {}: held: {}", entry.id, entry.note);
+  save(entry);
 }
 
 void Supervisor::require_room_in_queue(const Peer& peer, std::size_t wanted) const {
@@ -249,7 +271,10 @@ Json Supervisor::release(const Peer& peer, std::optional<EntryId> only) {
     ids = {*only};
   }
   for (const EntryId id : ids) {
-    queue_.find(id)->state = EntryState::waiting;
+    Entry& entry = *queue_.find(id);
+    entry.state = EntryState::waiting;
+    // Its owner knows of it again.
+    entry.note.clear();
     spdlog::info("experiment {}: released by {} (uid {}, pid {})", id, peer.user, peer.uid, peer.pid);
   }
   lease_.renew(Clock::now());
@@ -286,12 +311,13 @@ void Supervisor::cancel(const Peer& peer, EntryId id, Answer answer) {
   entry.experiment.clear();
   spdlog::info("experiment {}: cancelled by {}", id, peer.user);
   disk_thread_.ask([this, copy = entry] { store_.save(copy); },
-                   [this, id, answer = std::move(answer)](std::future<void> saved) {
+                   [described = this->entry(id), answer = std::move(answer)](std::future<void> saved) {
                      answer([&]() -> Json {
                        saved.get();
-                       return this->entry(id);
+                       return described;
                      });
                    });
+  forget_old(id);
 }
 
 }  // namespace eha::service

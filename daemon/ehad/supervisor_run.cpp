@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What runs: an experiment is chosen, played, fitted, and then over.
+// What runs: an experiment that was played is fitted, and then over.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -9,10 +9,8 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "daemon/ehad/play.hpp"
 #include "daemon/ehad/recovery.hpp"
 #include "daemon/ehad/supervisor.hpp"
-#include "daemon/record/run_folder.hpp"
 
 namespace eha::service {
 namespace {
@@ -40,53 +38,6 @@ void Supervisor::save(const Entry& entry) {
                        spdlog::error("experiment {}: cannot save its queue entry: {}", id, error.what());
                      }
                    });
-}
-
-void Supervisor::start_next() {
-  if (shutting_down_ || active_ || !lease_.holder() || !rig_.is_armed()) return;
-  Entry* entry = queue_.next_of(lease_.holder()->uid);
-  if (entry == nullptr) return;
-  entry->state = EntryState::running;
-  active_.emplace(ActiveRun{.entry = entry->id,
-                            .playing = false,
-                            .watch = std::make_shared<play::RunWatch>(),
-                            .stop = std::make_shared<acquisition::StopRequest>()});
-  active_->watch->samples = &rig_.samples();
-  update_inhibitor();
-  acquisition::Snapshot first;
-  first.state = acquisition::State::armed;
-  active_->watch->board.publish(first);
-  // State `running` and the folder's name are saved before the rig moves, so a crash never replays an experiment.
-  disk_thread_.ask(
-      [this, entry = *entry, in_use = runs_in_use(), budget_GiB = config_.disk_budget_GiB]() mutable {
-        make_room(in_use, budget_GiB);
-        const fs::path folder = record::create_run_folder(runs_folder(), entry.name);
-        entry.run = folder.filename().string();
-        index_->begin(entry.run, entry.uid);
-        store_.save(entry);
-        return folder;
-      },
-      [this, id = entry->id](std::future<fs::path> prepared) { begin(id, std::move(prepared)); });
-}
-
-void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
-  Entry& entry = *queue_.find(id);
-  fs::path folder;
-  try {
-    folder = prepared.get();
-  } catch (const Error& error) {
-    give_up(entry, error.exit_code(), error.what());
-    return;
-  }
-  entry.run = folder.filename().string();
-  spdlog::info("experiment {} (\"{}\" of {}): runs in {}", id, entry.name, entry.user, folder.string());
-  active_->playing = true;
-  rig_.play(
-      [this, entry, folder, config = rig_.config_of_next_run(), watch = active_->watch, stop = active_->stop](
-          OwnedRig* card, acquisition::StateMachine& machine) {
-        return play(entry, folder, *config, card, rig_.snapshot(), options_.non_realtime, machine, *stop, *watch);
-      },
-      [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
 }
 
 void Supervisor::finish(EntryId id, std::future<play::FinishedRun> played) {
@@ -164,10 +115,14 @@ void Supervisor::close_entry(Entry& entry, ExitCode code) {
   entry.exit_code = static_cast<int>(code);
   entry.experiment.clear();
   save(entry);
-  for (const EntryId old : queue_.forget_old()) {
+  forget_old(entry.id);
+  account_for(entry.run);
+}
+
+void Supervisor::forget_old(EntryId kept) {
+  for (const EntryId old : queue_.forget_old(kept)) {
     disk_thread_.ask([this, old] { store_.remove(old); }, [](std::future<void>) {});
   }
-  account_for(entry.run);
 }
 
 void Supervisor::start_fit() {

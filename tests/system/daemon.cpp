@@ -202,7 +202,11 @@ std::string faulting_experiment_text(const std::string& name) {
 
 std::int64_t submit(control::Client& client, const std::string& experiment, bool fast) {
   return client
-      .call("submit", {{"experiment", experiment}, {"name", "test.toml"}, {"fast", fast}, {"accept_travel_risk", true}})
+      .call("submit", {{"experiment", experiment},
+                       {"name", "test.toml"},
+                       {"fast", fast},
+                       {"accept_travel_risk", true},
+                       {"detach", true}})
       .at("entry");
 }
 

@@ -100,7 +100,7 @@ class Daemon {
 /// One that drives the rod into its travel limit within a few seconds.
 [[nodiscard]] std::string faulting_experiment_text(const std::string& name);
 
-/// Submits an experiment, whatever the rehearsal says of it. @returns its number in the queue
+/// Submits an experiment that outlives the client, whatever the rehearsal says of it. @returns its number in the queue
 std::int64_t submit(control::Client& client, const std::string& experiment, bool fast = true);
 
 /// Follows an experiment until it is over, or until `enough` says so. @returns its entry then

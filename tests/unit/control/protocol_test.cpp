@@ -44,6 +44,10 @@ TEST(Protocol, ReadsEachMethodWithItsParameters) {
   EXPECT_EQ(submit.experiments[0].name, "???");  // for logs and messages: printable only
   EXPECT_TRUE(submit.fast);
   EXPECT_FALSE(submit.is_list);
+  EXPECT_FALSE(submit.detach);
+  EXPECT_TRUE(call_of<SubmitCall>(R"({"id":1,"method":"submit","params":{"experiment":"a","detach":true}})").detach);
+  EXPECT_FALSE(call_of<QueueCall>(R"({"id":1,"method":"queue"})").over);
+  EXPECT_EQ(call_of<QueueCall>(R"({"id":1,"method":"queue","params":{"over":0}})").over, 0);
   EXPECT_EQ(call_of<HoldCall>(R"({"id":1,"method":"hold","params":{"entry":4}})").entry, 4);
   const auto move = call_of<MoveCall>(R"({"id":1,"method":"move","params":{"entry":4,"by":-1}})");
   EXPECT_EQ(move.entry, 4);

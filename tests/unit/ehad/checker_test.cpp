@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
 #include <string>
 
 #include "core/error.hpp"
+#include "tests/unit/temporary_folder.hpp"
 
 namespace eha::service {
 namespace {
@@ -43,6 +46,27 @@ TEST(Checker, SaysThatACheckWasTooLong) {
   } catch (const IoError& error) {
     EXPECT_NE(std::string(error.what()).find("fewer tones"), std::string::npos);
   }
+}
+
+TEST(Checker, TakesAnUrgentCheckNextAndEndsTheOneThatIsOnFirst) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path helper = folder.write(
+      "helper.sh", "#!/bin/sh\nwhile [ ! -e " + (folder.path() / "go").string() + " ]; do sleep 0.01; done\n");
+  std::filesystem::permissions(helper, std::filesystem::perms::owner_all);
+  Checker checker({helper, helper});
+  std::string order;
+  const auto add = [&](char name, bool is_urgent) {
+    checker.add({.experiment = "e.toml", .rig = "r.toml", .is_urgent = is_urgent},
+                [&order, name](const worker::WorkerEnd&) { order += name; });
+  };
+  add('a', false);
+  add('b', false);
+  add('c', false);
+  add('u', true);
+  folder.write("go", "");
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (order.size() < 4 && std::chrono::steady_clock::now() < deadline) checker.poll();
+  EXPECT_EQ(order, "aubc");
 }
 
 TEST(Checker, ReportsACheckThatCannotBeStarted) {

@@ -70,10 +70,13 @@ TEST(Queue, ForgetsTheOldestThatAreOverAndNoOthers) {
   Queue queue;
   queue.add(entry_of(queue.take_id(), 1));
   for (std::size_t i = 0; i < Queue::kMostOver + 2; ++i) queue.add(entry_of(queue.take_id(), 1, EntryState::over));
-  EXPECT_EQ(queue.forget_old(), (std::vector<EntryId>{2, 3}));
+  EXPECT_EQ(queue.forget_old(2), (std::vector<EntryId>{3, 4})) << "not the one that has just ended";
+  EXPECT_EQ(queue.find(3), nullptr);
+  queue.add(entry_of(queue.take_id(), 1, EntryState::cancelled));
+  EXPECT_EQ(queue.forget_old(0), (std::vector<EntryId>{2}));
   EXPECT_NE(queue.find(1), nullptr);
   EXPECT_EQ(queue.find(2), nullptr);
-  EXPECT_TRUE(queue.forget_old().empty());
+  EXPECT_TRUE(queue.forget_old(0).empty());
 }
 
 TEST(QueueStore, GivesBackWhatWasSaved) {

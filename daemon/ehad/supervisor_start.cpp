@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What begins: the experiment whose turn it is, rehearsed from where the rod stands.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/ehad/play.hpp"
+#include "daemon/ehad/supervisor.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A rod this far from where a rehearsal began stands there still: what a placing leaves (eha-experiment(5), [place]).
+constexpr double kSamePlace_in = 0.02;
+
+/// Whether the rehearsal that an entry has is of this rig and this place of the rod.
+bool is_rehearsed(const Entry& entry, const RigKeeper::Config& rig, double place_in) {
+  if (!entry.rehearsed || entry.rehearsed->rig != rig) return false;
+  // One that plays nothing, or a rig without [following], has none wherever the rod is.
+  if (entry.rehearsal.is_null()) return true;
+  return entry.rehearsed->place_in && std::abs(place_in - *entry.rehearsed->place_in) <= kSamePlace_in;
+}
+
+}  // namespace
+
+Entry* Supervisor::whose_turn() {
+  if (shutting_down_ || active_ || !lease_.holder() || !rig_.is_armed()) return nullptr;
+  return queue_.next_of(lease_.holder()->uid);
+}
+
+void Supervisor::start_next() {
+  if (next_) return;
+  const Entry* entry = whose_turn();
+  if (entry == nullptr) return;
+  const fs::path folder = options_.state / "check" / fmt::format("start-{}", ++starts_);
+  next_ = std::make_shared<const Start>(Start{.entry = entry->id, .folder = folder});
+  rig_.read_place([this, turn = next_](std::future<double> read) { rehearse_next(turn, std::move(read)); });
+}
+
+Entry* Supervisor::still_next(const Turn& turn) {
+  if (turn != next_) return nullptr;
+  Entry* entry = whose_turn();
+  if (entry != nullptr && entry->id == turn->entry) return entry;
+  // Held, moved or cancelled meanwhile.
+  next_.reset();
+  start_next();
+  return nullptr;
+}
+
+void Supervisor::rehearse_next(const Turn& turn, std::future<double> read) {
+  Entry* entry = still_next(turn);
+  if (entry == nullptr) return;
+  double place_in = 0.0;
+  try {
+    place_in = read.get();
+  } catch (const Error& error) {
+    give_up(*entry, error.exit_code(), fmt::format("{}: not rehearsed before playing: {}", entry->file, error.what()));
+    return;
+  }
+  if (is_rehearsed(*entry, rig_.config(), place_in)) {
+    start(*entry);
+    return;
+  }
+  disk_thread_.ask(
+      [turn, text = entry->experiment, rig = rig_.config()] { write_checked_files(turn->folder, text, *rig); },
+      [this, turn, place_in](std::future<void> written) {
+        Entry* written_for = still_next(turn);
+        if (written_for == nullptr) return remove_check_folder(turn->folder);
+        try {
+          written.get();
+        } catch (const Error& error) {
+          remove_check_folder(turn->folder);
+          give_up(*written_for, error.exit_code(), error.what());
+          return;
+        }
+        check_next(turn, place_in);
+      });
+}
+
+void Supervisor::check_next(const Turn& turn, double place_in) {
+  checker_.add({.experiment = turn->folder / kCheckedExperiment,
+                .rig = turn->folder / kCheckedRig,
+                .place_in = place_in,
+                .accept_travel_risk = queue_.find(turn->entry)->accept_travel_risk,
+                .avoided_cpu = rig_.config()->realtime.cpu,
+                .is_urgent = true},
+               [this, turn, place_in](const worker::WorkerEnd& end) { finish_rehearsal(turn, place_in, end); });
+}
+
+void Supervisor::finish_rehearsal(const Turn& turn, double place_in, const worker::WorkerEnd& end) {
+  remove_check_folder(turn->folder);
+  Entry* entry = still_next(turn);
+  if (entry == nullptr) return;
+  try {
+    throw_if_failed(end, {turn->folder / kCheckedExperiment, entry->file},
+                    {turn->folder / kCheckedRig, options_.rig_file});
+  } catch (const Error& error) {
+    give_up(*entry, error.exit_code(),
+            fmt::format("rehearsed before playing, from {:.3f} in: {}", place_in, error.what()));
+    return;
+  }
+  entry->rehearsal = rehearsal_of(end);
+  entry->rehearsed = {rig_.config(), place_in};
+  start(*entry);
+}
+
+void Supervisor::start(Entry& entry) {
+  next_.reset();
+  entry.state = EntryState::running;
+  active_.emplace(ActiveRun{.entry = entry.id,
+                            .playing = false,
+                            .watch = std::make_shared<play::RunWatch>(),
+                            .stop = std::make_shared<acquisition::StopRequest>()});
+  active_->watch->samples = &rig_.samples();
+  update_inhibitor();
+  acquisition::Snapshot first;
+  first.state = acquisition::State::armed;
+  active_->watch->board.publish(first);
+  // State `running` and the folder's name are saved before the rig moves, so a crash never replays an experiment.
+  disk_thread_.ask(
+      [this, entry, in_use = runs_in_use(), budget_GiB = config_.disk_budget_GiB]() mutable {
+        make_room(in_use, budget_GiB);
+        const fs::path folder = record::create_run_folder(runs_folder(), entry.name);
+        entry.run = folder.filename().string();
+        index_->begin(entry.run, entry.uid);
+        store_.save(entry);
+        return folder;
+      },
+      [this, id = entry.id](std::future<fs::path> prepared) { begin(id, std::move(prepared)); });
+}
+
+void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
+  Entry& entry = *queue_.find(id);
+  fs::path folder;
+  try {
+    folder = prepared.get();
+  } catch (const Error& error) {
+    give_up(entry, error.exit_code(), error.what());
+    return;
+  }
+  entry.run = folder.filename().string();
+  spdlog::info("experiment {} (\"{}\" of {}): runs in {}", id, entry.name, entry.user, folder.string());
+  active_->playing = true;
+  rig_.play(
+      [this, entry, folder, config = rig_.config_of_next_run(), watch = active_->watch, stop = active_->stop](
+          OwnedRig* card, acquisition::StateMachine& machine) {
+        return play(entry, folder, *config, card, rig_.snapshot(), options_.non_realtime, machine, *stop, *watch);
+      },
+      [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
+}
+
+}  // namespace eha::service

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What an experiment must still fulfil when its turn comes: a rehearsal from where the rod stands then, and a client.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "core/error.hpp"
+#include "daemon/control/socket_address.hpp"
+#include "tests/system/daemon.hpp"
+#include "tests/system/program.hpp"
+
+namespace eha::test {
+namespace {
+
+using control::Client;
+
+/// Extends the rod by an inch and a half: harmless from mid-stroke.
+constexpr const char* kExtends =
+    "schema = 1\nname = \"extends\"\nduration_s = 10.0\n[excitation]\nkind = \"sine\"\noffset_V = 0.8\n"
+    "tones = [{ frequency_Hz = 0.2, amplitude_V = 2.0 }]\n[record]\ndiscard_s = 0.0\n[[model]]\nname = \"io\"\n"
+    "structure = \"io\"\n";
+constexpr double kFar_in = 5.3;
+
+std::string placing_text(double place_in) {
+  return fmt::format("schema = 1\nname = \"goto\"\nduration_s = 60.0\n[place]\ndisplacement_in = {}\n", place_in);
+}
+
+/// A connection that sends requests without waiting for answers.
+class BareConnection {
+ public:
+  explicit BareConnection(const Daemon& daemon) : descriptor_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const sockaddr_un address = control::socket_address(daemon.socket());
+    EXPECT_EQ(connect(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  BareConnection(const BareConnection&) = delete;
+  BareConnection& operator=(const BareConnection&) = delete;
+  ~BareConnection() { close(descriptor_); }
+
+  void say(const Json& request) const {
+    const std::string line = request.dump() + "\n";
+    EXPECT_EQ(::send(descriptor_, line.data(), line.size(), MSG_NOSIGNAL), static_cast<ssize_t>(line.size()));
+  }
+  void wait_for_answers(int count) const {
+    char byte = 0;
+    // The greeting comes first.
+    for (int lines = 0; lines <= count && recv(descriptor_, &byte, 1, 0) == 1;) lines += byte == '\n' ? 1 : 0;
+  }
+
+ private:
+  int descriptor_;
+};
+
+class ServiceStart : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    daemon_.start();
+    client_ = std::make_unique<Client>(daemon_.socket());
+  }
+
+  std::int64_t submit_checked(const std::string& text, bool accept_travel_risk = false) {
+    return client_
+        ->call("submit", {{"experiment", text},
+                          {"name", "extends.toml"},
+                          {"fast", true},
+                          {"accept_travel_risk", accept_travel_risk},
+                          {"detach", true}})
+        .at("entry");
+  }
+  void place_at(double place_in) {
+    ASSERT_EQ(follow(daemon_, submit(*client_, placing_text(place_in))).at("outcome"), "completed") << daemon_.log();
+  }
+  void go_far() { place_at(kFar_in); }
+  double rod_in() { return client_->call("status").at("rod").at("displacement_in"); }
+  std::string state_of(std::int64_t entry) { return entry_of(daemon_, entry).at("state"); }
+
+  /// Waits until an experiment is in a state. @returns whether that happened in time
+  bool reaches(std::int64_t entry, const std::string& state) {
+    const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+    while (state_of(entry) != state && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return state_of(entry) == state;
+  }
+
+  void expect_refused(const Json& over) {
+    EXPECT_EQ(over.at("outcome"), "refused") << over;
+    EXPECT_EQ(over.at("exit_code"), static_cast<int>(ExitCode::configuration));
+    EXPECT_EQ(over.at("run"), "") << "nothing was played";
+    const std::string note = over.at("note");
+    EXPECT_NE(note.find("rehearsed before playing, from "), std::string::npos) << note;
+    EXPECT_NE(note.find("extends.toml: 100 % of the rehearsed rods reach a limit"), std::string::npos) << note;
+  }
+
+  Daemon daemon_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ServiceStart, RehearsesAgainWhereAPlacingHasMovedTheRodMeanwhile) {
+  const std::int64_t extends = submit_checked(kExtends);
+  const std::int64_t after = submit(*client_, quiet_experiment_text("after", 2.0));
+  client_->call("arm");
+  go_far();
+  client_->call("release");
+  expect_refused(follow(daemon_, extends));
+  EXPECT_NEAR(rod_in(), 5.3, 0.03);
+  EXPECT_EQ(client_->call("status").at("state"), "idle");
+  EXPECT_EQ(state_of(after), "held") << "as after every refusal";
+}
+
+TEST_F(ServiceStart, RehearsesAgainInAnotherOrder) {
+  client_->call("arm");
+  const std::int64_t on = submit(*client_, quiet_experiment_text("on", 600.0), false);
+  const std::int64_t extends = submit_checked(kExtends);
+  const std::int64_t far = submit(*client_, placing_text(kFar_in));
+  client_->call("move", {{"entry", far}, {"to", 1}});
+  client_->call("stop");
+  follow(daemon_, on);
+  client_->call("arm");
+  client_->call("release");
+  EXPECT_EQ(follow(daemon_, far).at("outcome"), "completed");
+  expect_refused(follow(daemon_, extends));
+}
+
+TEST_F(ServiceStart, RehearsesAgainWithARigFileThatWasReloaded) {
+  const std::int64_t extends = submit_checked(kExtends);
+  std::string rig = content_of(daemon_.rig_file());
+  const std::string limit = "travel_max_in = 5.75";
+  rig.replace(rig.find(limit), limit.size(), "travel_max_in = 3.50");
+  std::ofstream(daemon_.rig_file()) << rig;
+  client_->call("reload");
+  client_->call("arm");
+  client_->call("release");
+  expect_refused(follow(daemon_, extends));
+  EXPECT_NEAR(rod_in(), 2.95, 0.01);
+}
+
+TEST_F(ServiceStart, PlaysAllTheSameWhatWasSubmittedWithTheRiskAccepted) {
+  const std::int64_t extends = submit_checked(kExtends, true);
+  daemon_.stop(SIGTERM);
+  daemon_.start();
+  client_ = std::make_unique<Client>(daemon_.socket());
+  client_->call("arm");
+  go_far();
+  client_->call("release");
+  const Json over = follow(daemon_, extends);
+  EXPECT_EQ(over.at("outcome"), "faulted") << over;
+  EXPECT_EQ(over.at("rehearsal").at("chance_of_trip"), 1.0) << "it was rehearsed from there";
+}
+
+TEST_F(ServiceStart, StartsNothingThatIsHeldCancelledOrStoppedWhileItIsRehearsed) {
+  for (const std::string method : {"hold", "cancel", "stop", "disarm"}) {
+    const std::int64_t extends = submit_checked(kExtends);
+    client_->call("arm");
+    go_far();
+    Json params = Json::object();
+    if (method == "hold" || method == "cancel") params["entry"] = extends;
+    // Both are in the socket long before the rehearsal, which takes a process, is over.
+    BareConnection both(daemon_);
+    both.say({{"id", 1}, {"method", "release"}, {"params", {{"entry", extends}}}});
+    both.say({{"id", 2}, {"method", method}, {"params", params}});
+    both.wait_for_answers(2);
+    EXPECT_EQ(state_of(extends), method == "cancel" ? "cancelled" : "held") << method;
+    client_->call("arm");
+    EXPECT_EQ(follow(daemon_, submit(*client_, quiet_experiment_text("next", 2.0))).at("outcome"), "completed")
+        << "what comes after it starts";
+    EXPECT_EQ(state_of(extends), method == "cancel" ? "cancelled" : "held") << method;
+    place_at(2.95);
+    client_->call("disarm");
+    if (method != "cancel") client_->call("cancel", {{"entry", extends}});
+  }
+}
+
+TEST_F(ServiceStart, RehearsesAnewWhatWasStoppedAndReleasedMeanwhile) {
+  const std::int64_t extends = submit_checked(kExtends);
+  client_->call("arm");
+  go_far();
+  BareConnection quick(daemon_);
+  int id = 0;
+  for (int i = 0; i < 10; ++i) {
+    quick.say({{"id", ++id}, {"method", "release"}, {"params", {{"entry", extends}}}});
+    quick.say({{"id", ++id}, {"method", "stop"}});
+    quick.say({{"id", ++id}, {"method", "arm"}});
+  }
+  quick.say({{"id", ++id}, {"method", "release"}, {"params", {{"entry", extends}}}});
+  quick.wait_for_answers(id);
+  expect_refused(follow(daemon_, extends));
+}
+
+TEST_F(ServiceStart, HoldsWhatItsClientLeftBeforeItBegan) {
+  client_->call("arm");
+  const std::int64_t on = submit(*client_, quiet_experiment_text("on", 8.0), false);
+  std::int64_t attached = 0;
+  {
+    Client other(daemon_.socket());
+    attached =
+        other.call("submit", {{"experiment", quiet_experiment_text("attached", 2.0)}, {"fast", true}}).at("entry");
+    EXPECT_EQ(state_of(attached), "waiting");
+  }
+  ASSERT_TRUE(reaches(attached, "held"));
+  const std::int64_t detached = submit(*client_, quiet_experiment_text("detached", 2.0));
+  EXPECT_EQ(follow(daemon_, on).at("outcome"), "completed");
+  EXPECT_EQ(follow(daemon_, detached).at("outcome"), "completed") << "it needs no client";
+  const Json left = entry_of(daemon_, attached);
+  EXPECT_EQ(left.at("state"), "held");
+  const std::string lost = "the connection of the command that submitted it was lost before it began";
+  EXPECT_EQ(left.at("note"), lost);
+  EXPECT_NE(left.at("waits_for").get<std::string>().find(lost), std::string::npos) << left;
+  client_->call("release", {{"entry", attached}});
+  EXPECT_EQ(follow(daemon_, attached).at("outcome"), "completed");
+}
+
+TEST_F(ServiceStart, GoesOnWithARunWhoseClientIsGone) {
+  client_->call("arm");
+  std::int64_t attached = 0;
+  {
+    Client other(daemon_.socket());
+    attached = other.call("submit", {{"experiment", quiet_experiment_text("attached", 2.0)}}).at("entry");
+    ASSERT_TRUE(reaches(attached, "running"));
+  }
+  EXPECT_EQ(follow(daemon_, attached).at("outcome"), "completed");
+}
+
+TEST_F(ServiceStart, HoldsWhatItsClientLeftWhileItWasChecked) {
+  client_->call("arm");
+  {
+    BareConnection bare(daemon_);
+    bare.wait_for_answers(0);
+    bare.say({{"id", 1},
+              {"method", "submit"},
+              {"params", {{"experiment", quiet_experiment_text("left", 2.0)}, {"fast", true}}}});
+  }
+  EXPECT_TRUE(daemon_.logs("(\"left\" of ")) << daemon_.log();
+  const Json queue = client_->call("queue");
+  ASSERT_EQ(queue.at("entries").size(), 1U);
+  EXPECT_EQ(queue.at("entries").at(0).at("state"), "held");
+}
+
+TEST_F(ServiceStart, HoldsWhatAKilledCommandHadQueued) {
+  client_->call("arm");
+  const std::int64_t on = submit(*client_, quiet_experiment_text("on", 600.0), false);
+  std::ofstream(daemon_.folder() / "waits.toml") << quiet_experiment_text("waits", 2.0);
+  const std::int64_t waits = on + 1;
+  const Ended killed = interrupt_eha(
+      {"run", "waits.toml", "--socket", daemon_.socket()}, daemon_.folder(),
+      [&] {
+        const Json entry = entry_of(daemon_, waits);
+        return entry.is_object() && entry.at("state") == "waiting";
+      },
+      SIGKILL);
+  ASSERT_EQ(killed.code, 128 + SIGKILL) << killed.err;
+  EXPECT_TRUE(reaches(waits, "held"));
+  EXPECT_EQ(state_of(on), "running");
+}
+
+}  // namespace
+}  // namespace eha::test
