@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/web/client_stream.hpp"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -16,6 +18,13 @@ using std::chrono::milliseconds;
 constexpr milliseconds kSlice{200};
 constexpr milliseconds kLinger{1000};
 constexpr std::size_t kMostLingering = 2u << 20;
+
+/// The port at one end of a connection; 0 when it is not known.
+int port_of(int socket, int (*name_of)(int, sockaddr*, socklen_t*)) {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  return name_of(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0 ? ntohs(address.sin_port) : 0;
+}
 
 }  // namespace
 
@@ -108,12 +117,12 @@ void ClientStream::send_at_once(const std::string& text) const {
 
 void ClientStream::get_remote_ip_and_port(std::string& ip, int& port) const {
   ip = "127.0.0.1";
-  port = 0;
+  port = port_of(socket_, getpeername);
 }
 
 void ClientStream::get_local_ip_and_port(std::string& ip, int& port) const {
   ip = "127.0.0.1";
-  port = 0;
+  port = port_of(socket_, getsockname);
 }
 
 }  // namespace eha::web

@@ -22,6 +22,8 @@ constexpr auto kRetry = 500ms;
 constexpr auto kEventPatience = 200ms;
 constexpr auto kQueueInterval = 1s;
 constexpr auto kStateInterval = 100ms;
+/// Of the experiments that are over, the newest so many are handed on: an entry with its models has some kilobytes.
+constexpr int kMostOver = 50;
 /// An ehad that says nothing for this long is shown as lost.
 constexpr auto kSilence = 2s;
 
@@ -34,9 +36,11 @@ std::string lost_text(const std::string& why) {
                   {"units", "in"},
                   {"limits", nullptr},
                   {"queue", Json::array()},
+                  {"queue_left_out", 0},
                   {"version", EHA_VERSION}});
 }
 
+/// @param queue  the answer to `queue`
 std::string state_text(const Json& status, const Json& queue) {
   Json limits = status.at("rig").value("limits", Json());
   if (limits.is_object()) limits["warning_share"] = acquisition::kWarningShare;
@@ -46,7 +50,8 @@ std::string state_text(const Json& status, const Json& queue) {
                   {"status", std::move(shown)},
                   {"units", status.at("rig").value("units", "in")},
                   {"limits", std::move(limits)},
-                  {"queue", queue},
+                  {"queue", queue.at("entries")},
+                  {"queue_left_out", queue.at("left_out")},
                   {"version", EHA_VERSION}});
 }
 
@@ -108,7 +113,7 @@ void DaemonFeed::follow_once() {
   if (on_runs_) on_runs_(questions.call("runs").at("folder").get<std::string>());
   events.call("watch", {{"rate_Hz", control::kFastestWatch_Hz}, {"samples", true}});
   spdlog::info("following ehad {} at {}", events.version(), socket_.string());
-  Json queue = Json::array();
+  Json queue{{"entries", Json::array()}, {"left_out", 0}};
   steady_clock::time_point next_queue{};
   steady_clock::time_point next_state{};
   while (!stopping_) {
@@ -116,7 +121,7 @@ void DaemonFeed::follow_once() {
     if (!status) continue;
     const auto now = steady_clock::now();
     if (now >= next_queue) {
-      queue = questions.call("queue").at("entries");
+      queue = questions.call("queue", {{"over", kMostOver}});
       next_queue = now + kQueueInterval;
     }
     {

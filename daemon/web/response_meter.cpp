@@ -11,7 +11,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/os/files.hpp"
+#include "core/error.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -36,11 +36,7 @@ void take_lowest_priority() noexcept {
 }
 
 record::RunHeader header_of(const RunStore& store, const std::string& run) {
-  const std::optional<RunFile> file = store.open(run, record::kManifestFile);
-  if (!file) throw DataError(run + ": its run.json is missing or cannot be read");
-  std::string text(file->size, '\0');
-  text.resize(os::read_up_to_at(file->descriptor, text.data(), text.size(), 0, "run.json"));
-  return record::read_run_header(Json::parse(text), run + "/run.json");
+  return record::read_run_header(Json::parse(store.manifest(run)), run + "/run.json");
 }
 
 }  // namespace

@@ -22,7 +22,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestName = 200;
-constexpr std::uint64_t kLargestManifest = 16u << 20;
 
 bool is_name(std::string_view text) noexcept {
   const auto is_allowed = [](char c) {
@@ -48,8 +47,12 @@ os::FileDescriptor open_beneath(os::FileDescriptor folder, std::string_view path
       openat(folder.get(), std::string(path).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
 }
 
-std::string content_of(const RunFile& file) {
-  if (file.size > kLargestManifest) throw DataError(fmt::format("run.json has {} bytes", file.size));
+/// Of a run.json.
+std::string content_of(const RunFile& file, std::string_view id) {
+  if (file.size > RunStore::kLargestManifest) {
+    throw DataError(
+        fmt::format("{}: its run.json has {} bytes; expected at most {}", id, file.size, RunStore::kLargestManifest));
+  }
   std::string text(file.size, '\0');
   text.resize(os::read_up_to_at(file.descriptor, text.data(), text.size(), 0, "run.json"));
   return text;
@@ -57,7 +60,7 @@ std::string content_of(const RunFile& file) {
 
 /// The members that a manifest gives.
 Json describe_manifest(const RunFile& file, const std::string& id) {
-  const record::Manifest manifest = record::manifest_from_json(Json::parse(content_of(file)), id + "/run.json");
+  const record::Manifest manifest = record::manifest_from_json(Json::parse(content_of(file, id)), id + "/run.json");
   Json said{{"id", id},
             {"name", manifest.other.value("name", "")},
             {"started", manifest.other.value("utc_start", Json())},
@@ -137,6 +140,12 @@ std::optional<RunFile> RunStore::open(std::string_view id, std::string_view path
   file.size = static_cast<std::uint64_t>(status.st_size);
   file.modified_ns = status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec;
   return file;
+}
+
+std::string RunStore::manifest(std::string_view id) const {
+  const std::optional<RunFile> file = open(id, record::kManifestFile);
+  if (!file) throw DataError(fmt::format("{}: its run.json is missing or cannot be read", id));
+  return content_of(*file, id);
 }
 
 std::string RunStore::newest() const {

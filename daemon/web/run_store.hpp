@@ -43,6 +43,11 @@ class RunStore {
   /// @returns nothing when there is none that may be read, or before set_folder()
   [[nodiscard]] std::optional<RunFile> open(std::string_view id, std::string_view path) const;
 
+  /// The text of a run's run.json.
+  /// @throws DataError  there is none that may be read, or it has more than kLargestManifest bytes
+  [[nodiscard]] std::string manifest(std::string_view id) const;
+  static constexpr std::uint64_t kLargestManifest = 16u << 20;  ///< [bytes]; two configuration files are far shorter
+
   /// Name of the newest run with a journal; empty when there is none.
   [[nodiscard]] std::string newest() const;
 

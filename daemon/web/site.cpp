@@ -11,6 +11,7 @@
 
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/web/connection_owner.hpp"
 #include "daemon/web/page_files.hpp"
 #include "daemon/web/web_server.hpp"
 
@@ -183,16 +184,19 @@ bool Site::has_token(const httplib::Request& request, httplib::Response& respons
     refuse(response, 415, "expected Content-Type: application/json");
     return false;
   }
-  switch (token_.check(request.get_header_value("X-Eha-Token"), StopToken::Clock::now())) {
+  const std::optional<uid_t> user =
+      connection_owner(static_cast<std::uint16_t>(request.remote_port), static_cast<std::uint16_t>(request.local_port));
+  switch (token_.check(request.get_header_value("X-Eha-Token"), user, StopToken::Clock::now())) {
     case StopToken::Answer::right:
       return true;
     case StopToken::Answer::wrong:
-      spdlog::warn("{}: wrong token", request.path);
+      spdlog::warn("{}: wrong token of {}", request.path, user ? fmt::format("uid {}", *user) : "an unknown user");
       refuse(response, 401, "the token is missing or wrong; eha stop stops without one");
       return false;
     case StopToken::Answer::too_many:
-      refuse(response, 429,
-             fmt::format("too many wrong tokens; wait {} s, or use eha stop", StopToken::kWindow.count()));
+      refuse(
+          response, 429,
+          fmt::format("too many wrong tokens from this user; wait {} s, or use eha stop", StopToken::kWindow.count()));
       return false;
   }
   return false;
@@ -208,7 +212,8 @@ void Site::stop(const httplib::Request& request, httplib::Response& response) {
   try {
     what = control::Client(socket_).call("stop").at("stopped").get<std::string>();
   } catch (const Error& error) {
-    return refuse(response, 503, error.what());
+    return refuse(response, 503,
+                  fmt::format("ehad cannot be reached: use the emergency stop at the rig ({})", error.what()));
   }
   if (what == "nothing") return refuse(response, 409, "nothing was running");
   spdlog::info("stop: {}", what);

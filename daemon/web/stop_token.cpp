@@ -53,15 +53,19 @@ std::string StopToken::random() {
   return fmt::format("{:02x}", fmt::join(bytes, ""));
 }
 
-StopToken::Answer StopToken::check(std::string_view text, Clock::time_point now) {
+StopToken::Answer StopToken::check(std::string_view text, std::optional<uid_t> user, Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  while (!wrong_.empty() && now - wrong_.front() >= kWindow) wrong_.pop_front();
-  if (wrong_.size() >= kMostWrong) return Answer::too_many;
+  for (auto& [of, tries] : wrong_) {
+    while (!tries.empty() && now - tries.front() >= kWindow) tries.pop_front();
+  }
+  std::erase_if(wrong_, [](const auto& item) { return item.second.empty(); });
+  const auto tried = wrong_.find(user);
+  if (tried != wrong_.end() && tried->second.size() >= kMostWrong) return Answer::too_many;
   // Another length is compared with the token itself, so that it takes as long.
   const bool has_length = text.size() == text_.size();
   const char* compared = has_length ? text.data() : text_.data();
   if (CRYPTO_memcmp(compared, text_.data(), text_.size()) == 0 && has_length) return Answer::right;
-  wrong_.push_back(now);
+  wrong_[user].push_back(now);
   return Answer::wrong;
 }
 

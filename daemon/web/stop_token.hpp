@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <sys/types.h>
+
 #include <chrono>
 #include <cstddef>
 #include <deque>
 #include <filesystem>
+#include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -17,7 +21,7 @@ class StopToken {
   using Clock = std::chrono::steady_clock;
   static constexpr std::size_t kShortest = 16;  ///< characters
   static constexpr std::size_t kLongest = 256;
-  static constexpr std::size_t kMostWrong = 5;  ///< within kWindow; then every try is refused until one is older
+  static constexpr std::size_t kMostWrong = 5;  ///< of one user within kWindow; then his are refused until one is older
   static constexpr std::chrono::seconds kWindow{10};
 
   enum class Answer { right, wrong, too_many };
@@ -36,13 +40,15 @@ class StopToken {
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
 
   /// Compares in a time that does not depend on where they differ, and counts a wrong one. A right token is refused too
-  /// while there were too many wrong ones, so that guessing gains one try in two seconds.
-  [[nodiscard]] Answer check(std::string_view text, Clock::time_point now);
+  /// while its user has sent too many wrong ones, so that guessing gains one try in two seconds; nobody else is kept
+  /// from stopping.
+  /// @param user  at the other end of the connection; none: unknown, which counts as one user
+  [[nodiscard]] Answer check(std::string_view text, std::optional<uid_t> user, Clock::time_point now);
 
  private:
   std::string text_;
   std::mutex mutex_;
-  std::deque<Clock::time_point> wrong_;
+  std::map<std::optional<uid_t>, std::deque<Clock::time_point>> wrong_;  ///< tries within kWindow, of each user
 };
 
 }  // namespace eha::web

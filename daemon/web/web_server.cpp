@@ -140,8 +140,15 @@ httplib::Server::HandlerResponse WebServer::route(const httplib::Request& reques
     refuse(response, denial->status, denial->message);
     return HandlerResponse::Handled;
   }
-  // Its body is read first.
-  if (request.method == "POST") return HandlerResponse::Unhandled;
+  if (request.method == "POST") {
+    // Without either the library reads until the client closes.
+    if (!request.has_header("Content-Length") && !request.has_header("Transfer-Encoding")) {
+      refuse(response, 411, "a POST needs Content-Length, also for an empty body");
+      return HandlerResponse::Handled;
+    }
+    // Its body is read first.
+    return HandlerResponse::Unhandled;
+  }
   answer_(request, response);
   return HandlerResponse::Handled;
 }

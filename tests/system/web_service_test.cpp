@@ -280,6 +280,56 @@ TEST(Web, StopsTheRunAtOnceWithTheTokenAndNotWithoutIt) {
   EXPECT_EQ(status_of(page.stop({{"X-Eha-Token", page.token()}})), 429);
 }
 
+TEST(Web, LetsNobodysWrongTokensKeepAnotherUserFromStopping) {
+  if (!can_change_user()) GTEST_SKIP() << "needs two users";
+  Daemon daemon;
+  daemon.start();
+  const Page page(daemon);
+  const auto status_of = [](const httplib::Result& answer) { return answer ? answer->status : 0; };
+  ASSERT_EQ(seteuid(65534), 0);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(status_of(page.stop({{"X-Eha-Token", "wrong"}})), 401);
+  EXPECT_EQ(status_of(page.stop({{"X-Eha-Token", page.token()}})), 429);
+  ASSERT_EQ(seteuid(0), 0);
+  EXPECT_EQ(status_of(page.stop({{"X-Eha-Token", page.token()}})), 409) << "nothing is on";
+  EXPECT_NE(page.log().find("wrong token of uid 65534"), std::string::npos) << page.log();
+}
+
+TEST(Web, HandsOnTheNewestOfWhatIsOverAndSaysHowManyAreLeftOut) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  const std::int64_t first = submit(client, quiet_experiment_text("e", 2.0));
+  client.call("cancel", {{"entry", first}});
+  daemon.stop(SIGTERM);
+  // As after a year: more than the service keeps.
+  const fs::path queue = daemon.folder() / "state" / "queue";
+  Json entry = Json::parse(content_of(queue / "00000001.json"));
+  for (int i = 2; i <= 505; ++i) {
+    entry["entry"] = i;
+    entry["place"] = i;
+    const std::string number = std::to_string(i);
+    std::ofstream(queue / (std::string(8 - number.size(), '0') + number + ".json")) << entry.dump();
+  }
+  daemon.start();
+  Client again(daemon.socket());
+  EXPECT_EQ(again.call("queue").at("entries").size(), 500U) << "cancelled ones are forgotten as others are";
+  const Json newest = again.call("queue", {{"over", 3}});
+  EXPECT_EQ(newest.at("entries").size(), 3U);
+  EXPECT_EQ(newest.at("entries").at(2).at("entry"), 505);
+  EXPECT_EQ(newest.at("left_out"), 497);
+  const std::int64_t waits = submit(again, quiet_experiment_text("waits", 2.0));
+  const Page page(daemon);
+  ASSERT_TRUE(wait_until([&] { return !page.json("/api/state").at("queue").empty(); }));
+  const Json state = page.json("/api/state");
+  EXPECT_EQ(state.at("queue").size(), 51U);
+  EXPECT_EQ(state.at("queue").at(50).at("entry"), waits);
+  EXPECT_EQ(state.at("queue_left_out"), 450);
+  EXPECT_LT(state.dump().size(), 100'000U);
+  again.call("cancel", {{"entry", waits}});
+  EXPECT_EQ(again.call("queue").at("entries").size(), 500U) << "one cancelled more, one forgotten";
+  EXPECT_EQ(again.call("queue").at("entries").back().at("entry"), waits);
+}
+
 TEST(Web, GoesOnWhenTheServiceDiesAndIsBack) {
   Daemon daemon;
   daemon.start();

@@ -256,6 +256,17 @@ test('a killed ehad is said within a second, and the page recovers', async () =>
   const said_ms = Date.now() - killed_ms;
   console.log(`# ehad killed: said after ${said_ms} ms`);
   assert.ok(said_ms < 1000, `${said_ms} ms`);
+  await pageSays('that Stop is out of reach', '#stop-effect', /use the emergency stop/);
+  const kUnreached = /NOT STOPPED: the service cannot be reached from this page. Use the emergency stop at the rig/;
+  await page.click('#stop');
+  await pageSays('with a token that Stop does not reach the rig', '#stop-banner', kUnreached);
+  forgive(/503/);
+  const kept = await page.evaluate(() => sessionStorage.getItem('eha-token'));
+  await page.evaluate(() => { sessionStorage.removeItem('eha-token'); document.querySelector('#stop-banner').textContent = ''; });
+  await page.click('#stop');
+  await pageSays('without one too', '#stop-banner', kUnreached);
+  assert.equal(await page.locator('#token-dialog').isVisible(), false, 'no token helps');
+  await page.evaluate((token) => sessionStorage.setItem('eha-token', token), kept);
   await bench.startDaemon();
   await until('the page is live', async () => !(await page.locator('#contact-banner').isVisible()));
   const before_ns = await data('#live-card', 'newest-ns');

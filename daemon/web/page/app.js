@@ -24,9 +24,8 @@ const runs = new RunsView();
 const stop = new StopButton();
 const contact = new Contact((isLive) => {
   document.body.classList.toggle('old', !isLive);
-  if (isLive) return;
-  rig.lose();
-  stop.show(null);
+  stop.reaches(isLive);
+  if (!isLive) rig.lose();
 });
 
 let unit = new LengthUnit('in');
@@ -63,7 +62,7 @@ poll('api/state', kState_ms, (answer) => {
   live.show(unit, travel);
   rig.show(answer.status, unit, travel);
   if (!live.newest()) rig.showRod(answer.status.rod?.displacement_in ?? null, unit, travel);
-  queue.show(answer.queue ?? []);
+  queue.show(answer.queue ?? [], answer.queue_left_out ?? 0);
   stop.show(answer.status);
   playedRun = answer.status.run?.run || null;
   // A run that begins, ends or is fitted changes the lists at once.

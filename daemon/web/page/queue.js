@@ -9,14 +9,16 @@ export class QueueView {
     this.shown = null;
   }
 
-  /** @param entries  as in the protocol, oldest first */
-  show(entries) {
+  /** @param entries  as in the protocol, oldest first @param leftOut  how many are over and not among them */
+  show(entries, leftOut) {
     let over = 0;
     const rows = [...entries].reverse().filter((entry) => !isOver(entry) || ++over <= kMostOver);
-    const wanted = JSON.stringify(rows);
+    const earlier = Math.max(0, over - kMostOver) + leftOut;
+    const wanted = JSON.stringify([rows, earlier]);
     if (wanted === this.shown) return;
     this.shown = wanted;
-    setText(byId('queue-note'), rows.length === 0 ? 'No experiments in the queue.' : '');
+    setText(byId('queue-note'), rows.length === 0 ? 'No experiments in the queue.'
+      : earlier > 0 ? `${earlier} earlier ones are over: eha queue --json lists them.` : '');
     byId('queue').replaceChildren(...rows.map((entry) => make('li', {},
       make('p', { class: 'title' }, make('strong', {}, `${entry.entry} "${entry.name}"`), ` of ${entry.user} `,
         make('span', { class: `tag ${entry.state}` }, entry.state)),

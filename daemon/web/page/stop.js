@@ -6,6 +6,7 @@ import { stateOf } from './rig.js';
 const kKey = 'eha-token';
 const kPatience_ms = 3000;
 const kTold_ms = 15000;
+const kUnreached = 'NOT STOPPED: the service cannot be reached from this page. Use the emergency stop at the rig.';
 
 const kEffects = {
   ramping_out: 'The command ramps down. Stop again makes the rig safe at once.',
@@ -29,6 +30,7 @@ export class StopButton {
   constructor() {
     this.button = byId('stop');
     this.dialog = byId('token-dialog');
+    this.isReached = true;
     this.button.addEventListener('click', () => this.press());
     byId('token-cancel').addEventListener('click', () => this.dialog.close());
     byId('token-form').addEventListener('submit', (event) => {
@@ -44,6 +46,18 @@ export class StopButton {
     return sessionStorage.getItem(kKey);
   }
 
+  /** Takes note of whether eha-web and ehad answer; where they do not, no token helps. */
+  reaches(isReached) {
+    this.isReached = isReached;
+    if (!isReached && this.dialog.open) this.unreached();
+    this.show(null);
+  }
+
+  unreached() {
+    if (this.dialog.open) this.dialog.close();
+    this.tell(kUnreached, true);
+  }
+
   /** Tells on the button what pressing it does now. */
   show(status) {
     const state = stateOf(status);
@@ -51,7 +65,7 @@ export class StopButton {
       this.isRamping = false;
       this.tell('Stopped: the command is ramped down.', false);
     }
-    const effect = this.token === null ? 'needs the token: enter it now'
+    const effect = !this.isReached ? 'out of reach: use the emergency stop' : this.token === null ? 'needs the token: enter it now'
       : state === 'ramp_out' ? 'again: safe at once'
         : state === 'running' || state === 'ramp_in' ? 'ramps the command down'
           : state === 'armed' ? 'disarms' : state === 'unknown' ? 'state unknown' : 'nothing is running';
@@ -60,8 +74,9 @@ export class StopButton {
   }
 
   press() {
-    if (this.token === null) this.ask('');
-    else this.stop(this.token);
+    if (this.token !== null) this.stop(this.token);
+    else if (this.isReached) this.ask('');
+    else this.unreached();
   }
 
   /** Asks for the token. @param fault  why the last one would not do; "": there was none */
@@ -108,7 +123,9 @@ export class StopButton {
   }
 
   refused(answer, consequence) {
-    if (answer.status === 401) {
+    if (answer.status === 503 || !this.isReached) {
+      this.unreached();
+    } else if (answer.status === 401) {
       sessionStorage.removeItem(kKey);
       this.show(null);
       this.ask(`${consequence}: wrong token.`);

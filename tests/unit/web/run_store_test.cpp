@@ -6,6 +6,7 @@
 
 #include <fstream>
 
+#include "core/error.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::web {
@@ -45,6 +46,22 @@ TEST_F(RunStoreTest, OpensFilesOfARun) {
   EXPECT_TRUE(store_.open(kRun, "models/io.json"));
   EXPECT_FALSE(store_.open(kRun, "absent.csv"));
   EXPECT_FALSE(store_.open("absent", "fit.csv"));
+}
+
+TEST_F(RunStoreTest, ReadsNoManifestThatIsLongerThanItCanBe) {
+  put("run.json", "{}");
+  EXPECT_EQ(store_.manifest(kRun), "{}");
+  // Sparse: it takes no room on the disk, but would take as much memory as it says.
+  fs::resize_file(runs_ / kRun / "run.json", std::uint64_t{1} << 40U);
+  try {
+    static_cast<void>(store_.manifest(kRun));
+    ADD_FAILURE();
+  } catch (const DataError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              std::string(kRun) + ": its run.json has 1099511627776 bytes; expected at most 16777216");
+  }
+  EXPECT_EQ(store_.list(1).at(0).at("outcome"), "unreadable");
+  EXPECT_THROW(static_cast<void>(store_.manifest("absent")), DataError);
 }
 
 TEST_F(RunStoreTest, OpensNothingOutsideOfTheRuns) {

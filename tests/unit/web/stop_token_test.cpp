@@ -16,33 +16,47 @@ using Answer = StopToken::Answer;
 using namespace std::chrono_literals;
 
 constexpr const char* kText = "0123456789abcdef";
+constexpr uid_t kAlice = 1000;
+constexpr uid_t kBob = 1001;
 
 TEST(StopTokenTest, IsRightWhenEveryCharacterIs) {
   StopToken token(kText);
   const auto now = StopToken::Clock::now();
-  EXPECT_EQ(token.check(kText, now), Answer::right);
+  EXPECT_EQ(token.check(kText, kAlice, now), Answer::right);
   for (const char* wrong : {"", "0123456789abcdeF", "0123456789abcde", "0123456789abcdef0"}) {
     StopToken fresh(kText);
-    EXPECT_EQ(fresh.check(wrong, now), Answer::wrong) << wrong;
+    EXPECT_EQ(fresh.check(wrong, kAlice, now), Answer::wrong) << wrong;
   }
 }
 
 TEST(StopTokenTest, TakesFiveWrongTriesInTenSecondsAndThenNoneAtAll) {
   StopToken token(kText);
   const auto start = StopToken::Clock::now();
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(token.check("wrong", start + i * 1s), Answer::wrong);
-  EXPECT_EQ(token.check("wrong", start + 5s), Answer::too_many);
-  EXPECT_EQ(token.check(kText, start + 9s), Answer::too_many);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(token.check("wrong", kAlice, start + i * 1s), Answer::wrong);
+  EXPECT_EQ(token.check("wrong", kAlice, start + 5s), Answer::too_many);
+  EXPECT_EQ(token.check(kText, kAlice, start + 9s), Answer::too_many);
   // The first wrong try is ten seconds old; refused tries do not count.
-  EXPECT_EQ(token.check(kText, start + 10s), Answer::right);
-  EXPECT_EQ(token.check("wrong", start + 10s), Answer::wrong);
-  EXPECT_EQ(token.check(kText, start + 10s), Answer::too_many);
+  EXPECT_EQ(token.check(kText, kAlice, start + 10s), Answer::right);
+  EXPECT_EQ(token.check("wrong", kAlice, start + 10s), Answer::wrong);
+  EXPECT_EQ(token.check(kText, kAlice, start + 10s), Answer::too_many);
+}
+
+TEST(StopTokenTest, KeepsNobodyElseFromStopping) {
+  StopToken token(kText);
+  const auto start = StopToken::Clock::now();
+  for (int i = 0; i < 9; ++i) static_cast<void>(token.check("wrong", kAlice, start));
+  EXPECT_EQ(token.check(kText, kAlice, start), Answer::too_many);
+  EXPECT_EQ(token.check(kText, kBob, start), Answer::right);
+  EXPECT_EQ(token.check(kText, std::nullopt, start), Answer::right);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(token.check("wrong", std::nullopt, start), Answer::wrong);
+  EXPECT_EQ(token.check(kText, std::nullopt, start), Answer::too_many) << "those whose user is unknown are one";
+  EXPECT_EQ(token.check(kText, kBob, start), Answer::right);
 }
 
 TEST(StopTokenTest, CountsNoRightTries) {
   StopToken token(kText);
   const auto now = StopToken::Clock::now();
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(token.check(kText, now), Answer::right);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(token.check(kText, kAlice, now), Answer::right);
 }
 
 TEST(StopTokenTest, RefusesATextThatIsTooShortOrUnprintableWithoutShowingIt) {

@@ -120,6 +120,17 @@ TEST_F(WebServerTest, HandsOverTheBodyOfAPostAndClosesThen) {
   EXPECT_NE(answer.find("Connection: close"), std::string::npos) << answer;
 }
 
+TEST_F(WebServerTest, WaitsForNoBodyWhoseLengthIsNotSaid) {
+  // Longer than anybody here waits: only an answer at once passes.
+  start({.idle = 600s, .request = 600s});
+  const RawClient client = connected();
+  const std::string origin = "Origin: http://127.0.0.1:" + std::to_string(server_->port()) + "\r\n";
+  ASSERT_TRUE(client.say(head("POST / HTTP/1.1") + origin + "\r\n"));
+  const std::string answer = client.hear();
+  EXPECT_EQ(answer.rfind("HTTP/1.1 411", 0), 0U) << answer;
+  EXPECT_NE(answer.find("Connection: close"), std::string::npos) << answer;
+}
+
 TEST_F(WebServerTest, ReadsNoBodyOfARefusedPost) {
   start();
   const RawClient client = connected();
