@@ -6,6 +6,8 @@
 namespace eha::acquisition {
 namespace {
 
+constexpr std::int64_t kBegun_ns = 20'000'000;  // before it, nothing that was commanded has moved the rod
+
 std::string describe_fault(const FaultReport& report) {
   const double value = report.value;
   const double limit = report.limit;
@@ -16,10 +18,11 @@ std::string describe_fault(const FaultReport& report) {
     case Fault::emergency_stop:
       return "the emergency-stop circuit is open; close it and arm again";
     case Fault::travel_limit:
-      return fmt::format(
-          "the rod is at, or would not stop before, {:.3f} in, the limit is {:.3f} in; lower the excitation or start "
-          "further from the end",
-          value, limit);
+      return fmt::format("the rod is at, or would not stop before, {:.3f} in, the limit is {:.3f} in; {}", value, limit,
+                         report.at_ns < kBegun_ns
+                             ? "it stood there when the run began: move it back by hand with the hydraulics off, or "
+                               "correct calibration or limits in the rig file"
+                             : "lower the excitation or start further from the end");
     case Fault::velocity_limit:
       return fmt::format(
           "the rod moved at {:.2f} in/s, the limit is {:.2f} in/s; lower the excitation, or "

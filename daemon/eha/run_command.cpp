@@ -115,6 +115,8 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   } else if (!fs::exists(run.folder / record::kRawFile, unknown)) {
     console.info(fmt::format("what was recorded is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, folder));
+  } else if (run.only_placed) {
+    console.info(fmt::format("what was recorded is in {}", folder));
   } else {
     console.info(
         fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same, with --discard 0 when it "

@@ -72,7 +72,10 @@ ExitCode report(const Json& entry, const std::string& units, const RunCommand& c
   if (code != ExitCode::ok && !note.empty()) console.error(note);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && entry.value("outcome", "") != "completed") {
-    console.info(fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same", folder, folder));
+    // A placing and a characterisation, whose text is the command's own, have nothing to fit.
+    console.info(command.text
+                     ? fmt::format("what was recorded is in {}", folder)
+                     : fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same", folder, folder));
   }
   console.print_json({{"schema", "eha-run/1"},
                       {"run", folder},
