@@ -88,13 +88,15 @@ void set_key(std::string& text, const std::string& key, const std::string& value
 
 }  // namespace
 
-std::string patient_pci1716_rig(const std::string& appended) {
+std::string patient_pci1716_rig(const std::string& appended,
+                                const std::vector<std::pair<std::string, std::string>>& changes) {
   std::ifstream shipped(kPci1716Rig);
   std::stringstream text;
   text << shipped.rdbuf() << appended;
   std::string rig = text.str();
   set_key(rig, "abort_consecutive_late", "500");
   set_key(rig, "abort_total_late", "5000");
+  for (const auto& [key, value] : changes) set_key(rig, key, value);
   return write_rig(rig);
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/acquisition/tick_record.hpp"
@@ -17,8 +18,9 @@ inline constexpr const char* kPci1716Rig = "/usr/share/ehad/rigs/pci1716.toml";
 
 /// The same with room for late ticks. On the machine's one emulated processor, whatever else happens during a run makes
 /// some: the end of the guard, which has locked memory and a higher priority, more than the shipped limits allow.
-/// @param appended  further tables
-[[nodiscard]] std::string patient_pci1716_rig(const std::string& appended = {});
+/// @param appended  further tables   @param changes  keys that begin a line, and their values
+[[nodiscard]] std::string patient_pci1716_rig(const std::string& appended = {},
+                                              const std::vector<std::pair<std::string, std::string>>& changes = {});
 
 /// A rig file for the kernel's own test board, which has no digital lines of use. `wrong_board` and `wrong_range` make
 /// it differ from the board.

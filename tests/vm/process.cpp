@@ -2,7 +2,7 @@
 #include "process.hpp"
 
 #include <fcntl.h>
-#include <spawn.h>
+#include <grp.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,25 +15,34 @@
 #include <thread>
 
 namespace eha::test {
+namespace {
 
-Process::Process(const std::vector<std::string>& argv) : output_(memfd_create("output", MFD_CLOEXEC)) {
-  if (output_ < 0) throw std::runtime_error(std::string("memfd_create: ") + std::strerror(errno));
+[[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what + ": " + std::strerror(errno)); }
+
+}  // namespace
+
+Process::Process(const std::vector<std::string>& argv, const ProcessOptions& options)
+    : output_(memfd_create("output", MFD_CLOEXEC)) {
+  if (output_ < 0) fail("memfd_create");
   std::vector<char*> arguments;
   arguments.reserve(argv.size() + 1);
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
-
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, output_, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, output_, STDERR_FILENO);
-  const int status = posix_spawnp(&id_, arguments.front(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (status != 0) {
-    close(output_);
-    throw std::runtime_error(argv.front() + ": " + std::strerror(status));
+  std::array<int, 2> typed{open("/dev/null", O_RDONLY | O_CLOEXEC), -1};
+  if (options.is_typed_into && pipe2(typed.data(), O_CLOEXEC) != 0) fail("pipe");
+  id_ = fork();
+  if (id_ < 0) fail("fork");
+  if (id_ == 0) {
+    const bool is_user =
+        options.user == 0 || (setgroups(0, nullptr) == 0 && setgid(options.user) == 0 && setuid(options.user) == 0);
+    if (is_user && dup2(typed[0], STDIN_FILENO) == STDIN_FILENO && dup2(output_, STDOUT_FILENO) == STDOUT_FILENO &&
+        dup2(output_, STDERR_FILENO) == STDERR_FILENO) {
+      execvp(arguments.front(), arguments.data());
+    }
+    _exit(127);
   }
+  close(typed[0]);
+  input_ = typed[1];
 }
 
 Process::~Process() {
@@ -42,6 +51,12 @@ Process::~Process() {
     wait();
   }
   close(output_);
+  if (input_ >= 0) close(input_);
+}
+
+void Process::type(const std::string& line) const {
+  const std::string text = line + "\n";
+  if (write(input_, text.data(), text.size()) != static_cast<ssize_t>(text.size())) fail("typing");
 }
 
 int Process::wait() {

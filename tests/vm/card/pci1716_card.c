@@ -6,7 +6,8 @@
  *
  * With rod=1 analog input 0 is the displacement sensor of a rod behind a valve at output 0: while digital output 0 is on
  * (the hydraulics), it moves by 0.14 in/(V s) of what exceeds the valve's dead band of 0.25 V, between end stops at 0 and
- * 5.9 in, which read as -10 and 10 V. It begins at 2.95 in. rod_uV is where it truly is, as a sound sensor would read.
+ * 5.9 in, which read as -10 and 10 V. It begins at 2.95 in. rod_uV is where it truly is, as a sound sensor would read;
+ * written, it moves the rod there, as a hand does while the hydraulics are off.
  *
  * Like the real driver, attach and detach put the outputs to code 0 of 0..5 V and all digital outputs off, and a
  * change of range shows the old code in the new range until the new code is written: both steps are in the log.
@@ -44,6 +45,7 @@ enum { AI_CHANNELS = 16, AO_CHANNELS = 2, DIO_LINES = 16, MAX_CODE = 0xffff, AO_
 static int ai_timeout, ai_timeout_ms, ai_io_error, ai_stall, ai_stall_ms, ai_stuck, all_ones;
 static int ai_noise, ai_open, ai_open_mV, ai_slope_percent = 100, ao_timeout, ao_timeout_ms, contact;
 static int rod, rod_uV;
+static s64 rod_nV;
 static uint di = 0xffff;
 module_param(ai_noise, int, 0644);
 module_param(ai_open, int, 0644);
@@ -53,7 +55,6 @@ module_param(ao_timeout, int, 0644);
 module_param(ao_timeout_ms, int, 0644);
 module_param(contact, int, 0644);
 module_param(rod, int, 0444);
-module_param(rod_uV, int, 0444);
 module_param(ai_timeout, int, 0644);
 module_param(ai_timeout_ms, int, 0644);
 module_param(ai_io_error, int, 0644);
@@ -156,7 +157,6 @@ static void move_rod(void)
 	u64 now_us = div_u64(ktime_get_ns(), 1000);
 	s64 command_uV = div_s64(ao_nV(0), 1000);
 	s64 passed_us = min_t(u64, now_us - last_us, 1000000);
-	static s64 rod_nV;
 
 	last_us = now_us;
 	if (!(do_word & ENABLE_BIT))
@@ -172,6 +172,18 @@ static void move_rod(void)
 	rod_nV = clamp_t(s64, rod_nV, -ROD_END_uV * 1000LL, ROD_END_uV * 1000LL);
 	rod_uV = (int)div_s64(rod_nV, 1000);
 }
+
+static int place_rod(const char *text, const struct kernel_param *parameter)
+{
+	int status = param_set_int(text, parameter);
+
+	if (!status)
+		rod_nV = rod_uV * 1000LL;
+	return status;
+}
+
+static const struct kernel_param_ops rod_ops = { .set = place_rod, .get = param_get_int };
+module_param_cb(rod_uV, &rod_ops, &rod_uV, 0644);
 
 static s64 sensor_nV(void)
 {
