@@ -67,10 +67,12 @@ void print_identification(const identify::Identification& identification,
   console.print(short_report(answer_of(identification), unit));
   for (const identify::Round& round : identification.rounds) {
     if (round.reason.empty()) continue;
-    console.print(wrapped(fmt::format("Tried {}, because {}", round.what, round.reason), 0));
+    const bool is_fit = round.kind == identify::Round::Kind::fit;
+    console.print(wrapped(fmt::format("{} {}, because {}", is_fit ? "Tried" : "Next:", round.what, round.reason), 0));
   }
   if (identification.next_experiment) {
-    console.print(wrapped(fmt::format("Next experiment: {}.", identification.next_experiment->reason), 0));
+    console.print(
+        wrapped(fmt::format("{}: {}.", identify::kNextExperimentFile, identification.next_experiment->reason), 0));
   }
   if (console.verbose()) {
     console.print(model_report(shown_in(identification.models, unit), shown_in(identification.paper, unit)));

@@ -11,9 +11,9 @@
 
 #include "config/prepared_experiment.hpp"
 #include "core/os/files.hpp"
-#include "daemon/eha/design_choice.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/identify/design_choice.hpp"
 #include "daemon/identify/executor.hpp"
 #include "daemon/identify/improved_experiment.hpp"
 #include "ident/design/improvement.hpp"
@@ -28,15 +28,8 @@ constexpr double kDiscard_s = 10.0;
 
 using ident::Model;
 using ident::ParameterEstimate;
-
-ident::ExcitationLimits limits_of(const config::RigConfig& rig) {
-  return {.lowest_V = rig.limits.command_min_V,
-          .highest_V = rig.limits.command_max_V,
-          .slew_V_per_s = rig.limits.slew_V_per_s,
-          .lowest_output = rig.limits.travel_min_in,
-          .highest_output = rig.limits.travel_max_in,
-          .step_s = rig.realtime.sample_period_s};
-}
+using identify::ChosenDesign;
+using identify::DesignPredictor;
 
 /// Samples that the model was compared at, in ticks of the rig.
 int decimation_of(const Model& model, double tick_s) {
@@ -93,7 +86,7 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
   const Model model = ident::model_from_text(os::read_file(*command.model_file), *command.model_file);
   ident::ImprovementTask task;
-  task.limits = limits_of(rig);
+  task.limits = identify::excitation_limits(rig);
   task.duration_s = kDuration_s;
   task.options.discard_s = kDiscard_s;
   task.options.decimation = decimation_of(model, task.limits.step_s);

@@ -7,10 +7,12 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <limits>
 #include <utility>
 
 #include "daemon/identify/cross_validation.hpp"
+#include "daemon/identify/designed_experiment.hpp"
 #include "daemon/identify/executor.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/identify/improved_experiment.hpp"
@@ -195,12 +197,52 @@ void add_climbed(Identification& identification, Identification climbed, const I
   }
 }
 
+/// The command that designs an experiment by hand.
+std::string design_command(const Source& source, const WeakParameter& weak) {
+  const std::filesystem::path folder =
+      source.run_folder ? *source.run_folder / record::kModelsFolder / "rejected" : std::filesystem::path();
+  return fmt::format("eha design --from {} --improve {} --rig RIG.toml", (folder / (weak.model + ".json")).string(),
+                     weak.parameter);
+}
+
+/// The last round: an experiment designed for the parameter that a model is rejected for, else a longer one.
+void end_with_experiment(const Source& source, const ident::FitOptions& options, const Progress& progress,
+                         Identification& identification) {
+  std::string reason = identification.recommendation.reason;
+  const auto end_round = [&](std::string what) {
+    identification.rounds.push_back({.what = std::move(what), .reason = reason, .kind = Round::Kind::experiment});
+  };
+  std::vector<const ident::Model*> models;
+  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
+  identification.next_experiment = longer_experiment(source);
+  const std::optional<WeakParameter> weak = weak_parameter(models);
+  if (!weak) {
+    if (identification.next_experiment) end_round("a longer experiment");
+    return;
+  }
+  const auto model = std::find_if(models.begin(), models.end(), [&](const auto* m) { return m->name == weak->model; });
+  DesignedExperiment designed = designed_experiment(source, **model, weak->parameter, options, progress);
+  if (designed.next) {
+    identification.next_experiment = std::move(designed.next);
+    end_round(fmt::format("an experiment designed for {} of {}", weak->parameter, weak->model));
+    return;
+  }
+  const std::string why =
+      fmt::format("; no tones could be designed for {} of {}: {}; with a rig file `{}` designs them", weak->parameter,
+                  weak->model, designed.refusal, design_command(source, *weak));
+  if (reason.ends_with('.')) reason.pop_back();
+  reason += why;
+  if (identification.next_experiment) identification.next_experiment->reason += why;
+  end_round(identification.next_experiment ? "a longer experiment" : "a new experiment");
+}
+
 /// Fits in rounds until a model is accepted.
 Identification fit_in_rounds(const Source& source, IdentificationTask task, const Comparisons& comparisons,
                              const Progress& progress) {
   Identification identification = fit_once(task, progress);
   const auto end_round = [&](std::string what, std::string reason) {
-    identification.rounds.push_back({std::move(what), std::move(reason), any_accepted(identification)});
+    identification.rounds.push_back(
+        {.what = std::move(what), .reason = std::move(reason), .accepted = any_accepted(identification)});
   };
   const bool is_ladder = task.structures.empty();
   end_round(is_ladder ? "the ladder of structures" : "the asked models", "");
@@ -218,15 +260,7 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     add_climbed(identification, fit_once(task, progress), task);
     end_round("the ladder of structures", reason);
   }
-  if (identification.rounds.back().accepted) return identification;
-  std::vector<const ident::Model*> models;
-  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
-  identification.next_experiment = longer_experiment(source);
-  if (const auto weak = weak_parameter(models); weak && identification.next_experiment) {
-    identification.next_experiment->reason += fmt::format(
-        "; for {} of {} alone, `eha design --from rejected/{}.json --improve {}` designs tones that say more",
-        weak->parameter, weak->model, weak->model, weak->parameter);
-  }
+  if (!identification.rounds.back().accepted) end_with_experiment(source, task.options, progress, identification);
   return identification;
 }
 

@@ -14,9 +14,12 @@ namespace eha::identify {
 /// ladder of structures, an experiment that says more. Mhd Yusof et al., Int. J. Smart Sensing and Intelligent Systems
 /// 9(1), 2016, figure 4.
 struct Round {
-  std::string what;    ///< "the asked models", "other starts (seed 2)", "the ladder of structures"
+  /// Of the record, or an experiment to be played: nothing is fitted in that one.
+  enum class Kind { fit, experiment };
+  std::string what;    ///< "the asked models", "other starts (seed 2)", "an experiment designed for n2 of fo"
   std::string reason;  ///< why it took place, one sentence; empty for the first one
   bool accepted = false;
+  Kind kind = Kind::fit;
 };
 
 /// An experiment that may settle what the record does not. It is written, never played by itself.

@@ -57,6 +57,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   record::LoadedRun run = record::read_run(name);
   source.record = std::move(run.record);
   source.run_folder = std::move(run.folder);
+  source.rig_text = std::move(run.rig_text);
   source.outcome = run.outcome;
   source.units = record::rig_units(run.manifest.other);
   source.interpolated_rows = run.interpolated_rows;

@@ -26,6 +26,7 @@ struct Source {
   std::string units = {};                 ///< of lengths for people, as the run's rig file asks for; empty: none
   std::size_t interpolated_rows = 0;      ///< as record::LoadedRun; of a file the rows that were filled
   std::string guess = {};                 ///< of a file: what was guessed, in one line; may be empty
+  std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
   std::vector<std::string> repairs = {};  ///< of a file: gaps and jitter that were mended, one sentence each
 };
 

@@ -6,10 +6,15 @@
 #include <string>
 
 #include "config/experiment_config.hpp"
+#include "config/prepared_experiment.hpp"
+#include "config/rig_config.hpp"
+#include "daemon/identify/designed_experiment.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/improved_experiment.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
+#include "tests/unit/identify/twin_source.hpp"
+#include "tests/unit/temporary_folder.hpp"
 
 namespace eha::identify {
 namespace {
@@ -100,9 +105,56 @@ TEST(Rounds, EndWithTheNextExperimentWhenNothingIsAccepted) {
   IdentificationTask task = task_with_one_pole(source);
   task.acceptance.min_validation_r2_percent = 99.99999;
   const Identification named = identify(source, task, {}, {});
-  EXPECT_EQ(named.rounds.size(), 2U) << "models named on the command line are meant";
+  ASSERT_EQ(named.rounds.size(), 3U) << "models named on the command line are meant";
+  EXPECT_EQ(named.rounds[2].what, "a longer experiment");
+  EXPECT_EQ(named.rounds[2].kind, Round::Kind::experiment);
+  EXPECT_FALSE(named.rounds[2].accepted);
   EXPECT_TRUE(named.next_experiment);
   EXPECT_EQ(named.recommendation.model, "");
+}
+
+/// The paper's tones on the shipped rig, and a model behind its valve whose n2 they hardly determine.
+struct WeakOnRig {
+  Source source = test::source_of(test::seeded(1));
+  ident::FitOptions options = source.experiment->fit;
+  ident::Model model;
+  WeakOnRig() {
+    source.experiment->duration_s = 40.0;
+    source.rig_text = eha::test::content_of(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+    options.intervals = ident::IntervalMethod::straight;
+    ident::StructureOptions asked;
+    asked.name = "fo_valve";
+    asked.structure = ident::structures::behind_valve(ident::structures::fo());
+    model = ident::fit(source.record, asked, options).model;
+  }
+};
+
+TEST(DesignedExperiment, SaysMoreOfTheParameterWithinTheLimitsOfTheRunsRig) {
+  const WeakOnRig weak;
+  const DesignedExperiment designed = designed_experiment(weak.source, weak.model, "n2", weak.options, {});
+  ASSERT_TRUE(designed.next) << designed.refusal;
+  const config::RigConfig rig = config::parse_rig(weak.source.rig_text, "rig.toml");
+  const auto prepared = config::parse_prepared_experiment(designed.next->text, "next.toml", rig);
+  EXPECT_NEAR(prepared.config.duration_s, 40.0, 1e-9);
+  ASSERT_EQ(prepared.config.models.size(), 1U);
+  EXPECT_EQ(prepared.config.models[0].name, "fo_valve");
+  EXPECT_NE(designed.next->reason.find("n2 of fo_valve within the limits of simulated rig"), std::string::npos)
+      << designed.next->reason;
+}
+
+TEST(DesignedExperiment, IsRefusedWithTheReasonWhereTheLimitsAreUnknownOrLeaveNoRoom) {
+  WeakOnRig weak;
+  const std::string limits = weak.source.rig_text;
+  weak.source.rig_text = "";
+  EXPECT_NE(designed_experiment(weak.source, weak.model, "n2", weak.options, {}).refusal.find("which limits"),
+            std::string::npos);
+  // The rod begins outside.
+  weak.source.rig_text = limits;
+  const std::string lowest = "travel_min_in = 0.15";
+  weak.source.rig_text.replace(weak.source.rig_text.find(lowest), lowest.size(), "travel_min_in = 5.50");
+  const DesignedExperiment none = designed_experiment(weak.source, weak.model, "n2", weak.options, {});
+  EXPECT_FALSE(none.next);
+  EXPECT_NE(none.refusal.find("limits"), std::string::npos) << none.refusal;
 }
 
 /// A rejected model with one failed criterion.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/eha/design_choice.hpp"
+#include "daemon/identify/design_choice.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "daemon/identify/improved_experiment.hpp"
 #include "ident/excitation/excitation.hpp"
 
-namespace eha::cli {
+namespace eha::identify {
 namespace {
 
 constexpr int kScreened = 4;   // records of each design, each searched from the known model alone
@@ -33,7 +33,7 @@ replay::TrialTask trial_task(const DesignPredictor& predictor, const config::Exp
 
 config::ExperimentConfig experiment_of(const DesignPredictor& predictor, const ident::ImprovementTask& task,
                                        const ident::Improvement& design) {
-  const std::string text = identify::experiment_text({predictor.model, predictor.parameter, "trial"}, task, design);
+  const std::string text = experiment_text({predictor.model, predictor.parameter, "trial"}, task, design);
   return config::parse_experiment(text, "the designed experiment", config::NamedFiles::refuse);
 }
 
@@ -58,6 +58,15 @@ ChosenDesign tried_out(const DesignPredictor& predictor, const ident::Improvemen
 
 }  // namespace
 
+ident::ExcitationLimits excitation_limits(const config::RigConfig& rig) {
+  return {.lowest_V = rig.limits.command_min_V,
+          .highest_V = rig.limits.command_max_V,
+          .slew_V_per_s = rig.limits.slew_V_per_s,
+          .lowest_output = rig.limits.travel_min_in,
+          .highest_output = rig.limits.travel_max_in,
+          .step_s = rig.realtime.sample_period_s};
+}
+
 ChosenDesign choose_design(const DesignPredictor& predictor, const ident::ImprovementTask& task) {
   const std::vector<ident::Improvement> designs = ident::improvements(predictor.model, predictor.parameter, task);
   if (!predictor.twin) return {designs.front()};
@@ -66,7 +75,7 @@ ChosenDesign choose_design(const DesignPredictor& predictor, const ident::Improv
     if (predictor.progress) predictor.progress(done += share);
   };
   const auto by_worst_trial = [](const ChosenDesign& a, const ChosenDesign& b) {
-    return a.trial->highest < b.trial->highest;
+    return a.trial.value_or(replay::Trial{}).highest < b.trial.value_or(replay::Trial{}).highest;
   };
   std::vector<ChosenDesign> tried;
   for (const ident::Improvement& design : designs) {
@@ -100,4 +109,4 @@ double predicted_by(const DesignPredictor& predictor, const config::PreparedExpe
   return replay::trial(*predictor.twin, experiment.table_V, trial, predictor.executor).std;
 }
 
-}  // namespace eha::cli
+}  // namespace eha::identify

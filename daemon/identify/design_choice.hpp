@@ -6,13 +6,17 @@
 #include <string>
 
 #include "config/prepared_experiment.hpp"
+#include "config/rig_config.hpp"
 #include "daemon/replay/trial.hpp"
 #include "hal/sim/sim_options.hpp"
 #include "ident/design/improvement.hpp"
 #include "ident/executor.hpp"
 #include "ident/model/model.hpp"
 
-namespace eha::cli {
+namespace eha::identify {
+
+/// What a rig file allows an excitation, at its tick.
+[[nodiscard]] ident::ExcitationLimits excitation_limits(const config::RigConfig& rig);
 
 /// Who predicts what a designed experiment gives.
 struct DesignPredictor {
@@ -43,4 +47,4 @@ struct ChosenDesign {
 [[nodiscard]] double predicted_by(const DesignPredictor& predictor, const config::PreparedExperiment& experiment,
                                   const ident::ImprovementTask& task);
 
-}  // namespace eha::cli
+}  // namespace eha::identify
