@@ -12,9 +12,11 @@
 namespace eha::identify {
 namespace {
 
-constexpr int kScreened = 4;   // records of each design, each searched from the known model alone
-constexpr int kConfirmed = 6;  // records of the best ones, each fitted as the real one will be
-constexpr std::size_t kFinalists = 2;
+constexpr int kScreened = 4;               // records of each design, each searched from the known model alone
+constexpr int kConfirmed = 6;              // records of the best ones, each fitted as the real one will be
+constexpr std::size_t kFinalists = 2;      // confirmed in any case
+constexpr std::size_t kMostFinalists = 4;  // while none of them is predictable
+constexpr double kPredictable = 2.25;  // highest over lowest error of the trials: either is within 1.5 of their middle
 constexpr double kShareOfScreening = 0.2;  // of the time
 
 /// A design as the file would have it: its structure, and its volts.
@@ -56,6 +58,18 @@ ChosenDesign tried_out(const DesignPredictor& predictor, const ident::Improvemen
   return chosen;
 }
 
+double worst_trial(const ChosenDesign& design) { return design.trial.value_or(replay::Trial{}).highest; }
+
+bool is_predictable(const ChosenDesign& design) {
+  const replay::Trial trial = design.trial.value_or(replay::Trial{});
+  return std::isfinite(trial.highest) && trial.highest <= kPredictable * trial.lowest;
+}
+
+bool is_better(const ChosenDesign& a, const ChosenDesign& b) {
+  if (is_predictable(a) != is_predictable(b)) return is_predictable(a);
+  return worst_trial(a) < worst_trial(b);
+}
+
 }  // namespace
 
 ident::ExcitationLimits excitation_limits(const config::RigConfig& rig) {
@@ -74,21 +88,21 @@ ChosenDesign choose_design(const DesignPredictor& predictor, const ident::Improv
   const auto advance = [&](double share) {
     if (predictor.progress) predictor.progress(done += share);
   };
-  const auto by_worst_trial = [](const ChosenDesign& a, const ChosenDesign& b) {
-    return a.trial.value_or(replay::Trial{}).highest < b.trial.value_or(replay::Trial{}).highest;
-  };
   std::vector<ChosenDesign> tried;
   for (const ident::Improvement& design : designs) {
     tried.push_back(tried_out(predictor, task, design, kScreened, ident::Search::known));
     advance(kShareOfScreening / static_cast<double>(designs.size()));
   }
-  std::sort(tried.begin(), tried.end(), by_worst_trial);
-  tried.resize(std::min(kFinalists, tried.size()));
-  for (ChosenDesign& finalist : tried) {
-    finalist = tried_out(predictor, task, finalist.design, kConfirmed, task.options.search);
-    advance((1.0 - kShareOfScreening) / static_cast<double>(tried.size()));
+  std::sort(tried.begin(), tried.end(),
+            [](const ChosenDesign& a, const ChosenDesign& b) { return worst_trial(a) < worst_trial(b); });
+  std::optional<ChosenDesign> best;
+  for (std::size_t k = 0; k < std::min(kMostFinalists, tried.size()); ++k) {
+    if (k >= kFinalists && is_predictable(*best)) break;
+    ChosenDesign finalist = tried_out(predictor, task, tried[k].design, kConfirmed, task.options.search);
+    if (!best || is_better(finalist, *best)) best = std::move(finalist);
+    advance((1.0 - kShareOfScreening) / static_cast<double>(kMostFinalists));
   }
-  return *std::min_element(tried.begin(), tried.end(), by_worst_trial);
+  return *std::move(best);
 }
 
 ChosenDesign prolonged(const DesignPredictor& predictor, const ident::Improvement& design,

@@ -27,14 +27,16 @@ struct DesignPredictor {
   std::function<void(double share)> progress = {};  ///< called between trials, 0..1
 };
 
-/// A design and, by a twin, what its trials gave. `design.std` is their median.
+/// A design and, by a twin, what its trials gave. `design.std` is the middle of their range.
 struct ChosenDesign {
   ident::Improvement design;
   std::optional<replay::Trial> trial = {};
 };
 
-/// The best of the designs: with a twin the one whose worst trial is best, so that it does not hang on the noise.
-/// @throws ConfigError  as ident::improve()   Cost: with a twin some ten seconds of one processor for 50 s.
+/// The best of the designs: with a twin, of those whose trials agree within a factor of 2.25, the one whose worst trial
+/// is best, so that what is achieved does not hang on the noise; of all where none agree.
+/// @throws ConfigError  as ident::improve()   Cost: with a twin half a minute of one processor for 50 s, at most a
+/// minute.
 [[nodiscard]] ChosenDesign choose_design(const DesignPredictor& predictor, const ident::ImprovementTask& task);
 
 /// The design for a longer experiment, whose tones stay periodic in it: with a twin the same tones, tried out anew,

@@ -23,7 +23,7 @@ struct DesignedExperiment {
 /// out; for another one the model's residual alone predicts. Never throws for what the record lacks.
 /// @param model  a model of the source, with standard errors   @param options  with which it was fitted
 /// Cost: on a simulated rig some forty records simulated and fitted from the model, ten seconds of one processor; else
-/// one.
+/// a second.
 [[nodiscard]] DesignedExperiment designed_experiment(const Source& source, const ident::Model& model,
                                                      const std::string& parameter, const ident::FitOptions& options,
                                                      const Progress& progress);

@@ -63,10 +63,8 @@ Trial trial(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>
     const std::uint64_t seed = kSeeds + i;
     errors[i] = std_of(recorded(drawn(twin, seed), volts, task.step_s, seed), quick);
   });
-  std::sort(errors.begin(), errors.end());
-  const std::size_t middle = errors.size() / 2;
-  const double below = errors.size() % 2 == 0 ? errors[middle - 1] : errors[middle];
-  return {.std = std::sqrt(below * errors[middle]), .lowest = errors.front(), .highest = errors.back()};
+  const auto [lowest, highest] = std::minmax_element(errors.begin(), errors.end());
+  return {.std = std::sqrt(*lowest * *highest), .lowest = *lowest, .highest = *highest};
 }
 
 }  // namespace eha::replay

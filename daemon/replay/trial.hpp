@@ -23,9 +23,12 @@ struct TrialTask {
   int records = 6;  ///< at least 1, each with other noise
 };
 
-/// Standard errors of one parameter by fits to simulated records of one experiment.
+/// Standard errors of one parameter by fits to simulated records of one experiment. A fit that does not determine the
+/// parameter counts as infinite.
 struct Trial {
-  double std = 0.0;  ///< median; a fit that does not determine the parameter counts as infinite
+  /// Geometric middle of the range: as far from the one end as from the other. A fit keeps a noise model for some
+  /// records and not for others, and the errors then gather at both ends, where a median would miss one of them.
+  double std = 0.0;
   double lowest = 0.0;
   double highest = 0.0;
 };
