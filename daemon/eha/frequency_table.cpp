@@ -10,16 +10,16 @@
 
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::cli {
 namespace {
 
 constexpr std::size_t kMostRows = 40;
-constexpr double kHalf95 = 1.96;  // half a 95 % interval over a standard error
 
 std::string cell(const std::optional<double>& level_dB) { return level_dB ? fmt::format("{:.1f}", *level_dB) : "-"; }
 std::string half_width_cell(const std::optional<double>& std) {
-  return std ? fmt::format("{:.2g}", kHalf95 * *std) : "-";
+  return std ? fmt::format("{:.2g}", ident::kInterval95 * *std) : "-";
 }
 
 nlohmann::ordered_json number_or_null(const std::optional<double>& value) {

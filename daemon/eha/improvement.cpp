@@ -27,7 +27,6 @@ constexpr double kDuration_s = 50.0;
 constexpr double kDiscard_s = 10.0;
 
 using ident::Model;
-using ident::ParameterEstimate;
 using identify::ChosenDesign;
 using identify::DesignPredictor;
 
@@ -35,13 +34,6 @@ using identify::DesignPredictor;
 int decimation_of(const Model& model, double tick_s) {
   if (!model.bode || model.bode->frequency_Hz.empty()) return 1;
   return std::max(1, static_cast<int>(std::lround(0.5 / model.bode->frequency_Hz.back() / tick_s)));
-}
-
-double estimated_std(const Model& model, const std::string& parameter) {
-  for (const ParameterEstimate& p : model.parameters) {
-    if (p.name == parameter && !p.fixed) return p.std;
-  }
-  return std::nan("");
 }
 
 /// The simulated rig that tries designs out: the named one, or the rig itself where that is simulated.
@@ -114,7 +106,7 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   (void)config::parse_prepared_experiment(text, path.string(), rig);
   os::write_file_atomically(path, text);
 
-  const double now = estimated_std(model, command.parameter);
+  const double now = identify::estimated_std(model, command.parameter);
   nlohmann::ordered_json document{{"schema", "eha-improvement/1"},
                                   {"model", *command.model_file},
                                   {"rig", rig.file_name},

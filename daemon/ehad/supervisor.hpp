@@ -113,6 +113,7 @@ class Supervisor {
   struct Start {
     EntryId entry = 0;
     std::filesystem::path folder;  ///< of its check; of this attempt alone, because an earlier one may not be over yet
+    RigKeeper::Config rig;         ///< with which it is rehearsed
   };
   using Turn = std::shared_ptr<const Start>;
   void start_next();

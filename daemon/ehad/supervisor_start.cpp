@@ -40,15 +40,15 @@ void Supervisor::start_next() {
   const Entry* entry = whose_turn();
   if (entry == nullptr) return;
   const fs::path folder = options_.state / "check" / fmt::format("start-{}", ++starts_);
-  next_ = std::make_shared<const Start>(Start{.entry = entry->id, .folder = folder});
+  next_ = std::make_shared<const Start>(Start{.entry = entry->id, .folder = folder, .rig = rig_.config()});
   rig_.read_place([this, turn = next_](std::future<double> read) { rehearse_next(turn, std::move(read)); });
 }
 
 Entry* Supervisor::still_next(const Turn& turn) {
   if (turn != next_) return nullptr;
   Entry* entry = whose_turn();
-  if (entry != nullptr && entry->id == turn->entry) return entry;
-  // Held, moved or cancelled meanwhile.
+  if (entry != nullptr && entry->id == turn->entry && turn->rig == rig_.config()) return entry;
+  // Held, moved or cancelled meanwhile, or the rig was reloaded.
   next_.reset();
   start_next();
   return nullptr;
@@ -64,24 +64,23 @@ void Supervisor::rehearse_next(const Turn& turn, std::future<double> read) {
     give_up(*entry, error.exit_code(), fmt::format("{}: not rehearsed before playing: {}", entry->file, error.what()));
     return;
   }
-  if (is_rehearsed(*entry, rig_.config(), place_in)) {
+  if (is_rehearsed(*entry, turn->rig, place_in)) {
     start(*entry);
     return;
   }
-  disk_thread_.ask(
-      [turn, text = entry->experiment, rig = rig_.config()] { write_checked_files(turn->folder, text, *rig); },
-      [this, turn, place_in](std::future<void> written) {
-        Entry* written_for = still_next(turn);
-        if (written_for == nullptr) return remove_check_folder(turn->folder);
-        try {
-          written.get();
-        } catch (const Error& error) {
-          remove_check_folder(turn->folder);
-          give_up(*written_for, error.exit_code(), error.what());
-          return;
-        }
-        check_next(turn, place_in);
-      });
+  disk_thread_.ask([turn, text = entry->experiment] { write_checked_files(turn->folder, text, *turn->rig); },
+                   [this, turn, place_in](std::future<void> written) {
+                     Entry* written_for = still_next(turn);
+                     if (written_for == nullptr) return remove_check_folder(turn->folder);
+                     try {
+                       written.get();
+                     } catch (const Error& error) {
+                       remove_check_folder(turn->folder);
+                       give_up(*written_for, error.exit_code(), error.what());
+                       return;
+                     }
+                     check_next(turn, place_in);
+                   });
 }
 
 void Supervisor::check_next(const Turn& turn, double place_in) {
@@ -89,7 +88,7 @@ void Supervisor::check_next(const Turn& turn, double place_in) {
                 .rig = turn->folder / kCheckedRig,
                 .place_in = place_in,
                 .accept_travel_risk = queue_.find(turn->entry)->accept_travel_risk,
-                .avoided_cpu = rig_.config()->realtime.cpu,
+                .avoided_cpu = turn->rig->realtime.cpu,
                 .is_urgent = true},
                [this, turn, place_in](const worker::WorkerEnd& end) { finish_rehearsal(turn, place_in, end); });
 }
@@ -107,7 +106,7 @@ void Supervisor::finish_rehearsal(const Turn& turn, double place_in, const worke
     return;
   }
   entry->rehearsal = rehearsal_of(end);
-  entry->rehearsed = {rig_.config(), place_in};
+  entry->rehearsed = {turn->rig, place_in};
   start(*entry);
 }
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <variant>
 
 #include "config/prepared_experiment.hpp"
@@ -20,13 +19,6 @@ namespace {
 constexpr double kLongest_s = 60.0;  // bounds the time that the trials take
 constexpr double kDuration_s = 50.0;
 constexpr double kDiscard_s = 10.0;
-
-double standard_error(const ident::Model& model, const std::string& parameter) {
-  for (const ident::ParameterEstimate& p : model.parameters) {
-    if (p.name == parameter) return p.std;
-  }
-  return std::nan("");
-}
 
 ident::ImprovementTask task_on(const config::RigConfig& rig, const Source& source, const ident::FitOptions& options) {
   ident::ImprovementTask task;
@@ -47,8 +39,9 @@ ident::ImprovementTask task_on(const config::RigConfig& rig, const Source& sourc
 
 DesignedExperiment designed_experiment(const Source& source, const ident::Model& model, const std::string& parameter,
                                        const ident::FitOptions& options, const Progress& progress) {
-  if (source.rig_text.empty())
+  if (source.rig_text.empty()) {
     return {.refusal = "the record does not say which rig file, and so which limits, it had"};
+  }
   try {
     const config::RigConfig rig = config::parse_rig(source.rig_text, source.name + "/run.json (rig)");
     const ident::ImprovementTask task = task_on(rig, source, options);
@@ -58,7 +51,7 @@ DesignedExperiment designed_experiment(const Source& source, const ident::Model&
     }
     if (const auto* simulated = std::get_if<hal::SimOptions>(&rig.backend)) predictor.twin = *simulated;
     const ident::Improvement design = choose_design(predictor, task).design;
-    const double now = standard_error(model, parameter);
+    const double now = estimated_std(model, parameter);
     if (!(design.std < now)) {
       return {.refusal = fmt::format("no tones within the limits of {} promise less than its standard error of {:.3g}",
                                      rig.name, now)};

@@ -83,12 +83,18 @@ std::optional<std::string> undetermined(const Model& model) {
 }
 
 bool has_standard_error(const Model& model, const std::string& parameter) {
-  return std::any_of(model.parameters.begin(), model.parameters.end(), [&](const ParameterEstimate& p) {
-    return p.name == parameter && !p.fixed && std::isfinite(p.std) && p.std > 0.0;
-  });
+  const double std = estimated_std(model, parameter);
+  return std::isfinite(std) && std > 0.0;
 }
 
 }  // namespace
+
+double estimated_std(const Model& model, const std::string& parameter) {
+  for (const ParameterEstimate& p : model.parameters) {
+    if (p.name == parameter && !p.fixed) return p.std;
+  }
+  return std::nan("");
+}
 
 std::string experiment_text(const Improved& improved, const ident::ImprovementTask& task,
                             const ident::Improvement& found) {

@@ -21,6 +21,9 @@ struct Improved {
 [[nodiscard]] std::string experiment_text(const Improved& improved, const ident::ImprovementTask& task,
                                           const ident::Improvement& found);
 
+/// Standard error of an estimated parameter, in its own unit. @returns NaN where the model has no such parameter
+[[nodiscard]] double estimated_std(const ident::Model& model, const std::string& parameter);
+
 /// A parameter of a model file.
 struct WeakParameter {
   std::string model;

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "daemon/report/figures.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
 
 namespace eha::report {
@@ -14,7 +15,6 @@ using plot::Panel;
 using plot::Series;
 using record::NumberTable;
 
-constexpr double k95 = 1.96;  // standard errors of a 95 % bound
 constexpr double kLowest_Hz = 0.01;
 constexpr double kHighest_Hz = 10.0;
 constexpr std::size_t kGridPoints = 80;
@@ -59,8 +59,8 @@ Series band(const std::vector<double>& x, const std::vector<double>& centre, con
             int style) {
   Series series{.label = "", .x = x, .mark = Mark::band, .style = style};
   for (std::size_t i = 0; i < x.size(); ++i) {
-    series.lower.push_back(centre[i] - k95 * std[i]);
-    series.upper.push_back(centre[i] + k95 * std[i]);
+    series.lower.push_back(centre[i] - ident::kInterval95 * std[i]);
+    series.upper.push_back(centre[i] + ident::kInterval95 * std[i]);
   }
   return series;
 }
@@ -78,7 +78,7 @@ void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range&
   Series p{.label = "", .x = *f, .y = *phase_deg, .mark = Mark::error_bars, .style = 0};
   Series noise{.label = "noise", .x = *f, .mark = Mark::points, .style = 5};
   for (std::size_t i = 0; i < f->size(); ++i) {
-    const double relative = std::min(0.9, k95 * (*std)[i] / (*level)[i]);
+    const double relative = std::min(0.9, ident::kInterval95 * (*std)[i] / (*level)[i]);
     g.lower.push_back((*gain_dB)[i] + 20.0 * std::log10(1.0 - relative));
     g.upper.push_back((*gain_dB)[i] + 20.0 * std::log10(1.0 + relative));
     p.lower.push_back((*phase_deg)[i] - relative * kDegrees);

@@ -8,6 +8,8 @@
 
 namespace eha::ident {
 
+inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval [standard errors]
+
 /// Half the width of the 95 % interval; not finite where the interval has no end. 0 when fixed.
 [[nodiscard]] double half_width95(const ParameterEstimate& parameter);
 

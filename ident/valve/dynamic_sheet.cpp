@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "ident/model/parameter_text.hpp"
 #include "ident/valve/sheet_parts.hpp"
 
 namespace eha::ident {

@@ -7,8 +7,6 @@
 
 namespace eha::ident {
 
-inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval [standard errors]
-
 /// Fills null, dead band, gains, hysteresis, creep and the blocks from the plan's triangles.
 /// @param lag_s  by which the velocity follows the command
 /// @throws DataError  as valve_sheet()

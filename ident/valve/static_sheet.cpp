@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/valve/sheet_parts.hpp"
 
 namespace eha::ident {
