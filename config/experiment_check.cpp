@@ -72,7 +72,7 @@ class ConflictSearch {
   }
 
   void check_decimation() {
-    if (!issues_.clean("record.decimation")) return;
+    if (!experiment_.is_fitted() || !issues_.clean("record.decimation")) return;
     const std::size_t samples = samples_per_repetition(experiment_, rig_);
     const auto decimation = static_cast<std::size_t>(experiment_.fit.decimation);
     if (samples % decimation != 0) {

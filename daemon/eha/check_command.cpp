@@ -39,8 +39,10 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   judge_travel(rehearsal, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
   nlohmann::ordered_json document{
       {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
-  if (rig) document["rig"] = rig->file_name;
-  if (rehearsal) document["rehearsal"] = to_json(*rehearsal);
+  if (rig) {
+    document["rig"] = rig->file_name;
+    document["rehearsal"] = rehearsal ? to_json(*rehearsal) : nlohmann::ordered_json(nullptr);
+  }
   console.print_json(document);
   const std::size_t count = experiment.models.size();
   const std::string models = experiment.characterises ? "the valve sheet"

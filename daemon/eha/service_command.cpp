@@ -122,7 +122,9 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
       console.print(fmt::format("held: {} \"{}\", submitted {}", entry.at("entry").get<std::int64_t>(),
                                 entry.value("name", ""), entry.value("submitted", "")));
     }
-    next(answer.value("held", Json::array()).empty() ? "eha run EXPERIMENT.toml" : "eha queue release");
+    next(!answer.value("held", Json::array()).empty() ? "eha queue release"
+         : answer.value("characterised", true)        ? "eha run EXPERIMENT.toml"
+                                                      : "eha characterise");
   } else if (command.method == "release") {
     print_numbers(answer.at("released"), "released", "no experiment of yours is held", console);
     next("eha status");

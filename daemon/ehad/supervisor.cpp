@@ -108,9 +108,15 @@ Json Supervisor::armed_answer(uid_t uid) const {
     remarks.push_back(
         "the rig is simulated: late ticks are counted, but the limits on them (realtime.abort_*) end no run");
   }
+  const bool is_characterised = rig_.config()->limits.following.has_value();
+  if (!is_characterised) {
+    remarks.push_back(
+        "the rig file has no [following]: experiments are not rehearsed, and a rod that does not follow is found late");
+  }
   return {{"state", acquisition::to_text(state())},
           {"lease_remaining_s", lease_.remaining(Clock::now()).count()},
           {"held", std::move(held)},
+          {"characterised", is_characterised},
           {"remarks", std::move(remarks)}};
 }
 

@@ -82,9 +82,11 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
 
 void Supervisor::require_arming_of_placing(const Submission& submission) const {
   if (!submission.moves_at_once || may_start(submission.uid)) return;
+  const Entry& first = submission.entries.front();
+  require_lease({.uid = submission.uid, .user = first.user}, first.file);
   throw PermissionError(
       fmt::format("{}: the rig is not armed by {}: eha arm, then again; a move to a place does not wait for that",
-                  submission.entries.front().file, submission.entries.front().user));
+                  first.file, first.user));
 }
 
 void Supervisor::refuse(const Submission& submission) {

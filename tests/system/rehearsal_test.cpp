@@ -62,6 +62,8 @@ TEST(Rehearsal, IsSaidToBeMissingWhereTheRigFileDoesNotHaveTheValve) {
   EXPECT_EQ(checked.code, 0) << checked.err;
   EXPECT_NE(checked.err.find(missing), std::string::npos) << checked.err;
   EXPECT_NE(checked.err.find("play `eha characterise` first"), std::string::npos) << checked.err;
+  const Ended told = run_eha({"check", paper, "--rig", "rig.toml", "--json"}, folder.path());
+  EXPECT_TRUE(Json::parse(told.out).at("rehearsal").is_null()) << told.out;
   folder.write("short.toml",
                "schema = 1\nname = \"short\"\nduration_s = 10.0\n[excitation]\nkind = \"sine\"\n"
                "tones = [{ frequency_Hz = 0.5, amplitude_V = 1.0 }]\n[[model]]\nname = \"il\"\n"

@@ -51,6 +51,20 @@ TEST_F(ServicePlace, MovesTheRodThereAndAgainRelativeToIt) {
   EXPECT_EQ(Client(daemon_.socket()).call("status").at("state"), "armed") << "the next may follow";
 }
 
+TEST_F(ServicePlace, NamesTheMeasurementOfTheValveFirst) {
+  EXPECT_NE(eha({"arm"}).out.find("Next: eha run EXPERIMENT.toml"), std::string::npos);
+  std::string rig = content_of(daemon_.rig_file());
+  const std::size_t following = rig.find("\n[following]");
+  ASSERT_NE(following, std::string::npos) << rig;
+  rig.erase(following, rig.find("\n[", following + 1) - following);
+  std::ofstream(daemon_.rig_file()) << rig;
+  ASSERT_EQ(eha({"disarm"}).code, 0);
+  ASSERT_EQ(eha({"reload"}).code, 0);
+  const Ended armed = eha({"arm"});
+  EXPECT_NE(armed.out.find("Next: eha characterise"), std::string::npos) << armed.out << armed.err;
+  EXPECT_NE(armed.err.find("has no [following]"), std::string::npos) << armed.out << armed.err;
+}
+
 TEST_F(ServicePlace, CharacterisesTheValve) {
   Client(daemon_.socket()).call("arm");
   const Ended ended = eha({"characterise", "--fast", "--json"});
@@ -95,7 +109,7 @@ TEST_F(ServicePlace, MovesNothingForAUserWhoDoesNotHoldTheLease) {
   alice->call("arm");
   const Refused other = refused(*bob, "submit", goes);
   EXPECT_EQ(other.code, static_cast<int>(ExitCode::permission));
-  EXPECT_NE(other.message.find("eha arm, then again"), std::string::npos) << other.message;
+  EXPECT_NE(other.message.find("goto: the lease is nobody's for another"), std::string::npos) << other.message;
   EXPECT_TRUE(alice->call("queue").at("entries").empty()) << "a move does not wait until somebody arms";
   EXPECT_NEAR(rod_in(), 2.95, 0.01);
 }

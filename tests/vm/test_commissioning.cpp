@@ -150,8 +150,8 @@ TEST(Commissioning, LetsOneUserDriveAndTheOtherLookAndStop) {
   };
   EXPECT_TRUE(has(refused({"goto", "3.5in", "--yes"}, kBob), "not armed by 1002: eha arm, then again"));
   ASSERT_EQ(service.eha({"arm"}, kAlice).wait(), 0);
-  EXPECT_TRUE(has(refused({"goto", "3.5in", "--yes"}, kBob), "not armed by 1002: eha arm, then again"));
-  EXPECT_TRUE(has(refused({"jog", "+0.3in", "--yes"}, kBob), "not armed by 1002"));
+  EXPECT_TRUE(has(refused({"goto", "3.5in", "--yes"}, kBob), "the lease is 1001's for another"));
+  EXPECT_TRUE(has(refused({"jog", "+0.3in", "--yes"}, kBob), "the lease is 1001's for another"));
   EXPECT_TRUE(has(refused({"arm"}, kBob), "the lease is 1001's for another"));
   EXPECT_EQ(service.eha({"read"}, kBob).wait(), 0);
   EXPECT_NEAR(true_place_in(board), 2.95, 0.01);

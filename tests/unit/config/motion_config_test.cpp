@@ -77,6 +77,9 @@ TEST(MotionConfig, TakesCharacteriseInsteadOfAnExcitation) {
   EXPECT_TRUE(contains(refusal("duration_s = 60.0\n" + text), "duration_s: expected no such key"));
   EXPECT_TRUE(contains(refusal(text + "amplitude_V = 1.0\n"), "characterise.amplitude_V"));
   EXPECT_TRUE(contains(refusal(experiment("[characterise]\n")), "excitation: expected no such key"));
+  RigConfig slow = sim();
+  slow.realtime.sample_period_s = 0.004;
+  EXPECT_EQ(refusal(text, slow), "") << "its 32500 samples need not be a multiple of a decimation that nobody chose";
 }
 
 TEST(Centring, ActsGentlyInsideAndTurnsEveryCommandNearTheEnds) {
