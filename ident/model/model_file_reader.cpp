@@ -5,119 +5,21 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/model_node.hpp"
 
 namespace eha::ident {
 namespace {
 
-/// Sorted keys: finds each in logarithmic time, also in a hostile file.
-using Json = nlohmann::json;
+using Node = ModelNode;
 
 constexpr std::string_view kSchema = "eha-model/1";
-/// A model file is seven levels deep; a far deeper one is refused.
-constexpr int kDeepest = 32;
-
-/// One JSON value and its path, for messages.
-class Node {
- public:
-  Node(const Json& value, std::string path, const std::string& file_name)
-      : value_(&value), path_(std::move(path)), file_name_(&file_name) {}
-
-  [[noreturn]] void refuse(std::string_view expected, std::string_view got) const {
-    throw ConfigError(
-        fmt::format("{}: {}: expected {}, got {}", *file_name_, path_.empty() ? "model" : path_, expected, got));
-  }
-  [[noreturn]] void refuse(std::string_view expected) const { refuse(expected, excerpt()); }
-
-  [[nodiscard]] bool has(const char* key) const { return value_->contains(key); }
-  [[nodiscard]] bool is_null() const { return value_->is_null(); }
-
-  [[nodiscard]] Node at(const char* key) const {
-    if (!has(key)) child(key, Json()).refuse("a value", "no such field");
-    return child(key, (*value_)[key]);
-  }
-
-  [[nodiscard]] Node object(const std::vector<std::string_view>& keys) const {
-    if (!value_->is_object()) refuse("an object");
-    for (const auto& [key, value] : value_->items()) {
-      if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
-      child(key, value).refuse("a known field" + suggestion(key, keys), "an unknown one");
-    }
-    return *this;
-  }
-
-  [[nodiscard]] std::vector<Node> list() const {
-    if (!value_->is_array()) refuse("an array");
-    std::vector<Node> nodes;
-    nodes.reserve(value_->size());
-    for (std::size_t i = 0; i < value_->size(); ++i) {
-      nodes.emplace_back((*value_)[i], fmt::format("{}[{}]", path_, i), *file_name_);
-    }
-    return nodes;
-  }
-
-  [[nodiscard]] double number() const {
-    if (!value_->is_number()) refuse("a number");
-    return value_->get<double>();
-  }
-
-  void read(double& target) const { target = value_->is_null() ? std::numeric_limits<double>::quiet_NaN() : number(); }
-  void read(std::string& target) const {
-    if (!value_->is_string()) refuse("a string");
-    target = value_->get<std::string>();
-  }
-  void read(bool& target) const {
-    if (!value_->is_boolean()) refuse("true or false");
-    target = value_->get<bool>();
-  }
-  void read(std::size_t& target) const {
-    if (!value_->is_number_unsigned()) refuse("a whole number of at least 0");
-    target = value_->get<std::size_t>();
-  }
-  void read(int& target) const {
-    const bool fits = value_->is_number_integer() && value_->get<double>() >= std::numeric_limits<int>::min() &&
-                      value_->get<double>() <= std::numeric_limits<int>::max();
-    if (!fits) refuse("a whole number");
-    target = value_->get<int>();
-  }
-  template <typename T>
-  void read(std::vector<T>& target) const {
-    for (const Node& node : list()) node.read(target.emplace_back());
-  }
-  template <typename T>
-  void read(const char* key, T& target) const {
-    if (has(key)) child(key, (*value_)[key]).read(target);
-  }
-
-  /// A string as it is, anything else as JSON text.
-  [[nodiscard]] std::map<std::string, std::string> texts() const {
-    if (!value_->is_object()) refuse("an object");
-    std::map<std::string, std::string> result;
-    for (const auto& [key, value] : value_->items()) {
-      result[key] = value.is_string() ? value.get<std::string>() : value.dump();
-    }
-    return result;
-  }
-
- private:
-  [[nodiscard]] Node child(const std::string& key, const Json& value) const {
-    const std::string name = shortened(key, 60);
-    return {value, path_.empty() ? name : path_ + "." + name, *file_name_};
-  }
-  [[nodiscard]] std::string excerpt() const {
-    if (value_->is_structured()) return value_->is_array() ? "an array" : "an object";
-    return shortened(value_->dump(-1, ' ', true, Json::error_handler_t::replace), 40);
-  }
-
-  const Json* value_;
-  std::string path_;
-  const std::string* file_name_;
-};
 
 std::vector<Term> read_terms(const Node& node) {
   std::vector<Term> terms;
@@ -407,57 +309,11 @@ Model read_model(const Node& node, const std::string& file_name) {
   return model;
 }
 
-/// The JSON library's message without the offending bytes.
-std::string syntax_detail(std::string_view what) {
-  constexpr std::string_view kMarker = "syntax error ";
-  if (const auto start = what.find(kMarker); start != std::string_view::npos)
-    what.remove_prefix(start + kMarker.size());
-  std::string detail(what.substr(0, what.find("; last read")));
-  if (const auto wanted = what.rfind("; expected"); wanted != std::string_view::npos && wanted >= detail.size()) {
-    detail += what.substr(wanted);
-  }
-  return shortened(detail, 160);
-}
-
-/// "line:column" of a byte counted from 1.
-std::string place(std::string_view text, std::size_t byte) {
-  const std::string_view before = text.substr(0, byte > 0 ? byte - 1 : 0);
-  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
-  const std::size_t last_break = before.rfind('\n');
-  const std::string_view row = last_break == std::string_view::npos ? before : before.substr(last_break + 1);
-  // Bytes 10xxxxxx continue a character.
-  const auto column = 1 + std::count_if(row.begin(), row.end(), [](char c) { return (c & '\xC0') != '\x80'; });
-  return fmt::format("{}:{}", line, column);
-}
-
-Json parse(std::string_view text, const std::string& file_name) {
-  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
-    throw ConfigError(file_name + ": expected a model in JSON, got an empty file");
-  }
-  if (text.find('\0') != std::string_view::npos) {
-    throw ConfigError(file_name + ": expected a model in JSON, got a binary file");
-  }
-  const auto refuse_depth = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kDeepest) {
-      throw ConfigError(fmt::format("{}: expected a model at most {} levels deep, got more", file_name, kDeepest));
-    }
-    return true;
-  };
-  try {
-    return Json::parse(text.begin(), text.end(), refuse_depth);
-  } catch (const Json::parse_error& error) {
-    throw ConfigError(fmt::format("{}:{}: expected a model in JSON, got a syntax error {}", file_name,
-                                  place(text, error.byte), syntax_detail(error.what())));
-  } catch (const Json::exception& error) {
-    throw ConfigError(fmt::format("{}: expected a model in JSON, got {}", file_name, shortened(error.what(), 160)));
-  }
-}
-
 }  // namespace
 
 Model model_from_text(std::string_view text, const std::string& file_name) {
-  const Json json = parse(text, file_name);
-  Model model = read_model(Node(json, "", file_name), file_name);
+  const ModelNode::Json json = parse_model_json(text, file_name);
+  Model model = read_model(ModelNode(json, "", file_name), file_name);
   try {
     check(model.transfer_function);
   } catch (const ConfigError& error) {

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/verdict.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "ident/fractional/stability.hpp"
+#include "ident/search/least_squares.hpp"
+
+namespace eha::ident {
+namespace {
+
+Model good_model() {
+  Model model;
+  model.estimation = EstimationReport{{99.0, 0.01, 90.0, -0.1, 0.1, 500}, {}, {}, 20, 0.1, "converged", true};
+  ValidationReport validation;
+  validation.score = {98.5, 0.01, 88.0, -0.2, 0.15, 500};
+  validation.acf = {{0, 1}, {1.0, 0.01}, 0.09, 0.12};
+  validation.ccf = {{-1, 0, 1, 2}, {0.9, 0.0, 0.01, 0.02}, 0.09, 0.12};
+  validation.ljung_box_p = 0.4;
+  validation.tests = ResidualTests{1, {20.0, 21, 0.5}, {19.0, 19, 0.5}};
+  validation.extrapolated_percent = 0.0;
+  model.validation = validation;
+  model.stability = StabilityReport{true, "matignon", 0.5};
+  return model;
+}
+
+TEST(Verdict, AcceptsWithoutAWordWhatMeetsEveryLimit) {
+  const Verdict verdict = judge(good_model(), AcceptanceLimits{});
+  EXPECT_TRUE(verdict.accepted);
+  EXPECT_EQ(verdict.grade, Grade::good);
+  EXPECT_TRUE(verdict.reasons.empty());
+  for (const Criterion& c : verdict.criteria) EXPECT_TRUE(c.passed) << c.name;
+}
+
+TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
+  EXPECT_TRUE(judge(good_model(), {}, {.interpolated_percent = kMostInterpolated_percent}).accepted);
+  const Verdict verdict = judge(good_model(), {}, {.interpolated_percent = 62.1});
+  EXPECT_FALSE(verdict.accepted);
+  EXPECT_EQ(verdict.reasons.front(),
+            "62.1 % of the record was not measured but interpolated, which is above the limit of 1 %.");
+}
+
+TEST(Verdict, LowersWhatErrsMoreThanTheMeasuredNoise) {
+  Model model = good_model();
+  model.validation->score.mse = 0.04;
+  EXPECT_EQ(judge(model, {}, {.noise_std = 0.07}).grade, Grade::good);
+  const Verdict verdict = judge(model, {}, {.noise_std = 0.05});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_EQ(verdict.reasons.front(),
+            "The validation error of 0.2 in (rms) is 4 times the noise of 0.05 in that differs between the record's "
+            "periods, more than 3: the model misses a part of the plant.");
+  EXPECT_EQ(judge(model, {}).grade, Grade::good) << "without a measured noise nothing is compared";
+}
+
+TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
+  Model model = good_model();
+  model.estimation->converged = false;
+  model.estimation->termination = "evaluation limit";
+  model.validation->score.r2_percent = 85.1234;
+  model.validation->offset_reestimated = Score{91.2, 0, 0, 0, 0, 500};
+  model.validation->score.error_min = -0.75;
+  model.stability = StabilityReport{false, "argument_principle", -0.25};
+  AcceptanceLimits limits;
+  limits.max_abs_error = 0.5;
+  const Verdict verdict = judge(model, limits);
+  EXPECT_FALSE(verdict.accepted);
+  EXPECT_EQ(
+      verdict.reasons,
+      (std::vector<std::string>{
+          "The estimation did not converge: it ended after 20 evaluations with \"evaluation limit\".",
+          "The validation R2 of 85.12 % is below the limit of 90 %.",
+          "The greatest validation error of 0.75 in is above the limit of 0.5 in.",
+          "The model is unstable (test: argument_principle, margin -0.25 rad), and the limits require a stable one.",
+          "The residual correlates with future input more than with past input: input and output may be exchanged, or "
+          "a "
+          "controller closes the loop.",
+          "With the offset estimated anew on the validation part R2 is 91.2 %: the sensor or an offset drifts "
+          "between the two parts."}));
+}
+
+TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
+  Model model = good_model();
+  model.transfer_function.numerator = {{1.0, 0.0}};
+  model.transfer_function.denominator = {{1.0, 2.0}, {0.5, 1.0}, {0.0, 0.0}};
+  model.stability = StabilityReport{false, "matignon", 0.0};
+  EXPECT_FALSE(judge(model, {}).accepted);
+  EXPECT_NE(judge(model, {}).reasons.front().find("require_stable = false"), std::string::npos);
+  AcceptanceLimits limits;
+  limits.require_stable = false;
+  EXPECT_TRUE(judge(model, limits).accepted);
+  // With another pole in the right half plane the model is not a mere integrator.
+  model.transfer_function.denominator = {{1.0, 2.0}, {-1.0, 1.0}};
+  EXPECT_NE(judge(model, {}).reasons.front().find("unstable"), std::string::npos);
+}
+
+TEST(Verdict, AcceptsAPoleAt0ThatTheStructureDeclares) {
+  Model model = good_model();
+  model.transfer_function = {{{1.0, 0.0}}, {{0.1, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
+  model.stability = stability_beside_integrator(model.transfer_function);
+  EXPECT_EQ(model.stability->integrator_order, 1.0);
+  EXPECT_NEAR(model.stability->margin_rad, 0.5 * std::numbers::pi, 1e-12);
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+  // Not with another pole that grows, or at 0.
+  model.transfer_function.denominator = {{0.1, 2.0}, {-1.0, 1.0}};
+  model.stability = stability_beside_integrator(model.transfer_function);
+  EXPECT_FALSE(judge(model, {}).accepted);
+}
+
+TEST(Verdict, AcceptsAFlatRidgeWithANote) {
+  Model model = good_model();
+  model.estimation->termination = std::string(text(Termination::flat_ridge));
+  const Verdict verdict = judge(model, {});
+  EXPECT_TRUE(verdict.accepted);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("flat along a ridge"), std::string::npos);
+}
+
+TEST(Verdict, RejectsAMarginBelowItsLimitAndAStabilityNobodyDetermined) {
+  Model model = good_model();
+  AcceptanceLimits limits;
+  limits.min_stability_margin_rad = 0.6;
+  EXPECT_EQ(judge(model, limits).reasons,
+            (std::vector<std::string>{"The stability margin of 0.5 rad is below the limit of 0.6 rad."}));
+  EXPECT_FALSE(judge(model, limits).accepted);
+  model.stability.reset();
+  EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
+}
+
+TEST(Verdict, LetsAnUnstableModelPassOnlyWhereTheLimitsAllowItAndSaysSo) {
+  Model model = good_model();
+  model.stability = StabilityReport{false, "matignon", -0.1};
+  EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
+  AcceptanceLimits limits;
+  limits.require_stable = false;
+  const Verdict verdict = judge(model, limits);
+  EXPECT_TRUE(verdict.accepted);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+}
+
+TEST(Verdict, DoesNotLetAFigureThatIsNotANumberPass) {
+  Model model = good_model();
+  model.validation->score.r2_percent = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
+  model = good_model();
+  model.validation->score.error_max = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
+}
+
+TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
+  Model model = good_model();
+  // Single lags out of their bounds and colour say nothing: the joint tests do.
+  model.validation->ccf.values = {0.9, 0.5, 0.3, -0.4};
+  model.validation->ljung_box_p = 1e-5;
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+  model.validation->tests->input.p = 0.009;
+  model.validation->tests->whiteness.p = 1e-5;
+  const Verdict verdict = judge(model, AcceptanceLimits{});
+  EXPECT_TRUE(verdict.accepted);
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_EQ(verdict.reasons,
+            (std::vector<std::string>{
+                "The residual correlates with past input (p = 0.009 for lags 0 to 20 together): the model may miss a "
+                "part of the plant.",
+                "The residual is no autoregressive noise of order 1 (p = 1e-05 for lags 1 to 20 together)."}));
+}
+
+const Criterion& criterion_of(const Verdict& verdict, const std::string& name) {
+  return *std::find_if(verdict.criteria.begin(), verdict.criteria.end(), [&](const auto& c) { return c.name == name; });
+}
+
+TEST(Verdict, DoesNotJudgeResidualsByTooFewSamples) {
+  Model model = good_model();
+  model.validation->score.samples = 60;
+  Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_FALSE(criterion_of(verdict, "residual_input_p").judged);
+  EXPECT_TRUE(criterion_of(verdict, "residual_whiteness_p").passed);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("with 60 validating samples the test would rather overlook"), std::string::npos);
+  // What it shows all the same, it shows.
+  model.validation->tests->input.p = 0.001;
+  verdict = judge(model, {});
+  EXPECT_TRUE(criterion_of(verdict, "residual_input_p").judged);
+  EXPECT_NE(verdict.reasons[0].find("correlates with past input"), std::string::npos);
+  model.validation->tests.reset();
+  verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_FALSE(criterion_of(verdict, "residual_whiteness_p").judged);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("are too few for the residual's tests"), std::string::npos);
+}
+
+TEST(Verdict, DoesNotJudgeAnErrorWhoseNoiseIsNotKnown) {
+  EXPECT_EQ(judge(good_model(), {}).grade, Grade::good) << "an excitation that does not repeat";
+  const Verdict verdict = judge(good_model(), {}, {.lacks_periods = true});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_FALSE(criterion_of(verdict, "error_over_noise").judged);
+  EXPECT_NE(verdict.reasons.at(0).find("too few periods"), std::string::npos);
+}
+
+TEST(Verdict, GradesExtrapolationAsUsable) {
+  Model model = good_model();
+  model.validation->extrapolated_percent = 5.1;
+  EXPECT_EQ(judge(model, {}).grade, Grade::usable);
+}
+
+/// A model of two free orders and one free coefficient, all of them determined.
+Model identified_model() {
+  Model model = good_model();
+  model.parameters = {{"a2", 0.6, 0.01, 0.58, 0.62, false, ParameterRole::denominator_coefficient},
+                      {"n2", 1.75, 0.15, 1.45, 2.05, false, ParameterRole::denominator_order},
+                      {"n1", 0.9, 0.01, 0.88, 0.92, false, ParameterRole::denominator_order}};
+  model.estimation->correlation = ParameterCorrelation{};
+  model.estimation->information = InformationCriteria{};
+  model.estimation->information->left_out = {{"n2", 10.0}, {"n1", 10.0}};
+  return model;
+}
+
+TEST(Verdict, NamesTheOrderThatARecordDoesNotDetermine) {
+  EXPECT_EQ(judge(identified_model(), {}).grade, Grade::good);
+  Model model = identified_model();
+  model.parameters[1].value = 2.49;
+  model.parameters[1].std = 0.70;
+  Verdict verdict = judge(model, {});
+  EXPECT_FALSE(verdict.accepted);
+  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{"n2 = 2.49 +- 0.30: its standard error of 0.7 exceeds 0.15."}));
+  model = identified_model();
+  model.estimation->information->left_out[1].rise = -3.21;
+  verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::rejected);
+  EXPECT_EQ(
+      verdict.reasons,
+      (std::vector<std::string>{"n1 = 0.900 +- 0.020: leaving its term out costs -3.2 of AR-BIC, less than 10."}));
+}
+
+TEST(Verdict, RejectsACoefficientThatMayBe0) {
+  Model model = identified_model();
+  model.parameters[0].lower95 = 0.0;
+  EXPECT_EQ(judge(model, {}).grade, Grade::rejected);
+  EXPECT_EQ(judge(model, {}).reasons.front(), "a2 = 0.60 +- 0.31: compatible with 0, its 95 % interval is 0 to 0.62.");
+  // A coefficient that the structure or a request holds is not asked.
+  model.parameters[0].fixed = true;
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+}
+
+TEST(Verdict, JudgesAModelWithoutValidationByItsEstimationAndSaysSo) {
+  Model model = good_model();
+  model.validation.reset();
+  const Verdict verdict = judge(model, AcceptanceLimits{});
+  EXPECT_TRUE(verdict.accepted);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("Nothing was kept for validation"), std::string::npos);
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  model.estimation->score.r2_percent = 50.0;
+  EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
+  model.estimation.reset();
+  EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
+}
+
+}  // namespace
+}  // namespace eha::ident
