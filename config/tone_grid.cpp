@@ -23,11 +23,11 @@ std::vector<std::string> off_grid_tones(const ExperimentConfig& experiment) {
     for (const ident::Tone& tone : tones) {
       const double cycles = tone.frequency_Hz * period_s;
       if (std::abs(cycles - std::round(cycles)) <= kCycleTolerance * std::max(1.0, cycles)) continue;
-      sentences.push_back(fmt::format(
-          "excitation: {:g} Hz is no multiple of 1/{:g} s ({}): {:g} Hz is the nearest; as it is, the tone is "
-          "no line of the measured frequency response",
-          tone.frequency_Hz, period_s, repeats ? "a repetition" : "half of what is used of the record",
-          std::max(1.0, std::round(cycles)) / period_s));
+      sentences.push_back(
+          fmt::format("excitation: {:g} Hz is no multiple of 1/{:g} s ({}): {:g} Hz is the nearest; the measured "
+                      "frequency response leaves this tone out",
+                      tone.frequency_Hz, period_s, repeats ? "a repetition" : "half of what is used of the record",
+                      std::max(1.0, std::round(cycles)) / period_s));
     }
   };
   std::visit(

@@ -72,8 +72,8 @@ RealtimeProcess::RealtimeProcess(RealtimeFacts& facts) {
   prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
   if (!may_lock_everything()) {
     facts.refused.emplace_back(
-        "memory is not locked: the limit on locked memory is finite (LimitMEMLOCK=infinity, or memlock unlimited in "
-        "/etc/security/limits.d, mends it)");
+        "memory is not locked: the limit on locked memory is finite; set LimitMEMLOCK=infinity, or memlock unlimited "
+        "in /etc/security/limits.d");
   } else if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
     facts.refused.push_back("memory is not locked: " + error_text(errno));
   } else {

@@ -74,7 +74,7 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
     item.remark.to_do = "Record more.";
     return item;
   }
-  item.remark.good = "Intervals that overlap and no slope: one plant, seen many times.";
+  item.remark.good = "Intervals that overlap, without slope: the plant did not change.";
   item.remark.to_do =
       names.empty() ? "Nothing: no record lies apart." : fmt::format("Look at what was different: {}.", some_of(names));
   return item;
@@ -125,7 +125,7 @@ std::string models_table(const Table& table) {
 
 std::string lead_of(const Table& table, std::size_t failed) {
   std::vector<std::string> sentences{fmt::format("{} of {} records are judged.", table.judged, table.rows.size())};
-  if (failed > 0) sentences.push_back(fmt::format("{} could not be judged; the reasons stand at the end.", failed));
+  if (failed > 0) sentences.push_back(fmt::format("{} could not be judged; the reasons are at the end.", failed));
   if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
   if (!table.common_model.empty()) sentences.push_back(fmt::format("Compared by the model {}.", table.common_model));
   std::size_t apart = 0;

@@ -170,8 +170,8 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
         while (fault.ends_with('\n')) fault.pop_back();
         if (fault.starts_with(kPrefix)) fault.erase(0, kPrefix.size());
         throw IoError(
-            fmt::format("the batch stops at {}, because its disk fails: {}; make room, then the same command "
-                        "goes on with the records that have no result",
+            fmt::format("the batch stops at {}, because its disk fails: {}; make room, then the same command goes on "
+                        "with the open records",
                         open_record, fault));
       }
       if (was_told_to_end(result->exit_code)) {

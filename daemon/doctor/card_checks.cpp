@@ -19,7 +19,8 @@ constexpr const char* kOutOfTree =
 std::string mend_device(const hal::ComediOptions& options, const CardFinding& finding) {
   if (!hal::comedi_available) return "sudo apt-get install libcomedi-dev, then build anew";
   if (finding.code == ExitCode::permission) return "sudo usermod -aG iocard $USER, then log in again";
-  if (options.board == kBoard && finding.module == ModuleSupport::not_listed) return "first mend the driver, below";
+  if (options.board == kBoard && finding.module == ModuleSupport::not_listed)
+    return "first repair the driver, see below";
   return fmt::format("sudo modprobe {}; dmesg says what it found", options.driver);
 }
 
@@ -102,7 +103,7 @@ std::vector<Check> check_card(const hal::ComediOptions& options, const CardFindi
 
 std::vector<Check> check_lines(const hal::ComediOptions& options) {
   return {
-      check_line("emergency_stop", "a person can only stop the rig by its mains", "one", options.emergency_stop),
+      check_line("emergency_stop", "only switching its mains off stops the rig", "one", options.emergency_stop),
       check_line("enable", "nothing switches the hydraulics off when the program or the valve amplifier fails", "one",
                  options.enable),
       check_line("heartbeat",

@@ -135,7 +135,7 @@ double null_error(const Motion& motion, const Valve& valve) {
 }
 
 [[noreturn]] void refuse(const std::string& why) {
-  throw DataError(fmt::format("the run does not tell [following]: {}; {}", why, kPlay));
+  throw DataError(fmt::format("the run does not determine [following]: {}; {}", why, kPlay));
 }
 
 void require_enough(const Motion& motion, const Valve& valve) {
@@ -146,8 +146,7 @@ void require_enough(const Motion& motion, const Valve& valve) {
     refuse(fmt::format("the rod moved {:.2f} in one way and {:.2f} in the other, {} in each way are needed", up_in,
                        down_in, kLeastTravel_in));
   }
-  if (!std::isfinite(valve.squares))
-    refuse("the motion does not have the sign of the command on both sides of any null");
+  if (!std::isfinite(valve.squares)) refuse("for every null, motion and command differ in sign on at least one side");
   std::array<double, 2> outside_s{};
   for (const double volts : motion.volts) {
     if (volts - valve.null_V > valve.dead_band_V) outside_s[0] += kSpacing_s;
@@ -173,8 +172,10 @@ void try_out(FollowingEstimate& estimate, std::span<const double> input, std::sp
   estimate.peak_missing = monitor.peak_missing();
   estimate.peak_excess = monitor.peak_excess();
   if (std::max(estimate.peak_missing, estimate.peak_excess) >= 1.0) {
-    refuse(fmt::format("its own rule would have stopped it ({:.2f} of the limit missing, {:.2f} too much)",
-                       estimate.peak_missing, estimate.peak_excess));
+    refuse(
+        fmt::format("the following check would have stopped this run with these numbers ({:.2f} of the limit missing, "
+                    "{:.2f} too much)",
+                    estimate.peak_missing, estimate.peak_excess));
   }
 }
 

@@ -25,7 +25,7 @@ Check check_limits(const config::RigConfig& rig) {
   if (limits.frozen_sensor_s <= 0.0) {
     loose.emplace_back("limits.frozen_sensor_s is off: a stuck sensor is not detected");
   } else if (limits.frozen_sensor_s > kLongestFrozen_s) {
-    loose.push_back(fmt::format("limits.frozen_sensor_s = {:g} s: a stuck sensor is not detected for as long",
+    loose.push_back(fmt::format("limits.frozen_sensor_s = {:g} s: a stuck sensor stays undetected for that long",
                                 limits.frozen_sensor_s));
   }
   const double late_s = realtime.abort_consecutive_late * realtime.sample_period_s;

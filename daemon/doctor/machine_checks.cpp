@@ -53,10 +53,10 @@ Check check_rtprio(const Privileges& privileges, int priority, Stakes stakes) {
   }
   const bool guard_may = privileges.rtprio_limit >= static_cast<std::uint64_t>(kGuardPriority);
   if (stakes == Stakes::simulated || guard_may) return ok("rtprio", found);
-  return warn(
-      "rtprio",
-      fmt::format("{}, the guard asks for {}: what starves the loop may starve the guard, too", found, kGuardPriority),
-      remedy);
+  return warn("rtprio",
+              fmt::format("{}, the guard asks for {}: a process that starves the loop may starve the guard too", found,
+                          kGuardPriority),
+              remedy);
 }
 
 Check check_memlock(const Privileges& privileges, Stakes stakes) {

@@ -169,8 +169,9 @@ int follow_service() {
               << " is not there: the service drives no card, or it has been made safe\n";
     if (page) page->save_rows();
     for (const std::filesystem::path& other : eha::find_local_snapshots()) {
-      std::cerr << "eha-safe: a run by `eha run --local` is on, or left " << other.string()
-                << " when it was killed with its guard: in the second case run eha-safe " << other.string() << "\n";
+      std::cerr << "eha-safe: a run by `eha run --local` is in progress, or left " << other.string()
+                << " when it was killed together with its guard; if it was killed, run eha-safe " << other.string()
+                << "\n";
     }
     return 0;
   }

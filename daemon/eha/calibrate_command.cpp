@@ -152,7 +152,7 @@ void write_new(const fs::path& path, const std::string& text) {
   std::error_code ignored;
   if (fs::exists(path, ignored)) {
     throw UsageError(
-        fmt::format("{}: is there already, and no rig file is overwritten; name another with -o", path.string()));
+        fmt::format("{}: exists already, and no rig file is overwritten; name another one with -o", path.string()));
   }
   os::write_file_atomically(path, text);
 }

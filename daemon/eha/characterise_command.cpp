@@ -35,13 +35,12 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
   document["exit_code"] = 0;
   console.print_json(document);
   console.print(sheet::sheet_text(run, unit));
-  console.print("For the rig file (a running ehad takes it by eha disarm, then eha reload):\n\n" +
-                sheet::rig_lines(run));
+  console.print("For the rig file (if ehad runs: eha disarm, then eha reload):\n\n" + sheet::rig_lines(run));
   console.print("\nFor experiment files:\n\n" + sheet::experiment_lines(run));
   if (run.sheet.null_V.half_width > kWantedNull_V) {
     console.warning(fmt::format(
-        "the null is known to +-{:.3f} V only, and the following check wants {:g} V: with so much leakage or "
-        "noise it may stop a sound rig; mend the seal or the sensor, or widen dead_band_V by as much",
+        "the null is known to +-{:.3f} V only, the following check needs {:g} V: with so much leakage or noise the "
+        "check may stop a sound rig; repair the seal or the sensor, or widen dead_band_V by as much",
         run.sheet.null_V.half_width, kWantedNull_V));
   }
   for (const std::string& file : files) console.info(fmt::format("the sheet is in {}", file));

@@ -133,7 +133,7 @@ void add_run(CLI::App& app, RunCommand& run) {
   CLI::Option* local = add_drive_options(*sub, run);
   sub->add_flag("--detach", run.detach, "Queue the experiments and leave; not with --local")->excludes(local);
   sub->add_flag("--accept-travel-risk", run.accept_travel_risk,
-                "Play an experiment too of which half of the rehearsed rods reach a limit");
+                "Play even if half of the rehearsed rods reach a limit");
 }
 
 void add_check(CLI::App& app, CheckCommand& check) {
@@ -146,7 +146,7 @@ void add_check(CLI::App& app, CheckCommand& check) {
       ->type_name("LENGTH")
       ->needs(rig);
   sub->add_flag("--accept-travel-risk", check.accept_travel_risk,
-                "Warn only where half of the rehearsed rods reach a limit");
+                "Only warn if half of the rehearsed rods reach a limit");
 }
 
 void add_design(CLI::App& app, DesignCommand& design) {
@@ -154,7 +154,7 @@ void add_design(CLI::App& app, DesignCommand& design) {
       "design", "Show or write the excitation of an experiment, or design one that improves a model");
   sub->footer(kDesignFooter);
   sub->add_option("experiment", design.experiment_file,
-                  "Experiment file (TOML); with --from the one whose duration and [record] apply, and to compare with")
+                  "Experiment file (TOML); with --from it sets duration and [record] and is compared with the design")
       ->type_name("EXPERIMENT");
   sub->add_option("--rig", design.rig_file, "Rig file whose tick and limits apply")->type_name("RIG");
   sub->add_option("-o,--output", design.output,
@@ -174,7 +174,7 @@ void add_design(CLI::App& app, DesignCommand& design) {
                           ->excludes(from);
   CLI::Option* odd_random = sub->add_flag_callback(
                                    "--odd-random", [&design] { design.realisations = design.realisations.value_or(6); },
-                                   "Fill the band with odd lines of random phases that part noise and distortion")
+                                   "Fill the band with odd lines of random phases, which separate noise and distortion")
                                 ->needs(band);
   sub->add_option("--realisations", design.realisations, "Realisations of other phases, 2 to 50 (default 6)")
       ->type_name("M")

@@ -159,7 +159,7 @@ void Console::end_progress() {
 
 bool Console::confirm(std::string_view question) const {
   if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1) {
-    throw UsageError(fmt::format("{} There is no terminal to ask on: add --yes if that is what you want", question));
+    throw UsageError(fmt::format("{} There is no terminal to ask on: add --yes to confirm", question));
   }
   std::cerr << question << " Type yes to go on: " << std::flush;
   std::string answer;

@@ -11,15 +11,13 @@ CLI::Option* add_drive_options(CLI::App& command, DriveOptions& drive) {
   add_socket_option(command, drive.socket)->excludes(local);
   command.add_option("--rig", drive.rig_file, "Rig file (TOML); with --local only")->type_name("RIG")->needs(local);
   command.add_flag("--fast", drive.fast, "Virtual time: as fast as this machine computes; simulated rigs only");
-  command
-      .add_option("-o,--output", drive.output,
-                  "Folder that the run folder is put into (default runs); with --local only")
+  command.add_option("-o,--output", drive.output, "Parent of the run folder (default runs); with --local only")
       ->type_name("DIR")
       ->needs(local);
   command.add_flag("--yes", drive.yes, "Move a real actuator without asking");
   command
       .add_flag("--allow-non-realtime", drive.allow_non_realtime,
-                "Run without real-time privileges too, for test benches; with --local only")
+                "Run even without real-time privileges, for test benches; with --local only")
       ->needs(local);
   return local;
 }

@@ -45,8 +45,8 @@ void warn_of_dead_band(double rms_V, const ExcitationRoom& room, Console& consol
   constexpr double kFewestBands = 3.0;
   if (rms_V >= kFewestBands * room.dead_band_V) return;
   console.warning(
-      fmt::format("the tones have {:.3g} V RMS beside a dead band of {:.3g} V: gains will be read too low; a narrower "
-                  "band or a shorter period allows more",
+      fmt::format("the tones have {:.3g} V RMS, the dead band {:.3g} V: measured gains will be too low; a narrower "
+                  "band or a shorter period allows larger tones",
                   rms_V, room.dead_band_V));
 }
 

@@ -109,7 +109,8 @@ void add_compare(CLI::App& app, CompareCommand& command) {
 }
 
 void add_replay(CLI::App& app, ReplayCommand& command) {
-  CLI::App* sub = app.add_subcommand("replay", "Play a record's voltages through the simulated rig, or fit that to it");
+  CLI::App* sub =
+      app.add_subcommand("replay", "Play a record's voltages through the simulated rig, or fit the rig to the record");
   sub->footer(kReplayFooter);
   sub->add_option("source", command.source, "Run folder or record")->required()->type_name("RUN|FILE");
   sub->add_option("--rig", command.rig_file, "Rig file of a simulated rig (default the shipped one)")->type_name("RIG");

@@ -122,9 +122,9 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   }
   amplitude_V = std::floor(amplitude_V * 1e4) / 1e4;
   const double rms_V = amplitude_V * std::sqrt(0.5 * static_cast<double>(harmonics.size()));
-  const std::string remark = fmt::format(
-      "{} tones of {:.3g} V, peak {:.3g} V, +-{:.3g} in; the {} limit keeps them from being larger", harmonics.size(),
-      amplitude_V, amplitude_V * signals[0].peak, amplitude_V * signals[2].peak, binding->name);
+  const std::string remark =
+      fmt::format("{} tones of {:.3g} V, peak {:.3g} V, +-{:.3g} in; the {} limit binds", harmonics.size(), amplitude_V,
+                  amplitude_V * signals[0].peak, amplitude_V * signals[2].peak, binding->name);
   const std::filesystem::path file = command.output.value_or("band.toml");
   os::write_file_atomically(file,
                             band_experiment_text(command, rig, harmonics, phase_rad, amplitude_V, period_s, remark));

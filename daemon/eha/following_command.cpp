@@ -12,7 +12,7 @@ namespace {
 record::LoadedRun load_completed(const std::filesystem::path& folder) {
   record::LoadedRun run = record::read_run(folder);
   if (run.outcome != acquisition::Outcome::completed) {
-    throw DataError(fmt::format("{}: {}; [following] is learnt from a completed run only", folder.string(),
+    throw DataError(fmt::format("{}: {}; [following] can be estimated from a completed run only", folder.string(),
                                 acquisition::to_text(run.outcome)));
   }
   if (100 * run.interpolated_rows > static_cast<std::size_t>(run.record.output.size())) {

@@ -136,9 +136,9 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
                               command.twin_file.value_or(rig.name), trial->lowest, trial->highest));
   } else {
     console.warning(
-        "predicted for a residual like the model's own; what friction and dead band leave at other tones may differ, "
-        "and the error achieved be a third or five times this one. A simulated rig predicts better: `eha replay RUN "
-        "--calibrate KEY...`, then --twin FILE");
+        "predicted for a residual like the model's own. Friction and dead band may leave another residual at other "
+        "tones: the achieved error may be a third or five times the predicted one. A simulated rig predicts better: "
+        "`eha replay RUN --calibrate KEY...`, then --twin FILE");
   }
   if (with_base) {
     console.print(fmt::format("{} would give {:.3g} in {:g} s", *command.experiment_file, *with_base,

@@ -113,17 +113,17 @@ void add_fit(CLI::App& app, FitCommand& fit) {
            fit.procedure = name == "paper" ? ident::Procedure::paper : ident::Procedure::standard;
            fit.compares_with_paper = name == "both";
          },
-         "How to fit; paper is the published procedure to the letter, both compares it with the default")
+         "Procedure; paper: exactly the published one, both: default, compared with the paper")
       ->type_name(fmt::format("{}", fmt::join(kProcedures, "|")))
       ->check(CLI::IsMember(kProcedures).description(""));
   const std::vector<std::string> families = family_names();
   sub->add_option("--model", fit.models.families,
-                  "What to fit; may be repeated (default: the ladder of all, or the experiment's)")
+                  "Structure to fit; may be repeated (default: the experiment's models, else the ladder)")
       ->type_name(fmt::format("{}", fmt::join(families, "|")))
       ->allow_extra_args(false)
       ->check(CLI::IsMember(families).description(""));
   sub->add_option("--structure", fit.models.structure_files,
-                  "Fit the structure that this file gives term by term (TOML); may be repeated")
+                  "TOML file with a structure to fit, term by term; may be repeated")
       ->type_name("FILE")
       ->allow_extra_args(false);
   sub->add_option("--poles", fit.models.poles, "Poles of io, degree of commensurate: 1..10 (default 2)")
@@ -151,8 +151,8 @@ void add_fit(CLI::App& app, FitCommand& fit) {
   list("--bound", fit.models.bounds, "Search between these values", "NAME=LOW:HIGH");
   add_record_options(*sub, fit.record);
   sub->add_option("--split", fit.record.split,
-                  "Share of the record that estimates, the rest validates; 1 for all "
-                  "(default 0.5, or the experiment's)")
+                  "Share of the record for estimation, the rest for validation; 1: no validation (default 0.5, or the "
+                  "experiment's)")
       ->type_name("FRACTION")
       ->check(finite_number("a fraction above 0, at most 1", [](double x) { return x > 0.0 && x <= 1.0; }));
   sub->add_option("--input-before", fit.record.input_before,

@@ -99,7 +99,7 @@ ident::Degrees with_options(ident::Degrees degrees, const ModelOptions& options)
   degrees.zeros = options.zeros.value_or(degrees.zeros);
   if (degrees.zeros > degrees.poles) {
     throw UsageError(
-        fmt::format("--zeros: expected at most {} as there are so many poles, got {}", degrees.poles, degrees.zeros));
+        fmt::format("--zeros: expected at most {}, the number of poles, got {}", degrees.poles, degrees.zeros));
   }
   return degrees;
 }

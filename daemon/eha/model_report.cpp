@@ -106,14 +106,14 @@ std::string formula(const Model& model) {
 /// Where the model may be used, and what it does not tell.
 std::string usable_band_text(const Model& model) {
   if (!model.verdict->usable_band)
-    return "Usable in no band: the record determines the response at no excited frequency.";
+    return "No usable band: the record determines the response at none of the excited frequencies.";
   const ident::FrequencyInterval& band = *model.verdict->usable_band;
   std::string text = fmt::format("Usable from {:.3g} to {:.3g} Hz", band.lowest_Hz, band.highest_Hz);
   const auto peak_Hz = ident::resonance_Hz(model, band);
   const bool inside = peak_Hz && *peak_Hz >= band.lowest_Hz && *peak_Hz <= band.highest_Hz;
   if (inside) return text + fmt::format(", its resonance at {:.3g} Hz included.", *peak_Hz);
-  if (peak_Hz) return text + fmt::format("; says nothing of its resonance at {:.3g} Hz.", *peak_Hz);
-  return text + fmt::format("; says nothing of a resonance above {:.3g} Hz.", band.highest_Hz);
+  if (peak_Hz) return text + fmt::format("; its resonance at {:.3g} Hz is outside.", *peak_Hz);
+  return text + fmt::format("; a resonance above {:.3g} Hz would not show.", band.highest_Hz);
 }
 
 std::string notes_on(const IdentifiedModel& identified, const char* mark) {

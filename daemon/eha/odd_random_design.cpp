@@ -70,8 +70,7 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
   const double amplitude_V = std::floor(binding.amplitude_V * 1e4) / 1e4;
   const std::vector<double> lines_Hz = ident::excited_lines(unit, step_s, samples);
   const std::string remark = fmt::format(
-      "{} odd lines to {:.6g} Hz, {} realisations of {} periods, peak {:.3g} V, +-{:.3g} in; the {} limit keeps them "
-      "from being larger",
+      "{} odd lines to {:.6g} Hz, {} realisations of {} periods, peak {:.3g} V, +-{:.3g} in; the {} limit binds",
       lines_Hz.size(), lines_Hz.back(), realisations, kPeriodsOfEach, amplitude_V, amplitude_V * peaks.travel_in_per_V,
       binding.name);
   const std::filesystem::path file = command.output.value_or("band.toml");

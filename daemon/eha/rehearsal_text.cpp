@@ -56,11 +56,10 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
   const std::string remedy =
       rehearsal->still_offset_V
           ? fmt::format("set offset_V = {:.3f}, which stops the drift, or add [hold]", *rehearsal->still_offset_V)
-          : "lower the amplitudes, let [start] begin nearer to the middle of the travel, or add [hold]";
+          : "lower the amplitudes, move [start] nearer to the middle of the travel, or add [hold]";
   if (rehearsal->chance_of_trip >= kRefusedChanceOfTrip && risk == TravelRisk::refuse) {
-    throw ConfigError(
-        fmt::format("{}, from {:.0f} % on it is not played: {}; --accept-travel-risk plays it all the same", found,
-                    100.0 * kRefusedChanceOfTrip, remedy));
+    throw ConfigError(fmt::format("{}; {:.0f} % or more is refused: {}; --accept-travel-risk plays it nevertheless",
+                                  found, 100.0 * kRefusedChanceOfTrip, remedy));
   }
   console.warning(fmt::format("{}; {}", found, remedy));
 }
@@ -68,10 +67,10 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                            const std::string& experiment_file, const Console& console) {
   if (rig.limits.following || !experiment.is_fitted()) return;
-  console.warning(fmt::format(
-      "{}: not rehearsed, because {} has no [following]: whether the rod reaches a limit is not known; play "
-      "`eha characterise` first, and put its lines into the rig file",
-      experiment_file, rig.file_name));
+  console.warning(
+      fmt::format("{}: not rehearsed, because {} has no [following]; the rod may reach a limit: play `eha "
+                  "characterise` first and put its lines into the rig file",
+                  experiment_file, rig.file_name));
 }
 
 void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,

@@ -111,16 +111,16 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   if (run.report.fault.fault == acquisition::Fault::travel_limit) explain_trip(folder, console);
   std::error_code unknown;
   if (!fs::exists(run.folder / record::kJournalFile, unknown)) {
-    console.info(fmt::format("nothing of this run is in {}", folder));
+    console.info(fmt::format("{} holds no record of this run", folder));
   } else if (!fs::exists(run.folder / record::kRawFile, unknown)) {
-    console.info(fmt::format("what was recorded is in {}; once there is room, `eha runs recover {}` completes it",
+    console.info(fmt::format("the record so far is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, folder));
   } else if (run.only_placed) {
-    console.info(fmt::format("what was recorded is in {}", folder));
+    console.info(fmt::format("the record so far is in {}", folder));
   } else {
     console.info(
-        fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same, with --discard 0 when it "
-                    "is hardly longer than what the experiment discards",
+        fmt::format("the record so far is in {}; `eha fit {}` fits it (add --discard 0 if it is hardly longer than the "
+                    "discarded time)",
                     folder, folder));
   }
   const bool is_guards_fault = !acquired.was_guarded && (run.report.outcome == acquisition::Outcome::completed ||
@@ -216,7 +216,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   if (!command.local) return run_through_service(command, console);
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
   if (command.fast && !hal::has_virtual_clock(rig.backend)) {
-    throw UsageError(fmt::format("--fast: {} drives a real machine, which keeps its own time", rig.file_name));
+    throw UsageError(fmt::format("--fast: {} drives a real machine, which runs in real time only", rig.file_name));
   }
   // All of them before the first one is played.
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;

@@ -27,7 +27,7 @@ std::optional<RunFollower::Json> RunFollower::follow(std::int64_t experiment, co
     return watch(experiment, stop, held);
   } catch (const control::ConnectionLost& lost) {
     console_.end_progress();
-    throw DeviceError(fmt::format("{}; {}; whether it goes on is not known: {}", lost.what(), last_heard(experiment),
+    throw DeviceError(fmt::format("{}; {}; its present state is unknown, see {}", lost.what(), last_heard(experiment),
                                   through(socket_, "eha status")));
   }
 }
@@ -109,7 +109,7 @@ bool RunFollower::pass_on_stop() {
 }
 
 std::string RunFollower::last_heard(std::int64_t number) const {
-  if (last_.is_null()) return fmt::format("experiment {} was queued, and nothing was heard of it since", number);
+  if (last_.is_null()) return fmt::format("experiment {} was queued, no status received since", number);
   const Json& entry = last_.at("entry");
   std::string text = fmt::format("heard last, {:.0f} s ago: experiment {} was {}",
                                  std::chrono::duration<double>(std::chrono::steady_clock::now() - last_at_).count(),

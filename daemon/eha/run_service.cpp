@@ -73,9 +73,8 @@ ExitCode report(const Json& entry, const std::string& units, const RunCommand& c
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && entry.value("outcome", "") != "completed") {
     // A placing and a characterisation, whose text is the command's own, have nothing to fit.
-    console.info(command.text
-                     ? fmt::format("what was recorded is in {}", folder)
-                     : fmt::format("what was recorded is in {}; `eha fit {}` fits it all the same", folder, folder));
+    console.info(command.text ? fmt::format("the record so far is in {}", folder)
+                              : fmt::format("the record so far is in {}; `eha fit {}` fits it", folder, folder));
   }
   console.print_json({{"schema", "eha-run/1"},
                       {"run", folder},
@@ -123,8 +122,8 @@ std::vector<ExperimentFile> files_of(const RunCommand& command) {
   // The request also holds names, quotes and escapes.
   if (files.size() > 1 && bytes > control::kLongestRequest / 2) {
     throw UsageError(
-        fmt::format("these {} experiments have {} bytes, and one request takes {}: queue them by several "
-                    "commands with --detach",
+        fmt::format("the {} experiments have {} bytes together, a request may have {}: queue them with several "
+                    "commands and --detach",
                     files.size(), bytes, control::kLongestRequest / 2));
   }
   return files;

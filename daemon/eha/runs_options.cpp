@@ -14,16 +14,16 @@ void add_runs(CLI::App& app, RunsCommands& runs) {
   list->add_option("folder", runs.list.folder, "Folder of run folders (default runs, else the service's)")
       ->type_name("DIR");
   add_socket_option(*list, runs.list.socket);
-  CLI::App* show = sub->add_subcommand("show", "What a run was and what came out of it");
+  CLI::App* show = sub->add_subcommand("show", "Show outcome, models and verdicts of a run");
   show->add_option("run", runs.show.run, "Run folder")->required()->type_name("RUN");
   CLI::App* recover = sub->add_subcommand("recover", "Complete runs whose process died, from their journals");
   recover->add_option("target", runs.recover.target, "Run folder, or folder of run folders")
       ->required()
       ->type_name("RUN|DIR");
-  CLI::App* cancel = sub->add_subcommand("cancel", "Remove an experiment that waits from the service's queue");
+  CLI::App* cancel = sub->add_subcommand("cancel", "Remove a waiting or held experiment from the service's queue");
   add_entries(*cancel, runs.cancel, "Numbers in the queue, see eha queue")->required();
   add_socket_option(*cancel, runs.cancel.socket);
-  CLI::App* ack = sub->add_subcommand("ack", "Acknowledge the incident of a run of the service, which may then go");
+  CLI::App* ack = sub->add_subcommand("ack", "Acknowledge the incident of a run; retention may then remove the run");
   ack->add_option("run", runs.ack.run, "Run folder, or its name")->required()->type_name("RUN");
   add_socket_option(*ack, runs.ack.socket);
   CLI::App* remove = sub->add_subcommand("remove", "Delete a run of the service, its record and models");

@@ -90,7 +90,7 @@ struct Verb {
 };
 
 constexpr std::array<Verb, 6> kVerbs{{
-    {"status", "What the service and its rig are doing", kStatusFooter},
+    {"status", "Show the state of the service and its rig", kStatusFooter},
     {"arm", "Acknowledge, arm the rig and take the lease", kArmFooter},
     {"disarm", "Disarm the rig and return the lease", kDisarmFooter},
     {"stop", "Stop the current run; anyone may", kStopFooter},
@@ -129,12 +129,12 @@ void add_queue(CLI::App& app, ServiceCommand& service) {
     add_socket_option(*sub, service.socket);
     return sub;
   };
-  add("list", "List what waits, is held or runs, and the last that are over");
+  add("list", "List waiting, held and running experiments, and the last finished ones");
   add_entries(*add("hold", "Keep waiting experiments from starting"), service,
-              "Numbers in the queue (default: all of yours that wait)");
+              "Numbers in the queue (default: all your waiting ones)");
   add_entries(*add("release", "Let held experiments of yours start; the rig must be armed"), service,
-              "Numbers in the queue (default: all of yours that are held)");
-  add_entries(*add("cancel", "Remove experiments that wait or are held"), service, "Numbers in the queue")->required();
+              "Numbers in the queue (default: all your held ones)");
+  add_entries(*add("cancel", "Remove waiting or held experiments"), service, "Numbers in the queue")->required();
   CLI::App* move = add("move", "Change the order in which your experiments start");
   move->footer(kMoveFooter);
   move->add_option_function<std::int64_t>(
@@ -165,7 +165,7 @@ CLI::Option* add_socket_option(CLI::App& app, std::optional<std::filesystem::pat
 }
 
 void add_read(CLI::App& app, ReadCommand& read) {
-  CLI::App* sub = app.add_subcommand("read", "Where the rod is, and what the sensor and the lines say; moves nothing");
+  CLI::App* sub = app.add_subcommand("read", "Show the rod, its sensor and the digital lines; moves nothing");
   sub->footer(kReadFooter);
   CLI::Option* local = sub->add_flag("--local", read.local, "Read the rig in this process instead of through ehad");
   add_socket_option(*sub, read.socket)->excludes(local);

@@ -201,7 +201,7 @@ std::string short_report(const Answer& answer, const DisplayUnit& unit) {
                      {"band Hz", Align::right},
                      {"verdict", Align::left}},
                     rows) +
-         "fit, R2, error: on data that estimated nothing. -v: every figure. Words: eha(1)\n";
+         "fit, R2, error: on unseen data. -v: every figure. Terms: eha(1)\n";
 }
 
 }  // namespace eha::cli

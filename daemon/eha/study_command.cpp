@@ -85,7 +85,7 @@ ExitCode execute(const StudyCommand& command, Console& console) {
   const std::vector<std::string> sentences = study::conclusions(cells);
   std::string text = table_of_cells(cells);
   text +=
-      "R2 on the half that estimated nothing, gain = FO - IO [points]: medians over the\n"
+      "R2 on the validation half, gain = FO - IO [points]: medians over the\n"
       "records; stable: models of IO, FO. Treatments: eha(1)\n\n";
   for (const std::string& sentence : sentences) text += wrapped(sentence, 0) + "\n";
 

@@ -47,7 +47,7 @@ void add_characterise(CLI::App& app, CharacteriseCommand& characterise) {
 }
 
 void add_calibrate(CLI::App& app, CalibrateCommand& calibrate) {
-  CLI::App* sub = app.add_subcommand("calibrate", "Find scale and offset of the displacement sensor by a ruler");
+  CLI::App* sub = app.add_subcommand("calibrate", "Calibrate the displacement sensor with a ruler");
   sub->footer(kCalibrateFooter);
   CLI::Option* at =
       sub->add_option("--at", calibrate.at, "A position and the sensor's voltage there, such as 2.95in=4.917")

@@ -28,17 +28,16 @@ void prepare(const fs::path& folder, std::string_view option) {
   if (stat(folder.c_str(), &found) == 0) {
     if (geteuid() != 0 || found.st_uid == 0) return;
     const std::string owner = user_name(found.st_uid);
-    throw PermissionError(
-        fmt::format("{}: belongs to {}, whose service could not write beside files of root; start the service "
-                    "(systemctl start ehad), run ehad as its user (runuser -u {} -- ehad ...), or name another place "
-                    "with {}",
-                    folder.string(), owner, owner, option));
+    throw PermissionError(fmt::format(
+        "{}: belongs to {}; files of root in this folder would block the service of that user. Start the service "
+        "(systemctl start ehad), run ehad as its user (runuser -u {} -- ehad ...), or name another folder with {}",
+        folder.string(), owner, owner, option));
   }
   try {
     os::create_folders(folder);
   } catch (const Error& error) {
     throw Error(error.exit_code(),
-                fmt::format("{}; start the service (systemctl start ehad), or name a place of your own with {}",
+                fmt::format("{}; start the service (systemctl start ehad), or name a folder of your own with {}",
                             error.what(), option));
   }
 }

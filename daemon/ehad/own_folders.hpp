@@ -7,7 +7,7 @@ namespace eha::service {
 
 /// Makes the folders of the state and of the socket where they are missing, before anything is written there.
 /// @throws PermissionError  they cannot be made, with what else can be done; or this is root and a folder belongs to
-///                          another user, whose service could not write beside files of root
+///                          another user, whose service files of root would block
 void prepare_folders(const Options& options);
 
 }  // namespace eha::service

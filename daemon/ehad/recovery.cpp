@@ -34,9 +34,9 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
   if (!entry.run.empty() && record::is_run_folder(folder)) {
     try {
       entry.outcome = record::outcome_text(record::read_manifest(folder));
-      entry.note = fmt::format("ehad ended while this run was on; what was recorded is in {}", folder.string());
+      entry.note = fmt::format("ehad ended during this run; the record so far is in {}", folder.string());
     } catch (const std::exception& error) {
-      entry.note = fmt::format("ehad ended while this run was on, and it cannot be read: {}", error.what());
+      entry.note = fmt::format("ehad ended during this run, and the run cannot be read: {}", error.what());
     }
   }
   if (entry.outcome == acquisition::to_text(acquisition::Outcome::completed)) {

@@ -256,10 +256,9 @@ std::string RunIndex::refusal(std::uint64_t budget_bytes) const {
     }
   }
   return fmt::format(
-      "the runs take {:.3f} GiB of {:g} GiB (retention.disk_budget_GiB) and none may go by itself: `eha runs remove "
-      "RUN` "
-      "would free up to {:.1f} MB of {} accepted runs, `eha runs ack RUN` lets {} incidents with {:.1f} MB go, and the "
-      "newest {} stay",
+      "the runs take {:.3f} GiB of {:g} GiB (retention.disk_budget_GiB) and retention may remove none of them: `eha "
+      "runs remove RUN` frees up to {:.1f} MB of {} accepted runs, `eha runs ack RUN` releases {} incidents with "
+      "{:.1f} MB; the newest {} are kept",
       static_cast<double>(bytes_) / kBytesPerGiB, static_cast<double>(budget_bytes) / kBytesPerGiB,
       static_cast<double>(accepted_bytes) / kBytesPerMB, accepted, incidents,
       static_cast<double>(incident_bytes) / kBytesPerMB, kNewestKept);

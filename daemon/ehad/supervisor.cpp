@@ -44,8 +44,8 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       inhibitor_(mailbox_, {[this] { prepare_for_sleep(); },
                             [](const std::string& why) {
                               spdlog::warn(
-                                  "a suspend of the machine cannot be delayed while the rig is driven: {}; "
-                                  "to forbid it: systemctl mask sleep.target",
+                                  "a suspend of the machine cannot be delayed during a run: {}; to forbid suspends: "
+                                  "systemctl mask sleep.target",
                                   why);
                             }}),
       // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it however this process ends.

@@ -31,7 +31,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
   if (shutting_down_) throw DeviceError("ehad is stopping; submit again once it has restarted");
   if (call.fast && !hal::has_virtual_clock(rig_.config()->backend)) {
     throw UsageError(
-        fmt::format("{}: virtual time is for simulated rigs; {} drives a real machine, which keeps its own",
+        fmt::format("{}: virtual time is for simulated rigs; {} drives a real machine, which runs in real time only",
                     call.experiments.front().name, options_.rig_file));
   }
   require_room_in_queue(peer, call.experiments.size());
@@ -84,9 +84,8 @@ void Supervisor::require_arming_of_placing(const Submission& submission) const {
   if (!submission.moves_at_once || may_start(submission.uid)) return;
   const Entry& first = submission.entries.front();
   require_lease({.uid = submission.uid, .user = first.user}, first.file);
-  throw PermissionError(
-      fmt::format("{}: the rig is not armed by {}: eha arm, then again; a move to a place does not wait for that",
-                  first.file, first.user));
+  throw PermissionError(fmt::format(
+      "{}: the rig is not armed by {}: eha arm, then again; a move to a place is never held", first.file, first.user));
 }
 
 void Supervisor::refuse(const Submission& submission) {

@@ -169,7 +169,7 @@ void Supervisor::finish_fit(EntryId id, const worker::WorkerEnd& end) {
                                      fit.note, (runs_folder() / entry.run).string());
                      }
                      if (!fit.manifest_error.empty()) {
-                       spdlog::error("experiment {}: cannot write into its manifest that it was not fitted: {}", id,
+                       spdlog::error("experiment {}: cannot record in its manifest that it was not fitted: {}", id,
                                      fit.manifest_error);
                      }
                      close_entry(entry, fit.code);

@@ -110,9 +110,9 @@ RunComparison compare_runs(const std::vector<Source>& sources) {
     const Eigen::Index shared = std::min(a.input.size(), b.input.size());
     const double moved = (a.input.head(shared) - b.input.head(shared)).cwiseAbs().maxCoeff();
     if (moved > 0.05 * a.input.cwiseAbs().maxCoeff()) {
-      comparison.notes.push_back(fmt::format(
-          "{} was driven by another input than {}; a nonlinear plant can show other parameters for that alone",
-          source.name, first.name));
+      comparison.notes.push_back(
+          fmt::format("{} and {} have different inputs; this alone can change the parameters of a nonlinear plant",
+                      source.name, first.name));
     }
     for (std::string& sentence : warnings(source)) comparison.notes.push_back(std::move(sentence));
   }

@@ -40,7 +40,7 @@ ident::ImprovementTask task_on(const config::RigConfig& rig, const Source& sourc
 DesignedExperiment designed_experiment(const Source& source, const ident::Model& model, const std::string& parameter,
                                        const ident::FitOptions& options, const Progress& progress) {
   if (source.rig_text.empty()) {
-    return {.refusal = "the record does not say which rig file, and so which limits, it had"};
+    return {.refusal = "the record does not name its rig file, so it is unknown which limits apply"};
   }
   try {
     const config::RigConfig rig = config::parse_rig(source.rig_text, source.name + "/run.json (rig)");
@@ -53,8 +53,9 @@ DesignedExperiment designed_experiment(const Source& source, const ident::Model&
     const ident::Improvement design = choose_design(predictor, task).design;
     const double now = estimated_std(model, parameter);
     if (!(design.std < now)) {
-      return {.refusal = fmt::format("no tones within the limits of {} promise less than its standard error of {:.3g}",
-                                     rig.name, now)};
+      return {.refusal =
+                  fmt::format("no tones within the limits of {} are predicted to lower its standard error of {:.3g}",
+                              rig.name, now)};
     }
     DesignedExperiment designed;
     NextExperiment& next = designed.next.emplace();
@@ -62,8 +63,8 @@ DesignedExperiment designed_experiment(const Source& source, const ident::Model&
     // What the rig would refuse is not written.
     (void)config::parse_prepared_experiment(next.text, std::string(kNextExperimentFile), rig);
     next.reason = fmt::format(
-        "its tones are designed for {} of {} within the limits of {}; they bring its standard error from {:.3g} to "
-        "{:.3g} in {:g} s, as {} predicts",
+        "tones designed for {} of {} within the limits of {}: its standard error falls from {:.3g} to {:.3g} in {:g} "
+        "s, predicted by {}",
         parameter, model.name, rig.name, now, design.std, task.duration_s,
         predictor.twin ? "the simulated rig" : "the model's residual");
     return designed;

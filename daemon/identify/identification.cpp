@@ -297,8 +297,8 @@ std::optional<std::string> size_warning(std::size_t rows, int decimation) {
   const std::size_t compared = rows / static_cast<std::size_t>(std::max(1, decimation));
   if (compared <= kQuicklyCompared_rows) return std::nullopt;
   return fmt::format(
-      "{} rows are to be compared, which may take minutes; --decimate {} compares filtered "
-      "samples of them and is nearly as exact for a plant that is slow beside the sampling",
+      "comparing {} rows may take minutes; --decimate {} compares filtered samples, nearly as exact for a plant that "
+      "is slow compared with the sampling",
       compared, (rows + kQuicklyCompared_rows - 1) / kQuicklyCompared_rows);
 }
 

@@ -99,7 +99,7 @@ double estimated_std(const Model& model, const std::string& parameter) {
 std::string experiment_text(const Improved& improved, const ident::ImprovementTask& task,
                             const ident::Improvement& found) {
   std::string text = fmt::format(
-      "# {}: the standard error of {}\n# is predicted as {:.3g}; the {} limit keeps the excitation from being larger.\n"
+      "# {}: the standard error of {}\n# is predicted as {:.3g}; the {} limit binds.\n"
       "schema = 1\nname = \"improve-{}\"\nduration_s = {}\n\n[excitation]\nkind = \"multisine\"\noffset_V = {}\n"
       "tones = [\n",
       improved.made_by, improved.parameter, found.std, ident::text(found.binding), improved.parameter,

@@ -31,7 +31,7 @@ std::optional<NextExperiment> longer_experiment(const Source& source) {
   if (repetitions > kMostRepetitions) return {};
   NextExperiment next;
   next.text = with_number(source.experiment->text, "repetitions", repetitions, "duration_s");
-  next.reason = fmt::format("{} repetitions instead of {} halve what noise leaves open of each estimate's variance",
+  next.reason = fmt::format("{} repetitions instead of {} halve the part of each estimate's variance that noise causes",
                             repetitions, source.experiment->repetitions);
   try {
     const auto read = config::parse_experiment(next.text, std::string(kNextExperimentFile), config::NamedFiles::leave);

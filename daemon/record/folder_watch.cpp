@@ -38,8 +38,8 @@ void FolderWatch::check(std::uint64_t rows) const {
   for (const auto& [path, identity] : {std::pair{folder_, folder_identity_}, std::pair{journal_, journal_identity_}}) {
     if (is_still(path, identity)) continue;
     throw IoError(
-        fmt::format("{} was deleted, moved or covered by a mount during the run: the {} rows recorded so far are lost "
-                    "unless it was moved, and no more are recorded",
+        fmt::format("{} was deleted, moved or covered by a mount during the run: unless it was moved, the {} rows "
+                    "recorded so far are lost; nothing more is recorded",
                     path.string(), rows));
   }
   if (const int refusal = refusal_of(folder_); refusal != 0) {

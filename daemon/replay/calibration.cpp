@@ -189,8 +189,8 @@ void require_determined(const std::vector<Coordinate>& coordinates, const Eigen:
     const std::string& key = coordinates[static_cast<std::size_t>(i)].key;
     if (!(alone(j, i, residual) <= kWidestInterval)) {
       sentences.push_back(
-          fmt::format("{}: the record does not tell it, its 95 % interval is wider than +-{:g} %; leave it "
-                      "out, or record faster motion",
+          fmt::format("{}: the record does not determine it, its 95 % interval is wider than +-{:g} %; leave it out, "
+                      "or record faster motion",
                       key, 100.0 * kWidestInterval));
       continue;
     }

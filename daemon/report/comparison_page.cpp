@@ -108,9 +108,9 @@ Item records_item(const std::vector<ComparedSubject>& subjects) {
   }
   if (style == 1) return {};
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(output), std::move(error)}};
-  item.remark.good = "Errors of one size: then the models describe their records equally well.";
+  item.remark.good = "Errors of equal size: the models describe their records equally well.";
   item.remark.to_do =
-      "If one error is much larger, what changed may be no parameter of the model: friction, air, a loose sensor.";
+      "If one error is much larger, the cause may lie outside the model: friction, air, a loose sensor.";
   return item;
 }
 
@@ -126,7 +126,7 @@ Item bode_item(const std::vector<ComparedSubject>& subjects) {
   item.figure = bode_figure(shown, nullptr, "Bode plots of what is compared");
   item.remark.seen = "Grey: the usable band of the first one.";
   item.remark.good = "Curves that lie within one another's bounds.";
-  item.remark.to_do = "Where they part, the plants differ at that frequency; outside the usable band trust neither.";
+  item.remark.to_do = "Where they differ, the plants differ at that frequency; outside the usable band trust neither.";
   return item;
 }
 

@@ -79,19 +79,20 @@ std::string median_sentence(const record::NumberTable& response) {
   const std::optional<double> noise = median(response, "noise_dB");
   if (!distortion || !noise) return "";
   return fmt::format(
-      " At the median line the distortion is {:.0f} dB and the noise {:.0f} dB, by the spread of the "
-      "realisations and of their periods.",
+      " At the median line the distortion is {:.0f} dB and the noise {:.0f} dB, by the spread of the realisations and "
+      "of their periods.",
       *distortion, *noise);
 }
 
 Remark without_response(const ReportedModel& reported) {
-  return {.seen = fmt::format("There is no measured response to hold {} against: the record has no excited lines that "
-                              "are known to repeat.",
-                              reported.model.name),
-          .good = "The bounds are narrow, and the measured response lies within them.",
-          .to_do =
-              "For a measured response excite with a multisine of whole periods, at least two of them after the "
-              "discarded time."};
+  return {
+      .seen = fmt::format(
+          "There is no measured response to compare {} with: the record has no excited lines that are known to repeat.",
+          reported.model.name),
+      .good = "The bounds are narrow, and the measured response lies within them.",
+      .to_do =
+          "For a measured response excite with a multisine of whole periods, at least two of them after the discarded "
+          "time."};
 }
 
 Remark remark_on(const Subject& subject, const ReportedModel& reported, const record::NumberTable* response) {
@@ -115,16 +116,14 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
   if (reported.model.input_map) {
     remark.seen += " The line shows the linear part above the dead band; the valve map lowers the measured gain.";
     remark.to_do =
-        "Judge this model by the plot over time: with a dead band no transfer function alone passes through "
-        "the bars.";
+        "Judge this model by the plot over time: with a dead band no transfer function alone passes through the bars.";
   } else if (distortion && *distortion > kMuchDistortion_dB) {
-    remark.to_do = has_valve_map(subject)
-                       ? "The plant is not linear at this amplitude: hold this model against one with a valve's map, "
-                         "in the table above, by the plot over time."
-                       : "The plant is not linear at this amplitude: fit with --input-map valve.";
+    remark.to_do = has_valve_map(subject) ? "The plant is not linear at this amplitude: compare this model with one "
+                                            "with a valve's map (table above) in the plot over time."
+                                          : "The plant is not linear at this amplitude: fit with --input-map valve.";
   } else {
-    remark.to_do = is_close ? "Nothing. For frequencies beyond the measured ones excite there."
-                            : "The structure lacks something at the frequencies where line and bars part. " +
+    remark.to_do = is_close ? "Nothing. To learn the response at other frequencies, excite them."
+                            : "The model misses a part of the plant at the frequencies where line and bars differ. " +
                                   what_to_try(subject, reported.model);
   }
   return remark;

@@ -135,17 +135,17 @@ Remark on_output(const Subject& subject, const std::string& name) {
                     "Use it to compare with the paper, and the models above for everything else: this procedure "
                     "estimates neither bias nor initial state, and holds the input between kept samples."};
   if (at != subject.paper.end() && at->stability && !at->stability->stable) {
-    remark.seen += "It is unstable; each half starts anew, so that it has no time to run away.";
+    remark.seen += "It is unstable; each half starts from rest again, so the output has no time to diverge.";
   }
   return remark;
 }
 
 Remark on_errors(const identify::FitTable& table) {
   Remark remark{.seen = {},
-                .good = "No slope, no rhythm of the input, no jump in the middle.",
+                .good = "No slope, no oscillation at the input's frequencies, no jump in the middle.",
                 .to_do =
-                    "A jump in the middle is the new start of the second half, a slope the missing bias: the "
-                    "default procedure has neither."};
+                    "The restart of the second half causes a jump in the middle, the missing bias a slope: the default "
+                    "procedure has neither."};
   for (const identify::FitColumn& column : table.models) {
     double greatest = 0.0;
     for (std::size_t i = 0; i < table.measured.size(); ++i) {

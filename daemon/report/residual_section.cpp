@@ -29,12 +29,10 @@ Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
         validation.tests->input.p, validation.tests->whiteness.p, validation.tests->ar_order);
   }
   remark.good =
-      "The input's correlation stays within its bounds (p above 0.01): the model misses nothing that the input "
-      "causes. A residual that is correlated with itself alone is coloured noise or drift and no fault of the "
-      "model; the intervals allow for it.";
-  remark.to_do = misses_input
-                     ? "A part of the plant that the input drives is not in the model. " + what_to_try(subject, model)
-                     : "Nothing.";
+      "The input's correlation stays within its bounds (p above 0.01): the model misses nothing that the input causes. "
+      "A residual that is correlated with itself alone is coloured noise or drift and no fault of the model; the "
+      "intervals allow for it.";
+  remark.to_do = misses_input ? "The model misses a part of the plant. " + what_to_try(subject, model) : "Nothing.";
   return remark;
 }
 

@@ -76,8 +76,8 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
                                errors.rms_estimating, model.output_unit, errors.rms_unseen, model.output_unit);
   }
   remark.good =
-      "The model's line covers the measured one, and the error has the same size on both sides of the dashed line, "
-      "without slope and without the rhythm of the input.";
+      "The model's line covers the measured one. The error has the same size on both sides of the dashed line, no "
+      "slope, and no oscillation at the input's frequencies.";
   if (misses_more_than_noise(model)) {
     remark.to_do = fmt::format("The error is far above the noise of the record: {} misses a part of the plant. {}",
                                model.name, what_to_try(subject, model));
@@ -85,8 +85,8 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   }
   const bool drifts = has_unseen && std::abs(errors.mean_unseen) > kNotCentred * errors.rms_unseen;
   if (percent < kNegligible_percent) {
-    remark.to_do = drifts ? "Small as it is, the error of the unseen part keeps one sign: for predictions over longer "
-                            "times than this record, record longer."
+    remark.to_do = drifts ? "The error of the unseen part is small but keeps one sign: to predict over longer times "
+                            "than this record, record longer."
                           : "Nothing.";
   } else if (drifts) {
     remark.to_do = fmt::format(
@@ -95,12 +95,11 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
         errors.mean_unseen, model.output_unit, has_valve_map(subject) ? "" : ", and try --input-map valve");
   } else if (has_unseen && errors.rms_unseen > kMuchLarger * errors.rms_estimating) {
     remark.to_do =
-        "The error grows on data that it has not seen: the model has learnt its record. Use fewer parameters or a "
-        "longer record.";
+        "The error is larger on unseen data: the model is overfitted. Use fewer parameters or a longer record.";
   } else {
     remark.to_do =
-        "The error is of one size but large: something of the plant is not in this model. See the residual's "
-        "correlation below. " +
+        "The error is large on both parts: the model misses a part of the plant. See the residual's correlation "
+        "below. " +
         what_to_try(subject, model);
   }
   return remark;

@@ -47,9 +47,9 @@ void compare(const Nulls& nulls, const std::string& unit, Remark& remark) {
                           unit));
   if (agree) return;
   remark.to_do =
-      "Trust the valve sheet's null for offset_V and [following]: its interval holds the error of its method, that of "
-      "the model only the noise of this record. A null moves with the oil's temperature, so measure it again with "
-      "`eha characterise` before you change anything. " +
+      "Trust the valve sheet's null for offset_V and [following]: its interval includes the method's error, the "
+      "model's interval only the noise of this record. A null moves with the oil's temperature, so measure it again "
+      "with `eha characterise` before you change anything. " +
       remark.to_do;
 }
 
@@ -78,12 +78,12 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   remark.good =
       fmt::format("At least {:.0f} % of the samples on either side, and narrow intervals of null and dead band.",
                   kRareSide_percent);
-  remark.to_do = rarer_percent < kRareSide_percent
-                     ? "One side was hardly visited: record with an offset_V near the null."
-                     : fmt::format(
-                           "A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative "
-                           "command.",
-                           high, unit, low, unit);
+  remark.to_do =
+      rarer_percent < kRareSide_percent
+          ? "The input was rarely on one side of the dead band: record with an offset_V near the null."
+          : fmt::format(
+                "A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative command.",
+                high, unit, low, unit);
   if (const auto nulls = nulls_of(subject, model)) compare(*nulls, unit, remark);
   return remark;
 }

@@ -62,8 +62,8 @@ std::string without_models(const Subject& subject) {
     html += paragraph(description.get<std::string>());
   }
   html += paragraph(
-      "Only a completed run is fitted by itself. What was recorded is shown below; `eha fit` with this folder fits it "
-      "all the same.");
+      "Only completed runs are fitted automatically. The record so far is shown below; `eha fit` with this folder fits "
+      "it.");
   return box("none",
              fmt::format("No model: the run ended as \"{}\"",
                          outcome.is_string() ? outcome.get<std::string>() : std::string("unknown")),
@@ -81,8 +81,8 @@ std::string verdict(const Subject& subject) {
       subject.reason.empty() ? "" : paragraph("Reason: " + subject.reason + (subject.reason.ends_with('.') ? "" : "."));
   if (subject.part("identification", "recommendation", "needs_fresh_record") == true) {
     reason += paragraph(
-        "The second part of the record took part in this choice. Only another record can say how well the model "
-        "predicts: record again and use `eha validate`.");
+        "The validation part took part in this choice. Only another record shows how well the model predicts: record "
+        "again and use `eha validate`.");
   }
   if (subject.has_recommendation) {
     return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded), of_model(main) + reason);

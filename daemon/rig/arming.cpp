@@ -72,8 +72,8 @@ void judge_sensor(const config::RigConfig& rig, ArmingFindings& findings) {
   const config::RigLimits& limits = rig.limits;
   if (!limits.sensor) {
     findings.warnings.emplace_back(
-        "no [sensor] in the rig file: whether an open wire reads as a place within the travel is not known; measure "
-        "the input with the wire off and write valid_min_V, valid_max_V and open_circuit_V, see eha-rig(5)");
+        "no [sensor] in the rig file: an open wire may read as a place within the travel; measure the input with the "
+        "wire off and write valid_min_V, valid_max_V and open_circuit_V, see eha-rig(5)");
     return;
   }
   if (!limits.sensor->open_circuit_V) {

@@ -58,9 +58,9 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
   report::Item item{.heading = "Flow curve; the dead band is shaded, the null dashed"};
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
   item.remark.seen = fmt::format("The rod stands from {:.3f} to {:.3f} V.", lower_V, upper_V);
-  item.remark.good = "Points on the line on both sides. Beside it just after a reversal, where pressures settle.";
+  item.remark.good = "Points on the line on both sides, except just after a reversal, while the pressures settle.";
   item.remark.to_do = sheet.has_hysteresis
-                          ? "Rising and falling command part: clean or dither the valve if a controller needs less."
+                          ? "Rising and falling command differ: clean or dither the valve if a controller needs less."
                       : is_in_rig_file(run) ? "Nothing: the rig file has these values already."
                                             : "Put the lines below into the rig file.";
   return item;
@@ -94,7 +94,7 @@ report::Item responses_of(const ident::ValveSheet& sheet) {
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   item.remark.seen = fmt::format("Measured up to {:.2f} Hz; the slew limit ends it.", sheet.highest_Hz);
   item.remark.good = "Curves of all amplitudes together, falling smoothly.";
-  item.remark.to_do = "What lies above the last frequency is not observed: do not rely on it.";
+  item.remark.to_do = "The response above the last frequency was not measured: do not rely on it.";
   return item;
 }
 

@@ -54,8 +54,8 @@ report::Item gain_item(const std::vector<Cell>& cells, std::size_t plant) {
         published->gain.median, both->gain.median, published->records, kind.what);
   }
   item.remark.good = kind.true_order && *kind.true_order < 2.0
-                         ? "A gain that stays when bias and history are treated: FO is right here."
-                         : "No gain: a plant of integer order gives FO nothing to find.";
+                         ? "The gain stays when bias and history are included: FO is the right structure here."
+                         : "No gain: the plant is of integer order.";
   item.remark.to_do = "Judge a gain of FO by the default procedure, not by one that leaves out bias and history.";
   return item;
 }

@@ -31,9 +31,8 @@ std::string share_left(const Cell& published, const Cell& treated) {
 
 std::string about_gain(const std::vector<Cell>& cells, const Cell& published) {
   const auto& plant = plant_kinds()[published.plant];
-  std::string text =
-      fmt::format("{}: by the paper's procedure FO scores {} above IO on the part that estimated nothing", plant.title,
-                  described(published.gain, "points"));
+  std::string text = fmt::format("{}: by the paper's procedure FO scores {} above IO on the validation part",
+                                 plant.title, described(published.gain, "points"));
   text += fmt::format("; {} of {} records reach the printed {:.2f} points.", published.gains_as_printed,
                       published.records, kPrintedGain);
   for (const Treatment treatment : {Treatment::bias, Treatment::history, Treatment::both}) {
@@ -154,10 +153,8 @@ std::vector<std::string> conclusions(const std::vector<Cell>& cells) {
     sentences.push_back(about_stability(cells));
   }
   sentences.emplace_back(
-      "These are simulated plants with parameters 20 % about one set of values, under one input. The record of the "
-      "paper "
-      "is not published: the study shows what the procedure makes of plants whose nature is known, not what that rig "
-      "was.");
+      "These are simulated plants with parameters 20 % about one set of values, under one input. The paper's record is "
+      "not published: the study shows how the procedure fits known plants, not what the paper's rig is.");
   sentences.emplace_back(
       "\"History kept\" also simulates the input as it was held every millisecond, where the paper holds it for 40 ms, "
       "and estimates coefficients and orders of FO together, where the paper keeps those of IO.");

@@ -119,8 +119,9 @@ std::string what_is_unknown(const PeriodPlan& plan, const LiveResponse& response
     const std::size_t needed = plan.discard + 2 * plan.period;
     const double missing_s = static_cast<double>(needed > rows ? needed - rows : 0) * plan.step_s;
     return fmt::format(
-        "nothing is known yet: it takes two periods of {:.4g} s after the discarded {:.4g} s; {:.0f} s more", period_s,
-        static_cast<double>(plan.discard) * plan.step_s, std::ceil(missing_s));
+        "nothing is known yet: the measurement needs two periods of {:.4g} s after the discarded {:.4g} s; {:.0f} s "
+        "more",
+        period_s, static_cast<double>(plan.discard) * plan.step_s, std::ceil(missing_s));
   }
   std::vector<std::string> unknown;
   double worst_dB = 0.0;

@@ -126,8 +126,7 @@ class Matcher {
 
   void finish() const {
     if (!differences_.empty()) {
-      throw DeviceError(options_.device +
-                        ": the card is not the one that the rig file describes; mend the file or the wiring" +
+      throw DeviceError(options_.device + ": the card differs from the rig file; correct the file or the wiring" +
                         differences_);
     }
   }

@@ -110,8 +110,8 @@ void check_fractional(const Model& model) {
   }
   if (!model.initial_state.empty()) {
     throw ConfigError(
-        "initial_state: beside fractional orders it is not exported; it matters for the start of its own record alone, "
-        "so remove it from the file");
+        "initial_state: not exported with fractional orders; it affects only the start of its own record, so remove it "
+        "from the file");
   }
 }
 
@@ -122,8 +122,8 @@ ExportedModel exported(const Model& model, const std::optional<FrequencyInterval
   check(g);
   if (!model.past_input.empty() && g.delay_s > 0.0) {
     throw ConfigError(
-        "past_input: beside a delay it is not exported; it matters for the start of its own record alone, so remove it "
-        "from the file");
+        "past_input: not exported with a delay; it affects only the start of its own record, so remove it from the "
+        "file");
   }
   ExportedModel out{.name = model.name,
                     .transfer_function = g,

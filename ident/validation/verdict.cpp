@@ -174,8 +174,8 @@ void judge_tests(const ValidationReport& validation, Judgement& judgement) {
     judgement.not_judged(
         {{"residual_input_p", input.p, kResidualLevel}},
         fmt::format(
-            "Not judged whether the model misses a part of the plant: with {} validating samples the test would "
-            "rather overlook one that makes {:.0f} % of the residual's power; record longer.",
+            "Not judged whether the model misses a part of the plant: with {} validating samples the test would more "
+            "likely miss than detect one that makes {:.0f} % of the residual's power; record longer.",
             samples, 100.0 * kNoticedShare));
   } else {
     judgement.criterion("residual_input_p", input.p, kResidualLevel, input.p >= kResidualLevel, Weight::lowers,
@@ -315,7 +315,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
                                     model.estimation->evaluations, model.estimation->termination));
     if (model.estimation->converged && model.estimation->termination == text(Termination::flat_ridge)) {
       judgement.note(
-          "The cost is flat along a ridge: the estimates there trade for each other, the output hardly changes.");
+          "The cost is flat along a ridge: the estimates compensate each other there, the output hardly changes.");
     }
   }
   if (model.validation) {

@@ -123,9 +123,8 @@ bool has_both_sweeps(const std::vector<Block>& blocks, double direction) {
 
 [[noreturn]] void refuse(double direction, const std::string& why) {
   throw DataError(
-      fmt::format("the record does not tell the valve: {} {}; check pressure, sign and range of the valve, and give "
-                  "its dead band in "
-                  "[following] of the rig file, so that the measurement goes beyond it",
+      fmt::format("the record does not determine the valve: {} {}; check pressure, sign and range of the valve, and "
+                  "give its dead band in [following] of the rig file, so that the measurement goes beyond it",
                   direction > 0.0 ? "extending" : "retracting", why));
 }
 

@@ -96,7 +96,7 @@ TEST(CharacteriseLeaky, WarnsThatTheNullIsNotKnownWellEnough) {
       run_eha({"characterise", "--local", "--fast", "--rig", source_file("config/rigs/sim-leaky.toml"), "-o", "runs"},
               folder.path());
   ASSERT_EQ(ended.code, 0) << ended.err;
-  EXPECT_NE(ended.err.find("the following check wants 0.03 V"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("the following check needs 0.03 V"), std::string::npos) << ended.err;
 }
 
 TEST(Calibrate, WritesANewRigFileBesideTheOldOne) {

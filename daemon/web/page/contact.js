@@ -70,10 +70,10 @@ export class Contact {
     this.daemon = daemon;
     const banner = byId('contact-banner');
     if (!web) {
-      showBanner(banner, `No contact with eha-web since ${this.since}. What stands below is old, and Stop does not ` +
+      showBanner(banner, `No contact with eha-web since ${this.since}. The values below are old, and Stop does not ` +
         'reach the rig from here: use the emergency stop, or eha stop at the rig. Trying again.');
     } else if (!daemon) {
-      showBanner(banner, `ehad does not answer since ${this.since}. What stands below is old. When ehad ends, ` +
+      showBanner(banner, `ehad does not answer since ${this.since}. The values below are old. When ehad ends, ` +
         'eha-safe switches the hydraulics off; systemctl status ehad tells why it ended. Trying again.');
     } else {
       showBanner(banner, null);

@@ -110,7 +110,7 @@ TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
   EXPECT_EQ(fault_of(options).substr(0, 30), "--poles and --zeros are for th");
   options.families = {"io"};
   options.zeros = 4;
-  EXPECT_EQ(fault_of(options), "--zeros: expected at most 3 as there are so many poles, got 4");
+  EXPECT_EQ(fault_of(options), "--zeros: expected at most 3, the number of poles, got 4");
 }
 
 TEST(ModelOptions, AddTheStructureOfAFile) {

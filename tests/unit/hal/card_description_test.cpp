@@ -55,7 +55,7 @@ TEST(CardDescription, SaysWhichRangesThereAreInsteadOfTheWantedOne) {
   ComediOptions options = pci1716_options();
   options.command.range_min_V = -7.0;
   EXPECT_EQ(refusal(options, pci1716()),
-            "/dev/comedi0: the card is not the one that the rig file describes; mend the file or the wiring\n"
+            "/dev/comedi0: the card differs from the rig file; correct the file or the wiring\n"
             "/dev/comedi0: comedi.command: expected the range -7..5 V, the card has -5..5, -10..10, 0..5, 0..10 V");
 }
 
@@ -64,7 +64,7 @@ TEST(CardDescription, NamesTheWrongBoardBeforeAnythingElse) {
   card.board = "comedi_test";
   card.subdevices.clear();
   EXPECT_EQ(refusal(pci1716_options(), card),
-            "/dev/comedi0: the card is not the one that the rig file describes; mend the file or the wiring\n"
+            "/dev/comedi0: the card differs from the rig file; correct the file or the wiring\n"
             "/dev/comedi0: comedi.board: expected \"pci1716\", the card has \"comedi_test\"");
   card = pci1716();
   card.driver = "adv_pci1720";
@@ -82,7 +82,7 @@ TEST(CardDescription, NamesEveryDifferenceAtOnce) {
   options.heartbeat->channel = 20;
   EXPECT_EQ(
       refusal(options, pci1716()),
-      "/dev/comedi0: the card is not the one that the rig file describes; mend the file or the wiring\n"
+      "/dev/comedi0: the card differs from the rig file; correct the file or the wiring\n"
       "/dev/comedi0: comedi.feedback.channel: expected 16, the card has channels 0 to 15 on subdevice 0\n"
       "/dev/comedi0: comedi.resolution_bits: expected 12 bit for command, the card has 16 bit\n"
       "/dev/comedi0: comedi.command.reference: expected \"diff\", the card has ground, common\n"

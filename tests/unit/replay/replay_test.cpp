@@ -62,7 +62,7 @@ TEST(Calibration, FindsNullAndDeadBandThatDiffer) {
 TEST(Calibration, RefusesByNameWhatTheRecordDoesNotTell) {
   const TwinRecord record = record_of({}, 12.0);
   const std::string stop = fault_of(record, {{"valve_dead_band_V"}, {"end_stop_stiffness_N_per_mm"}});
-  EXPECT_NE(stop.find("end_stop_stiffness_N_per_mm: the record does not tell it"), std::string::npos) << stop;
+  EXPECT_NE(stop.find("end_stop_stiffness_N_per_mm: the record does not determine it"), std::string::npos) << stop;
   EXPECT_EQ(stop.find("valve_dead_band_V"), std::string::npos) << stop;
   const std::string weight = fault_of(
       record, {{"moving_mass_kg"}, {"tank_pressure_bar"}, {"supply_pressure_bar"}, {"valve_rated_flow_L_per_min"}});

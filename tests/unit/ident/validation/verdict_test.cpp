@@ -182,7 +182,7 @@ TEST(Verdict, DoesNotJudgeResidualsByTooFewSamples) {
   EXPECT_FALSE(criterion_of(verdict, "residual_input_p").judged);
   EXPECT_TRUE(criterion_of(verdict, "residual_whiteness_p").passed);
   ASSERT_EQ(verdict.reasons.size(), 1U);
-  EXPECT_NE(verdict.reasons[0].find("with 60 validating samples the test would rather overlook"), std::string::npos);
+  EXPECT_NE(verdict.reasons[0].find("with 60 validating samples the test would more likely miss"), std::string::npos);
   // What it shows all the same, it shows.
   model.validation->tests->input.p = 0.001;
   verdict = judge(model, {});

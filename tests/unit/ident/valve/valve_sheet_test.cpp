@@ -210,7 +210,7 @@ TEST(ValveSheet, RefusesARodThatStandsOrGoesTheWrongWay) {
   Valve stuck;
   stuck.gain_positive = 0.0;
   stuck.gain_negative = 0.0;
-  EXPECT_NE(refusal(played(plan, stuck), plan).find("the record does not tell the valve"), std::string::npos);
+  EXPECT_NE(refusal(played(plan, stuck), plan).find("the record does not determine the valve"), std::string::npos);
   Valve reversed;
   reversed.gain_positive = -0.148;
   reversed.gain_negative = -0.130;
