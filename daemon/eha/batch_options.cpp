@@ -13,8 +13,7 @@ Fits and judges many records under the same rules, each with `eha fit` in a proc
 there are processors. SOURCE is a run folder, a file with a record, a folder of both, or a list: a file *.list with one
 path a line. What follows -- are options of `eha fit`; --experiment makes one experiment's rules apply to all.
 -o DIR holds batch.json (rules and records), records/ID/ (result.json and the models of each), table.csv and table.json.
-Ended early, by Ctrl-C or a kill, the same command goes on where it was. Values that lie apart from those of the other
-records are named.
+After Ctrl-C or a kill the same command continues the batch. Outliers among the records are named.
 --shard I/N fits every N-th record only, for N machines. Parts may share a folder; `eha batch merge` makes their table.
 Exit code 0: every record judged, accepted or not; 10: some cannot be read or fitted, the table's text says why.
 

@@ -56,10 +56,10 @@ Plays the experiment's excitation [V] on the rig every tick, records the displac
 models and judges them. The run folder OUTPUT/<UTC time>-<name> holds run.json, raw.ehalog, raw.h5, data_40ms.csv,
 frequency_response.csv, fit.csv, report.html and models/*.json; a rejected model goes to models/rejected. OUTPUT/latest
 points to the last run with an accepted model.
-One Ctrl-C ramps the command down and keeps what was recorded; a second one makes the rig safe at once.
+One Ctrl-C ramps the command down and keeps the record; a second one makes the rig safe at once.
 Without --local the service ehad does the same with its own rig file and folder, when the experiment is next in its
 queue and you hold the lease (`eha arm`). Ctrl-C stops the run; losing the connection does not.
-Several experiments are all checked before the first one is queued or played; a fault in one refuses all.
+All experiments are checked before the first one is queued or played; a fault in one refuses all.
 During a run a terminal shows the time left [s], the rod between its limits, the command [V], late ticks and the predicted
 margin to the travel limits; elsewhere a line appears every 30 s.
 
@@ -71,8 +71,8 @@ Examples:
 
 constexpr const char* kCheckFooter = R"(
 Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
-the rig that `eha run` would use (--rig, else the default one): limits [V], slew [V/s], Nyquist frequency [Hz], and
-rehearsed with the rig's valve: refused where half of the rehearsed rods reach a travel or velocity limit.
+the rig that `eha run` would use (--rig, else the default one): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
+then rehearsed with the rig's valve, and refused if half of the rehearsed rods reach a travel or velocity limit.
 
 Examples:
   eha check config/experiments/paper.toml
@@ -81,14 +81,14 @@ Examples:
 constexpr const char* kDesignFooter = R"(
 Shows what an experiment would play: peak [V], RMS [V], crest factor, fastest change [V/s], excited lines [Hz].
 With -o the table of volts is written as CSV (time_s,voltage_V), one row a tick.
-With --from and --improve instead: writes the experiment that makes the standard error of a model's parameter smallest
-within the rig's voltage, slew and travel, and shows what it predicts, how long it takes and which limit binds. On a
-simulated rig, or with --twin, designs are tried out: played there and fitted as the real record will be. --to
-makes it as long as the wanted standard error takes, at most 600 s; where that does not suffice it says so.
-With --band instead: writes an experiment (default band.toml) with tones of equal amplitude, spread over a band, their
-phases such that volts, slew and travel all have low peaks, as large as the rig's limits allow, in a held rod. With
---odd-random the tones are three of each four odd multiples of 1/period, with random phases, other ones in each
-realisation: what the plant distorts then shows beside the lines, and at the lines by the spread of the realisations.
+--from with --improve writes the experiment that minimises the standard error of a model's parameter within the rig's
+limits of voltage, slew and travel. It shows the predicted standard error, the duration and the limit that binds. On a
+simulated rig, or with --twin, each design is tried out: played there and fitted like the real record. --to makes the
+experiment as long as the wanted standard error needs, at most 600 s; a message says if that is not enough.
+--band writes an experiment (default band.toml) with tones of equal amplitude spread over a band. Their phases keep the
+peaks of volts, slew and travel low, their amplitude is the largest within the rig's limits, and the rod is held. With
+--odd-random the tones are three of each four odd multiples of 1/period, with other random phases in each realisation:
+distortion then shows beside the lines, and at the lines in the spread of the realisations.
 
 Examples:
   eha design config/experiments/paper.toml

@@ -19,12 +19,12 @@ namespace eha::cli {
 namespace {
 
 constexpr const char* kCompareFooter = R"(
-With runs (or other records): fits one integer-order model behind a valve map to each, on the same samples with the same
-criteria, and shows what changed from the first to each other one, with joint intervals: at most 1 % false alarms for all
+Runs (or other records): fits one integer-order model behind a valve map to each, on the same samples with the same
+criteria. Shows the changes from the first run to each other one with joint intervals: at most 1 % false alarms for all
 parameters and runs together.
-With models and one record: scores the models on it, and fits each one's structure to it. A model whose parameters differ
-and whose error is more than 1.5 times that of its refit is of another plant, whatever its R2.
-With models alone: compares their parameters.
+Models and one record: scores each model on the record and fits its structure to it (refit). A model is of another plant,
+whatever its R2, if its parameters differ from the refit's and its error is more than 1.5 times the refit's.
+Models alone: compares their parameters.
 -o FILE.html writes a before/after report: what changed, both records and errors over time, Bode plots over one another;
 .svg, .png or .pdf draws the Bode plots alone.
 
@@ -35,8 +35,8 @@ Examples:
 constexpr const char* kReplayFooter = R"(
 Plays a record's voltages [V] through the simulated rig and scores it against the measured displacement [in, mm], from the
 record's first position. --calibrate fits keys of [sim] in eha-rig(5) to the record and writes the rig file of the twin.
-KEY=LOW:HIGH sets bounds (default a fifth to five times the rig file's value). Each value has a 95 % interval; a parameter
-that the record does not tell, or not apart from another one, is refused by name (exit code 10).
+KEY=LOW:HIGH sets bounds (default a fifth to five times the rig file's value). Each value has a 95 % interval. A parameter
+that the record does not determine, alone or apart from another one, is refused by name (exit code 10).
 
 Examples:
   eha replay runs/latest -o overlay.svg

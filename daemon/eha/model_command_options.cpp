@@ -15,8 +15,8 @@ namespace {
 
 constexpr const char* kFitFooter = R"(
 SOURCE is a run folder (its own experiment applies, and its models are replaced unless -o is given) or a file: CSV as
-eha writes it (time_s,voltage_V,displacement_in), or as others do, a MAT-file, HDF5; see eha-record(5). What a file does
-not say is guessed and said in one line; --time, --input, --output and the other options below replace the guess.
+eha or another program writes it, a MAT-file or HDF5; see eha-record(5). Missing facts are guessed, and the guess is
+printed in one line; --time, --input, --output and the other options below replace it.
 Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit]
 (with --input-map valve: null, dead_band [input unit], negative_gain_ratio), initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders).
 With -o DIR each model of a file is written to DIR/<model>.json, whatever its verdict, and the compared samples with
@@ -43,9 +43,9 @@ constexpr const char* kImportFooter = R"(
 Reads a record of another program and writes it as CSV with the columns time_s, input, output; see eha-record(5).
 FILE is text (commas, semicolons, tabs, bars or blanks; decimal point or comma; UTF-8, UTF-16, Latin-1; any line ends;
 with a header, with a row of units, or without), a MAT-file (version 4, 5, 7.3: arrays, structs of arrays) or HDF5.
-What the file does not say is guessed and said in one line; a file that can be read in two ways is refused with the
-columns found and a command that chooses. --resample fills gaps, each of which is listed; filled rows are marked in a
-column `filled`.
+Missing facts are guessed, and the guess is printed in one line. An ambiguous file is refused; the message lists its
+columns and a command that chooses. --resample fills gaps and lists each of them; filled rows are marked in a column
+`filled`.
 
 Examples:
   eha import bench.csv -o record.csv
@@ -65,8 +65,8 @@ Examples:
   eha simulate models/io.json input.csv --method gl1)";
 
 constexpr const char* kValidateFooter = R"(
-Scores a model on a record it has not seen, its offset kept and estimated anew, with the residual's correlations.
-SOURCE is a run folder or a file, as for `eha fit`; the whole of it is scored, after --discard seconds.
+Scores a model on a record it has not seen, with its offset kept and with the offset estimated anew. Shows the residual's
+correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after --discard seconds is scored.
 Exit code 0: accepted; 3: rejected.
 
 Examples:

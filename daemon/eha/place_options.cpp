@@ -11,14 +11,14 @@ Moves the rod slowly (at most 0.3 in/s) to a place within the travel limits, and
 for 0.5 s; then the rig is safe, with the hydraulics off. It is a run like any other: you must have armed the rig, a real
 actuator is moved only after your confirmation, every limit of the rig file holds, Ctrl-C ramps out, and the way there is
 recorded. Null and dead band of the valve are compensated; [following] of the rig file makes it quicker.
-Code 11 when a limit or the time-out (120 s) ends it: the message says what was in the way.
+Code 11 when a limit or the time-out (120 s) ends it; the message gives the cause.
 
 Examples:
   eha arm && eha goto 2.95in
   eha goto 75mm --local --fast)";
 
 constexpr const char* kJogFooter = R"(
-As eha goto, to a place a little above (+) or below (-) where the rod is now. Moves between runs only.
+As eha goto, to a place a little above (+) or below (-) the present one. Moves between runs only.
 
 Examples:
   eha jog +0.2in

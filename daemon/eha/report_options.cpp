@@ -7,7 +7,7 @@ namespace {
 constexpr const char* kReportFooter = R"(
 Writes one HTML page that needs no other file and prints on A4: the recommended model and why, all models, measured and
 simulated output with errors, frequency response, stability, residual, valve map, parameter intervals, timing and
-provenance. Beside each plot stands what this record shows, what a good one looks like, and what to do.
+provenance. A note beside each plot says what this record shows, what a good one looks like, and what to do.
 A run's page goes to RUN/report.html, where `eha run` and `eha fit RUN` write it too; of model files to ./report.html.
 With fit.csv and frequency_response.csv in the models' folder (`eha fit -o`) their plots are included.
 The plots are drawn by gnuplot (Debian package gnuplot-nox); without it the page has none and says so.

@@ -67,9 +67,9 @@ Example:
 
 constexpr const char* kQueueFooter = R"(
 Lists the submitted experiments; those of one user start in the order listed. A held one starts only after its release.
-An experiment is held if you submitted it while you did not have the armed rig, if you held it, or if it waited at a
+An experiment is held if you had not armed the rig when you submitted it, if you held it, or if it was waiting at a
 fault, a stop, a disarming or a restart. You may hold, release, move and cancel your own; root may hold, move and cancel
-all. One that is being played is ended by `eha stop`.
+all. `eha stop` ends a running one.
 
 Examples:
   eha queue
@@ -77,7 +77,7 @@ Examples:
   eha arm && eha queue release 7)";
 
 constexpr const char* kMoveFooter = R"(
-Moves an experiment among those of its submitter that wait or are held; nobody's experiment delays another user's.
+Moves an experiment among the waiting and held ones of its submitter. It never delays another user's experiment.
 
 Examples:
   eha queue move 7 up

@@ -10,13 +10,13 @@ constexpr const char* kStudyFooter = R"(
 Studies of simulated records.)";
 
 constexpr const char* kStudyPaperFooter = R"(
-How much of what a fractional model (FO) gains over an integer one (IO) by the paper's procedure is due to the input bias
-that it neglects and to the zero history that each half begins with. Records of four kinds of plant, 50 s of the paper's
-tones each: the simulated rig with and without friction, a plant of integer and one of fractional order. Each is fitted four
-times: to the letter (published), after the bias is removed (bias), by the default procedure without a bias (history), and by
-the default procedure (both).
-Writes study.csv (a row a record and treatment), study.txt (table and conclusions) and report.html. All processors work; one
-record takes some 5 s of one.
+By the paper's procedure a fractional model (FO) gains R2 over an integer one (IO). The study shows how much of this gain
+is due to the neglected input bias and to the zero history at the start of each half. It simulates records of four kinds of
+plant, 50 s of the paper's tones each: the simulated rig with and without friction, a plant of integer and one of fractional
+order. Each record is fitted four times: by the paper's procedure (published), by it after the bias is removed (bias), by the
+default procedure without a bias (history), and by the default procedure (both).
+Writes study.csv (one row for each record and treatment), study.txt (table and conclusions) and report.html. Uses all
+processors; a record takes some 5 s of one.
 
 Example:
   eha study paper --seeds 20 -o study)";

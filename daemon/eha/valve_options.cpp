@@ -10,14 +10,14 @@ namespace {
 
 constexpr const char* kCharacteriseFooter = R"(
 Measures the valve through the rod: moves the rod to mid-travel, then plays slow triangles and sines for 130 s, while a
-slow loop keeps it about the middle; at most 180 s in all. It is a run like any other: you must have armed the rig, a
+slow loop keeps the rod about the middle; at most 180 s in all. It is a run like any other: you must have armed the rig, a
 real actuator is moved only after your confirmation, every limit of the rig file holds, Ctrl-C ramps out.
 Prints the sheet in the terms of ISO 10770-1 (null, dead band, velocity gain each way, hysteresis, response at 5, 10 and
 25 % amplitude, natural frequency, noise), each with its 95 % interval or "not observed", and the lines for rig and
 experiment files; writes valve_sheet.json and report.html into the run folder.
-With [following] in the rig file it is measured about that null and beyond that dead band; before, about 0 V. If the
-following check stops the run because [following] is wrong, comment [following] out for this run.
-RUN: the sheet of a run of before; nothing moves.
+With [following] in the rig file, the volts are centred on its null and go beyond its dead band; without, they are centred
+on 0 V. If the following check stops the run because [following] is wrong, comment [following] out for this run.
+With RUN, the sheet of an earlier run is computed again; nothing moves.
 
 Examples:
   eha arm && eha characterise
@@ -26,11 +26,11 @@ Examples:
 
 constexpr const char* kCalibrateFooter = R"(
 Finds scale and offset of the displacement sensor from positions measured with a ruler, and moves nothing: place the rod
-yourself, by eha goto or with the hydraulics off. Asks for each position, at which it reads the sensor for 1 s; an empty
-line ends. Or takes positions with their voltages, as eha read shows them, by --at or from a CSV file. At least 3.
-Least squares give scale and offset with standard errors; the residual of each position is shown, and one beyond the
-tolerance warned of. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. The
-old file stays as it is, and no file is overwritten.
+yourself, by eha goto or with the hydraulics off. Asks for each position and reads the sensor there for 1 s; an empty line
+ends. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
+Least squares give scale and offset with standard errors. The residual of each position is shown; a residual beyond the
+tolerance is a warning. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. No
+file is overwritten.
 
 Examples:
   eha calibrate

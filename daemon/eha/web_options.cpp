@@ -7,7 +7,7 @@ namespace {
 constexpr const char* kWebCommandFooter = R"(
 Runs eha-web: a page in a browser on this machine with the rod, the run and its frequency response as it is measured, the
 queue, the runs with their reports and files, and Stop. Prints its address, and the token that Stop asks for. Ctrl-C ends
-it. It reads ehad's socket and the run folders; a service for every day: systemctl enable --now eha-web.
+it. It reads ehad's socket and the run folders. To run it permanently: systemctl enable --now eha-web.
 From another machine: ssh -L 8420:127.0.0.1:8420 BENCH, then http://127.0.0.1:8420 there.
 
 Examples:

@@ -12,8 +12,8 @@ namespace {
 
 constexpr const char* kWebFooter = R"(
 Shows the rig, the run and its results on a page in a browser on this machine. It listens on 127.0.0.1 only, reads the
-socket of ehad and the run folders, and never touches the rig. The page can stop the rig and nothing else, with a token:
-that in the token file, or without one a token that is made for this process and printed.
+socket of ehad and the run folders, and never touches the rig. The page can stop the rig and nothing else. Stop needs a
+token: from the token file, or without one a random token for this process, which is printed.
 From another machine: ssh -L 8420:127.0.0.1:8420 BENCH, then http://127.0.0.1:8420 there.
 
 Exit codes: 0 stopped as asked, 1 a bug, 2 wrong usage, 69 the port is taken, 74 input/output error, 77 permission denied,
