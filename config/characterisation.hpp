@@ -9,8 +9,8 @@
 
 namespace eha::config {
 
-/// The loop that keeps the rod about the middle of its travel while its valve is characterised: slow inside, steep
-/// towards the ends, so that a valve whose null is unknown does not carry the rod to a limit.
+/// The loop that keeps the rod near mid-travel while its valve is characterised: a low gain near the middle and a high
+/// gain towards the ends, so that an unknown null does not move the rod to a limit.
 ///   correction = clamp(gain off + wall (off beyond +-free), +-most),   off = middle - y
 struct Centring {
   double middle_in = 0.0;

@@ -39,7 +39,7 @@ struct ExperimentConfig {
   std::string text;       ///< the file's content as read, for the run's manifest
   PositionMap positions;  ///< position of each key in the file
 
-  /// Whether its record is for models; else it only places the rod, or measures the valve.
+  /// Whether models are fitted to its record; otherwise it places the rod or measures the valve.
   [[nodiscard]] bool is_fitted() const noexcept { return !place_in && !characterises; }
 };
 

@@ -18,19 +18,19 @@ struct PreparedExperiment {
 };
 
 /// The last rows of a table that hold whole periods of it: of its tones, or all rows where it is repeated or its lines
-/// have no common period that fits. Means over them are those of the motion, not of where a tone is cut off.
+/// have no common period that fits. Means over these rows are means of the motion, without the effect of a truncated
+/// tone.
 /// @param table_rows  ticks of one repetition   @param tick_s  [s]
 [[nodiscard]] Eigen::Index periodic_rows(const ExperimentConfig& experiment, Eigen::Index table_rows, double tick_s);
 
 /// The displacement that an experiment's table causes in an integrating rod, one value a tick, without its mean and its
-/// drift over the periodic rows: what the valve of the rig's [following] makes of the volts, less the mean speed. The
-/// drift that is left out so is what a hold takes away. Cost: one pass. Precondition: the rig has [following].
+/// drift over the periodic rows: the motion that the valve of the rig's [following] gives for the volts, less the mean
+/// speed. A hold removes the drift left out here. Cost: one pass. Precondition: the rig has [following].
 /// @returns [in]
 [[nodiscard]] Eigen::VectorXd predicted_displacement(const ExperimentConfig& experiment, const RigConfig& rig,
                                                      const Eigen::Ref<const Eigen::VectorXd>& table_V);
 
-/// How steeply a hold may act [V/in]: so that an error dies out with a time constant of 1 s, `most`; and 1.3 s,
-/// `usual`.
+/// Gain of a hold [V/in] for which an error decays with a time constant of 1 s (`most`) or 1.3 s (`usual`).
 struct HoldGains {
   double usual = 0.0;
   double most = 0.0;

@@ -11,7 +11,7 @@
 
 namespace eha::config {
 
-/// How the rod answers the valve, as commissioned: what the following check compares the sensor with. The rod moves by
+/// Response of the rod to the valve, as commissioned; the following check compares the sensor with it. The rod moves by
 /// at least gain (u - null -+ dead band) at a command u outside the dead band.
 struct Following {
   double gain_positive_in_per_V_s = 0.0;  ///< half the measured gain towards greater displacement [in/(V s)]
@@ -52,7 +52,7 @@ struct SensorBand {
   }
 };
 
-/// Bounds the rig's owner sets; nothing an experiment says widens them.
+/// Bounds set by the rig's owner; no experiment can widen them.
 struct RigLimits {
   double command_min_V = -5.0;  ///< lowest valve command [V]
   double command_max_V = 5.0;   ///< highest valve command [V]

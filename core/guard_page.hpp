@@ -16,10 +16,10 @@ struct JournalPosition {
   std::uint32_t index = 0;  ///< of the next block
 };
 
-/// Memory that the process which drives a rig shares with its guard (eha-safe --guard). The loop shows there that it
-/// lives, and leaves each row there until the journal has it; the guard tells the loop that it has acted, and writes
-/// the remaining rows when the process has died. All zero is a page that nobody uses. Each member has one writer; no
-/// call locks or allocates. core/os/shared_memory.hpp maps it.
+/// Memory that the process which drives a rig shares with its guard (eha-safe --guard). The loop writes its beats
+/// there, and each row until the journal has it. The guard tells the loop that it has acted, and saves the remaining
+/// rows when the process has died. An unused page is all zero. Each member has one writer; no call locks or allocates.
+/// core/os/shared_memory.hpp maps it.
 // NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding): members of different writers lie on lines of their own
 class GuardPage {
  public:
@@ -69,7 +69,7 @@ class GuardPage {
     return true;
   }
   void set_position(const JournalPosition& position) noexcept {
-    // The other slot, then the switch: a writer that is killed in between leaves the old position whole.
+    // Writes the other slot, then the switch: a writer that is killed in between leaves the old position intact.
     const std::uint32_t next = 1 - slot_.load(std::memory_order_relaxed);
     positions_[next] = position;
     slot_.store(next, std::memory_order_release);

@@ -39,7 +39,7 @@ class MonotonicClock final : public Clock {
   [[nodiscard]] bool is_virtual() const noexcept override { return false; }
 };
 
-/// Time that passes by being slept through, so that a simulated run takes no longer than its arithmetic.
+/// Virtual time: a sleep only advances it, so a simulated run takes no longer than its arithmetic.
 class VirtualClock final : public Clock {
  public:
   [[nodiscard]] std::int64_t now_ns() noexcept override { return now_ns_; }

@@ -24,20 +24,21 @@ struct FollowingRule {
 };
 
 /// The rule of a rig's [following], whose gains are half of the measured ones: the greatest is twice the least. Without
-/// [following] a rule that every valve of a rig with these limits should satisfy, and that finds less: the greatest
-/// gain reaches the velocity limit at half the command range, the least is 1/32 of it, the dead band 0.75 V about 0 V.
+/// [following] the rule is one that every valve of a rig with these limits should satisfy; it detects less. The
+/// greatest gain reaches the velocity limit at half the command range, the least is 1/32 of it, the dead band 0.75 V
+/// about 0 V.
 [[nodiscard]] FollowingRule following_rule(const config::RigLimits& limits) noexcept;
 
-/// Compares the sensor's motion with what the commands must and can have made, and so finds a sensor that is stuck,
-/// open or reversed though its code never rests. With u and y through the same low-pass filter (time constant 0.05 s),
-/// for each direction d, at each reading, dt and dy since the one before:
+/// Compares the sensor's motion with the least and the greatest motion that the commands cause. Detects a sensor that
+/// is stuck, open or reversed even if its code never rests. With u and y through the same low-pass filter (time
+/// constant 0.05 s), for each direction d, at each reading, dt and dy since the one before:
 ///   e = d (u - null) - dead_band;   S_d = max(0, S_d + g_d e dt - d dy) where e > 0, else S_d stays
 ///   X_d = max(0, X_d + d dy - G_d max(0, d (u - null) + early) dt)
 /// not_following at S_d > missing limit, unexplained_motion at X_d > excess limit; g is the least and G the greatest
-/// gain. The sensor's noise telescopes in the sum of dy, so that noise alone is never taken for motion. Nothing adds up
-/// before begin(), and S_d not before the pressure is there.
-/// What it cannot see: a slope that is wrong by less than the gains allow, and a drift slower than the valve's own.
-/// Real-time safe; cost: some twenty operations. Not thread-safe.
+/// gain. The sensor's noise telescopes in the sum of dy, so noise alone never counts as motion. The sums start at
+/// begin(), S_d when the pressure has built up.
+/// Does not detect a slope error within the range of the gains, or a drift slower than the valve's own. Real-time safe;
+/// cost: some twenty operations. Not thread-safe.
 class FollowingMonitor {
  public:
   explicit FollowingMonitor(const FollowingRule& rule) noexcept : rule_(rule) {}

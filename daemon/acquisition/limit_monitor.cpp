@@ -77,9 +77,9 @@ void LimitMonitor::estimate_velocity(std::int64_t at_ns, double displacement_in)
 }
 
 Breach LimitMonitor::check_travel(double displacement_in) noexcept {
-  // The estimate is as old as the middle of its window; since then the rod may have gained as much speed as the valve
-  // can take from it; and it goes on for a tick before anything acts on it. One at rest is not held against that: it
-  // could not be driven away from a near end any more.
+  // The estimate is as old as the middle of its window. Since then the rod may have gained as much speed as the
+  // stopping deceleration removes, and it moves for another tick before anything acts. This does not apply to a rod at
+  // rest: otherwise it could not be driven away from a near end.
   const double braking = limits_.stopping_deceleration_in_per_s2;
   const double age_s = (0.5 * static_cast<double>(window_ - 1) + 1.0) * period_s_;
   const double gained = std::min(braking * age_s, limits_.velocity_limit_in_per_s);

@@ -24,11 +24,11 @@ struct Breach {
 ///
 /// Velocity v is the slope of the straight line through the last 20 ms of readings (least squares; 0 until that much is
 /// there), so that one noisy code is not a speed. Travel is exceeded when the rod is outside, or when it could not stop
-/// inside: x +- (w T + w^2 / (2 a)), with a the rig's stopping deceleration, T one tick, and w the speed that the rod
-/// may have by now towards the end that it moves to: v and what a gives in v's age and one tick, at most the velocity
-/// limit. A rod that turns round next to an end may pass it by what that gives for v = 0 (0.014 in at 200 in/s^2)
-/// before v shows it. Too fast is also a jump between two readings by more than the rod may cover in the time between
-/// them and 10 ms more: only a failing sensor does that. A sensor is frozen when its code stays the same for the
+/// inside: x +- (w T + w^2 / (2 a)), with a the rig's stopping deceleration, T one tick, and w the greatest possible
+/// present speed towards the end that it approaches: v plus a times (age of v plus one tick), at most the velocity
+/// limit. A rod that reverses next to an end may pass it by the distance for v = 0 (0.014 in at 200 in/s^2) before v
+/// shows it. A jump between two readings is also too fast if it exceeds what the rod may cover in the time between them
+/// plus 10 ms: only a failing sensor does that. A sensor is frozen when its code stays the same for the
 /// rig's time while the command is more than 10 % of half the command range away from the safe voltage; time that is
 /// not driven does not count.
 class LimitMonitor {

@@ -24,7 +24,7 @@ struct KernelFacts {
 [[nodiscard]] std::int64_t stall_limit_ns(const config::RealtimeOptions& options, const KernelFacts& kernel);
 
 /// Keeps a whole process ready for a real-time thread while it lives: memory locked, heap never given back, no
-/// transparent huge pages, no deep CPU sleep. What the system refuses is put down, not thrown. Not thread-safe.
+/// transparent huge pages, no deep CPU sleep. A refusal of the system is recorded, not thrown. Not thread-safe.
 class RealtimeProcess {
  public:
   explicit RealtimeProcess(RealtimeFacts& facts);
@@ -37,8 +37,8 @@ class RealtimeProcess {
   os::FileDescriptor dma_latency_;  ///< holds off deep CPU sleep while it is open
 };
 
-/// Makes the calling thread a real-time one: CPU, SCHED_FIFO with at most kHighestLoopPriority, stack paged in. What
-/// the system refuses, and a priority that was limited, is put down.
+/// Makes the calling thread a real-time one: CPU, SCHED_FIFO with at most kHighestLoopPriority, stack paged in.
+/// Refusals of the system and a limited priority are recorded.
 void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts);
 
 }  // namespace eha::acquisition

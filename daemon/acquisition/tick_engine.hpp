@@ -42,9 +42,9 @@ struct TickInputs {
 /// normal end, a stop, or a failing sink. safe_stop: on any fault or a second stop: the enable line off, the safe
 /// voltage (left out where this tick's write timed out) and make_safe() in the same tick, make_safe() again each tick
 /// until the device confirms (20 times), then faulted. A reading beyond 80 % of a travel or velocity limit is flagged.
-/// Where the rig has an auxiliary contact, it is a fault that it stays open longer than the rig allows while the enable
-/// line is on. One time-out that returns within a tick is held and flagged; three ticks with one in a row, any other
-/// failure, and any failure that took longer than a tick are faults. Real-time safe. Not thread-safe.
+/// If the rig has an auxiliary contact, staying open longer than the rig allows while the enable line is on is a fault.
+/// A single time-out that returns within a tick is held and flagged. Time-outs in three ticks in a row, any other
+/// failure, and any failure longer than a tick are faults. Real-time safe. Not thread-safe.
 class TickEngine {
  public:
   /// Arguments are checked by run(). The rig, the machine, the source and the clock must outlive the engine.

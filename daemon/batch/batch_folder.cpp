@@ -107,8 +107,7 @@ std::map<std::string_view, const Record*> by_source(const std::vector<Record>& r
   return found;
 }
 
-/// Why a batch cannot take the place of the one that is there, which all its records would have to be in; empty if it
-/// can.
+/// Why a batch cannot replace the one in the folder: it must contain all of its records. Empty if it can.
 std::string obstacle(const Batch& there, const Batch& here) {
   if (std::string rules = difference(there.rules, here.rules); !rules.empty()) return rules;
   const auto named = by_source(here.records);

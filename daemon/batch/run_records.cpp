@@ -41,8 +41,8 @@ std::string host_name() {
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
 }
 
-/// Whether a process was told to end: by a user, a batch system, or a machine short of memory. That says nothing of its
-/// record.
+/// Whether a process was terminated by a user, a batch system, or a machine short of memory; its record is not at
+/// fault.
 bool was_told_to_end(int exit_code) {
   constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGKILL};
   return std::any_of(kSignals.begin(), kSignals.end(), [&](int number) { return exit_code == 128 + number; });
@@ -52,7 +52,7 @@ bool was_told_to_end(int exit_code) {
 /// record that could not be read.
 std::string disk_fault(const Result& result, const fs::path& folder) {
   if (result.exit_code != static_cast<int>(ExitCode::io)) return {};
-  // What only a write meets: a full disk, a quota, a limit on files, a disk that became read-only.
+  // Errors of a write only: a full disk, a quota, a limit on files, a disk that became read-only.
   for (const int number : {ENOSPC, EDQUOT, EFBIG, EROFS}) {
     if (result.message.find(error_text(number)) != std::string::npos) return result.message;
   }

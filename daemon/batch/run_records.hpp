@@ -20,8 +20,8 @@ struct RunOptions {
 };
 
 /// Fits every record of the shard that has no result, each by `eha fit` in a process of its own. A record that cannot
-/// be read or fitted is a result, too. Stopped early, it kills the processes in progress; their records stay open, as
-/// does one whose process somebody else told to end.
+/// be read or fitted is a result, too. When stopped early, it kills the processes in progress; their records stay open,
+/// as does a record whose process somebody else terminated.
 /// @returns whether all records of the shard have a result
 /// @throws ConfigError  the rules themselves are wrong, so that no record can be fitted
 /// @throws IoError  the batch's disk fails, under a process too, whose record stays open

@@ -72,7 +72,7 @@ struct Parameter {
 /// The verdict's grade of the recommended model; empty without one.
 [[nodiscard]] std::string grade_of(const Row& row);
 
-/// The table of a batch as far as it has results. It depends on these alone, not on who computed them, or when.
+/// The table of the results so far. It depends only on the results, not on machine or time.
 ///
 /// A value is an outlier where its distance from the median of the records exceeds t max(std, 1.4826 MAD): std is its
 /// own standard error, MAD the median absolute deviation of the records, and t Student's quantile at kOutlierLevel,

@@ -19,7 +19,7 @@ inline constexpr const char* kDefaultSocket = "/run/ehad/ehad.sock";
 /// The environment's EHA_SOCKET, otherwise kDefaultSocket.
 [[nodiscard]] std::filesystem::path default_socket();
 
-/// A connection ended before what was waited for; what ehad does meanwhile is not known.
+/// The connection ended before the expected answer; the state of ehad is unknown.
 class ConnectionLost : public DeviceError {
  public:
   using DeviceError::DeviceError;

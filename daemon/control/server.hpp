@@ -47,9 +47,9 @@ enum class Delivery {
 };
 
 /// The listening side of the socket. Everything is non-blocking and bounded: a client that floods, stalls, sends
-/// garbage or reads nothing is answered or dropped, and delays nobody. One user's connections close no other's. Each
-/// client's requests are answered one at a time, in order; the next one is read after the answer to the last one was
-/// read. Not thread-safe.
+/// garbage or reads nothing is answered or dropped, and delays no other client. Connections of one user never close
+/// those of another. Each client's requests are answered one at a time, in order; the next one is read after the answer
+/// to the last one was read. Not thread-safe.
 class Server {
  public:
   using OnRequest = std::function<void(const Peer&, const Request&)>;
@@ -81,7 +81,7 @@ class Server {
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
 
  private:
-  /// A client in a spare seat is beyond ServerLimits::clients_of_user: it may stop, once.
+  /// A client beyond ServerLimits::clients_of_user may send one stop and nothing else.
   enum class Seat { regular, spare };
 
   struct Client {

@@ -6,9 +6,9 @@
 
 namespace eha::doctor {
 
-/// Judges the limits of a rig file: fails where the rig cannot be armed (arming_findings), and warns of what it is
-/// armed with all the same: no [following], a frozen sensor not looked for, a loop that may be late for longer than a
-/// person needs to react. A judgement of this project's own, no standard's.
+/// Judges the limits of a rig file. Fails if the rig cannot be armed (arming_findings). Warns of a missing [following],
+/// a disabled check for a frozen sensor, and a loop that may be late for longer than a person needs to react. These
+/// limits are this project's own, not from a standard.
 [[nodiscard]] Check check_limits(const config::RigConfig& rig);
 
 }  // namespace eha::doctor

@@ -88,8 +88,9 @@ class Page {
   uid_t owner_ = 0;
 };
 
-/// Makes the rig of a dead program safe and saves its rows. The first try comes before anything else. After it a disk
-/// that hangs does not delay the rig, nor a card that does not answer the rows, unless the system gives no thread.
+/// Makes the rig of a dead program safe and saves its rows. The first try comes before anything else. Afterwards a
+/// hanging disk does not delay the rig, and a card that does not answer does not delay the rows, unless no thread can
+/// be started.
 /// @returns what was done
 /// @throws as SafeAction::make_safe, after the rows
 std::string act(const eha::hal::SafeAction& rig, std::optional<Page>& page, eha::os::FileDescriptor journal = {}) {
@@ -161,7 +162,8 @@ int make_safe(const std::string& file) {
   return 0;
 }
 
-/// What systemd runs after the service: makes its card safe, if it had one, and saves the rows that its guard has not.
+/// Run by systemd after the service: makes its card safe, if it had one, and saves the rows that its guard has not
+/// saved.
 int follow_service() {
   std::optional<Page> page = service_page();
   if (nothing_is_driven()) {

@@ -10,8 +10,8 @@
 
 namespace eha {
 
-/// The journal that a page names, locked, for whoever comes after the guard.
-/// @param owner  of the page: where that is another user, the journal must be his, too
+/// The journal that a page names, locked, for saving rows after the guard.
+/// @param owner  of the page: if that is another user, the journal must belong to that user too
 /// @returns none when there is no journal to complete, or its writer or guard lives
 /// @throws IoError, PermissionError  it is not the file that the page names, or cannot be opened
 [[nodiscard]] os::FileDescriptor open_journal(const GuardPage& page, uid_t owner);

@@ -28,9 +28,9 @@ struct Watched {
 
 /// Waits until the parent process ends; standard input is the other end of its stream. A parent that stays stopped
 /// (SIGSTOP, a debugger) leaves its last voltage on the output and the card locked: after about 0.3 s it is killed.
-/// A loop that stands still for the page's limit (StallWatch) is told that it must stop, may run on every processor
-/// with a priority just below the guard's, and has its hydraulics switched off; one that stands still for 3.5 s more
-/// is killed, at once without an enable line. Prints nothing, because the reader of the messages may be stopped, too.
+/// When a loop stands still for the page's limit (StallWatch), tells it to stop, lets it run on every processor with a
+/// priority just below the guard's, and switches the hydraulics off. Kills a loop that stands still for 3.5 s more; at
+/// once without an enable line. Prints nothing, because the reader of the messages may be stopped, too.
 [[nodiscard]] WatchEnd watch_parent(Watched& watched);
 
 /// Gives the guard what it needs to act in time: SCHED_FIFO kGuardPriority (or as much as is granted), any processor,

@@ -13,7 +13,7 @@ struct BatchCommands {
   BatchMergeCommand merge;
 };
 
-/// `eha batch SOURCE...` and `eha batch merge DIR...`. What follows `--` is no part of `app`'s line.
+/// `eha batch SOURCE...` and `eha batch merge DIR...`. Arguments after `--` are not parsed by `app`.
 void add_batch(CLI::App& app, BatchCommands& commands);
 
 }  // namespace eha::cli

@@ -278,7 +278,7 @@ using Command = std::variant<RunCommand, FitCommand, ImportCommand, SimulateComm
 [[nodiscard]] ExitCode execute(const ReadCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const StudyCommand& command, Console& console);
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);
-/// Returns only by an error. @throws ConfigError, IoError
+/// Returns only on an error. @throws ConfigError, IoError
 [[nodiscard]] ExitCode execute(const WebCommand& command, Console& console);
 
 }  // namespace eha::cli

@@ -58,8 +58,8 @@ class Console {
   /// The next useful command, as the last line of a success; prints nothing with --json or --quiet.
   void next_step(std::string_view command) const;
 
-  /// From here on the documents of print_json() are kept and no next step is printed, for a command that does the same
-  /// several times and prints one document. taken_documents() ends that and returns what was kept.
+  /// Collects the documents of print_json() and prints no next step, for a command with several results and one
+  /// document. taken_documents() ends the collection and returns it.
   void keep_documents() { kept_.emplace(nlohmann::ordered_json::array()); }
   [[nodiscard]] nlohmann::ordered_json taken_documents();
 

@@ -6,7 +6,7 @@
 
 namespace eha::cli {
 
-/// What a rig leaves a designed excitation about the valve's null, margins taken off.
+/// Range of volts, slew and travel that a rig allows a designed excitation about the valve's null, less margins.
 struct ExcitationRoom {
   double peak_V = 0.0;
   double slew_V_per_s = 0.0;

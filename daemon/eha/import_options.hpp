@@ -16,7 +16,7 @@ enum class ImportedColumns { record, input_only };
 /// Adds --time, --input, --output, --delimiter, --decimal, --period, --from, --to and --resample.
 void add_import_options(CLI::App& app, importer::Options& options, ImportedColumns columns);
 
-/// Says what was guessed and what was mended of a file.
+/// Prints the guesses about a file and the corrections to it.
 void print_import(const std::string& guess, const std::vector<std::string>& repairs, const Console& console);
 
 }  // namespace eha::cli

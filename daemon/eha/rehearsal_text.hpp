@@ -10,8 +10,7 @@
 
 namespace eha::cli {
 
-/// Where the rod of a rig is taken to be before it has been read: a simulated one where it begins, otherwise
-/// mid-travel [in].
+/// Assumed position of a rod that has not been read: the initial one of a simulated rig, otherwise mid-travel [in].
 [[nodiscard]] double start_of(const config::RigConfig& rig);
 
 /// The least predicted distance to a travel limit, that 95 % of the rehearsed rods keep [in]; negative beyond it.
@@ -38,8 +37,8 @@ void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const con
 void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,
                       const std::string& experiment_file, TravelRisk risk, const Console& console);
 
-/// Says of a run that reached a limit what drifted and which offset stops it, from the files in its folder; nothing
-/// where they do not tell.
+/// Reports drift and the offset that stops it for a run that reached a limit, from the files in its folder; nothing if
+/// they do not determine it.
 void explain_trip(const std::string& run_folder, const Console& console);
 
 }  // namespace eha::cli

@@ -9,8 +9,8 @@
 
 namespace eha::cli {
 
-/// The status of the service, with the rod: after a run or a reload the service reads the rig anew within some
-/// milliseconds, for which this waits at most 1 s. @throws as Client::call
+/// The status of the service, with the rod. After a run or a reload the service needs some milliseconds for its first
+/// reading; waits for it at most 1 s. @throws as Client::call
 inline nlohmann::ordered_json status_with_rod(control::Client& client) {
   constexpr int kTries = 20;
   constexpr auto kRetry = std::chrono::milliseconds(50);

@@ -19,7 +19,7 @@ namespace eha::cli {
 /// Follows experiments of the service's queue, one after the other, and passes Ctrl-C on to it.
 class RunFollower {
  public:
-  /// @param queued  all of this command, in order; Ctrl-C ends those too that are not followed yet
+  /// @param queued  all experiments of this command, in order; Ctrl-C also ends those not followed yet
   RunFollower(std::filesystem::path socket, control::Client& client, std::vector<std::int64_t> queued, DisplayUnit unit,
               Console& console);
 

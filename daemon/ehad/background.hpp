@@ -66,7 +66,7 @@ class Background {
     });
   }
 
-  /// Has the thread do `work` every `interval` while it has no task, the first time at once. For one caller, once.
+  /// Makes the thread run `work` every `interval` while it has no task, at once for the first time. Call at most once.
   void when_idle(std::chrono::milliseconds interval, std::function<void()> work);
 
   /// Counts up at least five times a second while the thread has nothing to do. Thread-safe.

@@ -70,7 +70,7 @@ struct CheckedFile {
   std::string name;
 };
 
-/// Throws what a check that did not succeed says about the experiment.
+/// Throws the errors of a failed check.
 /// @throws ConfigError  every fault, one a line   @throws Error  with the check's exit code otherwise
 void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig);
 

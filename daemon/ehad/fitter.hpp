@@ -18,8 +18,8 @@ struct EndedFit {
   worker::WorkerEnd end;
 };
 
-/// The one identification that may run at a time: its process and its time-outs. Not thread-safe: belongs to the main
-/// thread, with whose end the process dies.
+/// The identification process and its time-outs; one at a time. Not thread-safe: belongs to the main thread; the
+/// process dies when that thread ends.
 class Fitter {
  public:
   explicit Fitter(worker::WorkerPrograms programs) : programs_(std::move(programs)) {}

@@ -9,8 +9,8 @@
 
 namespace eha::service {
 
-/// Decides whether the watchdog may be fed: while the loop makes progress (its ticks; between runs the idle beats of
-/// the rig's thread) and the writer does. The main thread shows its own progress by asking. Not thread-safe.
+/// Decides whether the watchdog may be fed: loop (its ticks; between runs the idle beats of the rig's thread) and
+/// writer must make progress. The main thread proves its own progress by calling. Not thread-safe.
 class Health {
  public:
   using Clock = std::chrono::steady_clock;

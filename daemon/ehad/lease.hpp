@@ -12,7 +12,7 @@ namespace eha::service {
 inline constexpr uid_t kRoot = 0;
 
 /// The user who may arm, run experiments and disarm, and until when. A fault or a stop does not end it, because the
-/// holder may be at the rod; only the holder's release, its end, or root does. Not thread-safe.
+/// holder may be at the rod. Only its expiry, a release by the holder, or root ends it. Not thread-safe.
 class Lease {
  public:
   using Clock = std::chrono::steady_clock;

@@ -27,8 +27,8 @@ using control::Json;
 
 /// States of an experiment: held -> waiting -> running -> fitting -> judging -> over. `waiting` starts by itself when
 /// it is the next; `held` only after its owner released it. Both may be cancelled, and waiting becomes held when the
-/// rig is disarmed. One that did not complete goes from running to over. In `judging` the worker has ended and its
-/// result is being read.
+/// rig is disarmed. An experiment that did not complete goes from running to over. In `judging` the worker has ended
+/// and its result is being read.
 enum class EntryState { held, waiting, running, fitting, judging, over, cancelled };
 
 /// What a rehearsal began from.
@@ -58,7 +58,7 @@ struct Entry {
   Json rehearsal = {};                     ///< as `eha check --json` has it; null where nothing is known
   Json models = Json::array();             ///< as in the run's manifest, once it is fitted
   int exit_code = 0;                       ///< what `eha run` ends with, once it is over
-  // These two are not saved: a restart ends every connection, and what it holds is rehearsed anew.
+  // Not saved: a restart ends every connection, and held experiments are rehearsed again.
   std::uint64_t client = 0;                     ///< connection without which it does not start; 0: it needs none
   std::optional<RehearsedFrom> rehearsed = {};  ///< of `rehearsal`; none: not since the start of the service
 };

@@ -10,13 +10,13 @@
 
 namespace eha::service {
 
-/// Completes the runs that were on when the program died. A run that cannot be recovered is logged and left; the others
-/// are recovered all the same. Blocks on the disk.
+/// Completes the runs that were in progress when the program died. A run that cannot be recovered is logged and
+/// skipped. Blocks on the disk.
 /// @param before_each  called before each recovery, which may take minutes
 void recover_runs(const std::filesystem::path& runs_folder, const std::function<void()>& before_each);
 
-/// Closes the entries of experiments that were on when the program died; none is played again, and none is fitted again
-/// whose fit had ended. Call after recover_runs.
+/// Closes the entries of experiments that were running when the program died. None is played again; a finished fit is
+/// not repeated. Call after recover_runs.
 void settle(std::vector<Entry>& entries, const std::filesystem::path& runs_folder);
 
 /// The models in a run's manifest: [{"name", "accepted", ...}]; empty when there are none or it cannot be read.

@@ -26,8 +26,8 @@ enum class GuardState { watching, died };
 /// The rig: its configuration, the open card with its guard, and the latched state.
 ///
 /// One thread, "eha-rig", touches the rig after construction: it opens and closes the card, reads it before arming, and
-/// plays runs (the loop's own thread makes the ticks while this one waits). Whatever else is to happen beside the loop
-/// belongs to this thread, as do the reads of a rig that is not driven, fifty a second, which move nothing;
+/// plays runs (the loop's own thread makes the ticks while this one waits). It also reads a rig that is not driven,
+/// fifty times a second, which moves nothing;
 /// memory shared with the guard is created where the guard is started (OwnedRig) and lives as long as the card is open.
 /// The members belong to the main thread.
 class RigKeeper {
@@ -67,23 +67,23 @@ class RigKeeper {
   bool rearm() noexcept { return machine_.arm(); }
   void disarm() noexcept { machine_.disarm(); }
 
-  /// Whether a configuration is being taken: it is not in config() yet, so the rig must not be armed with it.
+  /// Whether a new configuration is being applied. config() is still the old one, so the rig must not be armed.
   [[nodiscard]] bool is_reconfiguring() const noexcept { return reconfiguring_ > 0; }
-  /// Takes another configuration: closes and opens the rig where the file's text differs. The configuration stays as it
-  /// was when that fails; the rig is opened anew before it is armed.
+  /// Replaces the configuration; closes and reopens the rig if the text of its file differs. After a failure the old
+  /// configuration stays, and the rig is reopened before it is armed.
   void reconfigure(Config config, Done done);
 
   /// The configuration with a simulated rod where the last placing left it.
   [[nodiscard]] Config config_of_next_run() const;
-  /// A placing has ended: a simulated rig, which is opened anew for each run, begins there from now on.
+  /// Call when a placing has ended: a simulated rig, which is reopened for each run, begins at this place from now on.
   void rod_is_at(double displacement_in);
 
-  /// Where the rod of a rig that is not driven is, read fifty times a second; see RodView.
+  /// Rod position of a rig that is not driven, read fifty times a second; see RodView.
   [[nodiscard]] Json rod() const { return rod_.describe(config_->limits); }
   /// The same of a run that is on.
   [[nodiscard]] Json rod(const acquisition::Snapshot& now) const;
 
-  /// Reads where the rod of a rig that is not driven is now, after all that the rig's thread was asked for before.
+  /// Reads the rod position of a rig that is not driven, after all earlier tasks of the rig's thread.
   /// @param then  gets the place [in]; DeviceError when it cannot be read
   void read_place(std::function<void(std::future<double>)> then);
 

@@ -15,7 +15,7 @@ namespace eha::service {
 
 inline constexpr double kBytesPerGiB = 1024.0 * 1024.0 * 1024.0;
 
-/// What is known of a run without looking into its folder.
+/// Facts about a run, kept without reading its folder.
 struct IndexedRun {
   std::int64_t sequence = 0;  ///< in the order of the runs' beginnings, from 1; the clock may be wrong, this is not
   uid_t owner = 0;            ///< who submitted it; root where that is unknown
@@ -26,7 +26,7 @@ struct IndexedRun {
 
   /// Whether it ended otherwise than completed: faulted, interrupted, deadline, write_failed, recovered.
   [[nodiscard]] bool is_incident() const;
-  /// Whether retention may remove it at all, its age apart.
+  /// Whether retention may remove it, regardless of its age.
   [[nodiscard]] bool may_go() const;
 };
 
@@ -43,9 +43,9 @@ struct Retention {
   std::string refusal;      ///< why the next run must not begin; empty within the budget
 };
 
-/// The service's account of its run folders, so that the cost of a run does not grow with the number of kept runs. Kept
-/// in a file of JSON lines, one appended for each change, the last line of a run valid; rewritten at the start. What
-/// the file lacks is read from the folders. Blocks on the disk. Not thread-safe.
+/// Index of the service's run folders: the cost of a run does not grow with the number of kept runs. Kept in a file of
+/// JSON lines, one appended for each change, the last line of a run valid; rewritten at the start. What the file lacks
+/// is read from the folders. Blocks on the disk. Not thread-safe.
 class RunIndex {
  public:
   static constexpr std::size_t kNewestKept = 20;  ///< never removed by retention

@@ -11,9 +11,9 @@
 
 namespace eha::service {
 
-/// Delays a suspend of the machine while the rig is driven, so that the run can be ramped out before: takes logind's
-/// delay inhibitor (org.freedesktop.login1, Inhibit "sleep" "delay"), and calls back when a suspend is announced. A
-/// thread of its own speaks to the bus, so that a slow or missing logind delays nothing. Belongs to the main thread.
+/// Delays a suspend of the machine during a run until the run is ramped out: takes logind's delay inhibitor
+/// (org.freedesktop.login1, Inhibit "sleep" "delay"), and calls back when a suspend is announced. A thread of its own
+/// speaks to the bus, so that a slow or missing logind delays nothing. Belongs to the main thread.
 class SleepInhibitor {
  public:
   /// What the service is told, in the main thread.

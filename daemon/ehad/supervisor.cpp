@@ -51,7 +51,7 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it however this process ends.
       rig_(RigKeeper::load(options.rig_file), options.socket.parent_path() / "safe.json", mailbox_) {
   os::create_folders(runs_folder());
-  // What a check left when the program died.
+  // Files of a check that was running when the program died.
   std::error_code ignored;
   fs::remove_all(options_.state / "check", ignored);
   os::remove_temporary_files(options_.state / "queue");
@@ -64,7 +64,7 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
 Supervisor::~Supervisor() {
   fitter_.end();
   checker_.end();
-  // A run is on only when the program ends by an error; the rig stays open until it is safe.
+  // A run is in progress here only if the program ends by an error; the rig stays open until it is safe.
   if (active_) {
     active_->stop->request();
     active_->stop->request();
@@ -278,7 +278,7 @@ void Supervisor::poll_suspend() {
   if (!suspended) return;
   const std::string why = fmt::format("the machine was suspended for {:.1f} s", suspended->count());
   if (active_) {
-    // The output held its voltage meanwhile; nothing is known of where the rod is.
+    // The output held its voltage during the suspend; the position of the rod is unknown.
     spdlog::error("experiment {}: {}; the rig is made safe at once", active_->entry, why);
     active_->stop->request();
     active_->stop->request();

@@ -32,8 +32,8 @@
 
 namespace eha::service {
 
-/// Decides who may move the rig, what waits and what runs; has the RigKeeper play it and the Fitter fit it. Belongs to
-/// the main thread and never blocks it: the rig has a thread of its own, and so has the disk. Not thread-safe.
+/// Manages lease, queue and runs; RigKeeper plays an experiment and Fitter fits it. Belongs to the main thread and
+/// never blocks it: the rig has a thread of its own, and so has the disk. Not thread-safe.
 class Supervisor {
  public:
   using Clock = std::chrono::steady_clock;
@@ -67,7 +67,7 @@ class Supervisor {
   [[nodiscard]] std::string metrics() const;
   void reload(Answer answer);
 
-  /// A connection has ended: what it submitted attached and has not begun does not start by itself any more.
+  /// Call when a connection has ended: holds its experiments that were submitted without `detach` and have not begun.
   void client_gone(control::ClientId client);
 
   /// The rig's samples, for watchers.
@@ -153,7 +153,7 @@ class Supervisor {
   void remove_check_folder(const std::filesystem::path& folder);
   void hold_for_lost_client(Entry& entry);
   void refuse(const Submission& submission);
-  /// A forgotten move must not begin when somebody arms for something else.
+  /// A held move must not begin later, when somebody arms for another purpose.
   /// @throws PermissionError
   void require_arming_of_placing(const Submission& submission) const;
   void require_room_in_queue(const Peer& peer, std::size_t wanted) const;

@@ -274,7 +274,7 @@ Json Supervisor::release(const Peer& peer, std::optional<EntryId> only) {
   for (const EntryId id : ids) {
     Entry& entry = *queue_.find(id);
     entry.state = EntryState::waiting;
-    // Its owner knows of it again.
+    // Removes the note that the connection was lost: the owner knows of the experiment again.
     entry.note.clear();
     spdlog::info("experiment {}: released by {} (uid {}, pid {})", id, peer.user, peer.uid, peer.pid);
   }

@@ -17,13 +17,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A rod this far from where a rehearsal began stands there still: what a placing leaves (eha-experiment(5), [place]).
+/// A rod within this distance of the start of a rehearsal has not moved: the tolerance of a placing (eha-experiment(5),
+/// [place]).
 constexpr double kSamePlace_in = 0.02;
 
 /// Whether the rehearsal that an entry has is of this rig and this place of the rod.
 bool is_rehearsed(const Entry& entry, const RigKeeper::Config& rig, double place_in) {
   if (!entry.rehearsed || entry.rehearsed->rig != rig) return false;
-  // One that plays nothing, or a rig without [following], has none wherever the rod is.
+  // An experiment that plays nothing, or a rig without [following], has no rehearsal at any position of the rod.
   if (entry.rehearsal.is_null()) return true;
   return entry.rehearsed->place_in && std::abs(place_in - *entry.rehearsed->place_in) <= kSamePlace_in;
 }

@@ -27,14 +27,14 @@ struct DesignPredictor {
   std::function<void(double share)> progress = {};  ///< called between trials, 0..1
 };
 
-/// A design and, by a twin, what its trials gave. `design.std` is the middle of their range.
+/// A design and, with a twin, the results of its trials. `design.std` is the middle of their range.
 struct ChosenDesign {
   ident::Improvement design;
   std::optional<replay::Trial> trial = {};
 };
 
-/// The best of the designs: with a twin, of those whose trials agree within a factor of 2.25, the one whose worst trial
-/// is best, so that what is achieved does not hang on the noise; of all where none agree.
+/// The best of the designs. With a twin: the one with the best worst trial among those whose trials agree within a
+/// factor of 2.25 (among all if none agree), so that the result does not depend on the noise.
 /// @throws ConfigError  as ident::improve()   Cost: with a twin half a minute of one processor for 50 s, at most a
 /// minute.
 [[nodiscard]] ChosenDesign choose_design(const DesignPredictor& predictor, const ident::ImprovementTask& task);

@@ -20,7 +20,8 @@ struct DesignedExperiment {
 
 /// Designs the experiment that makes the standard error of a model's parameter smallest within the limits of the rig
 /// that recorded the source, as long as the source's experiment but at most a minute. A simulated rig tries designs
-/// out; for another one the model's residual alone predicts. Never throws for what the record lacks.
+/// out; for another one the model's residual alone predicts. Returns a reason, and does not throw, if the record lacks
+/// something.
 /// @param model  a model of the source, with standard errors   @param options  with which it was fitted
 /// Cost: on a simulated rig some forty records simulated and fitted from the model, ten seconds of one processor; else
 /// a second.

@@ -30,9 +30,9 @@ struct WeakParameter {
   std::string parameter;
 };
 
-/// The parameter for which a model is rejected that fails by its parameters alone, of such models the one of least
-/// AR-BIC; its standard error is known, so that an experiment can be designed for it.
-/// @returns nothing where something else rejects every model, or nothing does
+/// The parameter for which a model is rejected, among the models that fail only by parameters the one of least AR-BIC.
+/// Its standard error is known, so an experiment can be designed for it.
+/// @returns nothing if every model is also rejected for another reason, or none is rejected
 [[nodiscard]] std::optional<WeakParameter> weak_parameter(const std::vector<const ident::Model*>& models);
 
 }  // namespace eha::identify

@@ -22,7 +22,7 @@ struct Round {
   Kind kind = Kind::fit;
 };
 
-/// An experiment that may settle what the record does not. It is written, never played by itself.
+/// An experiment that may determine what the record does not. It is written, never played automatically.
 struct NextExperiment {
   std::string text;    ///< TOML
   std::string reason;  ///< one sentence
@@ -31,8 +31,8 @@ struct NextExperiment {
 /// File of the next experiment, beside the models or in the run's folder.
 inline constexpr std::string_view kNextExperimentFile = "next_experiment.toml";
 
-/// The source's experiment with twice the repetitions: more periods of the same excitation shrink what noise leaves
-/// open. Nothing without an experiment, and nothing beyond 16 repetitions or where the file does not read back.
+/// The source's experiment with twice the repetitions: more periods of the same excitation reduce the variance that
+/// noise causes. Nothing without an experiment, and nothing beyond 16 repetitions or where the file does not read back.
 [[nodiscard]] std::optional<NextExperiment> longer_experiment(const Source& source);
 
 }  // namespace eha::identify

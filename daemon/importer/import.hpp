@@ -12,9 +12,9 @@
 #include "daemon/record/record_csv.hpp"
 #include "ident/record.hpp"
 
-// Records from files that others wrote: delimited text, MAT-files, HDF5; see eha-record(5). What a file does not say is
-// guessed, and the guess is said; where two guesses are equally good the file is refused with a command that chooses.
-// Every function throws
+// Records from files of other programs: delimited text, MAT-files, HDF5; see eha-record(5). Missing facts are guessed,
+// and the guess is reported. If two guesses are equally good, the file is refused with a command that chooses. Every
+// function throws
 //   DataError        the content is wrong or ambiguous: "FILE:LINE: what, what was expected", and the command to go on
 //   UsageError       an option does not suit the file
 //   PermissionError  the file may not be read

@@ -11,9 +11,9 @@ namespace eha::place {
 
 /// A table of volts with a slow proportional loop about the displacement that it is predicted to cause:
 ///   u = r + clamp(gain (middle + x - y), +-most)
-/// r the table [V], x the prediction [in], y the displacement [in]. About a constant reference the loop would remove
-/// the slowest tones; about the prediction it only takes away what was not predicted: the drift of an integrating rod.
-/// The loop's part of a row is its requested voltage less the table's. Real-time safe. Not thread-safe.
+/// r the table [V], x the prediction [in], y the displacement [in]. With a constant reference the loop would remove the
+/// slowest tones. With the prediction as reference it removes only the unpredicted motion: the drift of an integrating
+/// rod. The loop's part of a row is its requested voltage less the table's. Real-time safe. Not thread-safe.
 class HoldSource final : public acquisition::CommandSource {
  public:
   /// @param predicted_in  as long as the table; must outlive this, as must the table

@@ -22,8 +22,8 @@ inline constexpr double kSettled_s = 0.5;      ///< once it has been so near for
 ///   v)
 /// y the displacement [in], v its slope filtered over 0.1 s, u the command [V]. g, d and the start of b are gain, dead
 /// band and null of the rig's [following]; without it g is a third of the greatest gain that the limits allow, d = 0,
-/// and b starts at the safe voltage. The integral b finds what the numbers do not say. w = 0 within 5/1000 in, so
-/// that the rod rests. |u - null| stays within what the speed needs, 0.3 V and the dead band more.
+/// and b starts at the safe voltage. The integral b corrects errors of these numbers. w = 0 within 5/1000 in, so that
+/// the rod rests. |u - null| stays within what the speed needs, 0.3 V and the dead band more.
 /// The limits of the tick come after it, as after every source. Real-time safe. Not thread-safe.
 class PlaceController {
  public:
@@ -34,7 +34,7 @@ class PlaceController {
   [[nodiscard]] double voltage_V(const hal::RigReading& last) noexcept;
 
   [[nodiscard]] bool is_in_place() const noexcept { return settled_s_ >= kSettled_s; }
-  /// What a time-out now would say: the rod does not move, or has not come to rest in its place.
+  /// The fault of a time-out now: the rod does not move, or has not come to rest at its place.
   [[nodiscard]] acquisition::Breach failure() const noexcept;
   /// Of the first command [in]. Valid after it.
   [[nodiscard]] double way_in() const noexcept;

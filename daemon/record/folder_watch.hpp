@@ -8,7 +8,7 @@
 
 namespace eha::record {
 
-/// Notices that a run in progress can no longer be completed: its folder or journal was deleted, moved or covered by
+/// Detects that a run in progress cannot be completed any more: its folder or journal was deleted, moved or covered by
 /// another mount, or the folder no longer takes files. The journal's open descriptor shows none of these.
 /// Not thread-safe.
 class FolderWatch {

@@ -92,9 +92,8 @@ struct JournalFacts {
 };
 
 /// Reads a journal one block at a time, in constant memory. After damage it goes on at the next intact block whose
-/// index and tick numbers are greater than those read. The rows between are handed over with the flag kLost: their
-/// number and time are known, their volts and displacement are NaN. They belong to the experiment only when the rows on
-/// both sides do.
+/// index and tick numbers are greater than those read. Passes the rows between with the flag kLost: number and time are
+/// known, volts and displacement are NaN. They belong to the experiment only if the rows on both sides do.
 /// @param consume  called with the records of each intact block and of each gap, in order
 /// @throws DataError  neither the header nor any block is intact
 /// @throws PermissionError, IoError  cannot be read

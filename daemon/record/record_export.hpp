@@ -11,8 +11,8 @@
 
 namespace eha::record {
 
-/// A form in which a record leaves the program, every row of it. The columns have the names of a record CSV: time_s,
-/// then the input and the output with their units as suffixes (voltage_V, displacement_in).
+/// An export format of a record, with every row. The columns have the names of a record CSV: time_s, then the input and
+/// the output with their units as suffixes (voltage_V, displacement_in).
 struct RecordFormat {
   std::string_view name;    ///< of --format
   std::string_view ending;  ///< of a file

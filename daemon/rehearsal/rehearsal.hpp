@@ -13,7 +13,7 @@ namespace eha {
 /// Chance of a trip from which on an experiment is not played unless its user says so.
 inline constexpr double kRefusedChanceOfTrip = 0.5;
 
-/// What an experiment does to an integrating rod, as far as [following] tells.
+/// Predicted motion of an integrating rod in an experiment, by the valve in [following].
 struct Rehearsal {
   double lowest_in = 0.0;       ///< that 95 % of the draws stay above [in]
   double highest_in = 0.0;      ///< that 95 % of the draws stay below [in]
@@ -40,8 +40,8 @@ struct Drift {
   std::optional<double> offset_V = {};  ///< of the excitation that would stop it; none within the command limits
 };
 
-/// Explains where a run drifted to, from its displacement and the volts that were played: what the valve of [following]
-/// makes of the whole table, and what it did not explain.
+/// Computes the drift of a run from its displacement and its volts: the part that the valve of [following] predicts
+/// from the whole table, and the rest.
 /// @param displacement_in  rows in state running, one a tick, from the first; at least 2
 /// @returns none without [following], with a hold, or when the experiment plays nothing
 [[nodiscard]] std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, const config::RigConfig& rig,

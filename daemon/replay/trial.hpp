@@ -33,10 +33,10 @@ struct Trial {
   double highest = 0.0;
 };
 
-/// Plays an experiment on the twin some times and fits each record, as the real one will be fitted: what the model
-/// cannot follow of the twin's friction and dead band is in the standard errors. For each record friction, oil, mass
-/// and spool are drawn within 10 % of the twin's and the valve's null and dead band within 3 %, because a twin is no
-/// rig. A parametric bootstrap; Efron and Tibshirani, An Introduction to the Bootstrap (1993), 6.5.
+/// Plays an experiment on the twin several times and fits each record like the real one. The standard errors include
+/// the model error from the twin's friction and dead band. For each record friction, oil, mass and spool are drawn
+/// within 10 % of the twin's and the valve's null and dead band within 3 %, because a twin differs from its rig. A
+/// parametric bootstrap; Efron and Tibshirani, An Introduction to the Bootstrap (1993), 6.5.
 /// @throws ConfigError  the options make no physical sense
 /// Cost: a record of 50 s takes about 0.2 s where the search is Search::known, 2 s otherwise. Deterministic, whatever
 /// the executor.

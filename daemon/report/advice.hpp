@@ -10,8 +10,8 @@ namespace eha::report {
 /// Whether a model of the subject has a valve's map.
 [[nodiscard]] bool has_valve_map(const Subject& subject);
 
-/// What to do about a part of the plant that a model lacks: whatever of a valve's map, more poles and a delay no model
-/// of the subject has. A sentence.
+/// Advice, in one sentence, for a model that misses a part of the plant: those of valve map, more poles and delay that
+/// no model of the subject has.
 [[nodiscard]] std::string what_to_try(const Subject& subject, const ident::Model& model);
 
 }  // namespace eha::report

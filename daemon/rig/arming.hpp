@@ -9,8 +9,8 @@
 
 namespace eha {
 
-/// What a rig file says about protecting the machine, in sentences for its owner; each names the key and a value that
-/// would do. All empty for a rig that moves no machine.
+/// Findings on how well a rig file protects the machine, in sentences for its owner; each names the key and an allowed
+/// value. All empty for a rig that moves no machine.
 struct ArmingFindings {
   std::vector<std::string> refusals;  ///< the rig is not armed while one of these stands
   std::vector<std::string> warnings;  ///< it is armed, with less protection than it could have
@@ -25,9 +25,10 @@ struct ArmingFindings {
 /// @throws ConfigError  all the refusals of arming_findings(), one a line
 void require_protecting_limits(const config::RigConfig& rig);
 
-/// Reads the inputs of a rig whose hydraulics are off some twenty times, one a tick, and refuses what a sound rig does
-/// not show: an open emergency-stop circuit, a closed contact of the enable contactor, a sensor outside its valid band
-/// or at the end of the converter, or noise that the following check could take for motion. Blocks for 20 ticks.
+/// Reads the inputs of a rig with its hydraulics off some twenty times, once a tick, and refuses readings that a sound
+/// rig does not give: an open emergency-stop circuit, a closed contact of the enable contactor, a sensor outside its
+/// valid band or at the end of the converter, or noise that the following check could take for motion. Blocks for 20
+/// ticks.
 /// @throws Error (safety_trip)   what was read and what to check   @throws DeviceError  the rig cannot be read
 void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config);
 

@@ -39,8 +39,8 @@ class OwnedRig {
     if (guard_) guard_->hold(journal);
   }
 
-  /// Whether the guard has died, so that nobody would make the rig safe if this process were killed. Never true of a
-  /// rig that moves no machine.
+  /// Whether the guard has died: nothing would make the rig safe if this process were killed. Never true of a rig that
+  /// moves no machine.
   [[nodiscard]] bool is_unguarded() const noexcept { return moves_machine_ && !guard_->watches(); }
 
   /// Tells the guard that the device has confirmed the safe output. Drive nothing afterwards.

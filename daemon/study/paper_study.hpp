@@ -13,7 +13,7 @@
 
 namespace eha::study {
 
-/// What is done about the input bias, and about what came before each part of the record.
+/// Treatment of the input bias and of the history before each part of the record.
 enum class Treatment {
   published,  ///< the paper's procedure to the letter: neither
   bias,       ///< the same after the bias that the default procedure estimates is added to the input

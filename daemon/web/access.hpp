@@ -7,11 +7,12 @@
 #include <string_view>
 #include <vector>
 
-// Who may ask for what: pure functions of a request's head.
+// Access control: pure functions of a request's head.
 
 namespace eha::web {
 
-/// What of a request's head decides on it. Every header as sent, none where it is missing; a repeated one is joined.
+/// The parts of a request's head that access control uses. Every header as sent, none where it is missing; a repeated
+/// one is joined.
 struct RequestHead {
   std::string_view method;
   std::string_view target;  ///< path and query as sent, not decoded

@@ -23,8 +23,8 @@ struct StreamLimits {
   std::size_t least_bytes_per_s = 16 * 1024;  ///< that a client must take of a long answer
 };
 
-/// A connection of which nothing is without an end: bytes and time of a request, time of an answer. A client that sends
-/// a byte now and then, or takes none, is cut. Owns the socket. Belongs to one thread.
+/// A connection with limits on the bytes and the time of a request and on the time of an answer. Closes a client that
+/// sends or reads too slowly. Owns the socket. Belongs to one thread.
 class ClientStream : public httplib::Stream {
  public:
   ClientStream(int socket, const StreamLimits& limits) : socket_(socket), limits_(limits) {}

@@ -16,7 +16,7 @@
 
 namespace eha::web {
 
-/// What ehad says, kept for any number of readers: one thread follows `watch` over one connection and connects again
+/// The latest status of ehad for any number of readers: one thread follows `watch` over one connection and reconnects
 /// when ehad has gone. Thread-safe.
 class DaemonFeed {
  public:

@@ -31,8 +31,8 @@ struct RunFile {
   [[nodiscard]] std::filesystem::path path() const;
 };
 
-/// The run folders as far as they are shown: read only, nothing outside of them. Files are opened beneath the folder
-/// without following a link, so that no name and no race leads out. Thread-safe.
+/// Read-only access to the run folders. Files are opened beneath the folder without following a link, so that no name
+/// and no race leads outside. Thread-safe.
 class RunStore {
  public:
   /// Reads runs from here on.

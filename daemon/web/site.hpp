@@ -16,7 +16,7 @@
 
 namespace eha::web {
 
-/// What is under which path: the page, /api and the files of the runs. Thread-safe.
+/// The paths of the server: the page, /api and the files of the runs. Thread-safe.
 class Site {
  public:
   Site(RunStore& store, const DaemonFeed& feed, ResponseMeter& meter, StopToken& token, std::filesystem::path socket);

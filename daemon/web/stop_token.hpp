@@ -39,9 +39,8 @@ class StopToken {
 
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
 
-  /// Compares in a time that does not depend on where they differ, and counts a wrong one. A right token is refused too
-  /// while its user has sent too many wrong ones, so that guessing gains one try in two seconds; nobody else is kept
-  /// from stopping.
+  /// Compares in constant time, and counts a wrong token. Refuses also the right token after too many wrong ones of the
+  /// same user, so that guessing gets one try in two seconds; other users can still stop.
   /// @param user  at the other end of the connection; none: unknown, which counts as one user
   [[nodiscard]] Answer check(std::string_view text, std::optional<uid_t> user, Clock::time_point now);
 

@@ -14,9 +14,8 @@
 
 namespace eha::web {
 
-/// An HTTP server on 127.0.0.1 with an upper limit on everything that a client can use: connections, each with one
-/// thread, bytes, time. Every request passes the access rules; every answer has the headers that keep a browser from
-/// doing more with it than the page means.
+/// An HTTP server on 127.0.0.1 with limits on the connections of a client (one thread each), its bytes and its time.
+/// Every request passes the access rules; every answer has the security headers of the page.
 class WebServer : private httplib::Server {
  public:
   using Answerer = std::function<void(const httplib::Request&, httplib::Response&)>;

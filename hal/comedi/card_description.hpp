@@ -26,7 +26,7 @@ struct SubdeviceDescription {
   std::vector<VoltageRange> ranges;         ///< of channel 0; those in volts only
 };
 
-/// What a card says of itself.
+/// Description of a card by its driver.
 struct CardDescription {
   std::string board;
   std::string driver;

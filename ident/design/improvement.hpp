@@ -32,7 +32,7 @@ struct ImprovementTask {
   std::uint64_t seed = 1;  ///< of the draws of phases
 };
 
-/// The limit that keeps the excitation from being larger.
+/// The binding limit of the excitation.
 enum class BindingLimit { voltage, slew, travel };
 [[nodiscard]] std::string_view text(BindingLimit limit);
 
@@ -50,8 +50,8 @@ struct Improvement {
 
 /// Standard error of one parameter that an estimation from an experiment would have: the model simulated with the
 /// input, its derivatives by every estimated parameter at the samples that estimate, and the errors that the model's
-/// own residual would then leave. That residual holds noise and what the model cannot follow; the new one is taken to
-/// be alike. Whitened by it where the model was estimated together with a noise model, else as coloured as it is.
+/// own residual would then leave. The residual contains noise and model error; the new residual is assumed to be alike.
+/// It is whitened if the model was estimated with a noise model, otherwise it keeps its colour.
 /// @param input  one repetition, a value a tick [input unit]
 /// @throws ConfigError  the model file lacks standard errors, validation or Bode curve, or does not estimate the
 /// parameter Cost: a simulation a parameter.
@@ -65,9 +65,9 @@ struct Improvement {
 /// @throws ConfigError  as predicted_std, or the parameter is none of G, or the limits leave no room
 [[nodiscard]] Improvement improve(const Model& model, const std::string& parameter, const ImprovementTask& task);
 
-/// The designs of which improve() returns the best, for trials that know more of the plant than the model file: optimal
-/// for the stored and for a white noise, each with several shares of the power given to the lowest tone, which carries
-/// the others over a dead band. At least one; smallest predicted standard error first.
+/// The candidates of improve(), for trials with a better model of the plant than the model file: optimal for the stored
+/// and for a white noise, each with several shares of the power given to the lowest tone, which carries the others over
+/// a dead band. At least one; smallest predicted standard error first.
 [[nodiscard]] std::vector<Improvement> improvements(const Model& model, const std::string& parameter,
                                                     const ImprovementTask& task);
 

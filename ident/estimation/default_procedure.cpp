@@ -34,7 +34,7 @@ constexpr std::size_t kMostFollowed = 4;
 constexpr std::size_t kMostFollowedFromKnown = 1;  // beside the best known model
 constexpr std::size_t kMostBehindValve = 3;        // optima behind a map that are followed on the whole record
 constexpr double kNowhereNear = 4.0;               // times the least cost of a start
-// A fit from known models is never worse than one of them, but for what searches end by.
+// A fit from known models is never worse than one of them, except for the tolerance of the search.
 constexpr double kNoWorse = 1e-3;
 constexpr int kMostFurtherRounds = 3;  // along a flat valley
 
@@ -155,7 +155,7 @@ class DefaultFit {
       const double effective = residual_model(best.residual).effective_samples;
       const double evidence = effective_bic(optimum.point.cost, best.residual.size(), free, effective) -
                               effective_bic(best.cost, best.residual.size(), free, effective);
-      // A thinly covered search box gives every optimum a chance.
+      // If the search box is covered sparsely, every optimum is followed.
       const std::size_t most = options_.search == Search::known ? kMostFollowedFromKnown : kMostFollowed;
       const bool good = followed++ < most && evidence < kStrongEvidence;
       if (good || is_thinly_covered(parametrisation)) starts.push_back(optimum.theta);
@@ -173,7 +173,7 @@ class DefaultFit {
     return costs;
   }
 
-  /// Drops starts that are nowhere near on the whole record: one coarse record could not see what they miss.
+  /// Drops starts with a far higher cost on the whole record, which the coarse record did not show.
   [[nodiscard]] std::vector<Eigen::VectorXd> near_on_the_whole(const OutputError& problem,
                                                                const std::vector<Eigen::VectorXd>& starts) {
     const std::vector<double> costs = costs_of(problem, starts);
@@ -196,7 +196,7 @@ class DefaultFit {
       for (Eigen::VectorXd& theta : coarse_optima(problem, record, known)) starts.push_back(std::move(theta));
     }
     const OutputError problem(compared_, parametrisation, variant.linear);
-    // So does the start that was asked for.
+    // The requested start is followed too.
     if (is_thinly_covered(parametrisation)) starts.push_back(parametrisation.start());
     if (coarse_.size() > 1) starts = near_on_the_whole(problem, starts);
     add_best_known(problem, starts);
@@ -262,14 +262,14 @@ class DefaultFit {
     });
   }
 
-  /// What a model inside the structure leaves of the output, and a larger one may not exceed.
+  /// The least cost of a sub-structure, which a larger one may not exceed.
   [[nodiscard]] double most_cost_inside(const LocalOptimum& chosen) const {
     const double of_known =
         least_known_error(chosen.parametrisation, known_) * static_cast<double>(compared_.measured().size());
     return (1.0 + kNoWorse) * std::min(of_known, cost_without_map_);
   }
 
-  /// Brings terms back whose coefficient died on the way, and goes on from the best of them where it is better.
+  /// Restores terms whose coefficient has vanished, and continues from the best of these starts if it is better.
   LocalOptimum with_terms_revived(LocalOptimum chosen) {
     const std::vector<Eigen::VectorXd> starts = revived(chosen.parametrisation, chosen.best.theta);
     if (starts.empty() || options_.search == Search::local) return chosen;

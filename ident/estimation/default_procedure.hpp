@@ -6,14 +6,14 @@
 
 namespace eha::ident {
 
-/// What a fit computes of its model beside the estimate.
+/// What a fit computes in addition to the estimate.
 enum class Reported {
   everything,
   estimation,  ///< not the Bode curve and the validation: of a model that only serves others
 };
 
-/// Output error of a structure on a record, as fit() promises it: prepare the record, search each variant of what came
-/// before t = 0 on coarse records, follow the best optima on the whole one, choose, report.
+/// Output error of a structure on a record, as fit() promises it: prepare the record, search each variant of the
+/// history before t = 0 on coarse records, refine the best optima on the whole one, choose, report.
 /// @param prepared  of a checked record: finite, of one length, moving; and of the same options
 /// @param known     models fitted to the same rows: those inside the structure are starts, and the result's cost is at
 ///                most 0.1 % above theirs

@@ -35,8 +35,8 @@ class NoStableModel : public DataError {
 /// Called before each fit of a structure. @param share  of the fits that are done, 0..1 @param structure  "io1"
 using FitProgress = std::function<void(double share, const std::string& structure)>;
 
-/// Estimates one structure from one record by output error. A record of constant input is refused unless the response
-/// to earlier input shows: `input_before` is given and another value, or an initial state is asked for.
+/// Estimates one structure from one record by output error. A record of constant input is refused unless it shows the
+/// response to earlier input: `input_before` has another value, or an initial state is requested.
 /// @throws DataError    the record is too short, constant, or not finite; as NoStableModel, nothing stable was found
 /// @throws ConfigError  the structure or a parameter request makes no sense
 /// Its error on the estimating samples is never above that of a structure inside it by more than 0.1 %: those are

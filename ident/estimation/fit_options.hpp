@@ -38,7 +38,7 @@ struct FitOptions {
   std::optional<double> input_before = {};
 };
 
-/// What a model must reach to be written to disk as accepted.
+/// Limits that an accepted model must meet.
 struct AcceptanceLimits {
   double min_validation_r2_percent = 90.0;
   double max_abs_error = std::numeric_limits<double>::infinity();  ///< [output unit]

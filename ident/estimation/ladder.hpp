@@ -12,7 +12,7 @@
 
 namespace eha::ident {
 
-/// What is wanted of the structures of the ladder.
+/// Requests for the structures of the ladder.
 struct LadderOptions {
   InitialState initial_state = InitialState::automatic;
   std::vector<ParameterRequest> parameters = {};  ///< each goes to the structures that have the parameter
@@ -50,12 +50,12 @@ struct LadderLimits {
 using FitStructure =
     std::function<FitResult(const StructureOptions& asked, const FitOptions& options, const std::vector<Model>& known)>;
 
-/// Fits the structures integrator_lag (with and without its lag), io1, io, io3 (with and without a zero: the one that
-/// the estimating part identifies is kept, of two the one of lower AR-BIC), lag and fo, each without and with a valve
-/// map, and recommends one. Each starts from those fitted before it. A delay is estimated where it lowers AR-BIC by 10:
-/// tried with io1 and the best structures of integer and of fractional order, and with every structure where one of the
-/// three is then the best of its kind. Profile intervals are computed for the recommended model and the runner-up, the
-/// others have those from standard errors.
+/// Fits the structures integrator_lag (with and without its lag), io1, io, io3 (with and without a zero), lag and fo,
+/// each without and with a valve map, and recommends one. Of two forms it keeps the one that alone is identified by the
+/// estimating part, otherwise the one of lower AR-BIC. Each starts from those fitted before it. A delay is estimated
+/// where it lowers AR-BIC by 10: tried with io1 and the best structures of integer and of fractional order, and with
+/// every structure where one of the three is then the best of its kind. Profile intervals are computed for the
+/// recommended model and the runner-up; the intervals of the others come from standard errors.
 /// @param options  its intervals apply to these two
 /// @throws DataError    no structure could be fitted; the reason of the first one
 /// @throws ConfigError  no structure has a parameter of `wanted`, or a request for one makes no sense

@@ -13,8 +13,8 @@ namespace eha::ident {
 /// term is left to leave out.
 [[nodiscard]] std::optional<StructureOptions> without_order(const StructureOptions& asked, const ParameterKey& order);
 
-/// Fits the structure again without the term of each free order and notes what AR-BIC rises by. The orders of the
-/// denominator share the least rise: a smaller model may keep either of two terms.
+/// Fits the structure again without the term of each free order and stores the rise of AR-BIC. All orders of the
+/// denominator get the least rise, because a smaller model may keep either of two terms.
 /// @param result  of the structure `asked` on the same record and options; has no effect without its criteria
 /// Cost: one fit without intervals a free order.
 void note_left_out(FitResult& result, const PreparedRecord& prepared, const StructureOptions& asked,

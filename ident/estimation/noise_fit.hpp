@@ -8,10 +8,10 @@
 
 namespace eha::ident {
 
-/// Searches an optimum anew with a model of its noise: residual and derivatives are whitened by the autoregressive
-/// model of the residual, whose correlations are first completed by what the estimation took from the noise; then the
-/// same once more from the new residual. Coloured noise then costs the parameters less precision, and their errors
-/// follow from the noise at each frequency.
+/// Repeats the search from an optimum with a noise model: whitens residual and derivatives by the autoregressive model
+/// of the residual, whose correlations are first corrected for what the estimation took from the noise. Repeats this
+/// once from the new residual. Coloured noise then costs the parameters less precision, and their errors follow from
+/// the noise at each frequency.
 /// @param most_cost    output error (sum of squares) of a model inside this structure, or infinity
 /// @param evaluations  counted on
 /// @returns nothing where it does not help: the residual is white, the search does not converge, AR-BIC does not fall,

@@ -22,8 +22,8 @@ class ComparedRecord {
     bool past = false;       ///< whether an input before t = 0 is wanted; doubles the length simulated
     double guard = 1.6;      ///< as in HeldResponse
     double resolved = 1e-9;  ///< as in OutputSelection
-    /// Rows whose means over blocks of `block` are the record's input: a map before G is of them, not of their means.
-    /// Empty: the record's input itself.
+    /// Rows whose means over blocks of `block` are the record's input. A map before G applies to the rows, not to their
+    /// means. Empty: the record's input itself.
     Eigen::VectorXd fine_input = {};
     Eigen::Index block = 1;
     bool keep_input = true;  ///< whether fine_input() is wanted, which only a map before G needs
@@ -66,7 +66,7 @@ struct LinearQuantity {
   double upper = 1e300;
 };
 
-/// What is solved for exactly at every trial of the nonlinear coordinates.
+/// The linear quantities, solved exactly at every trial of the nonlinear coordinates.
 struct LinearPart {
   std::vector<LinearQuantity> numerator;  ///< one a numerator term
   bool solve_bias = false;                ///< input bias with the numerator; single numerator terms only

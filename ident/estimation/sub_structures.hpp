@@ -10,7 +10,7 @@ namespace eha::ident {
 /// The structures inside the asked one that lack its valve map or one of its freedoms: a parameter that a request or
 /// the structure frees in addition is held again (a delay at 0, a base order at 1, orders at whole numbers), or the
 /// highest power of s of a polynomial, or the term of the highest free order, is left out. Requests for what remains
-/// are kept; what they forbid is not made.
+/// are kept; sub-structures that they forbid are left out.
 [[nodiscard]] std::vector<StructureOptions> sub_structures(const StructureOptions& asked);
 
 }  // namespace eha::ident

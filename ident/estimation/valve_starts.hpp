@@ -11,23 +11,23 @@
 
 namespace eha::ident {
 
-/// Fewest samples beyond either side of the dead band. Below this share the intervals of dead band and gain ratio hold
-/// the truth far too seldom, and at 0 the ratio is undetermined.
+/// Fewest samples beyond either side of the dead band. Below this share the intervals of dead band and gain ratio cover
+/// the true value far too seldom; at 0 the ratio is undetermined.
 inline constexpr double kLeastShareOfASide = 0.06;
 
 /// Dead bands that are worth a start, as shares of the input's range. Under an input of few levels the cost has several
 /// minima over the dead band.
 inline constexpr std::array<double, 3> kDeadBands = {0.01, 0.03, 0.1};
 
-/// What is asked, its requests checked, where its structure has a valve map; else nothing.
+/// The requested model with its requests checked, if its structure has a valve map; else nothing.
 /// @throws ConfigError  as check_requests()
 [[nodiscard]] std::optional<StructureOptions> asked_behind_valve(const StructureOptions& asked);
 
-/// What is asked but for the valve map and the requests for its parameters: an input bias in its place.
+/// The requested model with an input bias in place of the valve map and its requests.
 [[nodiscard]] StructureOptions without_valve(const StructureOptions& asked);
 
-/// The input bias that an optimum without a map has. Where free responses do its work: y = K bias/(s D) + offset/s is
-/// sum_i c_i s^(i-1)/D with c_0 = K bias + offset a_0 and c_n = offset a_n.
+/// The input bias of an optimum without a map. If free responses act as the bias: y = K bias/(s D) + offset/s is sum_i
+/// c_i s^(i-1)/D with c_0 = K bias + offset a_0 and c_n = offset a_n.
 [[nodiscard]] double equivalent_bias(const LocalOptimum& optimum);
 
 /// The map of an optimum, if it has one.
@@ -36,9 +36,9 @@ inline constexpr std::array<double, 3> kDeadBands = {0.01, 0.03, 0.1};
 /// Moves the coordinate of the null, if there is one.
 void move_null(const Parametrisation& parametrisation, Eigen::VectorXd& theta, double by);
 
-/// Coordinates worth a start of a variant behind the map: G of the best optima without the map that treat what came
-/// before t = 0 alike, the null at minus their bias, and the dead bands of kDeadBands. A start that was asked for is
-/// the only one.
+/// Coordinates worth a start of a variant behind the map: G of the best optima without the map that treat the history
+/// before t = 0 alike, the null at minus their bias, and the dead bands of kDeadBands. A requested start is the only
+/// one.
 /// @param linear  optima without the map, at least one
 [[nodiscard]] std::vector<Eigen::VectorXd> valve_starts(const std::vector<LocalOptimum>& linear, const Variant& variant,
                                                         const Parametrisation& parametrisation,

@@ -10,7 +10,7 @@
 
 namespace eha::ident {
 
-/// One way to treat what came before t = 0.
+/// One way to treat the history before t = 0.
 struct Variant {
   LinearPart linear;
   bool bias_coordinate = false;

@@ -18,8 +18,8 @@ namespace eha::ident {
 /// is amplitude_V.
 ///
 /// The table holds `realisations` of it one after the other, of the same lines and amplitudes but other phases, each
-/// for `periods` periods: T is the table's length over their product. What a nonlinear plant makes of the lines differs
-/// between realisations, what noise makes of them between periods. The first quarter of each realisation's first
+/// for `periods` periods: T is the table's length over their product. The distortion of a nonlinear plant differs
+/// between realisations, noise differs between periods. The first quarter of each realisation's first
 /// period fades over from the realisation before it (before the first one from the last), so that nothing jumps; that
 /// period is a transient.
 /// Pintelon and Schoukens, System Identification, 2nd edition, 4.3.

@@ -9,7 +9,7 @@
 
 namespace eha::ident {
 
-/// A form in which a model leaves the program. A new one is a row of model_formats() and a function of its own.
+/// An export format of a model. A new one is a row of model_formats() and a function.
 struct ModelFormat {
   std::string_view name;  ///< of --format
   std::string_view what;  ///< for --help
@@ -26,8 +26,8 @@ struct ModelFormat {
 [[nodiscard]] std::string state_space_text(const ExportedModel& model, const std::string& function);
 [[nodiscard]] std::string json_text(const ExportedModel& model, const std::string& function);
 
-/// What every format says of the model, line by line: equation, units, accuracy, verdict, and how FOMCON and the CRONE
-/// toolbox write G. Plain ASCII without the end of any language's comment.
+/// The description of the model in every format, line by line: equation, units, accuracy, verdict, and how FOMCON and
+/// the CRONE toolbox write G. Plain ASCII without the end of any language's comment.
 [[nodiscard]] std::vector<std::string> notes(const ExportedModel& model);
 /// G for FOMCON: `fotf([..], [..], [..], [..], delay)`.
 [[nodiscard]] std::string fomcon_line(const TransferFunction& g);

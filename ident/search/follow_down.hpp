@@ -7,8 +7,8 @@
 
 namespace eha::ident {
 
-/// Searches on from an optimum, hardly damped, while the cost falls: the damped steps of a first search hardly move
-/// along a flat valley, and may end it before the lowest point.
+/// Continues a search from an optimum, with little damping, while the cost falls. The damped steps of a first search
+/// hardly move along a flat valley and may end before the lowest point.
 /// @param rounds  at most so many searches
 [[nodiscard]] LeastSquaresResult followed_down(const OutputError& problem, LeastSquaresResult optimum, int rounds);
 

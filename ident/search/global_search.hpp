@@ -47,9 +47,9 @@ struct SearchResult {
 [[nodiscard]] SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
                                     const Executor& executor);
 
-/// Looks over the search box by controlled random searches (NLopt's CRS2 with local mutation, seeded) of four
-/// populations at the same time, and polishes the best distinct points it saw, and the best of the guesses, with the
-/// local search. Deterministic for a seed, whatever the executor. Kaelo and Ali, J. Optim. Theory Appl. 130 (2006).
+/// Scans the search box by controlled random searches (NLopt's CRS2 with local mutation, seeded) of four populations at
+/// the same time, and polishes the best distinct points it saw, and the best of the guesses, with the local search.
+/// Deterministic for a seed, whatever the executor. Kaelo and Ali, J. Optim. Theory Appl. 130 (2006).
 /// @param guesses  coordinates worth a start, if any
 [[nodiscard]] SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses,
                                   std::uint64_t seed, const Executor& executor);

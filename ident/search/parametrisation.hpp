@@ -91,8 +91,8 @@ class Parametrisation {
   /// when the coordinates are not sections of integer order or the delay is beyond the search box.
   [[nodiscard]] std::optional<Eigen::VectorXd> at_poles(std::vector<std::complex<double>> poles, double delay_s) const;
 
-  /// Coordinates of a model of this structure or of one inside it: terms that the model lacks are as slight, poles that
-  /// it lacks as fast as the coordinates allow. The gain and all else that enters linearly plays no part.
+  /// Coordinates of a model of this structure or of a sub-structure. Missing terms get the smallest weight, missing
+  /// poles the highest frequency that the coordinates allow. Gain and other linear quantities have no effect.
   /// @param bias  of the input, for that coordinate; with a valve map in place of one, its null is -bias
   /// @param map   of the model; none where it has none: no dead band then
   /// @returns nothing when the model has no place here

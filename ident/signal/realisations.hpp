@@ -17,9 +17,9 @@ struct RealisationRows {
   std::size_t count = 0;    ///< realisations, at least 2
 };
 
-/// Measures the best linear approximation of a plant from several realisations of a multisine, and parts what noise and
-/// what distortion add to it. With G_m(k) the response of realisation m at line k from the mean of its periods, and
-/// n_m^2 the variance of G_m by noise, from the spread of its periods:
+/// Measures the best linear approximation of a plant from several realisations of a multisine, and separates the
+/// contributions of noise and distortion. With G_m(k) the response of realisation m at line k from the mean of its
+/// periods, and n_m^2 the variance of G_m by noise, from the spread of its periods:
 ///   G = mean_m G_m,   s_total^2 = sum_m |G_m - G|^2 / (M - 1),   s_distortion^2 = s_total^2 - mean_m n_m^2
 /// G has the variance s_total^2 / M. Even and odd distortion beside the lines are mean powers over the realisations, as
 /// measure_frequency_response() gives each. A distortion is given where it exceeds twice its own standard error by

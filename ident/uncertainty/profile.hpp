@@ -40,10 +40,10 @@ struct Intervals {
 /// factor * standard error; elsewhere from the profile of the cost: the values at which the least cost over all other
 /// parameters has risen as far as that parabola would have at +- factor * standard error. An end that no value reaches
 /// is infinite, or where the search is bounded that bound: an order stays between kLowestOrder and kHighestOrder, a
-/// coefficient of a denominator in s or in powers of its own does not fall below 0. Of more than 5000 compared samples
-/// no profile is taken. Cost: two simulations a parameter; for a profile some ten local fits more. Bates and Watts,
-/// Nonlinear Regression Analysis (1988), ch. 6; the rise scaled for a coloured residual: Chandler and Bate, Biometrika
-/// 94 (2007).
+/// coefficient of a denominator in s or in powers of its own does not fall below 0. No profile is computed for more
+/// than 5000 compared samples. Cost: two simulations a parameter; for a profile some ten local fits more. Bates and
+/// Watts, Nonlinear Regression Analysis (1988), ch. 6; the rise scaled for a coloured residual: Chandler and Bate,
+/// Biometrika 94 (2007).
 [[nodiscard]] Intervals intervals(const ReportedOptimum& optimum, const Uncertainty& known, const Executor& executor);
 
 }  // namespace eha::ident

@@ -9,7 +9,7 @@
 
 namespace eha::ident {
 
-/// The model to take of those that were fitted to one record.
+/// The recommended model among those fitted to one record.
 struct Recommendation {
   std::string model = {};   ///< name; empty: none can be recommended
   std::string reason = {};  ///< one sentence
@@ -20,7 +20,7 @@ struct Recommendation {
   bool validation_chose = false;
 };
 
-/// What AR-BIC must fall by before a model of fractional order is recommended instead of every one of integer order.
+/// Fall of AR-BIC needed to recommend a model of fractional order instead of every one of integer order.
 inline constexpr double kFractionalGain = 10.0;
 
 /// Whether an order of the model was estimated.

@@ -14,7 +14,7 @@ inline constexpr double kMostInterpolated_percent = 1.0;
 /// A validating residual above this many times the measured noise shows a part of the plant that the model lacks.
 inline constexpr double kGreatestErrorOverNoise = 3.0;
 
-/// What is known of a record beside its rows.
+/// Facts about a record in addition to its rows.
 struct RecordFacts {
   double interpolated_percent = 0.0;  ///< rows whose output was not measured [% of its rows]
   /// Of a compared output sample, measured between periods of the record, as measured_noise() [output unit]; none for a
@@ -24,7 +24,7 @@ struct RecordFacts {
   bool lacks_periods = false;
 };
 
-/// Holds a fitted model against the experiment's limits and against what its own record determines.
+/// Compares a fitted model with the experiment's limits and with the information in its own record.
 /// Rejects for: a fit that did not converge; an R2 below or an error above its limit; a model that is unstable or too
 /// near to it, a pole at 0 that its structure declares apart; a free order whose standard error exceeds 0.15 or whose
 /// term costs less than 10 of AR-BIC to leave out; a free coefficient whose 95 % interval does not exclude 0; a record
@@ -33,10 +33,10 @@ struct RecordFacts {
 /// drift of the residual, at most 1 % of samples at which the output is at its limit and the model is not, a
 /// validating error (rms) of at most kGreatestErrorOverNoise times the noise, at most 5 % of the validating samples
 /// with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of G.
-/// What a short record cannot tell is not judged, and the model usable: the residual tests on fewer than some 70
-/// samples or where passing says little (see kNoticedShare), the noise of an excitation that repeats without two
-/// periods. Every criterion that applied is listed with value and limit; each that failed or was not judged has a
-/// sentence, those of a rejection first. A model without validation (the whole record estimated) is judged by its
+/// A criterion that a short record does not determine is not judged, and the model is usable: the residual tests on
+/// fewer than some 70 samples or where passing says little (see kNoticedShare), the noise of an excitation that repeats
+/// without two periods. Every criterion that applied is listed with value and limit; each that failed or was not judged
+/// has a sentence, those of a rejection first. A model without validation (the whole record estimated) is judged by its
 /// estimation figures, and usable; a sentence says so. Never throws on a model's content; a figure that is not finite
 /// does not pass.
 [[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts = {});

@@ -14,14 +14,14 @@ inline constexpr double kSheetDuration_s = 130.0;
 /// Amplitudes of the sines, as shares of half the command range.
 inline constexpr std::array<double, 3> kSheetAmplitudes{0.05, 0.10, 0.25};
 
-/// What is known of the valve before its sheet.
+/// Prior knowledge of the valve.
 struct ValveGuess {
   double null_V = 0.0;
   double edge_V = 0.0;                         ///< half width about the null beyond which the valve is surely open [V]
   std::optional<double> gain_in_per_V_s = {};  ///< the greater one; none: unknown
 };
 
-/// What the measurement may use of the rig.
+/// The part of the rig's limits that the measurement may use.
 struct SheetLimits {
   double step_s = 0.001;
   double command_min_V = 0.0;

@@ -36,7 +36,7 @@ struct AmplitudeResponse {
   bool is_played = false;
 };
 
-/// What a hydraulics engineer asks of a valve, in the terms of ISO 10770-1, as far as the rod's motion shows it.
+/// Characteristics of a valve in the terms of ISO 10770-1, as far as the rod's motion shows them.
 struct ValveSheet {
   Measured null_V;                                ///< middle of the dead band [V]
   Measured dead_band_V;                           ///< half width, by extending the straight flow curve to zero [V]
@@ -63,7 +63,7 @@ struct ValveSheet {
 /// s the sign of du/dt, u the command lag_s before: two linear least squares. null = (e+ + e-) / 2, dead band =
 /// (e+ - e-) / 2. The sines give the response in amplitude and phase by linear least squares over whole periods;
 /// 1/G = p0 + p1 s + p2 s^2 is fitted to them.
-/// Intervals hold the residuals' scatter and what simulated rigs showed the method to be off by (kMethod... in
+/// Intervals include the scatter of the residuals and the error of the method on simulated rigs (kMethod... in
 /// static_sheet.cpp).
 /// @param record  applied volts [V] and displacement [in], row 0 the plan's row 0; at least the rows of its triangles
 /// @throws DataError  the rod hardly moved in one direction, or motion does not follow the command; says what to do
