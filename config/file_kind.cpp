@@ -62,7 +62,7 @@ std::string read_config_file(const std::string& path) {
   if (std::filesystem::is_directory(path, ignored)) {
     throw ConfigError(path + ": expected a configuration file, got a directory; name a file in it");
   }
-  // Not to wait where nobody writes to a pipe; a pipe that somebody writes to is read as a file is.
+  // Does not wait for a pipe without a writer; a pipe with a writer is read like a file.
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) refuse_to_read(path, errno);
   fcntl(descriptor, F_SETFL, 0);

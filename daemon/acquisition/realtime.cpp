@@ -125,7 +125,7 @@ void enter_realtime(const config::RealtimeOptions& options, RealtimeFacts& facts
   facts.fifo = error == 0;
   if (error != 0) {
     facts.refused.push_back("SCHED_FIFO " + std::to_string(priority) + " is refused: " + error_text(error) +
-                            " (LimitRTPRIO, or rtprio in /etc/security/limits.d, mends it)");
+                            "; set LimitRTPRIO, or rtprio in /etc/security/limits.d");
   }
   prefault_stack();
 }

@@ -217,7 +217,7 @@ void Server::handle_lines(ClientId id) {
         client->seat == Seat::spare && !std::holds_alternative<StopCall>(asked.call)) {
       send(*client, error_line(asked.id, ExitCode::device_unavailable,
                                fmt::format("{} has {} connections to ehad, the most that one user may have: end some "
-                                           "of the commands, watches or pages; eha stop works all the same",
+                                           "of the commands, watches or pages; eha stop still works",
                                            client->peer.user, limits_.clients_of_user)));
       client->closing = true;
       return;

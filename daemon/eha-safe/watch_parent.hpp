@@ -21,8 +21,8 @@ struct Watched {
   GuardPage* page = nullptr;           ///< of the parent; none: neither beats nor rows
   bool drives_machine = true;          ///< whether a loop that stands still is acted on
   std::function<bool()> switch_off{};  ///< the hydraulics, one try; empty: the rig has no enable line
-  /// The journal that the parent handed over, with its lock, so that nobody takes the record for complete before the
-  /// rows are saved; none between runs.
+  /// The journal that the parent handed over, with its lock, so that no process treats the record as complete before
+  /// the rows are saved; none between runs.
   os::FileDescriptor journal{};
 };
 

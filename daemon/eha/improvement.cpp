@@ -49,7 +49,7 @@ std::optional<hal::SimOptions> twin_of(const DesignCommand& command, const confi
   return std::nullopt;
 }
 
-/// A design of at least the base's duration, and whether it reaches what is wanted.
+/// A design of at least the base's duration, and whether it reaches the wanted standard error.
 struct DesignAnswer {
   ChosenDesign chosen;
   bool reached = true;
@@ -61,7 +61,7 @@ DesignAnswer answered(const DesignPredictor& predictor, const DesignCommand& com
   const double wanted = *command.wanted_std;
   const double compared_s = task.duration_s - task.options.discard_s;
   const double most = std::max(1.0, std::floor((kLongest_s - task.options.discard_s) / compared_s));
-  // Twice as long is as good as two records; a second round mends what the transient and the drift change.
+  // Twice the duration is as good as two records; a second round corrects for transient and drift.
   for (double times = 1.0; answer.chosen.design.std > wanted && times < most;) {
     const double longer = std::ceil(times * std::pow(answer.chosen.design.std / wanted, 2) - 1e-9);
     times = std::min(most, std::max(times + 1.0, longer));

@@ -103,7 +103,7 @@ std::string formula(const Model& model) {
   return text + fmt::format(", initial output {:.5g} {}", model.initial_output, model.output_unit);
 }
 
-/// Where the model may be used, and what it does not tell.
+/// The usable band of the model, and whether it includes the resonance.
 std::string usable_band_text(const Model& model) {
   if (!model.verdict->usable_band)
     return "No usable band: the record determines the response at none of the excited frequencies.";

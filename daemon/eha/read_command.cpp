@@ -41,7 +41,7 @@ Reader reader_of_service(control::Client& client) {
   };
 }
 
-/// Reads a rig that nobody drives, as often as its noise takes.
+/// Reads a rig that is not driven, as often as the noise estimate needs.
 Reader reader_of_rig(hal::Rig& rig, const config::RigConfig& config, RodView& view) {
   view.begin(rig.capabilities());
   return [&rig, &config, &view] {

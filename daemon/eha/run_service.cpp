@@ -162,7 +162,7 @@ ExitCode leave(const Json& entries, const RunCommand& command, const Console& co
   return ExitCode::ok;
 }
 
-/// Whether the runs after this one may go on: it completed, whatever came of its models.
+/// Whether the following runs may start: this one completed, with or without an accepted model.
 bool has_completed(const Json& entry) { return entry.value("outcome", "") == "completed"; }
 
 }  // namespace

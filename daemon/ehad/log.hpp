@@ -6,8 +6,8 @@
 namespace eha::service {
 
 /// Sends spdlog's default logger to standard error: with the level as sd-daemon(3) wants it ("<6>text") when that is
-/// the journal, as "ehad: info: text" otherwise. A thread of its own writes, from a bounded queue whose oldest messages
-/// are dropped when nobody reads standard error, so that logging never blocks. One message is one line: control
+/// the journal, as "ehad: info: text" otherwise. A thread of its own writes, from a bounded queue. When nobody reads
+/// standard error, the oldest messages are dropped, so logging never blocks. One message is one line: control
 /// characters in it are replaced, and it has at most a few thousand bytes. Not for the loop's thread.
 void set_up_log();
 

@@ -58,7 +58,7 @@ struct Entry {
   Json rehearsal = {};                     ///< as `eha check --json` has it; null where nothing is known
   Json models = Json::array();             ///< as in the run's manifest, once it is fitted
   int exit_code = 0;                       ///< what `eha run` ends with, once it is over
-  // Not saved: a restart ends every connection, and held experiments are rehearsed again.
+  // Neither is saved: a restart ends every connection, and held experiments are rehearsed again.
   std::uint64_t client = 0;                     ///< connection without which it does not start; 0: it needs none
   std::optional<RehearsedFrom> rehearsed = {};  ///< of `rehearsal`; none: not since the start of the service
 };

@@ -27,9 +27,8 @@ enum class GuardState { watching, died };
 ///
 /// One thread, "eha-rig", touches the rig after construction: it opens and closes the card, reads it before arming, and
 /// plays runs (the loop's own thread makes the ticks while this one waits). It also reads a rig that is not driven,
-/// fifty times a second, which moves nothing;
-/// memory shared with the guard is created where the guard is started (OwnedRig) and lives as long as the card is open.
-/// The members belong to the main thread.
+/// fifty times a second, which moves nothing. Memory shared with the guard is created where the guard is started
+/// (OwnedRig) and lives as long as the card is open. The members belong to the main thread.
 class RigKeeper {
  public:
   using Config = std::shared_ptr<const config::RigConfig>;

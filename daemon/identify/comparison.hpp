@@ -30,8 +30,8 @@ struct RunComparison {
 };
 
 /// Fits one structure to the whole of every record, with the same decimation and discarded start, and compares the
-/// parameters of each with the first's. The structure is the integer-order model behind a valve map; where a record
-/// does not excite both sides of the valve, for all the same without a map.
+/// parameters of each with the first's. The structure is the integer-order model behind a valve map; if one record does
+/// not excite both sides of the valve, all are fitted without a map.
 /// @param sources  at least two
 /// @throws DataError  records differ in units, or as ident::fit; ConfigError as ident::fit
 [[nodiscard]] RunComparison compare_runs(const std::vector<Source>& sources);

@@ -64,7 +64,7 @@ ExcitedPeriod excited_period(const ident::Excitation& excitation, double step_s,
   excited.samples = period_of(excited.lines_Hz, step_s, samples, repetition);
   if (excited.samples == 0) return excited;
   const double period_s = static_cast<double>(excited.samples) * step_s;
-  // A tone between two harmonics is none of them. Without any other, the table's jump at its end makes the lines.
+  // A tone between two harmonics is not a line. If there is no other tone, the jump at the table's end makes the lines.
   std::erase_if(excited.lines_Hz, [&](double f) { return std::abs(f * period_s - std::round(f * period_s)) >= 1e-6; });
   return excited;
 }

@@ -12,7 +12,7 @@
 namespace eha::importer {
 namespace {
 
-/// libcsv trims these around a field. A tab that separates is none of them.
+/// libcsv trims these around a field, but not a tab that separates.
 int is_blank(unsigned char c) { return c == ' ' || c == '\t' ? 1 : 0; }
 int is_blank_beside_tabs(unsigned char c) { return c == ' ' ? 1 : 0; }
 

@@ -23,7 +23,7 @@
 
 namespace eha::importer {
 
-/// A record, and how it was made of a file.
+/// A record, and how it was read from a file.
 struct Imported {
   ident::Record record;
   std::vector<std::size_t> filled = {};  ///< rows (from 0) that were not measured: their output is interpolated

@@ -19,7 +19,7 @@ constexpr double kRest_in_per_s = 0.025;         ///< ten times what leakage mov
 constexpr double kFullDeadBand_in_per_s = 0.02;  ///< speed from which the whole dead band is added
 constexpr double kSpare_V = 0.3;
 constexpr double kShareOfRangeWithoutGains = 0.4;
-/// A rod that has gone less of its way than this is said not to move.
+/// Below this share of its way the rod counts as not moving.
 constexpr double kLeastShareOfWay = 0.2;
 constexpr double kTimeToFindTheNull_s = 20.0;
 

@@ -89,7 +89,7 @@ struct Manifest {
 /// What a run was made for.
 enum class Purpose { models, placing, valve_sheet };
 
-/// By the experiment in the manifest; models where it does not tell.
+/// From the experiment in the manifest; models if it does not say.
 [[nodiscard]] Purpose purpose_of(const Manifest& manifest);
 
 /// The models that were fitted to the run; none before.

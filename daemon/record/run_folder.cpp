@@ -92,7 +92,7 @@ std::filesystem::path create_run_folder(const std::filesystem::path& runs_folder
 bool is_run_folder(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(path, ignored)) return false;
-  // A pipe of that name would hold whoever reads it.
+  // A pipe of that name would block its reader.
   const std::filesystem::path manifest = path / kManifestFile;
   return std::filesystem::exists(manifest, ignored) ? std::filesystem::is_regular_file(manifest, ignored)
                                                     : std::filesystem::is_regular_file(path / kJournalFile, ignored);

@@ -194,7 +194,7 @@ void require_determined(const std::vector<Coordinate>& coordinates, const Eigen:
                       key, 100.0 * kWidestInterval));
       continue;
     }
-    // The parameter most like it by what it does to the output.
+    // The parameter with the most similar effect on the output.
     Eigen::Index partner = i == 0 ? 1 : 0;
     double most = -1.0;
     for (Eigen::Index k = 0; k < count; ++k) {

@@ -13,7 +13,7 @@
 
 namespace eha::replay {
 
-/// How a record is to be fitted, and what is wanted of it.
+/// How to fit a record, and the parameter of interest.
 struct TrialTask {
   ident::StructureOptions structure;
   ident::FitOptions options;

@@ -10,7 +10,7 @@
 
 namespace eha::report {
 
-/// What stands beside a plot: a sentence each, as text.
+/// The note beside a plot: one sentence each, as text.
 struct Remark {
   std::string seen;   ///< in this record
   std::string good;   ///< how a good one looks

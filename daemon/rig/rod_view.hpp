@@ -28,7 +28,7 @@ class RodView {
   /// The member `rod` of ehad-protocol(7) from the last reading; null before the first.
   [[nodiscard]] nlohmann::ordered_json describe(const config::RigLimits& limits) const;
 
-  /// The same from a reading of a run that is on: nothing is said of the noise.
+  /// The same from a reading during a run, without the noise.
   /// @param travel_share  of the run, stopping distance included; see LimitMonitor
   [[nodiscard]] nlohmann::ordered_json describe(const config::RigLimits& limits, const hal::RigReading& reading,
                                                 double travel_share) const;

@@ -12,7 +12,7 @@
 namespace eha::web {
 
 std::optional<uid_t> connection_owner(std::uint16_t client_port, std::uint16_t server_port) {
-  // proc(5): the address as the number that is in memory, the port as it is said.
+  // proc(5): the address is the number in memory (network byte order), the port is the plain number.
   const std::uint32_t loopback = htonl(INADDR_LOOPBACK);
   const std::string client = fmt::format("{:08X}:{:04X}", loopback, client_port);
   const std::string server = fmt::format("{:08X}:{:04X}", loopback, server_port);

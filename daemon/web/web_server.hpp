@@ -14,8 +14,8 @@
 
 namespace eha::web {
 
-/// An HTTP server on 127.0.0.1 with limits on the connections of a client (one thread each), its bytes and its time.
-/// Every request passes the access rules; every answer has the security headers of the page.
+/// An HTTP server on 127.0.0.1 with limits on connections (one thread each), bytes and time. Every request passes the
+/// access rules; every answer has the security headers of the page.
 class WebServer : private httplib::Server {
  public:
   using Answerer = std::function<void(const httplib::Request&, httplib::Response&)>;

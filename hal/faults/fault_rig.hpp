@@ -64,7 +64,7 @@ class FaultRig final : public Rig {
   RigStatus read(std::int64_t elapsed_ns, RigReading& reading) noexcept override;
   RigStatus command(double command_V, AppliedCommand& applied) noexcept override;
   RigStatus set_enable(bool on) noexcept override;
-  /// While the output times out the wrapped rig's enable line is switched off all the same, and the voltage stays.
+  /// While the output times out, the wrapped rig's enable line is still switched off, and the voltage stays.
   RigStatus make_safe() noexcept override;
   [[nodiscard]] std::string safe_snapshot() const override { return rig_.safe_snapshot(); }
 

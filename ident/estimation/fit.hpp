@@ -41,8 +41,8 @@ using FitProgress = std::function<void(double share, const std::string& structur
 /// @throws ConfigError  the structure or a parameter request makes no sense
 /// Its error on the estimating samples is never above that of a structure inside it by more than 0.1 %: those are
 /// fitted first, and are starts.
-/// @param known  models fitted to the same rows with the same options, taken for the structures inside instead; by the
-///               paper's procedure they have no effect
+/// @param known  models fitted to the same rows with the same options, used in place of fits of the sub-structures;
+///               no effect with the paper's procedure
 /// Deterministic for a given seed, whatever the executor.
 [[nodiscard]] FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options,
                             const Executor& executor = run_in_order, const std::vector<Model>& known = {},

@@ -13,7 +13,7 @@ namespace eha::ident {
 void measure_static_part(const Record& record, const SheetPlan& plan, double lag_s, ValveSheet& sheet);
 
 /// Fills the responses, natural frequency, damping and lag from the plan's sines. Precondition: the static part. The
-/// lag is left alone where the sines do not tell it.
+/// lag stays unchanged if the sines do not determine it.
 void measure_dynamic_part(const Record& record, const SheetPlan& plan, ValveSheet& sheet);
 
 /// Standard deviation of the sensor about a parabola in the plan's rest.

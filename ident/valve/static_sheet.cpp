@@ -178,7 +178,7 @@ struct Creep {
   }
 };
 
-/// Speed over rows by least squares, and what the sensor's noise makes of its variance.
+/// Speed over rows by least squares, and its variance due to the sensor's noise.
 void add_crossing(const Record& record, Eigen::Index first, Eigen::Index rows, double noise, Creep& creep) {
   const Eigen::ArrayXd time_s = record.step_s * (Eigen::ArrayXd::LinSpaced(rows, 0.0, static_cast<double>(rows - 1)) -
                                                  0.5 * static_cast<double>(rows - 1));
