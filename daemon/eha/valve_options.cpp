@@ -15,8 +15,9 @@ real actuator is moved only after your confirmation, every limit of the rig file
 Prints the sheet in the terms of ISO 10770-1 (null, dead band, velocity gain each way, hysteresis, response at 5, 10 and
 25 % amplitude, natural frequency, noise), each with its 95 % interval or "not observed", and the lines for rig and
 experiment files; writes valve_sheet.json and report.html into the run folder.
-With [following] in the rig file, the volts are centred on its null and go beyond its dead band; without, they are centred
-on 0 V. If the following check stops the run because [following] is wrong, comment [following] out for this run.
+With [following] in the rig file, the volts are centred on its null and go beyond its dead band; without, they are
+centred on the safe voltage. If the following check stops the run because [following] is wrong, comment [following] out
+for this run.
 With RUN, the sheet of an earlier run is computed again; nothing moves.
 
 Examples:
