@@ -157,7 +157,9 @@ TEST(Web, ShowsTheRigTheQueueAndTheFilesOfARun) {
   EXPECT_EQ(live.at("blocks").at(0).size(), 6U);
   EXPECT_GT(live.at("now_ns").get<std::int64_t>(), live.at("blocks").back().at(5).get<std::int64_t>());
 
-  const Json runs = page.json("/api/runs?limit=5");
+  // The list may be some seconds old.
+  Json runs;
+  ASSERT_TRUE(wait_until([&] { return !(runs = page.json("/api/runs?limit=5")).empty(); }));
   ASSERT_EQ(runs.size(), 1U);
   EXPECT_EQ(runs.at(0).at("id"), id);
   EXPECT_EQ(runs.at(0).at("outcome"), "completed");
