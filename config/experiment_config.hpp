@@ -10,8 +10,10 @@
 #include "config/named_files.hpp"
 #include "config/position.hpp"
 #include "config/rig_config.hpp"
-#include "ident/estimation/fit_options.hpp"
+#include "ident/acceptance_limits.hpp"
 #include "ident/excitation/excitation.hpp"
+#include "ident/fit_options.hpp"
+#include "ident/structure/structure_options.hpp"
 
 namespace eha::config {
 

@@ -14,7 +14,7 @@
 
 #include "config/toml_section.hpp"
 #include "core/error.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::config {
 namespace {

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "config/prepared_experiment.hpp"
+#include "config/stopping_distance.hpp"
 #include "config/valve_estimate.hpp"
 #include "ident/excitation/excitation.hpp"
 #include "ident/signal/periods.hpp"
@@ -13,7 +14,6 @@ namespace {
 constexpr double kUsual_per_s = 0.75;
 constexpr double kMost_per_s = 1.0;
 constexpr double kPlacingSpare_in = 0.04;
-constexpr double kVelocityAge_s = 0.011;  ///< of the tick's estimate of the velocity, see LimitMonitor
 
 }  // namespace
 
@@ -50,9 +50,7 @@ HoldGains hold_gains(const RigConfig& rig) {
 }
 
 double placing_margin_in(const RigConfig& rig) {
-  const double braking = rig.limits.stopping_deceleration_in_per_s2;
-  const double speed = std::min(braking * kVelocityAge_s, rig.limits.velocity_limit_in_per_s);
-  return kPlacingSpare_in + speed * rig.realtime.sample_period_s + speed * speed / (2.0 * braking);
+  return kPlacingSpare_in + stopping_distance_in(rig.limits, rig.realtime.sample_period_s, 0.0);
 }
 
 }  // namespace eha::config

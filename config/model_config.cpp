@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "ident/coordinates/parametrisation.hpp"
 #include "ident/estimation/paper_procedure.hpp"
-#include "ident/search/parametrisation.hpp"
 
 namespace eha::config {
 namespace {

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "config/toml_section.hpp"
-#include "ident/estimation/fit_options.hpp"
+#include "ident/fit_options.hpp"
+#include "ident/structure/structure_options.hpp"
 
 namespace eha::config {
 

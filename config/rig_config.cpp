@@ -12,7 +12,7 @@
 #include "config/file_kind.hpp"
 #include "config/toml_section.hpp"
 #include "core/display_unit.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::config {
 namespace {
@@ -29,6 +29,7 @@ void read_limits(Section& root, RigLimits& limits) {
   section->number("stopping_deceleration_in_per_s2", limits.stopping_deceleration_in_per_s2, Range::above(0.0));
   section->number("velocity_limit_in_per_s", limits.velocity_limit_in_per_s, Range::above(0.0));
   section->number("frozen_sensor_s", limits.frozen_sensor_s, Range::at_least(0.0));
+  section->number("closed_loop_max_V", limits.closed_loop_max_V, Range{.low = 0.0, .high = 10.0, .low_excluded = true});
   section->finish();
 }
 
@@ -177,6 +178,7 @@ RigConfig parse_rig(std::string_view text, const std::string& file_name) {
   std::vector<std::pair<std::string_view, std::string>> units;
   for (const LengthUnit& unit : kLengthUnits) units.emplace_back(unit.name, unit.name);
   root.choice("units", rig.units, units, Need::optional);
+  root.boolean("sample", rig.is_sample, Need::optional);
   read_limits(root, rig.limits);
   root.optional_table("following", rig.limits.following);
   root.optional_table("sensor", rig.limits.sensor);

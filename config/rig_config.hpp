@@ -7,7 +7,7 @@
 
 #include "config/position.hpp"
 #include "core/keys.hpp"
-#include "hal/backend_list.hpp"
+#include "hal/backends/backend_list.hpp"
 
 namespace eha::config {
 
@@ -61,9 +61,11 @@ struct RigLimits {
   double travel_min_in = 0.0;   ///< lowest allowed displacement [in]
   double travel_max_in = 0.0;   ///< highest allowed displacement [in]
   double stopping_deceleration_in_per_s2 =
-      0.0;                                  ///< deceleration that the rig reaches on a stop, for the stopping distance
-  double velocity_limit_in_per_s = 0.0;     ///< highest allowed speed [in/s]
-  double frozen_sensor_s = 0.0;             ///< an unchanged code for this long while driven trips [s]; 0 is off
+      0.0;                               ///< deceleration that the rig reaches on a stop, for the stopping distance
+  double velocity_limit_in_per_s = 0.0;  ///< highest allowed speed [in/s]
+  double frozen_sensor_s = 0.0;          ///< an unchanged code for this long while driven trips [s]; 0 is off
+  /// Greatest distance of a closed loop's command from the valve's null [V]; none: 0.3 of half the command range
+  std::optional<double> closed_loop_max_V = {};
   std::optional<Following> following = {};  ///< [following]; none: the following check knows nothing of the valve
   std::optional<SensorBand> sensor = {};    ///< [sensor]; none: every voltage of the converter is valid
 };
@@ -84,7 +86,8 @@ struct RealtimeOptions {
 struct RigConfig {
   std::string name;
   std::string units = {};  ///< of kLengthUnits, for what people read of this rig; empty: in
-  hal::Backend backend;    ///< what drives the rig, with its options; hal/backend.hpp answers questions about it
+  bool is_sample = false;  ///< a shipped example: never drives a machine
+  hal::Backend backend;  ///< what drives the rig, with its options; hal/backends/backend.hpp answers questions about it
   RigLimits limits;
   RealtimeOptions realtime;
   std::string file_name;  ///< as given, for messages

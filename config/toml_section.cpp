@@ -81,6 +81,25 @@ std::string quoted_list(const std::vector<std::string_view>& names) {
   return list;
 }
 
+/// "20,0" where TOML expects "20.0": what to write; empty elsewhere. @param at  where the parser stopped
+std::string decimal_comma(std::string_view text, const Position& at) {
+  for (std::size_t line = 1; line < at.line && !text.empty(); ++line) {
+    text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  }
+  text = text.substr(0, text.find('\n'));
+  const std::size_t comma = at.column - 1;
+  const auto is_digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
+  if (at.column < 2 || comma >= text.size() || text[comma] != ',' || !is_digit(comma - 1) || !is_digit(comma + 1)) {
+    return {};
+  }
+  std::size_t begin = comma;
+  std::size_t end = comma + 1;
+  while (begin > 0 && is_digit(begin - 1)) --begin;
+  while (is_digit(end)) ++end;
+  return fmt::format("; a decimal comma? Write {}.{}", text.substr(begin, comma - begin),
+                     text.substr(comma + 1, end - comma - 1));
+}
+
 }  // namespace
 
 void add_fault(Document& document, const std::string& path, std::string_view expected, std::string_view got) {
@@ -100,8 +119,8 @@ Document parse_document(std::string_view text, const std::string& file_name, Nam
     return {toml::parse(text, file_name), IssueList(file_name), {}, file_name, named_files};
   } catch (const toml::parse_error& error) {
     const Position position = place(error.source());
-    throw ConfigError(fmt::format("{}:{}:{}: expected TOML, got a syntax error: {}", file_name, position.line,
-                                  position.column, shortened(error.description(), 200)));
+    throw ConfigError(fmt::format("{}:{}:{}: expected TOML, got a syntax error: {}{}", file_name, position.line,
+                                  position.column, shortened(error.description(), 200), decimal_comma(text, position)));
   }
 }
 

@@ -42,8 +42,7 @@ struct ValveUncertainty {
   double gain_share = 0.0;   ///< of each gain
 };
 
-/// What [following] says, and for keys that it leaves out 0.02 V, 0.02 V and 3 %: the accuracy of numbers from slow
-/// steps or from `eha doctor --following`.
+/// The uncertainties of [following]; for missing keys 0.02 V, 0.02 V and 3 %, the accuracy of numbers from slow steps.
 [[nodiscard]] inline ValveUncertainty valve_uncertainty(const Following& following) noexcept {
   constexpr double kStdsOf95Percent = 1.96;
   const auto std_of = [](const std::optional<double>& half_width, double otherwise) {

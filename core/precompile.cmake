@@ -4,7 +4,7 @@
 # eha_precompile(OWNER HEADER...): makes the target OWNER, which holds the parsed headers.
 function(eha_precompile owner)
   add_library(${owner} OBJECT ${PROJECT_SOURCE_DIR}/core/precompile.cpp)
-  target_link_libraries(${owner} PRIVATE eha::core Eigen3::Eigen nlohmann_json::nlohmann_json eha_warnings)
+  target_link_libraries(${owner} PRIVATE eha::core Eigen3::Eigen nlohmann_json::nlohmann_json CLI11::CLI11 eha_warnings)
   target_precompile_headers(${owner} PRIVATE ${ARGN})
 endfunction()
 

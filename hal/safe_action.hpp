@@ -17,6 +17,10 @@ struct SafeAction {
   /// Switches the hydraulics off and nothing else, in one try, also while the driving process holds the device. Returns
   /// whether they are off. Throws nothing. Empty for a rig without an enable line.
   std::function<bool()> switch_off = {};
+  /// Opens the device now and keeps it open, so that a device node that is gone later, or a process out of descriptors,
+  /// does not keep the hydraulics on. A device that was open once is opened again for as long as make_safe has time.
+  /// Returns whether it is open. Throws nothing.
+  std::function<bool()> keep_open = {};
 };
 
 }  // namespace eha::hal

@@ -7,7 +7,6 @@
 namespace eha::acquisition {
 namespace {
 
-constexpr double kVelocityWindow_s = 0.020;
 constexpr double kJumpTolerance_s = 0.010;
 constexpr double kDrivenShare = 0.10;  // wider than the dead band of the valves this is meant for, some 1 to 5 %
 
@@ -17,8 +16,7 @@ LimitMonitor::LimitMonitor(const config::RigLimits& limits, double period_s) noe
     : limits_(limits),
       period_s_(period_s),
       driven_V_(kDrivenShare * 0.5 * (limits.command_max_V - limits.command_min_V)),
-      window_(static_cast<std::size_t>(
-          std::clamp(std::round(kVelocityWindow_s / period_s) + 1.0, 3.0, static_cast<double>(kLongestWindow)))) {}
+      window_(config::velocity_window(period_s)) {}
 
 Breach LimitMonitor::check(std::int64_t at_ns, const hal::RigReading& reading, double applied_V) noexcept {
   if (reading.emergency_stop) return {Fault::emergency_stop};
@@ -77,16 +75,9 @@ void LimitMonitor::estimate_velocity(std::int64_t at_ns, double displacement_in)
 }
 
 Breach LimitMonitor::check_travel(double displacement_in) noexcept {
-  // The estimate is as old as the middle of its window. Since then the rod may have gained as much speed as the
-  // stopping deceleration removes, and it moves for another tick before anything acts. This does not apply to a rod at
-  // rest: otherwise it could not be driven away from a near end.
-  const double braking = limits_.stopping_deceleration_in_per_s2;
-  const double age_s = (0.5 * static_cast<double>(window_ - 1) + 1.0) * period_s_;
-  const double gained = std::min(braking * age_s, limits_.velocity_limit_in_per_s);
+  // Not for a rod at rest: otherwise it could not be driven away from a near end.
   const auto stopping_in = [&](double velocity_towards_end) {
-    if (velocity_towards_end <= 0.0) return 0.0;
-    const double speed = velocity_towards_end + gained;
-    return speed * period_s_ + speed * speed / (2.0 * braking);
+    return velocity_towards_end > 0.0 ? config::stopping_distance_in(limits_, period_s_, velocity_towards_end) : 0.0;
   };
   const double lowest_in = displacement_in - stopping_in(-velocity_in_per_s_);
   const double highest_in = displacement_in + stopping_in(velocity_in_per_s_);

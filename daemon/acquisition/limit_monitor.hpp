@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "config/rig_config.hpp"
+#include "config/stopping_distance.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 #include "hal/rig.hpp"
 
@@ -24,13 +25,11 @@ struct Breach {
 ///
 /// Velocity v is the slope of the straight line through the last 20 ms of readings (least squares; 0 until that much is
 /// there), so that one noisy code is not a speed. Travel is exceeded when the rod is outside, or when it could not stop
-/// inside: x +- (w T + w^2 / (2 a)), with a the rig's stopping deceleration, T one tick, and w the greatest possible
-/// present speed towards the end that it approaches: v plus a times (age of v plus one tick), at most the velocity
-/// limit. A rod that reverses next to an end may pass it by the distance for v = 0 (0.014 in at 200 in/s^2) before v
-/// shows it. A jump between two readings is also too fast if it exceeds what the rod may cover in the time between them
-/// plus 10 ms: only a failing sensor does that. A sensor is frozen when its code stays the same for the
-/// rig's time while the command is more than 10 % of half the command range away from the safe voltage; time that is
-/// not driven does not count.
+/// inside: x +- config::stopping_distance_in(). A rod that reverses next to an end may pass it by the distance for v =
+/// 0 (0.014 in at 200 in/s^2) before v shows it. A jump between two readings is also too fast if it exceeds what the
+/// rod may cover in the time between them plus 10 ms: only a failing sensor does that. A sensor is frozen when its code
+/// stays the same for the rig's time while the command is more than 10 % of half the command range away from the safe
+/// voltage; time that is not driven does not count.
 class LimitMonitor {
  public:
   LimitMonitor(const config::RigLimits& limits, double period_s) noexcept;
@@ -51,8 +50,6 @@ class LimitMonitor {
   }
 
  private:
-  static constexpr std::size_t kLongestWindow = 64;
-
   [[nodiscard]] Breach check_jump(std::int64_t at_ns, double displacement_in) const noexcept;
   void estimate_velocity(std::int64_t at_ns, double displacement_in) noexcept;
   [[nodiscard]] Breach check_travel(double displacement_in) noexcept;
@@ -62,8 +59,8 @@ class LimitMonitor {
   double period_s_;
   double driven_V_;  ///< the rod must move when the command is further than this from the safe voltage [V]
   std::size_t window_;
-  std::array<std::int64_t, kLongestWindow> times_ns_{};
-  std::array<double, kLongestWindow> positions_in_{};
+  std::array<std::int64_t, config::kLongestVelocityWindow> times_ns_{};
+  std::array<double, config::kLongestVelocityWindow> positions_in_{};
   std::size_t readings_ = 0;
   double velocity_in_per_s_ = 0.0;
   double travel_share_ = 0.0;

@@ -92,14 +92,26 @@ std::string describe_fault(const FaultReport& report) {
           value, limit);
     case Fault::no_motion:
       return fmt::format(
-          "the rod moved {:.3f} in of the {:.3f} in to its place before the time-out; check that the hydraulics are "
-          "on, their pressure and the valve's plug, then null_V and dead_band_V of [following] in the rig file",
+          "the rod moved {:.3f} in where {:.3f} in were due; check the sensor, that the hydraulics are on, their "
+          "pressure "
+          "and the valve's plug, then [following] in the rig file",
           value, limit);
     case Fault::not_in_place:
       return fmt::format(
           "the rod was still {:.3f} in from its place at the time-out, {:.3f} in are allowed; look at the way there "
           "(eha plot RUN), and at [following] in the rig file",
           value, limit);
+    case Fault::loop_speed:
+      return fmt::format(
+          "a closed loop moved the rod at {:.2f} in/s, {:.2f} in/s are allowed; check gains, null and dead band of "
+          "[following] in the rig file, and the calibration of the sensor",
+          value, limit);
+    case Fault::wrong_speed:
+      return fmt::format(
+          "for 0.5 s the sensor showed {:.3f} in/s, the volts give {} {:.3f} in/s by [following]; check the sensor, "
+          "its "
+          "wire and its calibration, then [following] in the rig file",
+          value, value < limit ? "at least" : "at most", limit);
     case Fault::loop_stalled:
       return fmt::format(
           "the loop stood still for {:.3f} s, and the guard switched the hydraulics off; look for a process of a "

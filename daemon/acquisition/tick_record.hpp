@@ -41,8 +41,10 @@ enum class Fault : std::uint8_t {
   feedback_band,       ///< the sensor's voltage is none of a sound sensor
   loop_stalled,        ///< the loop stood still, and the guard switched the hydraulics off
   enable_contact,      ///< the contactor's auxiliary contact does not follow the enable line
-  no_motion,           ///< a placing's time is over, and the rod has hardly moved
+  no_motion,           ///< a closed loop drives the rod, and it hardly moves
   not_in_place,        ///< a placing's time is over, and the rod is not at rest in its place
+  loop_speed,          ///< a closed loop moves the rod much faster than it means to
+  wrong_speed,         ///< in a closed loop the measured speed is not that of the volts
 };
 
 /// Share of a limit beyond which a reading is flagged, reported and shown, although nothing trips.

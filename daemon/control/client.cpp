@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,14 +22,20 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-/// ehad answers within milliseconds, unless its disk is slow.
-constexpr milliseconds kAnswerLimit{60'000};
 constexpr std::size_t kLongestAnswer = 64 * 1024 * 1024;
 
-os::FileDescriptor connect_to(const std::filesystem::path& path) {
+/// Bounds how long the kernel waits for room: also for a place in the queue of those who want to connect.
+void limit_waiting(const os::FileDescriptor& descriptor, milliseconds patience) {
+  const milliseconds::rep left_ms = std::max<milliseconds::rep>(patience.count(), 1);
+  const timeval limit{.tv_sec = left_ms / 1000, .tv_usec = left_ms % 1000 * 1000};
+  setsockopt(descriptor.get(), SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+}
+
+os::FileDescriptor connect_to(const std::filesystem::path& path, milliseconds patience) {
   const sockaddr_un address = socket_address(path);
   os::FileDescriptor descriptor(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   if (!descriptor) throw DeviceError("cannot create a socket: " + error_text(errno));
+  limit_waiting(descriptor, patience);
   if (connect(descriptor.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return descriptor;
   const int error_number = errno;
   if (error_number == EACCES || error_number == EPERM) {
@@ -37,6 +44,7 @@ os::FileDescriptor connect_to(const std::filesystem::path& path) {
                     "again",
                     path.string(), error_text(error_number)));
   }
+  if (error_number == EAGAIN) throw ConnectionLost(path.string() + ": ehad accepts no connection");
   throw DeviceError(
       fmt::format("ehad is not running ({}: {}); start it (systemctl start ehad), or use --local to run "
                   "an experiment in this process",
@@ -50,11 +58,15 @@ std::filesystem::path default_socket() {
   return named != nullptr && *named != '\0' ? named : kDefaultSocket;
 }
 
-Client::Client(const std::filesystem::path& socket)
-    : path_(socket), descriptor_(connect_to(socket)), input_(kLongestAnswer) {
-  const std::optional<Json> greeting = next_line(kAnswerLimit);
-  const bool is_ours =
-      greeting && greeting->is_object() && greeting->contains("ehad") && greeting->contains("protocol");
+Client::Client(const std::filesystem::path& socket, milliseconds patience) : path_(socket), input_(kLongestAnswer) {
+  const auto deadline = steady_clock::now() + patience;
+  descriptor_ = connect_to(socket, patience);
+  const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
+  const std::optional<Json> greeting = next_line(left);
+  if (!greeting) {
+    lost(fmt::format("no greeting within {:.3g} s", std::chrono::duration<double>(patience).count()));
+  }
+  const bool is_ours = greeting->is_object() && greeting->contains("ehad") && greeting->contains("protocol");
   if (!is_ours || !greeting->at("ehad").is_string() || greeting->at("protocol") != kProtocolVersion) {
     throw DeviceError(
         fmt::format("{}: the program there does not speak protocol {} of ehad; install the same version of eha "
@@ -69,6 +81,8 @@ void Client::lost(const std::string& why) const {
 }
 
 Json Client::call(const std::string& method, const Json& params, milliseconds patience) {
+  const auto deadline = steady_clock::now() + patience;
+  limit_waiting(descriptor_, patience);
   const std::int64_t id = next_id_++;
   const Json request{{"id", id}, {"method", method}, {"params", params}};
   const std::string text = request.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -78,11 +92,10 @@ Json Client::call(const std::string& method, const Json& params, milliseconds pa
     if (sent < 0) lost(error_text(errno));
     rest.remove_prefix(static_cast<std::size_t>(sent));
   }
-  const auto deadline = steady_clock::now() + patience;
   for (;;) {
     const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
     if (left <= milliseconds::zero()) {
-      lost(fmt::format("no answer to {} within {:.0f} s", method, std::chrono::duration<double>(patience).count()));
+      lost(fmt::format("no answer to {} within {:.3g} s", method, std::chrono::duration<double>(patience).count()));
     }
     const std::optional<Json> answer = next_line(left);
     if (!answer || !answer->contains("id") || answer->at("id") != id) continue;

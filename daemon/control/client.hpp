@@ -11,13 +11,9 @@
 #include "core/os/file_descriptor.hpp"
 #include "daemon/control/line_buffer.hpp"
 #include "daemon/control/protocol.hpp"
+#include "daemon/control/socket_path.hpp"
 
 namespace eha::control {
-
-inline constexpr const char* kDefaultSocket = "/run/ehad/ehad.sock";
-
-/// The environment's EHA_SOCKET, otherwise kDefaultSocket.
-[[nodiscard]] std::filesystem::path default_socket();
 
 /// The connection ended before the expected answer; the state of ehad is unknown.
 class ConnectionLost : public DeviceError {
@@ -28,10 +24,11 @@ class ConnectionLost : public DeviceError {
 /// A connection to ehad. Blocking. Not thread-safe.
 class Client {
  public:
-  /// Connects and reads the greeting.
+  /// Connects and reads the greeting. ehad answers within milliseconds, unless its disk is slow.
+  /// @param patience  for both together
   /// @throws DeviceError      ehad is not running, does not answer, or speaks another protocol
   /// @throws PermissionError  the caller may not use the socket; the message says how to join its group
-  explicit Client(const std::filesystem::path& socket);
+  explicit Client(const std::filesystem::path& socket, std::chrono::milliseconds patience = std::chrono::minutes(1));
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 

@@ -21,7 +21,7 @@
 #include "daemon/eha-safe/local_snapshots.hpp"
 #include "daemon/eha-safe/save_rows.hpp"
 #include "daemon/eha-safe/watch_parent.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 #include "hal/snapshot_file.hpp"
 
 namespace {
@@ -125,6 +125,8 @@ int guard(const std::string& file, std::optional<Page>& page) {
   if (rig) {
     watched.switch_off = rig->switch_off;
     eha::become_guard();
+    // One that does not open here is tried again when it is needed.
+    rig->keep_open();
   }
   std::cout << "ready" << std::endl;
   const eha::WatchEnd end = eha::watch_parent(watched);

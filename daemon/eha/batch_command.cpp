@@ -2,17 +2,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/os/processors.hpp"
 #include "core/program_path.hpp"
+#include "daemon/batch/batch_folder.hpp"
 #include "daemon/batch/batch_page.hpp"
 #include "daemon/batch/record_list.hpp"
 #include "daemon/batch/run_records.hpp"
 #include "daemon/batch/table.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -22,6 +28,55 @@ namespace eha::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kBatchFooter = R"(
+Fits and judges many records under the same rules, each with `eha fit` in a process of its own, as many at a time as
+there are processors. SOURCE is a run folder, a file with a record, a folder of both, or a list: a file *.list with one
+path a line. What follows -- are options of `eha fit`; --experiment makes one experiment's rules apply to all.
+-o DIR holds batch.json (rules and records), records/ID/ (result.json and the models of each), table.csv and table.json.
+After Ctrl-C or a kill the same command continues the batch. Outliers among the records are named.
+--shard I/N fits every N-th record only, for N machines. Parts may share a folder; `eha batch merge` makes their table.
+Exit code 0: every record judged, accepted or not; 10: some cannot be read or fitted, the table's text says why.
+
+Examples:
+  eha batch runs -o judged
+  eha batch pumps/*.csv -o judged -- --model io --decimate 40
+  eha batch bench.list -o judged -- --experiment config/experiments/paper.toml
+  eha batch runs -o part2 --shard 2/4
+  eha batch merge part1 part2 part3 part4 -o judged)";
+
+constexpr const char* kMergeFooter = R"(
+Puts the parts of one batch together and writes table.csv and table.json: the same bytes as on one machine.
+
+Examples:
+  eha batch merge judged
+  eha batch merge part1 part2 -o judged)";
+
+struct BatchCommand {
+  std::vector<std::string> sources;  ///< run folders, files, folders of them, lists
+  std::filesystem::path output = "batch";
+  std::optional<std::size_t> jobs = {};  ///< none: the processors
+  batch::Shard shard = {};
+  std::vector<std::string> fit_options = {};  ///< of `eha fit`: the arguments after --
+};
+
+struct BatchMergeCommand {
+  std::vector<std::filesystem::path> folders;
+  std::optional<std::filesystem::path> output = {};  ///< none: the first folder
+};
+
+/// "2/4". @returns whether it is one
+bool read_shard(const std::string& text, batch::Shard& shard) {
+  const std::size_t slash = text.find('/');
+  if (slash == std::string::npos) return false;
+  const auto read = [](std::string_view part, std::size_t& value) {
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+    return error == std::errc() && end == part.data() + part.size();
+  };
+  const std::string_view view = text;
+  return read(view.substr(0, slash), shard.number) && read(view.substr(slash + 1), shard.count) && shard.number >= 1 &&
+         shard.number <= shard.count && shard.count <= 100'000;
+}
 
 constexpr std::size_t kMostRowsShown = 40;
 
@@ -85,8 +140,6 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   return failed > 0 ? ExitCode::bad_data : ExitCode::ok;
 }
 
-}  // namespace
-
 ExitCode execute(const BatchCommand& command, Console& console) {
   if (command.sources.empty()) throw UsageError("expected records: a folder, files or a list; see `eha batch --help`");
   require_fit_options(command.fit_options);
@@ -115,6 +168,36 @@ ExitCode execute(const BatchMergeCommand& command, Console& console) {
     if (part != whole.path()) whole.take_from(batch::BatchFolder(part));
   }
   return print_table(whole, console);
+}
+
+}  // namespace
+
+void add_batch(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("batch", "Fit and judge many records under the same rules");
+  sub->fallthrough();
+  sub->footer(kBatchFooter);
+  auto& batch = options_of<BatchCommand>(*sub, line);
+  batch.fit_options = line.after_dashes;
+  sub->add_option("source", batch.sources, "Run folders, files, folders of them, lists (*.list)")
+      ->type_name("SOURCE ...");
+  sub->add_option("-o,--output", batch.output, "Folder of the batch (default batch)")->type_name("DIR");
+  sub->add_option("--jobs", batch.jobs, "Records at a time (default: the processors)")
+      ->type_name("N")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1024}).description(""));
+  sub->add_option_function<std::string>(
+         "--shard",
+         [&batch](const std::string& text) {
+           if (!read_shard(text, batch.shard)) {
+             throw CLI::ValidationError("--shard", "expected I/N with I from 1 to N, got \"" + text + "\"");
+           }
+         },
+         "Every N-th record only, from the I-th")
+      ->type_name("I/N");
+  CLI::App* merge = sub->add_subcommand("merge", "Put the parts of a batch together");
+  merge->footer(kMergeFooter);
+  auto& parts = options_of<BatchMergeCommand>(*merge, line);
+  merge->add_option("folder", parts.folders, "Folders of the parts")->required()->type_name("DIR ...");
+  merge->add_option("-o,--output", parts.output, "Folder of the whole (default: the first)")->type_name("DIR");
 }
 
 }  // namespace eha::cli

@@ -19,19 +19,45 @@
 
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/length_argument.hpp"
+#include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/service_command.hpp"
 #include "daemon/importer/table.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/rig/trusted_file.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kCalibrateFooter = R"(
+Finds scale and offset of the displacement sensor from positions measured with a ruler, and moves nothing: place the rod
+yourself, by eha goto or with the hydraulics off. Asks for each position and reads the sensor there for 1 s; an empty line
+ends. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
+Least squares give scale and offset with standard errors. The residual of each position is shown; a residual beyond the
+tolerance is a warning. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. No
+file is overwritten.
+
+Examples:
+  eha calibrate
+  eha calibrate --rig rig.toml --at 0.5in=0.833 --at 2.95in=4.917 --at 5.4in=9.000
+  eha calibrate --rig rig.toml --pairs positions.csv -o rig-new.toml)";
+
+struct CalibrateCommand {
+  std::vector<std::string> at = {};                  ///< POSITION=VOLTS
+  std::optional<std::string> pairs_file = {};        ///< CSV: position_in, voltage_V
+  std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig where nobody listens
+  std::optional<std::string> rig_file = {};          ///< none: the service's, or default_rig_file()
+  bool local = false;                                ///< read the rig in this process
+  double tolerance_in = 0.02;                        ///< a residual beyond it is warned of
+  std::optional<std::filesystem::path> output = {};  ///< none: beside the rig file, with the date in its name
+};
 
 constexpr int kReadings = 50;
 constexpr auto kBetweenReadings = std::chrono::milliseconds(20);
@@ -57,7 +83,7 @@ class Sensor {
       client_ = std::make_unique<control::Client>(command.socket.value_or(socket));
       return;
     }
-    require_trusted_rig_file(config);
+    require_local_rig_file(config);
     rig_ = hal::open(config.backend, config.limits.safe_V);
   }
 
@@ -177,8 +203,6 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
   }
 }
 
-}  // namespace
-
 ExitCode execute(const CalibrateCommand& command, Console& console) {
   std::error_code ignored;
   const fs::path socket = command.socket.value_or(control::default_socket());
@@ -224,6 +248,31 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   console.info(fmt::format("written: {}; {} stays as it is", path.string(), rig.file_name));
   console.next_step(fmt::format("eha check {}", path.string()));
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("calibrate", "Calibrate the displacement sensor with a ruler");
+  sub->footer(kCalibrateFooter);
+  auto& calibrate = options_of<CalibrateCommand>(*sub, line);
+  CLI::Option* at =
+      sub->add_option("--at", calibrate.at, "A position and the sensor's voltage there, such as 2.95in=4.917")
+          ->type_name("POSITION=VOLTS");
+  CLI::Option* pairs = sub->add_option("--pairs", calibrate.pairs_file, "CSV file with position_in and voltage_V")
+                           ->type_name("FILE")
+                           ->excludes(at);
+  CLI::Option* local = sub->add_flag("--local", calibrate.local, "Read the rig in this process, not through ehad");
+  local->excludes(at)->excludes(pairs);
+  add_socket_option(*sub, calibrate.socket)->excludes(local);
+  sub->add_option("--rig", calibrate.rig_file,
+                  "Rig file (TOML) to start from (default: the service's, or the default one)")
+      ->type_name("RIG");
+  sub->add_option("--tolerance", calibrate.tolerance_in, "A residual beyond it is warned of (default 0.02) [in]")
+      ->type_name("INCHES")
+      ->check(finite_number("a length above 0 in", [](double length) { return length > 0.0; }));
+  sub->add_option("-o,--output", calibrate.output, "The new rig file (default beside the old one: NAME-DATE.toml)")
+      ->type_name("FILE");
 }
 
 }  // namespace eha::cli

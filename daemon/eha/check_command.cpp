@@ -9,16 +9,33 @@
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/rig/arming.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
+
+constexpr const char* kCheckFooter = R"(
+Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
+the rig that `eha run` would use (--rig, else the default one): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
+then rehearsed with the rig's valve, and refused if half of the rehearsed rods reach a travel or velocity limit.
+
+Examples:
+  eha check config/experiments/paper.toml
+  eha check sweep.toml --rig /etc/ehad/rig.toml)";
+
+struct CheckCommand {
+  std::string file;
+  std::optional<std::string> rig_file = {};
+  std::optional<std::string> place = {};  ///< length with its unit: where the rod stands
+  bool accept_travel_risk = false;        ///< warn only of what the rehearsal refuses
+};
 
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
   require_protecting_limits(rig);
@@ -59,8 +76,6 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   console.next_step(simulated_run(command.file, command.rig_file));
 }
 
-}  // namespace
-
 ExitCode execute(const CheckCommand& command, Console& console) {
   const std::string text = config::read_config_file(command.file);
   if (config::kind_of(text, command.file) == config::FileKind::rig) {
@@ -86,6 +101,22 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     throw UsageError(fmt::format("--at {}: expected a length with its unit, such as 2.95in", *command.place));
   report_experiment(command, prepared.config, rig, rehearse(prepared, rig, *place_in), console);
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("check", "Check a rig or experiment file and report every fault");
+  sub->footer(kCheckFooter);
+  auto& check = options_of<CheckCommand>(*sub, line);
+  sub->add_option("file", check.file, "rig.toml or experiment.toml")->required()->type_name("FILE");
+  CLI::Option* rig =
+      sub->add_option("--rig", check.rig_file, "Rig file to check an experiment against")->type_name("RIG");
+  sub->add_option("--at", check.place, "Where the rod stands, such as 2.95in (default: mid-travel)")
+      ->type_name("LENGTH")
+      ->needs(rig);
+  sub->add_flag("--accept-travel-risk", check.accept_travel_risk,
+                "Only warn if half of the rehearsed rods reach a limit");
 }
 
 }  // namespace eha::cli

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
+#include <functional>
 #include <string>
+#include <vector>
 
-#include "daemon/eha/commands.hpp"
+#include "core/error.hpp"
 #include "daemon/eha/console.hpp"
 
 namespace eha::cli {
 
 /// A parsed command line.
 struct ParsedLine {
-  ConsoleOptions console;
-  std::optional<Command> command;  ///< none for --help, --version and completion
-  std::string text;                ///< help or version, for standard output
+  ConsoleOptions console = {};
+  /// Executes the command. Returns the exit code of a legitimate outcome, throws eha::Error for broken input or
+  /// environment. None for --help and --version.
+  std::function<ExitCode(Console&)> command = {};
+  std::string text = {};                       ///< help or version, for standard output
+  std::string as_given = {};                   ///< the line, quoted for a shell
+  std::vector<std::string> after_dashes = {};  ///< the arguments after `--` of `eha batch`
 };
 
 /// Reads the command line. @throws UsageError  an option or argument is unknown, missing, malformed or out of range

@@ -10,19 +10,41 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
-#include "daemon/eha/shown_model.hpp"
+#include "daemon/eha/option_values.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/comparison.hpp"
+#include "daemon/identify/record_units.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/report/comparison_page.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
 using ident::ParameterChange;
+
+constexpr const char* kCompareFooter = R"(
+Runs (or other records): fits one integer-order model behind a valve map to each, on the same samples with the same
+criteria. Shows the changes from the first run to each other one with joint intervals: at most 1 % false alarms for all
+parameters and runs together.
+Models and one record: scores each model on the record and fits its structure to it (refit). A model is of another plant,
+whatever its R2, if its parameters differ from the refit's and its error is more than 1.5 times the refit's.
+Models alone: compares their parameters.
+-o FILE.html writes a before/after report: what changed, both records and errors over time, Bode plots over one another;
+.svg, .png or .pdf draws the Bode plots alone.
+
+Examples:
+  eha compare runs/20261122T101500Z-paper runs/latest -o changes.html
+  eha compare models/io.json models/fo.json record.csv -o bode.svg)";
+
+struct CompareCommand {
+  std::vector<std::string> sources;                  ///< run folders and records, or model files (.json)
+  std::optional<std::filesystem::path> output = {};  ///< report (.html), or picture of the Bode plots
+};
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
 
@@ -289,8 +311,6 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
   return out;
 }
 
-}  // namespace
-
 ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<std::string> files;
   std::vector<std::string> records;
@@ -307,6 +327,10 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   for (const std::string& file : files) models.push_back(ident::model_from_text(os::read_file(file), file));
   std::vector<identify::Source> sources;
   for (const std::string& record : records) sources.push_back(identify::load_source(record, {}));
+
+  for (std::size_t i = 0; i < models.size() && !sources.empty(); ++i) {
+    models[i] = identify::in_units_of(sources.front(), std::move(models[i]), files[i]);
+  }
 
   const DisplayUnit unit = console.unit(sources.empty() ? std::string() : sources.front().units);
   std::vector<ident::Model> shown_models;
@@ -344,6 +368,22 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   console.print_json(document);
   console.print(shown.text);
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("compare", "Show what changed between runs, or which model suits a record");
+  sub->footer(kCompareFooter);
+  auto& command = options_of<CompareCommand>(*sub, line);
+  sub->add_option("sources", command.sources, "Run folders, records or model files (.json)")
+      ->required()
+      ->expected(2, 1000)
+      ->type_name("RUN|MODEL|FILE");
+  sub->add_option("-o,--output", command.output,
+                  "Report to write (.html), or a picture of the Bode plots (.svg, .png, .pdf)")
+      ->type_name("FILE")
+      ->check(ends_in({".html", ".svg", ".png", ".pdf"}));
 }
 
 }  // namespace eha::cli

@@ -4,10 +4,15 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <string_view>
 #include <vector>
+
+#include "daemon/eha/command_line.hpp"
+#include "daemon/eha/commands.hpp"
 
 namespace eha::cli {
 namespace {
@@ -236,13 +241,15 @@ std::string zsh_script(const CLI::App& app) {
 
 }  // namespace
 
-void add_completion(CLI::App& app, std::string& shell) {
+void add_completion(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("completion", "Print the completion script of a shell");
   sub->footer(kFooter);
-  sub->add_option("shell", shell, "bash or zsh")
+  const auto shell = std::make_shared<std::string>();
+  sub->add_option("shell", *shell, "bash or zsh")
       ->required()
       ->type_name("bash|zsh")
       ->check(CLI::IsMember({"bash", "zsh"}).description(""));
+  sub->callback([&app, &line, shell] { line.text = completion_script(app, *shell); });
 }
 
 std::string completion_script(const CLI::App& app, const std::string& shell) {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
-namespace eha::cli {
+namespace CLI {
+class App;
+}
 
-/// Adds the command `completion SHELL`; `shell`, which must outlive the parsing, becomes "bash" or "zsh".
-void add_completion(CLI::App& app, std::string& shell);
+namespace eha::cli {
 
 /// The completion script of `shell` ("bash" or "zsh") for every command, option and choice of `app`. The type name of
 /// an option or argument determines the offered values: the lower-case words of "free|SECONDS", files for FILE, MODEL

@@ -130,6 +130,10 @@ void Console::show_run(std::string_view line) {
 
 void Console::progress(double share, std::string_view text) {
   if (!bar_wanted_) return;
+  if (text.ends_with('\n')) {
+    std::cerr << "\r\x1b[K" << text << std::flush;
+    return;
+  }
   const auto now = std::chrono::steady_clock::now();
   if (!bar_drawn_ || share < bar_share_) bar_begun_ = now;
   bar_share_ = share;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/design_command.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -11,16 +13,37 @@
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/flat_design.hpp"
 #include "daemon/eha/improvement.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::cli {
 namespace {
+
+constexpr const char* kDesignFooter = R"(
+Shows what an experiment would play: peak [V], RMS [V], crest factor, fastest change [V/s], excited lines [Hz].
+With -o the table of volts is written as CSV (time_s,voltage_V), one row a tick.
+--from with --improve writes the experiment that minimises the standard error of a model's parameter within the rig's
+limits of voltage, slew and travel. It shows the predicted standard error, the duration and the limit that binds. On a
+simulated rig, or with --twin, each design is tried out: played there and fitted like the real record. --to makes the
+experiment as long as the wanted standard error needs, at most 600 s; a message says if that is not enough.
+--band writes an experiment (default band.toml) with tones of equal amplitude spread over a band. Their phases keep the
+peaks of volts, slew and travel low, their amplitude is the largest within the rig's limits, and the rod is held. With
+--odd-random the tones are three of each four odd multiples of 1/period, with other random phases in each realisation:
+distortion then shows beside the lines, and at the lines in the spread of the realisations.
+
+Examples:
+  eha design config/experiments/paper.toml
+  eha design sweep.toml -o sweep.csv
+  eha design --from models/fo.json --improve n2 --to 0.05
+  eha design --band 0.05:1.5 --tones 30 -o band.toml
+  eha design --band 0.1:2 --period 10 --odd-random --realisations 6)";
 
 /// The table as CSV; each time is the nearest double to a whole number of ticks.
 std::string table_csv(const Eigen::VectorXd& table_V, double step_s) {
@@ -94,6 +117,57 @@ ExitCode execute(const DesignCommand& command, Console& console) {
   if (command.output) console.print(fmt::format("written: {}", command.output->string()));
   console.next_step(simulated_run(experiment_file, command.rig_file));
   return ExitCode::ok;
+}
+
+void add_design(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand(
+      "design", "Show or write the excitation of an experiment, or design one that improves a model");
+  sub->footer(kDesignFooter);
+  auto& design = options_of<DesignCommand>(*sub, line);
+  sub->add_option("experiment", design.experiment_file,
+                  "Experiment file (TOML); with --from it sets duration and [record] and is compared with the design")
+      ->type_name("EXPERIMENT");
+  sub->add_option("--rig", design.rig_file, "Rig file whose tick and limits apply")->type_name("RIG");
+  sub->add_option("-o,--output", design.output,
+                  "CSV file to write the table of volts to; with --from the experiment (default improve-NAME.toml)")
+      ->type_name("FILE");
+  CLI::Option* from =
+      sub->add_option("--from", design.model_file, "Model file to improve, as `eha fit` wrote it")->type_name("MODEL");
+  CLI::Option* improve =
+      sub->add_option("--improve", design.parameter, "Parameter whose standard error is to become small")
+          ->type_name("NAME")
+          ->needs(from);
+  from->needs(improve);
+  CLI::Option* band = sub->add_option_function<std::string>(
+                             "--band", [&design](const std::string& text) { design.band = band_of(text); },
+                             "Write an experiment with tones of equal amplitude in this band [Hz]")
+                          ->type_name("LOW:HIGH")
+                          ->excludes(from);
+  CLI::Option* odd_random = sub->add_flag_callback(
+                                   "--odd-random", [&design] { design.realisations = design.realisations.value_or(6); },
+                                   "Fill the band with odd lines of random phases, which separate noise and distortion")
+                                ->needs(band);
+  sub->add_option("--realisations", design.realisations, "Realisations of other phases, 2 to 50 (default 6)")
+      ->type_name("M")
+      ->needs(odd_random)
+      ->check(CLI::Range(2, 50).description(""));
+  sub->add_option("--tones", design.tones, "Tones in the band, 2 to 500 (default 30)")
+      ->type_name("N")
+      ->needs(band)
+      ->excludes(odd_random)
+      ->check(CLI::Range(2, 500).description(""));
+  sub->add_option("--period", design.period_s, "Period of the tones, 1 to 1000 s (default 20); 1/period is their grid")
+      ->type_name("SECONDS")
+      ->needs(band)
+      ->check(finite_number("seconds from 1 to 1000", [](double s) { return s >= 1.0 && s <= 1000.0; }));
+  sub->add_option("--twin", design.twin_file,
+                  "Simulated rig that predicts, as `eha replay --calibrate` writes it (default: --rig where simulated)")
+      ->type_name("RIG")
+      ->needs(from);
+  sub->add_option("--to", design.wanted_std, "Wanted standard error; the experiment becomes as long as that takes")
+      ->type_name("STD")
+      ->needs(from)
+      ->check(finite_number("a number above 0", [](double s) { return s > 0.0; }));
 }
 
 }  // namespace eha::cli

@@ -15,17 +15,32 @@
 #include "daemon/doctor/machine_checks.hpp"
 #include "daemon/doctor/run_folder_check.hpp"
 #include "daemon/eha-safe/guard_process.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/rig/trusted_file.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 using doctor::Check;
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kDoctorFooter = R"(
+Checks kernel, scheduling, limits, CPUs and disk; for a rig on a card also the device, its driver, board and safety
+lines. Each line is ok, warn or fail; warn and fail name the remedy. Nothing is changed and nothing moves.
+Exit code, of the worst failure: 78 rig file, 69 device, 77 permission, 74 disk; 0 without a failure.
+
+Examples:
+  eha doctor
+  eha doctor --rig /etc/ehad/rig.toml --json)";
+
+struct DoctorCommand {
+  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  std::filesystem::path output = "runs";     ///< where run folders would go
+};
 
 constexpr const char* kRoot = "/";
 
@@ -62,6 +77,12 @@ Check check_trust(const config::RigConfig& rig) {
     return doctor::fail("rig file owner", error.what(),
                         fmt::format("sudo chown root {0} && sudo chmod go-w {0}", rig.file_name), error.exit_code());
   }
+  if (hal::moves_machine(rig.backend) && !is_site_rig_file(rig.file_name)) {
+    return doctor::warn("rig file owner",
+                        "root, and no one else may write it; not in /etc/ehad: with --local only root "
+                        "drives the rig by it",
+                        "sudo cp " + rig.file_name + " /etc/ehad/rig.toml");
+  }
   return doctor::ok("rig file owner", "root, and no one else may write it");
 }
 
@@ -90,10 +111,7 @@ void show(const std::vector<Check>& checks, ExitCode code, Console& console) {
   console.print_json(document);
 }
 
-}  // namespace
-
 ExitCode execute(const DoctorCommand& command, Console& console) {
-  if (command.following) return learn_following(*command.following, console);
   std::vector<Check> checks;
   const std::optional<config::RigConfig> rig = load_rig(command.rig_file, checks);
   const bool moves = rig && hal::moves_machine(rig->backend);
@@ -117,6 +135,17 @@ ExitCode execute(const DoctorCommand& command, Console& console) {
   if (code == ExitCode::ok)
     console.next_step("eha latency --load" + (command.rig_file ? " --rig " + shell_word(*command.rig_file) : ""));
   return code;
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("doctor", "Check that this machine and its rig are fit for experiments");
+  sub->footer(kDoctorFooter);
+  auto& doctor = options_of<DoctorCommand>(*sub, line);
+  sub->add_option("--rig", doctor.rig_file, "Rig file (TOML)")->type_name("RIG");
+  sub->add_option("--output", doctor.output, "Folder that run folders would be put into (default runs)")
+      ->type_name("DIR");
 }
 
 }  // namespace eha::cli

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/drive_options.hpp"
 
-#include "daemon/eha/service_options.hpp"
+#include <CLI/CLI.hpp>
+
+#include "daemon/eha/service_command.hpp"
 
 namespace eha::cli {
 

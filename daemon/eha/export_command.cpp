@@ -6,11 +6,13 @@
 #include <string>
 #include <system_error>
 
+#include "core/code_text.hpp"
 #include "core/error.hpp"
-#include "core/identifier.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/option_values.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/record_export.hpp"
 #include "ident/export/model_formats.hpp"
@@ -18,6 +20,34 @@
 
 namespace eha::cli {
 namespace {
+
+struct ExportCommand {
+  std::string source;                                 ///< model file, run folder or record
+  std::string format;                                 ///< of ident::model_formats() or record::record_formats()
+  std::optional<ident::FrequencyInterval> band = {};  ///< none: the model's own
+  std::optional<std::filesystem::path> output = {};   ///< none: standard output
+};
+
+std::string export_footer() {
+  std::string text = "\nFormats of a model:\n";
+  for (const ident::ModelFormat& format : ident::model_formats())
+    text += fmt::format("  {:<7} {}\n", format.name, format.what);
+  text += "Formats of a run or another record:\n";
+  for (const record::RecordFormat& format : record::record_formats()) {
+    text += fmt::format("  {:<7} {}\n", format.name, format.what);
+  }
+  return text + R"(
+A model's function takes the input [input unit], one value a row, and the rows' distance [s], and gives the output; bias
+or valve map, offset and the states at the first row are included. Octave, MATLAB: y = NAME(u, step_s). Python:
+NAME(u, step_s). C: NAME_init(&model, step_s), then y = NAME_step(&model, u) for each row. NAME is the file's, else eha_ and
+the model's. Whole orders are exact for a held input. Fractional orders are replaced by a stable rational function at most
+1 % and 1 degree off over the band; the file states the error measured. Without -o the text goes to standard output.
+
+Examples:
+  eha export models/io.json --format octave -o eha_io.m
+  eha export models/fo.json --format c --band 0.02:5 -o eha_fo.c
+  eha export runs/latest --format mat -o run.mat)";
+}
 
 template <typename Format>
 const Format* named(std::span<const Format> formats, const std::string& name) {
@@ -102,12 +132,31 @@ ExitCode export_record(const ExportCommand& command, const record::RecordFormat&
   return ExitCode::ok;
 }
 
-}  // namespace
-
 ExitCode execute(const ExportCommand& command, Console& console) {
   if (const auto* format = named(ident::model_formats(), command.format))
     return export_model(command, *format, console);
   return export_record(command, *named(record::record_formats(), command.format), console);
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("export", "Write a model for another program, or a record as CSV, MAT or HDF5");
+  sub->footer(export_footer());
+  auto& command = options_of<ExportCommand>(*sub, line);
+  sub->add_option("source", command.source, "Model file, run folder or record")->required()->type_name("MODEL|RUN");
+  std::vector<std::string> names;
+  for (const ident::ModelFormat& format : ident::model_formats()) names.emplace_back(format.name);
+  for (const record::RecordFormat& format : record::record_formats()) names.emplace_back(format.name);
+  sub->add_option("--format", command.format, "Form of the file")
+      ->required()
+      ->type_name(fmt::format("{}", fmt::join(names, "|")))
+      ->check(CLI::IsMember(names).description(""));
+  sub->add_option_function<std::string>(
+         "--band", [&command](const std::string& text) { command.band = band_of(text); },
+         "Frequencies over which fractional orders are approximated [Hz] (default: the model's usable band)")
+      ->type_name("LOW:HIGH");
+  sub->add_option("-o,--output", command.output, "File to write")->type_name("FILE");
 }
 
 }  // namespace eha::cli

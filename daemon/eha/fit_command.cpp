@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/fit_command.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,11 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/new_folders.hpp"
+#include "daemon/eha/option_values.hpp"
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 #include "daemon/identify/identification.hpp"
@@ -28,6 +32,46 @@ using identify::Comparisons;
 using identify::Identification;
 using identify::IdentificationTask;
 using identify::Source;
+
+constexpr const char* kFitFooter = R"(
+SOURCE is a run folder (its own experiment applies, and its models are replaced unless -o is given) or a file: CSV as
+eha or another program writes it, a MAT-file or HDF5; see eha-record(5). Missing facts are guessed, and the guess is
+printed in one line; --time, --input, --output and the other options below replace it.
+Parameter names: a2 a1 a0 (coefficients), n2 n1 n0 b0 (orders), K, q, delay_s [s], input_bias [input unit]
+(with --input-map valve: null, dead_band [input unit], negative_gain_ratio), initial_output [output unit]; with several numerator terms b1 b0 (coefficients), m1 m0 (orders).
+With -o DIR each model of a file is written to DIR/<model>.json, whatever its verdict, and the compared samples with
+each model's output to DIR/fit.csv, for `eha report`; without -o nothing is written.
+Without --model and without models of an experiment the ladder of structures is climbed, each without and with a valve's
+map, and one is recommended; see eha(1).
+Where the experiment names tones or has repetitions, the measured frequency response is printed beside the models' and
+written to frequency_response.csv; see eha(1).
+Exit code 0: a model accepted; 3: all rejected; 4: none converged.
+
+Examples:
+  eha fit runs/latest
+  eha fit record.csv -o models
+  eha fit runs/latest --cross-validate
+  eha fit bench.csv --input "Valve [V]" --output "Rod [mm]" --from 2 --to 60
+  eha fit record.csv --model io --poles 3 --zeros 1 --delay free --split 0.5
+  eha fit record.csv --model io --input-map valve -o models
+  eha fit step.csv --model io --input-before 0 -o models
+  eha fit record.csv --structure five_terms.toml --model io -o models
+  eha fit record.csv --sweep commensurate --poles 2 -o models
+  eha fit record.csv --model fo --fix n1=0.9 --bound n2=1.5:2 --decimate 40 -o models)";
+
+const std::vector<std::string> kProcedures{"default", "paper", "both"};
+constexpr std::array kInitialStates{Choice<ident::InitialState>{"auto", ident::InitialState::automatic},
+                                    Choice<ident::InitialState>{"none", ident::InitialState::none},
+                                    Choice<ident::InitialState>{"estimated", ident::InitialState::estimated}};
+constexpr std::array kSweeps{Choice<bool>{"commensurate", true}};
+
+std::vector<std::string> family_names() {
+  std::vector<std::string> names;
+  for (const ident::StructureFamily& family : ident::structure_families()) {
+    names.emplace_back(family.name);
+  }
+  return names;
+}
 
 IdentificationTask task_for(const FitCommand& command, const Source& source) {
   IdentificationTask task = identify::task_of(source);
@@ -123,6 +167,88 @@ ExitCode execute(const FitCommand& command, Console& console) {
     console.next_step(fmt::format("eha run {}", next->string()));
   }
   return code;
+}
+
+void add_fit(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("fit", "Fit and judge models on a run or a file");
+  sub->footer(kFitFooter);
+  auto& fit = options_of<FitCommand>(*sub, line);
+  sub->add_option("source", fit.source, "Run folder, or file with a record")->required()->type_name("SOURCE");
+  sub->add_option("--experiment", fit.experiment_file, "Experiment file whose models, record and acceptance apply")
+      ->type_name("EXPERIMENT");
+  sub->add_option_function<std::string>(
+         "--procedure",
+         [&fit](const std::string& name) {
+           fit.procedure = name == "paper" ? ident::Procedure::paper : ident::Procedure::standard;
+           fit.compares_with_paper = name == "both";
+         },
+         "Procedure; paper: exactly the published one, both: default, compared with the paper")
+      ->type_name(fmt::format("{}", fmt::join(kProcedures, "|")))
+      ->check(CLI::IsMember(kProcedures).description(""));
+  const std::vector<std::string> families = family_names();
+  sub->add_option("--model", fit.models.families,
+                  "Structure to fit; may be repeated (default: the experiment's models, else the ladder)")
+      ->type_name(fmt::format("{}", fmt::join(families, "|")))
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(families).description(""));
+  sub->add_option("--structure", fit.models.structure_files,
+                  "TOML file with a structure to fit, term by term; may be repeated")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  sub->add_option("--poles", fit.models.poles, "Poles of io, degree of commensurate: 1..10 (default 2)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10).description(""));
+  sub->add_option("--zeros", fit.models.zeros, "Zeros of io, numerator degree of commensurate (default 0)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 10).description(""));
+  sub->add_option("--delay", fit.models.delay, "Transport delay: free, or SECONDS to hold it at (default 0)")
+      ->type_name("free|SECONDS");
+  std::vector<std::string> maps;
+  for (const ident::InputMapKind& kind : ident::input_map_kinds()) maps.emplace_back(kind.name);
+  sub->add_option("--input-map", fit.models.input_map,
+                  "Static map before the model: null, dead band and two gains of a valve (default none)")
+      ->type_name(fmt::format("{}", fmt::join(maps, "|")))
+      ->check(CLI::IsMember(maps).description(""));
+  add_choice(*sub, "--initial-state", fit.models.initial_state, kInitialStates,
+             "Response to the input before the first row (default auto)");
+  const auto list = [sub](const char* name, std::vector<std::string>& values, const char* help, const char* type) {
+    sub->add_option(name, values, help)->type_name(type)->allow_extra_args(false);
+  };
+  list("--fix", fit.models.fixed, "Hold a parameter; may be repeated", "NAME=VALUE");
+  list("--free", fit.models.free, "Estimate a parameter that the structure holds", "NAME");
+  list("--start", fit.models.starts, "Start the search there", "NAME=VALUE");
+  list("--bound", fit.models.bounds, "Search between these values", "NAME=LOW:HIGH");
+  add_record_options(*sub, fit.record);
+  sub->add_option("--split", fit.record.split,
+                  "Share of the record for estimation, the rest for validation; 1: no validation (default 0.5, or the "
+                  "experiment's)")
+      ->type_name("FRACTION")
+      ->check(finite_number("a fraction above 0, at most 1", [](double x) { return x > 0.0 && x <= 1.0; }));
+  sub->add_option("--input-before", fit.record.input_before,
+                  "Input before the first row, at which the plant is at rest; for a step at the first row (default 0, "
+                  "or the experiment's)")
+      ->type_name("VOLTS")
+      ->check(finite_number("a finite number", [](double) { return true; }));
+  sub->add_option("--seed", fit.seed, "Seed of the search's starting points (default 1, or the experiment's)")
+      ->type_name("N")
+      // Without this a sign would wrap around to a huge seed.
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            const bool digits = text.find_first_not_of("0123456789") == std::string::npos;
+            return digits ? std::string() : "expected a whole number >= 0, got " + text;
+          },
+          ""));
+  sub->add_flag("--cross-validate", fit.cross_validate,
+                "Also estimate on each repetition of a run and score on the others");
+  sub->add_option("-o", fit.output, "Folder for one model file per model")->type_name("DIR");
+  add_choice(*sub, "--sweep", fit.sweep, kSweeps,
+             "Fit and stability against the base order q, as a table and DIR/sweep_commensurate.csv")
+      ->excludes("--cross-validate");
+  sub->add_option("--sweep-orders", fit.sweep_orders, "Base orders of the sweep (default 0.5:1.2:0.05)")
+      ->type_name("FIRST:LAST:STEP")
+      ->delimiter(':')
+      ->expected(3);
+  add_import_options(*sub, line, fit.import, ImportedColumns::record);
 }
 
 }  // namespace eha::cli

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "core/os/files.hpp"
+#include "daemon/eha/console.hpp"
+#include "daemon/eha/design_command.hpp"
 #include "daemon/eha/excitation_room.hpp"
 #include "daemon/eha/odd_random_design.hpp"
 #include "daemon/eha/rig_source.hpp"

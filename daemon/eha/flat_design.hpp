@@ -2,10 +2,11 @@
 #pragma once
 
 #include "core/error.hpp"
-#include "daemon/eha/commands.hpp"
-#include "daemon/eha/console.hpp"
 
 namespace eha::cli {
+
+class Console;
+struct DesignCommand;
 
 /// `eha design --band LOW:HIGH`: writes an experiment with tones of equal amplitude in a band, their phases such that
 /// volts, slew and travel have low peaks, as large as the first of the rig's three limits allows.

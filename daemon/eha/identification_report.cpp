@@ -9,10 +9,10 @@
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/model_report.hpp"
 #include "daemon/eha/short_report.hpp"
-#include "daemon/eha/shown_model.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/report/report.hpp"
+#include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 namespace {
@@ -53,6 +53,7 @@ void print_identification(const identify::Identification& identification,
   document["recommendation"] = record::to_json(identification.recommendation);
   document["rounds"] = identify::to_json(identification.rounds);
   document["refused"] = identify::to_json(identification.refused);
+  document["work"] = identify::to_json(identification.work);
   document["paper_procedure"] = identify::to_json(identification.paper);
   if (identification.frequency_response) {
     document["frequency_response"] = frequency_json(*identification.frequency_response, identification.models);

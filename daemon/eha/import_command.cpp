@@ -7,6 +7,7 @@
 
 #include "core/display_unit.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/importer/import.hpp"
@@ -16,6 +17,25 @@ namespace eha::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kImportFooter = R"(
+Reads a record of another program and writes it as CSV with the columns time_s, input, output; see eha-record(5).
+FILE is text (commas, semicolons, tabs, bars or blanks; decimal point or comma; UTF-8, UTF-16, Latin-1; any line ends;
+with a header, with a row of units, or without), a MAT-file (version 4, 5, 7.3: arrays, structs of arrays) or HDF5.
+Missing facts are guessed, and the guess is printed in one line. An ambiguous file is refused; the message lists its
+columns and a command that chooses. --resample fills gaps and lists each of them; filled rows are marked in a column
+`filled`.
+
+Examples:
+  eha import bench.csv -o record.csv
+  eha import bench.mat --time rec.t --input rec.u --output rec.y -o record.csv
+  eha import logger.txt --delimiter tab --decimal comma --from 2 --to 60 --resample -o record.csv)";
+
+struct ImportCommand {
+  std::string file;
+  importer::Options import = {};
+  std::optional<std::filesystem::path> output = {};  ///< none: standard output
+};
 
 Json channel_json(const ident::Channel& channel, const Eigen::VectorXd& values) {
   return {{"name", channel.name}, {"unit", channel.unit}, {"min", values.minCoeff()}, {"max", values.maxCoeff()}};
@@ -42,8 +62,6 @@ std::string range_text(const ident::Channel& channel, const Eigen::VectorXd& val
   return fmt::format("{} {:.4g} .. {:.4g} {}", channel.name, factor * values.minCoeff(), factor * values.maxCoeff(),
                      unit.of(channel.unit));
 }
-
-}  // namespace
 
 ExitCode execute(const ImportCommand& command, Console& console) {
   std::error_code ignored;
@@ -82,6 +100,17 @@ ExitCode execute(const ImportCommand& command, Console& console) {
                             range_text(record.output_channel, record.output, unit)));
   console.next_step(fmt::format("eha fit {}", command.output->string()));
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_import(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("import", "Read a record of another program and write it as CSV");
+  sub->footer(kImportFooter);
+  auto& import = options_of<ImportCommand>(*sub, line);
+  sub->add_option("file", import.file, "Text, MAT-file or HDF5")->required()->type_name("FILE");
+  sub->add_option("-o", import.output, "CSV file to write (default: standard output)")->type_name("FILE");
+  add_import_options(*sub, line, import.import, ImportedColumns::record);
 }
 
 }  // namespace eha::cli

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <array>
 
 #include "daemon/eha/option_values.hpp"
@@ -20,7 +21,8 @@ constexpr std::size_t kRepairsShown = 20;
 
 }  // namespace
 
-void add_import_options(CLI::App& app, importer::Options& options, ImportedColumns columns) {
+void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options& options, ImportedColumns columns) {
+  options.command = line.as_given;
   const std::string group = "Files of other programs (each of these replaces a guess)";
   const auto column = [&](const char* name, std::optional<std::string>& target, const char* what) {
     app.add_option(name, target, fmt::format("Column of {}: name, struct.field, or number from 1", what))

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "daemon/eha/command_line.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/importer/options.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace eha::cli {
 
@@ -14,7 +18,7 @@ namespace eha::cli {
 enum class ImportedColumns { record, input_only };
 
 /// Adds --time, --input, --output, --delimiter, --decimal, --period, --from, --to and --resample.
-void add_import_options(CLI::App& app, importer::Options& options, ImportedColumns columns);
+void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options& options, ImportedColumns columns);
 
 /// Prints the guesses about a file and the corrections to it.
 void print_import(const std::string& guess, const std::vector<std::string>& repairs, const Console& console);

@@ -11,11 +11,13 @@
 
 #include "config/prepared_experiment.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/console.hpp"
+#include "daemon/eha/design_command.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/identify/design_choice.hpp"
-#include "daemon/identify/executor.hpp"
 #include "daemon/identify/improved_experiment.hpp"
+#include "daemon/identify/thread_executor.hpp"
 #include "ident/design/improvement.hpp"
 #include "ident/model/model_file.hpp"
 
@@ -32,8 +34,8 @@ using identify::DesignPredictor;
 
 /// Samples that the model was compared at, in ticks of the rig.
 int decimation_of(const Model& model, double tick_s) {
-  if (!model.bode || model.bode->frequency_Hz.empty()) return 1;
-  return std::max(1, static_cast<int>(std::lround(0.5 / model.bode->frequency_Hz.back() / tick_s)));
+  if (!model.estimation || !model.estimation->compared_step_s) return 1;
+  return std::max(1, static_cast<int>(std::lround(*model.estimation->compared_step_s / tick_s)));
 }
 
 /// The simulated rig that tries designs out: the named one, or the rig itself where that is simulated.

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "daemon/eha/commands.hpp"
+#include "core/error.hpp"
 
 namespace eha::cli {
+
+class Console;
+struct DesignCommand;
 
 /// Designs and writes the experiment that makes the standard error of a model's parameter smallest on a rig, and prints
 /// what it predicts, how long it takes and which limit binds. With a wanted standard error the experiment becomes as

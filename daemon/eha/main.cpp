@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <csignal>
 #include <exception>
-#include <variant>
 
 #include "core/error.hpp"
 #include "daemon/eha/command_line.hpp"
@@ -21,7 +20,7 @@ ExitCode run_program(int argc, char** argv) {
     console = Console(line.console);
     ExitCode code = ExitCode::ok;
     if (line.command) {
-      code = std::visit([&console](const auto& command) { return execute(command, console); }, *line.command);
+      code = line.command(console);
     } else {
       console.print_content(line.text);
     }

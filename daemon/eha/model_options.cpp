@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -13,6 +14,7 @@
 
 #include "config/structure_file.hpp"
 #include "core/error.hpp"
+#include "daemon/eha/option_values.hpp"
 
 namespace eha::cli {
 namespace {
@@ -180,6 +182,15 @@ std::vector<StructureOptions> chosen(const ModelOptions& options, const std::vec
 }
 
 }  // namespace
+
+void add_record_options(CLI::App& app, RecordOptions& record) {
+  app.add_option("--decimate", record.decimation, "Compare every Nth sample, filtered (default 1, or the experiment's)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000000).description(""));
+  app.add_option("--discard", record.discard_s, "Do not compare the first SECONDS (default 0, or the experiment's)")
+      ->type_name("SECONDS")
+      ->check(finite_number("seconds >= 0", [](double s) { return s >= 0.0; }));
+}
 
 std::vector<StructureOptions> structures_for(const ModelOptions& options,
                                              const std::vector<StructureOptions>& configured) {

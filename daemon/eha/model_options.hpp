@@ -1,13 +1,45 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "daemon/eha/commands.hpp"
-#include "ident/estimation/fit_options.hpp"
 #include "ident/estimation/ladder.hpp"
+#include "ident/fit_options.hpp"
+#include "ident/structure/structure_options.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace eha::cli {
+
+/// Options on the use of a record; an unset member leaves the experiment's value or the default.
+struct RecordOptions {
+  std::optional<int> decimation = {};
+  std::optional<double> discard_s = {};
+  std::optional<double> split = {};
+  std::optional<double> input_before = {};
+};
+
+/// Adds --decimate and --discard.
+void add_record_options(CLI::App& app, RecordOptions& record);
+
+/// Options on the models to fit.
+struct ModelOptions {
+  std::vector<std::string> families = {};         ///< --model, in order; without --structure too: the experiment's
+  std::vector<std::string> structure_files = {};  ///< --structure, in order
+  std::optional<int> poles = {};
+  std::optional<int> zeros = {};
+  std::optional<std::string> delay = {};  ///< "free" or seconds
+  std::optional<ident::InitialState> initial_state = {};
+  std::optional<std::string> input_map = {};  ///< "none" or "valve"
+  std::vector<std::string> fixed = {};        ///< NAME=VALUE
+  std::vector<std::string> free = {};         ///< NAME
+  std::vector<std::string> starts = {};       ///< NAME=VALUE
+  std::vector<std::string> bounds = {};       ///< NAME=LOW:HIGH
+};
 
 /// The models that a command line asks for.
 /// @param configured  the experiment's models; --model selects those of a structure, or a plain one if there is none;

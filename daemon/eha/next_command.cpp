@@ -3,8 +3,8 @@
 
 #include <system_error>
 
-#include "daemon/control/client.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/control/socket_path.hpp"
+#include "daemon/eha/run_command.hpp"
 #include "daemon/report/report.hpp"
 
 namespace eha::cli {

@@ -9,6 +9,8 @@
 #include <string>
 
 #include "core/os/files.hpp"
+#include "daemon/eha/console.hpp"
+#include "daemon/eha/design_command.hpp"
 #include "daemon/eha/excitation_room.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "ident/excitation/excitation.hpp"

@@ -2,10 +2,11 @@
 #pragma once
 
 #include "core/error.hpp"
-#include "daemon/eha/commands.hpp"
-#include "daemon/eha/console.hpp"
 
 namespace eha::cli {
+
+class Console;
+struct DesignCommand;
 
 /// `eha design --band LOW:HIGH --odd-random`: writes an experiment with realisations of an odd-random multisine in a
 /// band, as large as the first of the rig's limits of volts, slew and travel allows.

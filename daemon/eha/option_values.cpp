@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/option_values.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <system_error>
+
+#include "ident/model/model.hpp"
 
 namespace eha::cli {
 namespace {
@@ -28,6 +35,17 @@ CLI::Validator finite_number(const std::string& range, bool (*accept)(double)) {
           return "expected " + range + ", got " + text;
         }
         return std::string();
+      },
+      "");
+}
+
+CLI::Validator ends_in(std::vector<std::string> endings) {
+  return CLI::Validator(
+      [endings = std::move(endings)](std::string& name) {
+        const std::string ending = std::filesystem::path(name).extension().string();
+        const bool known = std::find(endings.begin(), endings.end(), ending) != endings.end();
+        return known ? std::string()
+                     : fmt::format("expected a name that ends in {}, got {}", fmt::join(endings, " or "), name);
       },
       "");
 }

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "ident/model/model.hpp"
+namespace eha::ident {
+struct FrequencyInterval;
+}
 
 namespace eha::cli {
 
@@ -41,6 +43,9 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, Target& target
 
 /// Checks that a value is a finite number that `accept` takes. @param range  of such numbers, for the message
 [[nodiscard]] CLI::Validator finite_number(const std::string& range, bool (*accept)(double));
+
+/// Checks that a file's name ends in one of these.
+[[nodiscard]] CLI::Validator ends_in(std::vector<std::string> endings);
 
 /// The value of an option --band, "0.02:5" in Hz. @throws CLI::ValidationError  not LOW:HIGH with 0 < LOW < HIGH
 [[nodiscard]] ident::FrequencyInterval band_of(const std::string& text);

@@ -5,20 +5,48 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
+#include "daemon/eha/run_command.hpp"
 #include "daemon/rig/trusted_file.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kGotoFooter = R"(
+Moves the rod slowly (at most 0.3 in/s) to a place within the travel limits, and ends once it has been within 0.02 in of it
+for 0.5 s; then the rig is safe, with the hydraulics off. It is a run like any other: you must have armed the rig, a real
+actuator is moved only after your confirmation, every limit of the rig file holds, Ctrl-C ramps out, and the way there is
+recorded. Null and dead band of the valve are compensated; [following] of the rig file makes it quicker.
+Code 11 when a limit or the time-out (120 s) ends it; the message gives the cause.
+
+Examples:
+  eha arm && eha goto 2.95in
+  eha goto 75mm --local --fast)";
+
+constexpr const char* kJogFooter = R"(
+As eha goto, to a place a little above (+) or below (-) the present one. Moves between runs only.
+
+Examples:
+  eha jog +0.2in
+  eha jog -5mm)";
+
+/// `eha goto` and `eha jog`: a run whose experiment only moves the rod to a place.
+struct PlaceCommand : DriveOptions {
+  std::string where = {};    ///< a length with its unit
+  bool is_relative = false;  ///< to where the rod is
+};
 
 /// The longest way is some inches at 0.3 in/s or slower; see place::placing_time_s for what a way should take.
 constexpr double kTimeOut_s = 120.0;
@@ -41,14 +69,12 @@ PlaceNow place_now_of_service(const PlaceCommand& command) {
 
 PlaceNow place_now_of_rig(const PlaceCommand& command) {
   const config::RigConfig config = load_rig_or_default(command.rig_file);
-  require_trusted_rig_file(config);
+  require_local_rig_file(config);
   const std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
   hal::RigReading reading;
   if (rig->read(0, reading) != hal::RigStatus::ok) throw DeviceError("the rig cannot be read; eha doctor says more");
   return {reading.displacement_in, config.units};
 }
-
-}  // namespace
 
 ExitCode execute(const PlaceCommand& command, Console& console) {
   const std::optional<double> length_in = inches_of(command.where);
@@ -70,6 +96,25 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
   run.text = fmt::format("schema = 1\nname = \"{}\"\nduration_s = {:g}\n\n[place]\ndisplacement_in = {:.4f}\n", name,
                          kTimeOut_s, target_in);
   return execute(run, console);
+}
+
+void add_placing(CLI::App& app, const char* name, const char* help, const char* footer, const char* what,
+                 ParsedLine& line, PlaceCommand defaults) {
+  CLI::App* sub = app.add_subcommand(name, help);
+  sub->footer(footer);
+  auto& place = options_of(*sub, line, std::move(defaults));
+  sub->add_option("where", place.where, what)->required()->type_name("LENGTH");
+  add_drive_options(*sub, place);
+}
+
+}  // namespace
+
+void add_place_commands(CLI::App& app, ParsedLine& line) {
+  add_placing(app, "goto", "Move the rod slowly to a place", kGotoFooter, "The place, such as 2.95in or 75mm", line,
+              {});
+  PlaceCommand relative;
+  relative.is_relative = true;
+  add_placing(app, "jog", "Move the rod a little", kJogFooter, "How far, such as +0.2in or -5mm", line, relative);
 }
 
 }  // namespace eha::cli

@@ -13,6 +13,7 @@
 
 #include "core/os/files.hpp"
 #include "core/text.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/plot/envelope.hpp"
@@ -28,6 +29,22 @@ namespace eha::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kPlotFooter = R"(
+A run: measured output, its best models, errors and input over time. A record or another table of eha: its columns over
+the first one. A model file: gain and phase with 95 % bounds, over the measured response if frequency_response.csv is
+beside it. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
+Exit code 69: gnuplot is missing or failed.
+
+Examples:
+  eha plot runs/latest
+  eha plot models/io.json -o bode.svg
+  eha plot record.csv -o record.png)";
+
+struct PlotCommand {
+  std::string source;                                ///< run folder, CSV file or model file
+  std::optional<std::filesystem::path> output = {};  ///< none: in characters on standard output
+};
 
 constexpr std::size_t kMostCurves = 2;          // models in a run's plot
 constexpr std::size_t kMostColumnsInPanel = 6;  // of a CSV file
@@ -144,8 +161,6 @@ plot::CharacterSize terminal_size(std::size_t panels) {
   return size;
 }
 
-}  // namespace
-
 ExitCode execute(const PlotCommand& command, Console& console) {
   // Before the file is read, which may take a while.
   if (command.output) static_cast<void>(format_of(*command.output));
@@ -158,6 +173,19 @@ ExitCode execute(const PlotCommand& command, Console& console) {
   console.print_json({{"schema", "eha-plot/1"}, {"file", command.output->string()}});
   console.print(fmt::format("written: {}", command.output->string()));
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_plot(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("plot", "Plot a run, a record or a model, on the terminal or into a file");
+  sub->footer(kPlotFooter);
+  auto& plot = options_of<PlotCommand>(*sub, line);
+  sub->add_option("source", plot.source, "Run folder, CSV file or model file (JSON)")
+      ->required()
+      ->type_name("RUN|CSV|MODEL");
+  sub->add_option("-o,--output", plot.output, "Picture to write; its name ends in .png, .svg or .pdf")
+      ->type_name("FILE");
 }
 
 }  // namespace eha::cli

@@ -14,19 +14,38 @@
 #include <vector>
 
 #include "daemon/control/client.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/rod_text.hpp"
+#include "daemon/eha/service_command.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/rig/rod_view.hpp"
 #include "daemon/rig/trusted_file.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kReadFooter = R"(
+Shows where the rod is [in], on a bar between its limits ('=': beyond 80 % of the way to a limit), the sensor's voltage
+[V], code and noise [in], the digital lines and whether the rig is armed. Moves nothing. Asks the service; where none
+listens, or with --local, it reads the rig of --rig itself. --watch redraws it until Ctrl-C.
+
+Examples:
+  eha read
+  eha read --watch --units mm
+  eha read --local --rig rig.toml)";
+
+struct ReadCommand {
+  std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig itself where nobody listens
+  std::optional<std::string> rig_file = {};          ///< with `local`; none: default_rig_file()
+  bool local = false;                                ///< read the rig in this process
+  bool watch = false;                                ///< repeatedly
+};
 
 constexpr double kReads_Hz = 5.0;
 
@@ -93,8 +112,6 @@ ExitCode show_readings(const Reader& read, bool watch, Console& console) {
   return ExitCode::ok;
 }
 
-}  // namespace
-
 ExitCode execute(const ReadCommand& command, Console& console) {
   std::error_code ignored;
   const std::filesystem::path socket = command.socket.value_or(control::default_socket());
@@ -107,10 +124,22 @@ ExitCode execute(const ReadCommand& command, Console& console) {
     console.info(fmt::format("no ehad listens at {}; reading {} in this process", socket.string(), config.file_name));
   }
   // Opening it writes the file's safe voltage.
-  require_trusted_rig_file(config);
+  require_local_rig_file(config);
   const std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
   RodView view;
   return show_readings(reader_of_rig(*rig, config, view), command.watch, console);
+}
+
+}  // namespace
+
+void add_read(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("read", "Show the rod, its sensor and the digital lines; moves nothing");
+  sub->footer(kReadFooter);
+  auto& read = options_of<ReadCommand>(*sub, line);
+  CLI::Option* local = sub->add_flag("--local", read.local, "Read the rig in this process instead of through ehad");
+  add_socket_option(*sub, read.socket)->excludes(local);
+  sub->add_option("--rig", read.rig_file, "Rig file (TOML); with --local only")->type_name("RIG")->needs(local);
+  sub->add_flag("--watch", read.watch, "Repeat until Ctrl-C");
 }
 
 }  // namespace eha::cli

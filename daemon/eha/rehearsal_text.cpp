@@ -9,7 +9,7 @@
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/record/run_folder.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {

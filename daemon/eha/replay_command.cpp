@@ -13,11 +13,13 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/text_table.hpp"
-#include "daemon/identify/executor.hpp"
 #include "daemon/identify/source.hpp"
+#include "daemon/identify/thread_executor.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/replay/calibration.hpp"
@@ -29,6 +31,24 @@ namespace eha::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kReplayFooter = R"(
+Plays a record's voltages [V] through the simulated rig and scores it against the measured displacement [in, mm], from the
+record's first position. --calibrate fits keys of [sim] in eha-rig(5) to the record and writes the rig file of the twin.
+KEY=LOW:HIGH sets bounds (default a fifth to five times the rig file's value). Each value has a 95 % interval. A parameter
+that the record does not determine, alone or apart from another one, is refused by name (exit code 10).
+
+Examples:
+  eha replay runs/latest -o overlay.svg
+  eha replay record.csv --rig sim.toml --calibrate valve_null_offset_V valve_dead_band_V moving_mass_kg=5:60)";
+
+struct ReplayCommand {
+  std::string source;                        ///< run folder or record
+  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  std::vector<std::string> calibrate = {};   ///< KEY or KEY=LOW:HIGH
+  std::filesystem::path twin = "twin.toml";  ///< written when something is calibrated
+  std::optional<std::filesystem::path> output = {};
+};
 
 std::optional<double> number(std::string_view text) {
   double value = 0.0;
@@ -97,8 +117,6 @@ void draw_overlay(const ident::Record& record, const Eigen::VectorXd& measured, 
                                                  : plot::Format::svg;
   os::write_file_atomically(path, plot::draw({"Record and simulated rig", {position, error}}, format));
 }
-
-}  // namespace
 
 ExitCode execute(const ReplayCommand& command, Console& console) {
   std::vector<replay::CalibrationRequest> requests;
@@ -178,6 +196,25 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
     console.next_step(fmt::format("eha replay {} --calibrate valve_null_offset_V valve_dead_band_V", command.source));
   }
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub =
+      app.add_subcommand("replay", "Play a record's voltages through the simulated rig, or fit the rig to the record");
+  sub->footer(kReplayFooter);
+  auto& command = options_of<ReplayCommand>(*sub, line);
+  sub->add_option("source", command.source, "Run folder or record")->required()->type_name("RUN|FILE");
+  sub->add_option("--rig", command.rig_file, "Rig file of a simulated rig (default the shipped one)")->type_name("RIG");
+  CLI::Option* calibrate = sub->add_option("--calibrate", command.calibrate, "Fit these keys of [sim]; may be repeated")
+                               ->type_name("KEY[=LOW:HIGH]");
+  sub->add_option("--twin", command.twin, "Rig file to write the calibrated values to (default twin.toml)")
+      ->type_name("FILE")
+      ->needs(calibrate);
+  sub->add_option("-o,--output", command.output, "Overlay to write: a picture (.svg, .png, .pdf) or .csv")
+      ->type_name("FILE")
+      ->check(ends_in({".svg", ".png", ".pdf", ".csv"}));
 }
 
 }  // namespace eha::cli

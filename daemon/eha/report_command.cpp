@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -16,6 +17,23 @@ namespace eha::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kReportFooter = R"(
+Writes one HTML page that needs no other file and prints on A4: the recommended model and why, all models, measured and
+simulated output with errors, frequency response, stability, residual, valve map, parameter intervals, timing and
+provenance. A note beside each plot says what this record shows, what a good one looks like, and what to do.
+A run's page goes to RUN/report.html, where `eha run` and `eha fit RUN` write it too; of model files to ./report.html.
+With fit.csv and frequency_response.csv in the models' folder (`eha fit -o`) their plots are included.
+The plots are drawn by gnuplot (Debian package gnuplot-nox); without it the page has none and says so.
+
+Examples:
+  eha report runs/latest
+  eha report models/io.json models/fo.json -o comparison.html)";
+
+struct ReportCommand {
+  std::vector<std::string> sources;                  ///< one run folder, or model files
+  std::optional<std::filesystem::path> output = {};  ///< none: report.html, in the run folder of a run
+};
 
 bool is_folder(const std::string& path) {
   std::error_code ignored;
@@ -32,8 +50,6 @@ report::Subject load(const ReportCommand& command) {
   }
   return report::load_models({command.sources.begin(), command.sources.end()});
 }
-
-}  // namespace
 
 ExitCode execute(const ReportCommand& command, Console& console) {
   const bool is_run = is_folder(command.sources.front());
@@ -57,6 +73,18 @@ ExitCode execute(const ReportCommand& command, Console& console) {
   console.print(fmt::format("written: {}", path.string()));
   console.next_step(fmt::format("xdg-open {}", path.string()));
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("report", "Write a report with plots of a run or of models");
+  sub->footer(kReportFooter);
+  auto& report = options_of<ReportCommand>(*sub, line);
+  sub->add_option("sources", report.sources, "Run folder, or model files (JSON)")
+      ->required()
+      ->type_name("RUN|MODEL...");
+  sub->add_option("-o,--output", report.output, "File to write")->type_name("FILE.html");
 }
 
 }  // namespace eha::cli

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/run_command.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -12,6 +14,7 @@
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "core/display_unit.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -32,12 +35,30 @@
 #include "daemon/rig/confirmation.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kRunFooter = R"(
+Plays the experiment's excitation [V] on the rig every tick, records the displacement [in], fits the experiment's
+models and judges them. The run folder OUTPUT/<UTC time>-<name> holds run.json, raw.ehalog, raw.h5, data_40ms.csv,
+frequency_response.csv, fit.csv, report.html and models/*.json; a rejected model goes to models/rejected. OUTPUT/latest
+points to the last run with an accepted model.
+One Ctrl-C ramps the command down and keeps the record; a second one makes the rig safe at once.
+Without --local the service ehad does the same with its own rig file and folder, when the experiment is next in its
+queue and you hold the lease (`eha arm`). Ctrl-C stops the run; losing the connection does not.
+All experiments are checked before the first one is queued or played; a fault in one refuses all.
+During a run a terminal shows the time left [s], the rod between its limits, the command [V], late ticks and the predicted
+margin to the travel limits; elsewhere a line appears every 30 s.
+
+Examples:
+  eha arm && eha run config/experiments/paper.toml
+  eha run slow.toml fast.toml --detach
+  eha run config/experiments/paper.toml --local --fast
+  eha run sweep.toml --local --rig rig.toml --output /data/runs)";
 
 /// An experiment of the command line, checked.
 struct PlannedRun {
@@ -59,6 +80,8 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   StopOnSignals stop;
   OwnedRig local(rig_config);
   if (hal::moves_machine(rig_config.backend)) require_plausible_inputs(local.rig(), rig_config);
+  if (local.is_unguarded())
+    throw DeviceError("the guard of the rig (eha-safe --guard) does not run; nothing is driven");
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();
@@ -113,15 +136,15 @@ ExitCode report_incomplete(const Acquired& acquired, Console& console) {
   if (!fs::exists(run.folder / record::kJournalFile, unknown)) {
     console.info(fmt::format("{} holds no record of this run", folder));
   } else if (!fs::exists(run.folder / record::kRawFile, unknown)) {
-    console.info(fmt::format("the record so far is in {}; once there is room, `eha runs recover {}` completes it",
+    console.info(fmt::format("the partial record is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, folder));
   } else if (run.only_placed) {
-    console.info(fmt::format("the record so far is in {}", folder));
+    console.info(fmt::format("the partial record is in {}", folder));
   } else {
-    console.info(
-        fmt::format("the record so far is in {}; `eha fit {}` fits it (add --discard 0 if it is hardly longer than the "
-                    "discarded time)",
-                    folder, folder));
+    console.info(fmt::format(
+        "the partial record is in {}; `eha fit {}` fits it (add --discard 0 if it is hardly longer than the "
+        "discarded time)",
+        folder, folder));
   }
   const bool is_guards_fault = !acquired.was_guarded && (run.report.outcome == acquisition::Outcome::completed ||
                                                          run.report.outcome == acquisition::Outcome::interrupted);
@@ -224,7 +247,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   for (const std::string& file : command.further_files) {
     planned.push_back(plan(file, std::nullopt, rig, risk, console));
   }
-  require_trusted_rig_file(rig);
+  require_local_rig_file(rig);
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   std::string confirmation;
@@ -253,6 +276,25 @@ ExitCode execute(const RunCommand& command, Console& console) {
   console.print_json({{"schema", "eha-run-list/1"}, {"runs", documents}, {"exit_code", static_cast<int>(code)}});
   console.next_step("eha runs list " + shell_word(command.output.string()));
   return code;
+}
+
+void add_run(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("run", "Play an experiment on a rig, record it, fit and judge its models");
+  sub->footer(kRunFooter);
+  auto& run = options_of<RunCommand>(*sub, line);
+  sub->add_option_function<std::vector<std::string>>(
+         "experiment",
+         [&run](const std::vector<std::string>& files) {
+           run.experiment_file = files.front();
+           run.further_files.assign(files.begin() + 1, files.end());
+         },
+         "Experiment files (TOML), played in this order")
+      ->required()
+      ->type_name("EXPERIMENT");
+  CLI::Option* local = add_drive_options(*sub, run);
+  sub->add_flag("--detach", run.detach, "Queue the experiments and leave; not with --local")->excludes(local);
+  sub->add_flag("--accept-travel-risk", run.accept_travel_risk,
+                "Play even if half of the rehearsed rods reach a limit");
 }
 
 }  // namespace eha::cli

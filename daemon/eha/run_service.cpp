@@ -22,6 +22,7 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/place_text.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
+#include "daemon/eha/run_command.hpp"
 #include "daemon/eha/run_follower.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -73,8 +74,8 @@ ExitCode report(const Json& entry, const std::string& units, const RunCommand& c
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && entry.value("outcome", "") != "completed") {
     // A placing and a characterisation, whose text is the command's own, have nothing to fit.
-    console.info(command.text ? fmt::format("the record so far is in {}", folder)
-                              : fmt::format("the record so far is in {}; `eha fit {}` fits it", folder, folder));
+    console.info(command.text ? fmt::format("the partial record is in {}", folder)
+                              : fmt::format("the partial record is in {}; `eha fit {}` fits it", folder, folder));
   }
   console.print_json({{"schema", "eha-run/1"},
                       {"run", folder},

@@ -7,8 +7,10 @@
 
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/eha/service_command.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/manifest.hpp"
@@ -20,6 +22,19 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+struct RunsListCommand {
+  std::optional<std::filesystem::path> folder = {};  ///< none: "runs", or the service's where that is not there
+  std::optional<std::filesystem::path> socket = {};  ///< ask this service
+};
+
+struct RunsShowCommand {
+  std::filesystem::path run;
+};
+
+struct RunsRecoverCommand {
+  std::filesystem::path target;  ///< one run folder, or a folder of them
+};
 
 /// A line of the list of runs.
 struct ListedRun {
@@ -105,8 +120,6 @@ bool has_torn_run(const fs::path& folder) {
   }
 }
 
-}  // namespace
-
 ExitCode execute(const RunsListCommand& command, Console& console) {
   // Without a folder: the runs in ./runs, or the service's if that folder does not exist.
   const fs::path here = command.folder.value_or("runs");
@@ -185,6 +198,41 @@ ExitCode execute(const RunsRecoverCommand& command, Console& console) {
   console.print_json(document);
   if (!runs.empty() && code == ExitCode::ok) console.next_step("eha fit " + shell_word(runs.front().string()));
   return code;
+}
+
+}  // namespace
+
+void add_runs(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("runs", "List, show, recover, cancel, acknowledge or remove runs");
+  sub->fallthrough();
+  sub->require_subcommand(1);
+  sub->footer("\nExamples:\n  eha runs list\n  eha runs show runs/latest\n  eha runs recover runs");
+  CLI::App* list = sub->add_subcommand("list", "One line for each run, oldest first");
+  auto& listed = options_of<RunsListCommand>(*list, line);
+  list->add_option("folder", listed.folder, "Folder of run folders (default runs, else the service's)")
+      ->type_name("DIR");
+  add_socket_option(*list, listed.socket);
+  CLI::App* show = sub->add_subcommand("show", "Show outcome, models and verdicts of a run");
+  auto& shown = options_of<RunsShowCommand>(*show, line);
+  show->add_option("run", shown.run, "Run folder")->required()->type_name("RUN");
+  CLI::App* recover = sub->add_subcommand("recover", "Complete runs whose process died, from their journals");
+  auto& recovered = options_of<RunsRecoverCommand>(*recover, line);
+  recover->add_option("target", recovered.target, "Run folder, or folder of run folders")
+      ->required()
+      ->type_name("RUN|DIR");
+  CLI::App* cancel = sub->add_subcommand("cancel", "Remove a waiting or held experiment from the service's queue");
+  auto& cancelled = options_of<ServiceCommand>(*cancel, line, {.method = "cancel"});
+  add_entries(*cancel, cancelled, "Numbers in the queue, see eha queue")->required();
+  add_socket_option(*cancel, cancelled.socket);
+  CLI::App* ack = sub->add_subcommand("ack", "Acknowledge the incident of a run; retention may then remove the run");
+  auto& acknowledged = options_of<ServiceCommand>(*ack, line, {.method = "ack"});
+  ack->add_option("run", acknowledged.run, "Run folder, or its name")->required()->type_name("RUN");
+  add_socket_option(*ack, acknowledged.socket);
+  CLI::App* remove = sub->add_subcommand("remove", "Delete a run of the service, its record and models");
+  auto& removed = options_of<ServiceCommand>(*remove, line, {.method = "remove"});
+  remove->add_option("run", removed.run, "Run folder, or its name")->required()->type_name("RUN");
+  remove->add_flag("--yes", removed.yes, "Without asking");
+  add_socket_option(*remove, removed.socket);
 }
 
 }  // namespace eha::cli

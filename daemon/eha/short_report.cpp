@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -16,6 +17,7 @@
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/run_header.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 namespace {
@@ -81,14 +83,12 @@ std::string reasons_of(const Model& model) {
   return text;
 }
 
-std::string recommended_text(const Model& model, const ident::Recommendation& recommendation, const DisplayUnit& unit) {
+std::string recommended_text(const Model& model, const ident::Recommendation& recommendation) {
   std::string text = line("recommended", fmt::format("{} ({})", model.name, grade_text(model)));
-  const double factor = unit.factor(model.output_unit);
-  const std::string shown = unit.of(model.output_unit);
-  text += line("equation", equation(model, factor, shown));
+  text += line("equation", equation(model, 1.0, model.output_unit));
   text += line("on unseen data", fit_text(model));
   if (const auto error = largest_error(model))
-    text += line("largest error", fmt::format("{:.3g} {}", factor * *error, shown));
+    text += line("largest error", fmt::format("{:.3g} {}", *error, model.output_unit));
   text += line("usable band", band_text(model));
   text += line("chosen as", recommendation.reason);
   if (recommendation.validation_chose) {
@@ -97,16 +97,28 @@ std::string recommended_text(const Model& model, const ident::Recommendation& re
   return text + reasons_of(model);
 }
 
-std::vector<std::string> row_for(const Model& model, const std::string& name, double factor) {
+std::vector<std::string> row_for(const Model& model, const std::string& name) {
   const auto score = unseen(model);
   const auto error = largest_error(model);
   const ident::FrequencyInterval* band = band_of(model);
   return {name,
           score ? fmt::format("{:.1f}", score->fit_percent) : "-",
           score ? fmt::format("{:.2f}", score->r2_percent) : "-",
-          error ? fmt::format("{:.3g}", factor * *error) : "-",
+          error ? fmt::format("{:.3g}", *error) : "-",
           band ? fmt::format("{:.2g}..{:.2g}", band->lowest_Hz, band->highest_Hz) : "-",
           grade_text(model)};
+}
+
+/// The answer with every length in the unit, also in the sentence of a model that the recommendation quotes at its end.
+Answer shown_answer(Answer answer, const DisplayUnit& unit) {
+  for (std::vector<Model>* models : {&answer.models, &answer.paper}) {
+    for (Model& model : *models) {
+      Model shown = in_unit(model, unit);
+      answer.recommendation.reason = requoted(std::move(answer.recommendation.reason), model, shown);
+      model = std::move(shown);
+    }
+  }
+  return answer;
 }
 
 }  // namespace
@@ -171,14 +183,15 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   return true;
 }
 
-std::string short_report(const Answer& answer, const DisplayUnit& unit) {
-  if (answer.models.empty() && answer.paper.empty()) return {};
+std::string short_report(const Answer& given, const DisplayUnit& unit) {
+  if (given.models.empty() && given.paper.empty()) return {};
+  const Answer answer = shown_answer(given, unit);
   std::string text;
   const ident::Recommendation& recommendation = answer.recommendation;
   const auto chosen = std::find_if(answer.models.begin(), answer.models.end(),
                                    [&](const Model& model) { return model.name == recommendation.model; });
   if (chosen != answer.models.end()) {
-    text += recommended_text(*chosen, recommendation, unit);
+    text += recommended_text(*chosen, recommendation);
   } else {
     text += line("recommended", "none");
     if (!recommendation.reason.empty()) text += line("because", recommendation.reason);
@@ -189,15 +202,14 @@ std::string short_report(const Answer& answer, const DisplayUnit& unit) {
     }
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;
-  const double factor = unit.factor(output_unit);
   std::vector<std::vector<std::string>> rows;
-  for (const Model& model : answer.models) rows.push_back(row_for(model, model.name, factor));
-  for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)", factor));
+  for (const Model& model : answer.models) rows.push_back(row_for(model, model.name));
+  for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)"));
   return text + "\n" +
          text_table({{"model", Align::left},
                      {"fit %", Align::right},
                      {"R2 %", Align::right},
-                     {fmt::format("error {}", unit.of(output_unit)), Align::right},
+                     {fmt::format("error {}", output_unit), Align::right},
                      {"band Hz", Align::right},
                      {"verdict", Align::left}},
                     rows) +

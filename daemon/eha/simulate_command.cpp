@@ -4,14 +4,41 @@
 #include <string>
 
 #include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/option_values.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
 
 namespace eha::cli {
+namespace {
+
+constexpr const char* kSimulateFooter = R"(
+INPUT is a file as for `eha fit`; of several columns the one in the model's unit is the input, held between samples.
+An input in another unit is refused. The output is time_s and the model's output.
+MODEL needs only `transfer_function`; input_map, input_bias, initial_output and units are used if given. Methods:
+  exact  exact for a held input; stable models only
+  gl1    Grunwald-Letnikov, first order, as in the paper
+  cq2    second-order convolution quadrature; stable models only
+
+Examples:
+  eha simulate models/fo.json input.csv -o output.csv
+  eha simulate models/io.json input.csv --method gl1)";
+
+struct SimulateCommand {
+  std::string model_file;
+  std::string input_file;
+  importer::Options import = {};
+  std::optional<std::filesystem::path> output = {};  ///< none: standard output
+  ident::SimulationMethod method = ident::SimulationMethod::exact;
+};
+
+constexpr std::array kMethods{Choice<ident::SimulationMethod>{"exact", ident::SimulationMethod::exact},
+                              Choice<ident::SimulationMethod>{"gl1", ident::SimulationMethod::gl1},
+                              Choice<ident::SimulationMethod>{"cq2", ident::SimulationMethod::cq2}};
 
 ExitCode execute(const SimulateCommand& command, Console& console) {
   const ident::Model model = read_model(command.model_file);
@@ -55,6 +82,19 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
     console.next_step(fmt::format("eha validate {} RECORD.csv", command.model_file));
   }
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("simulate", "Simulate a model's output for an input");
+  sub->footer(kSimulateFooter);
+  auto& simulate = options_of<SimulateCommand>(*sub, line);
+  sub->add_option("model", simulate.model_file, "Model file (JSON)")->required()->type_name("MODEL");
+  sub->add_option("input", simulate.input_file, "File with the input")->required()->type_name("INPUT");
+  sub->add_option("-o,--output", simulate.output, "File to write (default: standard output)")->type_name("FILE");
+  add_choice(*sub, "--method", simulate.method, kMethods, "How to simulate (default exact)");
+  add_import_options(*sub, line, simulate.import, ImportedColumns::input_only);
 }
 
 }  // namespace eha::cli

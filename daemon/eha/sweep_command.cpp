@@ -9,6 +9,8 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/console.hpp"
+#include "daemon/eha/fit_command.hpp"
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/sweep.hpp"

@@ -4,10 +4,13 @@
 #include <filesystem>
 #include <optional>
 
-#include "daemon/eha/commands.hpp"
+#include "core/error.hpp"
 #include "daemon/identify/identification.hpp"
 
 namespace eha::cli {
+
+class Console;
+struct FitCommand;
 
 /// `eha fit SOURCE --sweep commensurate`: prints fit and stability against the base order q as a table and, under
 /// `folder`, writes sweep_commensurate.csv.

@@ -4,21 +4,41 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
-#include "daemon/eha/shown_model.hpp"
+#include "daemon/identify/record_units.hpp"
 #include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
+
+constexpr const char* kValidateFooter = R"(
+Scores a model on a record it has not seen, with its offset kept and with the offset estimated anew. Shows the residual's
+correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after --discard seconds is scored.
+Exit code 0: accepted; 3: rejected.
+
+Examples:
+  eha validate models/fo.json runs/latest
+  eha validate models/io.json record.csv --decimate 40 --json)";
+
+struct ValidateCommand {
+  std::string model_file;
+  std::string source;  ///< run folder or file with a record
+  importer::Options import = {};
+  std::optional<std::string> experiment_file = {};
+  RecordOptions record;
+};
 
 std::string score_line(const char* what, const ident::Score& score, const ident::Model& model) {
   return fmt::format("{:<20} R2 {:.2f} %  MSE {:.4g} {}^2  fit {:.2f} %  error {:.4g} .. {:.4g} {}\n", what,
@@ -44,14 +64,13 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
       greatest, lags, outside95, correlation.bound95, outside99, correlation.bound99);
 }
 
-}  // namespace
-
 ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model model = read_model(command.model_file);
   const identify::Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
   print_import(source.guess, source.repairs, console);
+  model = identify::in_units_of(source, std::move(model), command.model_file);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
   options = with(options, command.record);
   ident::ValidationReport validation;
@@ -90,6 +109,20 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (!model.verdict->accepted) return ExitCode::model_rejected;
   console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", command.model_file));
   return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_validate(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("validate", "Score a model on a record it has not seen");
+  sub->footer(kValidateFooter);
+  auto& validate = options_of<ValidateCommand>(*sub, line);
+  sub->add_option("model", validate.model_file, "Model file (JSON)")->required()->type_name("MODEL");
+  sub->add_option("source", validate.source, "Run folder, or file with a record")->required()->type_name("SOURCE");
+  sub->add_option("--experiment", validate.experiment_file, "Experiment file whose record and acceptance apply")
+      ->type_name("EXPERIMENT");
+  add_record_options(*sub, validate.record);
+  add_import_options(*sub, line, validate.import, ImportedColumns::record);
 }
 
 }  // namespace eha::cli

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -29,42 +29,85 @@ std::string replace_all(std::string text, const std::string& what, const std::st
 }  // namespace
 
 void Checker::add(Task task, Done done) {
-  const auto place = task.is_urgent ? std::next(checks_.begin(), process_ ? 1 : 0) : checks_.end();
-  checks_.insert(place, {std::move(task), std::move(done)});
+  waiting_.push_back({std::move(task), std::move(done)});
   poll();
 }
 
 void Checker::poll() {
-  if (process_) {
-    const std::optional<worker::WorkerEnd> end = process_->poll();
-    if (!end) return;
-    process_.reset();
-    const Check check = std::move(checks_.front());
-    checks_.pop_front();
-    check.done(*end);
+  // `done` may add another check.
+  while (report()) {
   }
-  if (process_ || checks_.empty()) return;
-  const Task& next = checks_.front().task;
+  const auto now = Clock::now();
+  while (!spent_.empty() && now - spent_.front().ended > kLately) spent_.pop_front();
+  for (auto chosen = next(); chosen != waiting_.end(); chosen = next()) {
+    Check check = std::move(*chosen);
+    waiting_.erase(chosen);
+    start(std::move(check));
+  }
+}
+
+bool Checker::report() {
+  for (auto running = running_.begin(); running != running_.end(); ++running) {
+    const std::optional<worker::WorkerEnd> end = running->process->poll();
+    if (!end) continue;
+    const auto now = Clock::now();
+    spent_.push_back({running->check.task.user, now, now - running->begun});
+    const Check check = std::move(running->check);
+    running_.erase(running);
+    check.done(*end);
+    return true;
+  }
+  return false;
+}
+
+std::deque<Checker::Check>::iterator Checker::next() {
+  const auto is_urgent = [](const Check& check) { return check.task.is_urgent; };
+  const auto urgent_on =
+      std::count_if(running_.begin(), running_.end(), [&](const Running& running) { return is_urgent(running.check); });
+  if (urgent_on == 0) {
+    const auto urgent = std::find_if(waiting_.begin(), waiting_.end(), is_urgent);
+    if (urgent != waiting_.end()) return urgent;
+  }
+  if (running_.size() - static_cast<std::size_t>(urgent_on) >= kMostAtOnce) return waiting_.end();
+  auto best = waiting_.end();
+  for (auto check = waiting_.begin(); check != waiting_.end(); ++check) {
+    const uid_t user = check->task.user;
+    const bool has_one_on = std::any_of(running_.begin(), running_.end(), [&](const Running& running) {
+      return running.check.task.user == user && !is_urgent(running.check);
+    });
+    if (is_urgent(*check) || has_one_on) continue;
+    if (best == waiting_.end() || spent_by(user) < spent_by(best->task.user)) best = check;
+  }
+  return best;
+}
+
+Checker::Clock::duration Checker::spent_by(uid_t user) const {
+  Clock::duration sum{};
+  for (const Spent& spent : spent_) sum += spent.user == user ? spent.time : Clock::duration{};
+  return sum;
+}
+
+void Checker::start(Check check) {
+  const Task& task = check.task;
   worker::WorkerLimits limits;
   limits.cpu_time = kLongestWork;
   limits.wall_time = kLongestTime;
   limits.memory_bytes = kMostMemory;
-  limits.avoided_cpu = next.avoided_cpu;
+  limits.avoided_cpu = task.avoided_cpu;
   try {
-    std::vector<std::string> words{"check", next.experiment.string(), "--rig", next.rig.string(), "--quiet", "--json"};
-    if (next.place_in) words.push_back(fmt::format("--at={:.6f}in", *next.place_in));
-    if (next.accept_travel_risk) words.emplace_back("--accept-travel-risk");
-    process_ = std::make_unique<worker::WorkerProcess>(programs_, words, limits);
+    std::vector<std::string> words{"check", task.experiment.string(), "--rig", task.rig.string(), "--quiet", "--json"};
+    if (task.place_in) words.push_back(fmt::format("--at={:.6f}in", *task.place_in));
+    if (task.accept_travel_risk) words.emplace_back("--accept-travel-risk");
+    auto process = std::make_unique<worker::WorkerProcess>(programs_, words, limits);
+    running_.push_back({std::move(check), std::move(process), Clock::now()});
   } catch (const Error& error) {
-    const Check check = std::move(checks_.front());
-    checks_.pop_front();
     check.done({static_cast<int>(error.exit_code()), error.what()});
   }
 }
 
 void Checker::end() noexcept {
-  process_.reset();
-  checks_.clear();
+  running_.clear();
+  waiting_.clear();
 }
 
 nlohmann::ordered_json rehearsal_of(const worker::WorkerEnd& end) {

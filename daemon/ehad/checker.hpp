@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstddef>
 #include <deque>
 #include <filesystem>
 #include <functional>
@@ -8,50 +12,74 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/rig_config.hpp"
 #include "daemon/worker/worker_process.hpp"
 
 namespace eha::service {
 
-/// Checks submitted experiments, one after the other, each by `eha check` in a process of its own: computing a table of
-/// volts may take minutes, and a process can be limited and killed. Not thread-safe: belongs to the main thread.
+/// Checks submitted experiments, each by `eha check` in a process of its own: computing a table of volts may take
+/// minutes, and a process can be limited and killed. Two are on at once, of different users; the next is of the user
+/// whose checks took the least time lately, so that nobody waits for all that another one has submitted. Not
+/// thread-safe: belongs to the main thread.
 class Checker {
  public:
   /// Gets how the check ended; called by poll().
   using Done = std::function<void(const worker::WorkerEnd&)>;
   static constexpr std::chrono::seconds kLongestWork{30};  ///< processor time of one check
   static constexpr std::chrono::seconds kLongestTime{50};  ///< less than the minute that eha waits for an answer
+  static constexpr std::size_t kMostAtOnce = 2;            ///< beside an urgent one
+  static constexpr std::chrono::minutes kLately{5};
 
   explicit Checker(worker::WorkerPrograms programs) : programs_(std::move(programs)) {}
 
   /// What is checked.
   struct Task {
+    uid_t user = 0;
     std::filesystem::path experiment;  ///< files; they must stay until `done` is called
     std::filesystem::path rig;
     std::optional<double> place_in = {};  ///< where the rod stands; none: `eha check` assumes [in]
     bool accept_travel_risk = false;      ///< of what the rehearsal would refuse
     std::optional<int> avoided_cpu = {};  ///< the loop's
-    bool is_urgent = false;               ///< goes before all that are not on yet
+    bool is_urgent = false;               ///< does not wait for others than urgent ones
   };
 
   void add(Task task, Done done);
 
-  /// Starts the next check and reports the one that has ended. Call on SIGCHLD and about every second.
+  /// Reports the checks that have ended and starts the next ones. Call on SIGCHLD and about every second.
   void poll();
 
-  /// Kills the check that is on and forgets the others; their `done` is not called.
+  /// Kills the checks that are on and forgets the others; their `done` is not called.
   void end() noexcept;
 
  private:
+  using Clock = std::chrono::steady_clock;
   struct Check {
     Task task;
     Done done;
   };
+  struct Running {
+    Check check;
+    std::unique_ptr<worker::WorkerProcess> process;
+    Clock::time_point begun;
+  };
+  struct Spent {
+    uid_t user = 0;
+    Clock::time_point ended;
+    Clock::duration time{};
+  };
+
+  /// Reports one that has ended. @returns false without one
+  bool report();
+  void start(Check check);
+  [[nodiscard]] std::deque<Check>::iterator next();
+  [[nodiscard]] Clock::duration spent_by(uid_t user) const;
 
   worker::WorkerPrograms programs_;
-  std::deque<Check> checks_;  ///< the first is on while process_ is there
-  std::unique_ptr<worker::WorkerProcess> process_;
+  std::deque<Check> waiting_;
+  std::vector<Running> running_;
+  std::deque<Spent> spent_;  ///< of the checks that ended lately
 };
 
 /// The rehearsal in the document that a check has printed, as in the answer of `eha check --json`; null without one.

@@ -15,7 +15,7 @@
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::service {
 namespace {

@@ -34,7 +34,7 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
   if (!entry.run.empty() && record::is_run_folder(folder)) {
     try {
       entry.outcome = record::outcome_text(record::read_manifest(folder));
-      entry.note = fmt::format("ehad ended during this run; the record so far is in {}", folder.string());
+      entry.note = fmt::format("ehad ended during this run; the partial record is in {}", folder.string());
     } catch (const std::exception& error) {
       entry.note = fmt::format("ehad ended during this run, and the run cannot be read: {}", error.what());
     }

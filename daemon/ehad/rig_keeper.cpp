@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "daemon/rig/arming.hpp"
 #include "daemon/rig/trusted_file.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::service {
 namespace {
@@ -160,11 +160,13 @@ void RigKeeper::arm(Done done) {
   thread_->ask(
       [this, config = config_, reopen = is_suspect_] {
         require_protecting_limits(*config);
-        if (hal::moves_machine(config->backend) && (reopen || !card_)) {
+        if (hal::moves_machine(config->backend) && (reopen || !card_ || card_->is_unguarded())) {
           close();
           open(*config);
         }
-        if (card_) require_plausible_inputs(card_->rig(), *config);
+        if (!card_) return;
+        require_plausible_inputs(card_->rig(), *config);
+        if (card_->is_unguarded()) throw DeviceError("not armed: the guard of the rig (eha-safe --guard) does not run");
       },
       [this, done = std::move(done)](std::future<void> opened) {
         --reopening_;

@@ -16,7 +16,7 @@
 #include "core/os/files.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/manifest.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::service {
 namespace {
@@ -106,7 +106,8 @@ void Supervisor::check(const std::shared_ptr<Submission>& submission) {
   const fs::path folder = check_folder(entry.id);
   const auto place_in = submission->checked == 0 || !rig_.moves_machine() ? place_at_start() : std::nullopt;
   checker_.add(
-      {.experiment = folder / kCheckedExperiment,
+      {.user = submission->uid,
+       .experiment = folder / kCheckedExperiment,
        .rig = folder / kCheckedRig,
        .place_in = place_in,
        .accept_travel_risk = entry.accept_travel_risk,

@@ -113,6 +113,13 @@ void Supervisor::finish_rehearsal(const Turn& turn, double place_in, const worke
 
 void Supervisor::start(Entry& entry) {
   next_.reset();
+  if (rig_.guard() == GuardState::died) {
+    rig_.mark_suspect();
+    give_up(entry, ExitCode::device_unavailable,
+            "the guard of the rig (eha-safe --guard) does not run, and nothing is driven without it; eha arm starts "
+            "another");
+    return;
+  }
   entry.state = EntryState::running;
   active_.emplace(ActiveRun{.entry = entry.id,
                             .playing = false,

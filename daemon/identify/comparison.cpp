@@ -7,8 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "daemon/identify/executor.hpp"
-#include "ident/export/partial_fractions.hpp"
+#include "daemon/identify/thread_executor.hpp"
 
 namespace eha::identify {
 namespace {
@@ -39,48 +38,11 @@ std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident
   return runs;
 }
 
-double highest_order(const std::vector<ident::Term>& terms) {
-  double order = 0.0;
-  for (const ident::Term& term : terms) order = std::max(order, term.order);
-  return order;
-}
-
-/// The structure that a model has, to be fitted again.
-std::optional<ident::StructureOptions> structure_like(const ident::Model& model) {
-  const ident::TransferFunction& g = model.transfer_function;
-  ident::StructureOptions like;
-  like.name = model.name;
-  if (ident::has_whole_orders(g)) {
-    const int poles = static_cast<int>(std::lround(highest_order(g.denominator)));
-    const int zeros = static_cast<int>(std::lround(highest_order(g.numerator)));
-    if (poles < 1 || poles > 10 || zeros > poles) return {};
-    like.structure = ident::structures::io({poles, zeros});
-  } else if (g.numerator.size() == 1 && g.denominator.size() == 3) {
-    like.structure = ident::structures::fo();
-  } else if (g.numerator.size() == 1 && g.denominator.size() == 2) {
-    like.structure = ident::structures::lag();
-  } else {
-    return {};
-  }
-  if (model.input_map) like.structure = ident::structures::behind_valve(like.structure);
-  if (g.delay_s > 0.0) {
-    ident::ParameterRequest delay;
-    delay.name = ident::delay_key().name;
-    delay.start = g.delay_s;
-    const auto listed = std::find_if(model.parameters.begin(), model.parameters.end(),
-                                     [](const auto& p) { return p.role == ident::ParameterRole::delay; });
-    delay.fixed = listed == model.parameters.end() || listed->fixed;
-    like.parameters.push_back(delay);
-  }
-  return like;
-}
-
 void compare_with_refit(ScoredModel& scored, const ident::Model& model, const Source& source,
                         const ident::FitOptions& options, double level) {
-  const std::optional<ident::StructureOptions> structure = structure_like(model);
-  if (!structure) return;
+  if (!model.structure) return;
   try {
-    scored.refit = ident::fit(source.record, *structure, options, thread_executor());
+    scored.refit = ident::fit(source.record, *model.structure, options, thread_executor());
   } catch (const DataError&) {
     return;  // the record cannot estimate this structure; the scores remain
   }

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "daemon/identify/executor.hpp"
+#include "daemon/identify/thread_executor.hpp"
 
 namespace eha::identify {
 namespace {

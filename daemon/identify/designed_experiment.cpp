@@ -10,8 +10,8 @@
 #include "config/rig_config.hpp"
 #include "core/error.hpp"
 #include "daemon/identify/design_choice.hpp"
-#include "daemon/identify/executor.hpp"
 #include "daemon/identify/improved_experiment.hpp"
+#include "daemon/identify/thread_executor.hpp"
 
 namespace eha::identify {
 namespace {

@@ -7,7 +7,7 @@
 #include "daemon/identify/progress.hpp"
 #include "daemon/identify/rounds.hpp"
 #include "daemon/identify/source.hpp"
-#include "ident/estimation/fit_options.hpp"
+#include "ident/fit_options.hpp"
 #include "ident/model/model.hpp"
 
 namespace eha::identify {

@@ -13,10 +13,11 @@
 
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/designed_experiment.hpp"
-#include "daemon/identify/executor.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/identify/improved_experiment.hpp"
+#include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/paper_procedure.hpp"
+#include "ident/estimation/prepared_record.hpp"
 #include "ident/excitation/excitation.hpp"
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/measured_noise.hpp"
@@ -54,14 +55,25 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
 }
 
 /// Fits one structure and notes the time it took.
-ident::FitResult timed_fit(const IdentificationTask& task, const ident::StructureOptions& structure,
-                           const ident::FitOptions& options, const std::vector<ident::Model>& known,
-                           const ident::FitProgress& progress = {}) {
+template <typename Fit>
+ident::FitResult timed(const Fit& fit) {
   const auto begin = std::chrono::steady_clock::now();
-  ident::FitResult result = ident::fit(task.record, structure, options, thread_executor(), known, progress);
+  ident::FitResult result = fit();
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   if (result.model.estimation) result.model.estimation->seconds = taken.count();
   return result;
+}
+
+/// "search 1 global, 9 local, 312 evaluations, 80 Jacobians, 1500 transforms; refine ..."
+std::string work_text(const ident::WorkByStage& stages) {
+  std::string text;
+  for (const auto& [stage, work] : stages) {
+    if (work == ident::Work{}) continue;
+    text += fmt::format("{}{} {} global, {} local, {} evaluations, {} Jacobians, {} transforms",
+                        text.empty() ? "" : "; ", stage, work.global_searches, work.local_searches, work.evaluations,
+                        work.jacobians, work.transforms);
+  }
+  return text;
 }
 
 /// The verdict with all that is known of the record, and how the model came about.
@@ -76,6 +88,7 @@ void judge(const IdentificationTask& task, ident::FitResult& result) {
   model.provenance["decimation"] = fmt::format("{}", task.options.decimation);
   model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
   model.provenance["split"] = fmt::format("{}", task.options.split);
+  model.provenance["work"] = work_text(result.work);
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
 }
 
@@ -87,9 +100,17 @@ std::string progress_text(const IdentificationTask& task, const std::string& str
                           : fmt::format("fitting {} to {} of {} rows", structure, compared, rows);
 }
 
+/// "io1                    fit  95.5 %   0.03 s", of the estimating part
+std::string result_text(const ident::Model& model) {
+  return fmt::format("{:<22} fit {:5.1f} %  {:5.2f} s\n", model.name, model.estimation->score.fit_percent,
+                     model.estimation->seconds);
+}
+
 IdentifiedModel identify_one(const IdentificationTask& task, const ident::StructureOptions& structure,
                              const ident::FitProgress& progress = {}) {
-  IdentifiedModel identified{structure, timed_fit(task, structure, task.options, {}, progress)};
+  IdentifiedModel identified{structure, timed([&] {
+                               return ident::fit(task.record, structure, task.options, thread_executor(), {}, progress);
+                             })};
   judge(task, identified.result);
   return identified;
 }
@@ -105,6 +126,7 @@ std::vector<ident::StructureOptions> published_structures() {
 
 /// Climbs the ladder.
 void climb(const IdentificationTask& task, const Progress& progress, Identification& identification) {
+  const ident::PreparedRecord prepared(task.record, task.options);
   std::size_t fitted = 0;
   const ident::FitStructure fit_structure = [&](const ident::StructureOptions& asked, const ident::FitOptions& options,
                                                 const std::vector<ident::Model>& known) {
@@ -112,14 +134,18 @@ void climb(const IdentificationTask& task, const Progress& progress, Identificat
       const double share = std::min(1.0, static_cast<double>(fitted++) / kUsualFits);
       progress(share, progress_text(task, asked.name));
     }
-    return timed_fit(task, asked, options, known);
+    ident::FitResult result = timed([&] { return ident::fit(prepared, asked, options, thread_executor(), known); });
+    if (progress) progress(std::min(1.0, static_cast<double>(fitted) / kUsualFits), result_text(result.model));
+    return result;
   };
-  ident::Climb climbed = ident::climb(task.ladder, task.options, {task.acceptance, facts_of(task)}, fit_structure);
+  ident::Climb climbed = ident::climb(prepared, task.ladder, task.options, {task.acceptance, facts_of(task)},
+                                      fit_structure, thread_executor());
   for (ident::ClimbedModel& model : climbed.models) {
     judge(task, model.result);
     identification.models.push_back({std::move(model.structure), std::move(model.result)});
   }
   identification.refused = std::move(climbed.refused);
+  identification.work = std::move(climbed.work);
   identification.recommendation = std::move(climbed.recommendation);
 }
 
@@ -137,6 +163,9 @@ void fit_named(const IdentificationTask& task, const Progress& progress, Identif
     }
     try {
       identification.models.push_back(identify_one(task, structure, of_one));
+      add(identification.work, identification.models.back().result.work);
+      if (progress)
+        progress(static_cast<double>(i + 1) / count, result_text(identification.models.back().result.model));
     } catch (const DataError& error) {
       if (!first_failure) first_failure = std::current_exception();
       identification.refused.push_back({structure.name, error.what()});
@@ -177,6 +206,7 @@ void keep_closer(Identification& identification, Identification again, const Ide
     if (same != identification.models.end() && error(other) < error(*same)) *same = std::move(other);
   }
   identification.recommendation = recommend(identification.models, task);
+  add(identification.work, again.work);
 }
 
 /// The accepted models of the ladder beside the asked ones, which keep their names.
@@ -186,6 +216,7 @@ void add_climbed(Identification& identification, Identification climbed, const I
     const bool is_there = std::any_of(identification.models.begin(), identification.models.end(), has_its_name);
     if (!is_there && is_accepted(model)) identification.models.push_back(std::move(model));
   }
+  add(identification.work, climbed.work);
   for (ident::Refusal& refusal : climbed.refused) identification.refused.push_back(std::move(refusal));
   // Of all that was fitted, unless that model's name is taken.
   identification.recommendation = std::move(climbed.recommendation);

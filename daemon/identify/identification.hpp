@@ -11,6 +11,7 @@
 #include "daemon/identify/progress.hpp"
 #include "daemon/identify/rounds.hpp"
 #include "daemon/identify/source.hpp"
+#include "ident/acceptance_limits.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/ladder.hpp"
 #include "ident/signal/frequency_response.hpp"
@@ -56,6 +57,7 @@ struct CrossValidatedModel {
 struct Identification {
   std::vector<IdentifiedModel> models;
   ident::Recommendation recommendation = {};  ///< of one of the models
+  ident::WorkByStage work = {};               ///< of all rounds, fits that were dropped included
   std::vector<IdentifiedModel> paper = {};    ///< by the paper's procedure, for comparison
   std::optional<ident::FrequencyResponse> frequency_response = {};
   std::vector<CrossValidatedModel> cross_validation = {};

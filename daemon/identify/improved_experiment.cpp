@@ -5,59 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
-#include "ident/structure/structures.hpp"
+#include "config/model_text.hpp"
 
 namespace eha::identify {
 namespace {
 
 using ident::Model;
 using ident::ParameterEstimate;
-using ident::ParameterRole;
-
-std::string base_name(const Model& model) {
-  std::string name = model.name;
-  for (const ident::InputMapKind& kind : ident::input_map_kinds()) {
-    if (!kind.suffix.empty() && name.ends_with(kind.suffix)) name.resize(name.size() - kind.suffix.size());
-  }
-  return name;
-}
-
-/// The family that a model is of: by its name, or by what is estimated.
-std::string family_of(const Model& model) {
-  const std::string name = base_name(model);
-  for (const ident::StructureFamily& family : ident::structure_families()) {
-    if (family.name == name) return name;
-  }
-  const auto estimates = [&](ParameterRole role) {
-    return std::any_of(model.parameters.begin(), model.parameters.end(),
-                       [&](const ParameterEstimate& p) { return p.role == role && !p.fixed; });
-  };
-  if (estimates(ParameterRole::base_order)) return "commensurate";
-  if (!estimates(ParameterRole::denominator_order)) return "io";
-  return model.transfer_function.denominator.size() > 2 ? "fo" : "lag";
-}
-
-/// The model's [[model]] table.
-std::string model_table(const Model& model) {
-  const std::string family = family_of(model);
-  std::string text = fmt::format("[[model]]\nname = \"{}\"\nstructure = \"{}\"\n", model.name, family);
-  if (ident::structure_family(family).has_degrees) {
-    text += fmt::format("poles = {}\nzeros = {}\n", model.transfer_function.denominator.size() - 1,
-                        model.transfer_function.numerator.size() - 1);
-  }
-  if (model.input_map) text += "input_map = \"valve\"\n";
-  for (const ParameterEstimate& p : model.parameters) {
-    if (p.role == ParameterRole::delay && !p.fixed) text += "delay = \"free\"\n";
-    if (p.role == ParameterRole::delay && p.fixed && p.value > 0.0) text += fmt::format("delay_s = {}\n", p.value);
-  }
-  for (const ParameterEstimate& p : model.parameters) {
-    if (p.role != ParameterRole::numerator_order || p.fixed) continue;
-    text += fmt::format("[[model.parameter]]\nname = \"{}\"\nfixed = false\n", p.name);
-  }
-  return text;
-}
 
 std::string with_decimal_point(double value) {
   std::string text = fmt::format("{}", value);
@@ -71,13 +26,15 @@ std::optional<std::string> undetermined(const Model& model) {
   std::optional<std::string> first;
   for (const ident::Criterion& criterion : model.verdict->criteria) {
     if (criterion.passed) continue;
-    const std::string_view name = criterion.name;
-    for (const std::string_view kind : {"std_", "left_out_", "interval_"}) {
-      if (name.starts_with(kind) && !first) first = name.substr(kind.size());
+    switch (criterion.kind) {
+      case ident::CriterionKind::order_error:
+      case ident::CriterionKind::left_out:
+      case ident::CriterionKind::coefficient_interval:
+        if (!first) first = criterion.parameter;
+        break;
+      default:
+        if (traits_of(criterion.kind).weight == ident::CriterionWeight::rejects) return {};
     }
-    const bool rejects = name.ends_with("r2_percent") || name.ends_with("max_abs_error") || name == "converged" ||
-                         name == "stability_margin_rad" || name == "interpolated_percent";
-    if (rejects) return {};
   }
   return first;
 }
@@ -112,7 +69,8 @@ std::string experiment_text(const Improved& improved, const ident::ImprovementTa
   text += fmt::format("]\n\n[record]\ndiscard_s = {}\ndecimation = {}\nsplit = {}\n\n",
                       with_decimal_point(task.options.discard_s), task.options.decimation,
                       with_decimal_point(task.options.split));
-  return text + model_table(improved.model);
+  if (improved.model.structure) text += config::model_table(*improved.model.structure);
+  return text;
 }
 
 std::optional<WeakParameter> weak_parameter(const std::vector<const Model*>& models) {

@@ -79,6 +79,20 @@ Json to_json(const std::vector<ident::Refusal>& refused) {
   return list;
 }
 
+Json to_json(const ident::WorkByStage& stages) {
+  Json object = Json::object();
+  const auto counts = [](const ident::Work& work) -> Json {
+    return {{"global_searches", work.global_searches},
+            {"local_searches", work.local_searches},
+            {"evaluations", work.evaluations},
+            {"jacobians", work.jacobians},
+            {"transforms", work.transforms}};
+  };
+  for (const auto& [stage, work] : stages) object[stage] = counts(work);
+  object["total"] = counts(total(stages));
+  return object;
+}
+
 Json to_json(const std::vector<Round>& rounds) {
   Json list = Json::array();
   for (const Round& round : rounds) {

@@ -15,6 +15,7 @@ namespace eha::identify {
 
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ident::Refusal>& refused);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<Round>& rounds);
+[[nodiscard]] nlohmann::ordered_json to_json(const ident::WorkByStage& stages);
 
 /// Writes DIR/<name>.json for each model; fit.csv, fit_paper.csv, the frequency response and the next experiment go to
 /// the same folder.

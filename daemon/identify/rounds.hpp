@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/identify/source.hpp"
-#include "ident/estimation/fit_options.hpp"
+#include "ident/fit_options.hpp"
 
 namespace eha::identify {
 

@@ -77,7 +77,7 @@ double interpolated_percent(const Source& source) {
 std::vector<std::string> warnings(const Source& source) {
   std::vector<std::string> sentences;
   if (source.outcome != acquisition::Outcome::completed) {
-    sentences.push_back(fmt::format("{} did not complete ({}); the fit uses the record so far", source.name,
+    sentences.push_back(fmt::format("{} did not complete ({}); the fit uses the partial record", source.name,
                                     acquisition::to_text(source.outcome)));
   }
   if (source.interpolated_rows > 0 && !source.run_folder) {

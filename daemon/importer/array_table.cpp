@@ -49,6 +49,14 @@ class ArrayTable final : public Table {
 
   [[nodiscard]] std::string place() const override { return path_.string(); }
 
+  [[nodiscard]] std::optional<RowPeriod> period_of_rows(std::size_t column) override {
+    constexpr double kDay_s = 86400.0;
+    constexpr double kQuantum_s = 1e-5;  // of days in double precision
+    RowClock clock;
+    for (const double days : arrays_[column].values) clock.add(kDay_s * days, kQuantum_s, false);
+    return clock.period();
+  }
+
   [[nodiscard]] Rows read(const Selection& selection, const Progress& /*progress*/) override {
     Rows rows;
     rows.columns.resize(selection.columns.size());
@@ -94,15 +102,20 @@ class ArrayTable final : public Table {
 
 }  // namespace
 
-std::unique_ptr<Table> table_of_arrays(const std::filesystem::path& path, const std::string& guess,
-                                       std::vector<ArrayColumn> arrays, const std::string& remark) {
-  arrays.erase(std::remove_if(arrays.begin(), arrays.end(), [](const ArrayColumn& a) { return a.values.size() < 2; }),
-               arrays.end());
-  if (arrays.empty()) {
-    throw DataError(fmt::format("{}: a {} without arrays of numbers; {}", path.string(), guess,
-                                remark.empty() ? "expected one array a column: time, input, output" : remark));
+std::unique_ptr<Table> table_of_arrays(const std::filesystem::path& path, Arrays arrays) {
+  std::erase_if(arrays.columns, [](const ArrayColumn& a) { return a.values.size() < 2; });
+  if (arrays.columns.empty()) {
+    throw DataError(
+        fmt::format("{}: a {} without arrays of numbers; {}", path.string(), arrays.guess,
+                    arrays.remark.empty() ? "expected one array a column: time, input, output" : arrays.remark));
   }
-  return std::make_unique<ArrayTable>(path, guess, std::move(arrays));
+  return std::make_unique<ArrayTable>(path, std::move(arrays.guess), std::move(arrays.columns));
+}
+
+bool can_hold(std::uint64_t file_bytes, std::uint64_t elements, std::uint64_t element_bytes) {
+  constexpr std::uint64_t kMostExpansion = 1032;
+  // In a division, which cannot overflow.
+  return elements / kMostExpansion <= file_bytes / std::max<std::uint64_t>(element_bytes, 1) + 1;
 }
 
 }  // namespace eha::importer

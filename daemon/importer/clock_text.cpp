@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/importer/clock_text.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <ctime>
 #include <string>
 
@@ -39,6 +42,57 @@ std::optional<double> clock_seconds(std::string_view text) {
     return static_cast<double>(timegm(&parts)) + *fraction;
   }
   return std::nullopt;
+}
+
+void RowClock::add(double time_s, double quantum_s, bool wraps) {
+  constexpr double kDay_s = 86400.0;
+  if (restart_) return;
+  time_s += day_s_;
+  if (wraps && rows_ > 0 && time_s < last_s_ - kDay_s / 2.0) {
+    day_s_ += kDay_s;
+    time_s += kDay_s;
+  }
+  if (rows_ > 0 && time_s < last_s_) {
+    restart_ = rows_;
+    return;
+  }
+  if (rows_ == 0) first_s_ = last_s_ = time_s;
+  quantum_s_ = rows_ == 0 ? quantum_s : std::min(quantum_s_, quantum_s);
+  if (time_s > last_s_) {
+    if (changes_ == 0) {
+      first_change_ = rows_;
+      first_change_s_ = time_s;
+    }
+    last_change_ = rows_;
+    last_s_ = time_s;
+    ++changes_;
+  }
+  ++rows_;
+}
+
+std::optional<RowPeriod> RowClock::period() const {
+  if (changes_ == 0) return std::nullopt;
+  RowPeriod found{.rows = rows_, .span_s = last_s_ - first_s_, .restart = restart_};
+  // Each time is less than a digit off.
+  const double steps = static_cast<double>(rows_ - 1);
+  found.lowest_s = std::max(0.0, found.span_s - quantum_s_) / steps;
+  found.highest_s = (found.span_s + quantum_s_) / steps;
+  if (changes_ + 1 < rows_ && last_change_ > first_change_ + 1) {
+    // Several rows show the same time: where it changes is known to a row.
+    const double span_s = last_s_ - first_change_s_;
+    const auto between = static_cast<double>(last_change_ - first_change_);
+    found.lowest_s = std::max(found.lowest_s, span_s / (between + 1.0));
+    found.highest_s = std::min(found.highest_s, span_s / (between - 1.0));
+  }
+  found.roundest_s = 0.5 * (found.lowest_s + found.highest_s);
+  constexpr int kMostDigits = 12;
+  for (int digits = 1; digits < kMostDigits; ++digits) {
+    const double round_s = std::stod(fmt::format("{:.{}e}", found.roundest_s, digits - 1));
+    if (round_s <= found.lowest_s || round_s >= found.highest_s) continue;
+    found.roundest_s = round_s;
+    break;
+  }
+  return found;
 }
 
 }  // namespace eha::importer

@@ -16,20 +16,25 @@ namespace {
 int is_blank(unsigned char c) { return c == ' ' || c == '\t' ? 1 : 0; }
 int is_blank_beside_tabs(unsigned char c) { return c == ' ' ? 1 : 0; }
 
-constexpr std::array<std::string_view, 13> kMissingWords{"",     "nan", "-nan",    "na",    "n/a",     "#n/a",   "null",
-                                                         "none", "-",   "#value!", "#num!", "#div/0!", "missing"};
+constexpr auto kMissingWords =
+    std::to_array<std::string_view>({"", "nan", "-nan", "na", "n/a", "null", "none", "-", "missing"});
+/// Of a spreadsheet, in English and in German.
+constexpr auto kErrors = std::to_array<std::string_view>(
+    {"#n/a", "#value!", "#num!", "#div/0!", "#ref!", "#name?", "#null!", "#nv", "#wert!", "#zahl!", "#bezug!"});
 constexpr std::size_t kLongestNumber = 64;
 
-bool is_missing(std::string_view field) {
+template <typename Words>
+bool is_one_of(std::string_view field, const Words& words) {
   std::array<char, 8> lower{};
   if (field.size() > lower.size()) return false;
   std::transform(field.begin(), field.end(), lower.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return std::find(kMissingWords.begin(), kMissingWords.end(), std::string_view(lower.data(), field.size())) !=
-         kMissingWords.end();
+  return std::find(words.begin(), words.end(), std::string_view(lower.data(), field.size())) != words.end();
 }
 
 }  // namespace
+
+bool is_spreadsheet_error(std::string_view field) { return is_one_of(field, kErrors); }
 
 CsvFields::CsvFields(char delimiter) : delimiter_(delimiter) { start_parser(); }
 
@@ -95,7 +100,7 @@ NumberKind parse_number(std::string_view field, char decimal, double& value) {
     }
     return std::isnan(number) && error == std::errc() ? NumberKind::missing : NumberKind::not_finite;
   }
-  return is_missing(field) ? NumberKind::missing : NumberKind::none;
+  return is_one_of(field, kMissingWords) || is_spreadsheet_error(field) ? NumberKind::missing : NumberKind::none;
 }
 
 Precision precision_of(std::string_view field, char decimal) {

@@ -39,6 +39,9 @@ class CsvFields {
 
 enum class NumberKind { finite, missing, not_finite, none };
 
+/// "#WERT!", "#N/A": what a spreadsheet shows instead of a number.
+[[nodiscard]] bool is_spreadsheet_error(std::string_view field);
+
 /// Reads a whole field as a number. No locale applies, and no thousands separator is taken.
 /// @param decimal  '.' or ','   @param value  set when finite, else NaN
 /// missing: empty, or a word that programs write for a missing value (NaN, NA, null, #N/A, -)

@@ -89,7 +89,7 @@ Reading read_as(const std::vector<std::string>& texts, char delimiter, char deci
 
 std::string first_text(const std::vector<std::string>& lines) {
   const auto first = std::find_if_not(lines.begin(), lines.end(), is_comment);
-  return first == lines.end() ? "" : shortened(*first, kLongestShown);
+  return first == lines.end() ? "" : readable(*first, kLongestShown);
 }
 
 /// A comment just above the data that has as many words as the data has columns, as numpy.savetxt writes its header.
@@ -109,8 +109,9 @@ std::vector<std::string> names_in_comment(const std::vector<std::string>& lines,
 /// Takes the header from the line or the two lines above the data.
 void take_header(const Reading& reading, std::size_t first, Dialect& dialect) {
   const auto is_header = [&](const Line& line) {
-    // The names of R's write.table lack one for the row numbers.
-    return line.fields.size() == reading.fields || line.fields.size() + 1 == reading.fields;
+    // The names of R's write.table lack one for the row numbers; LabVIEW's have one for comments, which rows may lack.
+    const bool has_comment = line.fields.size() == reading.fields + 1 && line.fields.back() == "Comment";
+    return line.fields.size() == reading.fields || line.fields.size() + 1 == reading.fields || has_comment;
   };
   std::size_t name_row = first;
   if (first > 0 && is_header(reading.lines[first - 1])) {
@@ -157,11 +158,18 @@ bool is_comment(std::string_view line) {
   const std::size_t first = line.find_first_not_of(" \t");
   if (first == std::string_view::npos) return true;
   line.remove_prefix(first);
+  // A row whose first cell could not be computed.
+  if (is_spreadsheet_error(line.substr(0, line.find_first_of(",;\t| \"")))) return false;
   return line[0] == '#' || line[0] == '%' || line.starts_with("//") || line.starts_with("sep=");
 }
 
-Dialect guess_dialect(const std::vector<std::string>& lines, const Options& options, const std::string& path) {
-  if (auto known = record_format(lines, options)) return *known;
+Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& options, const std::string& path) {
+  if (auto known = record_format(all_lines, options)) return *known;
+  // What LabVIEW writes above its measurement has rows of numbers, too.
+  std::vector<std::string> lines = all_lines;
+  const auto end_of_header = std::find_if(
+      lines.rbegin(), lines.rend(), [](const std::string& line) { return line.starts_with("***End_of_Header***"); });
+  std::fill(lines.begin(), end_of_header.base(), "");
   Reading best;
   for (const char delimiter : kDelimiters) {
     if (options.delimiter.value_or(delimiter) != delimiter) continue;

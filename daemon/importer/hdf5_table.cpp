@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/os/files.hpp"
 #include "daemon/importer/array_table.hpp"
 #include "daemon/record/hdf5_handle.hpp"
-#include "daemon/record/run_folder.hpp"
 
 namespace eha::importer {
 namespace {
@@ -24,11 +22,25 @@ using record::Hdf5Space;
 using record::Hdf5Type;
 
 constexpr std::size_t kMostDatasets = 1000;
+constexpr std::size_t kMostObjects = 20'000;
+constexpr int kDeepestGroup = 32;
 
-herr_t note_dataset(hid_t /*group*/, const char* name, const H5O_info_t* info, void* names_address) {
-  auto& names = *static_cast<std::vector<std::string>*>(names_address);
-  if (info->type == H5O_TYPE_DATASET && names.size() < kMostDatasets) names.emplace_back(name);
-  return 0;
+struct Visited {
+  std::vector<std::string> datasets;
+  std::size_t objects = 0;
+  std::string refusal;
+};
+
+/// @returns positive to end the visit
+herr_t note_object(hid_t /*group*/, const char* name, const H5O_info_t* info, void* visited_address) {
+  auto& visited = *static_cast<Visited*>(visited_address);
+  const std::string_view path(name);
+  if (std::count(path.begin(), path.end(), '/') > kDeepestGroup) {
+    visited.refusal = fmt::format("more than {} groups within each other", kDeepestGroup);
+  }
+  if (++visited.objects > kMostObjects) visited.refusal = fmt::format("more than {} groups and datasets", kMostObjects);
+  if (info->type == H5O_TYPE_DATASET && visited.datasets.size() < kMostDatasets) visited.datasets.emplace_back(name);
+  return visited.refusal.empty() ? 0 : 1;
 }
 
 bool is_numeric(hid_t type) {
@@ -51,6 +63,8 @@ std::string unit_attribute(hid_t dataset) {
       H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, &text);
       return unit;
     }
+    constexpr std::size_t kLongestUnit = 1000;
+    if (H5Tget_size(type.get()) > kLongestUnit) continue;
     std::string unit(H5Tget_size(type.get()), '\0');
     if (H5Aget_storage_size(attribute.get()) != unit.size() || H5Aread(attribute.get(), type.get(), unit.data()) < 0) {
       continue;
@@ -62,7 +76,7 @@ std::string unit_attribute(hid_t dataset) {
 
 class Hdf5Collector {
  public:
-  Hdf5Collector(const std::filesystem::path& path, hid_t file) : path_(path.string()), file_(file) {}
+  Hdf5Collector(std::string path, hid_t file) : path_(std::move(path)), file_(file) {}
 
   void add(const std::string& name) {
     const Hdf5Dataset dataset(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
@@ -74,6 +88,11 @@ class Hdf5Collector {
     std::array<hsize_t, 2> size{0, 1};
     H5Sget_simple_extent_dims(space.get(), size.data(), nullptr);
     if (size[0] == 0 || size[1] == 0 || size[0] > kMostValues || size[1] > kMostValues) return;
+    // A dataset without storage is all fill value, and one of a few bytes may ask for gigabytes.
+    if (!can_hold(H5Dget_storage_size(dataset.get()), size[0] * size[1], H5Tget_size(type.get()))) {
+      throw DataError(fmt::format("{}: the dataset {} is said to have {} values in {} bytes: damaged, or never written",
+                                  path_, name, size[0] * size[1], H5Dget_storage_size(dataset.get())));
+    }
     if (rank == 1 && H5Tget_class(type.get()) == H5T_COMPOUND) {
       add_compound(name, dataset.get(), type.get(), size[0]);
     } else if (is_numeric(type.get())) {
@@ -144,25 +163,20 @@ class Hdf5Collector {
 
 }  // namespace
 
-std::unique_ptr<Table> open_hdf5(const std::filesystem::path& path, const Options& options) {
-  os::open_file(path, O_RDONLY).close();
-  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  if (path.filename() == record::kRawFile && record::is_run_folder(folder)) {
-    throw DataError(
-        fmt::format("{}: the raw record of a run; name the run instead: `eha fit {}`", path.string(), folder.string()));
-  }
+Arrays read_hdf5(const std::filesystem::path& path, const std::string& name) {
   const record::QuietHdf5 quiet;
   const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
-  if (!file) throw DataError(fmt::format("{}: a damaged or truncated HDF5 file; save it again", path.string()));
-  std::vector<std::string> names;
-  if (H5Ovisit(file.get(), H5_INDEX_NAME, H5_ITER_INC, note_dataset, &names) < 0) {
-    throw DataError(fmt::format("{}: a damaged HDF5 file; save it again", path.string()));
+  if (!file) throw DataError(fmt::format("{}: a damaged or truncated HDF5 file; save it again", name));
+  Visited visited;
+  if (H5Ovisit(file.get(), H5_INDEX_NAME, H5_ITER_INC, note_object, &visited) < 0) {
+    throw DataError(fmt::format("{}: a damaged HDF5 file; save it again", name));
   }
-  Hdf5Collector collector(path, file.get());
-  for (const std::string& name : names) collector.add(name);
-  static_cast<void>(options);
-  return table_of_arrays(path, "HDF5", std::move(collector.arrays()),
-                         "expected one dataset a column: time, input, output");
+  if (!visited.refusal.empty()) {
+    throw DataError(fmt::format("{}: {}; save only time, input and output", name, visited.refusal));
+  }
+  Hdf5Collector collector(name, file.get());
+  for (const std::string& dataset : visited.datasets) collector.add(dataset);
+  return {"HDF5", std::move(collector.arrays()), "expected one dataset a column: time, input, output"};
 }
 
 }  // namespace eha::importer

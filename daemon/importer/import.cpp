@@ -79,9 +79,22 @@ ident::Channel channel_of(const Column& column, const char* otherwise, bool is_r
   return {name, column.unit};
 }
 
+/// For a step that no hydraulic rig is sampled with: the time has another unit, or is none.
+std::string remark_on_pace(double step_s, const std::filesystem::path& path) {
+  constexpr double kShortest_s = 1.0 / 20e3;
+  constexpr double kLongest_s = 1e6;
+  if (step_s >= kShortest_s && step_s <= kLongest_s) return {};
+  return fmt::format(
+      "{}: a row every {:.3g} s is {} than any hydraulic rig is sampled: check the unit of the time; --period gives "
+      "the "
+      "sample period",
+      path.string(), step_s, step_s < kShortest_s ? "faster" : "slower");
+}
+
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
                        const ident::Record& record, std::optional<double> period_s) {
-  if (table.is_record_format()) return {};
+  const std::string pace = remark_on_pace(record.step_s, path);
+  if (table.is_record_format()) return pace;
   const std::vector<Column>& columns = table.columns();
   const auto shown = [&](std::size_t i) {
     const std::string& unit = columns[i].unit;
@@ -94,7 +107,8 @@ std::string guess_text(const Table& table, const Roles& roles, const std::filesy
               : fmt::format("a row every {:.9g} s", *period_s);
   text += fmt::format(", input {}", shown(roles.input));
   if (roles.output) text += fmt::format(", output {}", shown(*roles.output));
-  return text + fmt::format("; {} rows every {:.9g} s", record.input.size(), record.step_s);
+  text += fmt::format("; {} rows every {:.9g} s", record.input.size(), record.step_s);
+  return pace.empty() ? text : text + "\n" + pace;
 }
 
 /// The columns as selected: without a time, one of zeros would only cost.

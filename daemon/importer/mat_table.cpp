@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <matio.h>
 
@@ -11,7 +10,6 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/os/files.hpp"
 #include "daemon/importer/array_table.hpp"
 
 namespace eha::importer {
@@ -19,9 +17,6 @@ namespace {
 
 using MatFile = std::unique_ptr<mat_t, decltype(&Mat_Close)>;
 using MatVariable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
-
-/// A damaged file may nest structs without end.
-constexpr int kDeepest = 8;
 
 /// matio reports faults through this function; what it returned says enough.
 void say_nothing(int /*level*/, char* /*message*/) {}
@@ -107,15 +102,20 @@ class MatCollector {
   }
 
   [[nodiscard]] std::vector<ArrayColumn>& arrays() { return arrays_; }
-  [[nodiscard]] const std::string& remark() const { return remark_; }
+  [[nodiscard]] std::string& remark() { return remark_; }
 
  private:
   void add_struct(matvar_t* variable, const std::string& name, int depth) {
-    std::size_t elements = 1;
-    for (int d = 0; d < variable->rank; ++d) elements *= variable->dims[d];
     char* const* fields = Mat_VarGetStructFieldnames(variable);
     const unsigned count = Mat_VarGetNumberOfFields(variable);
-    if (fields == nullptr) return;
+    if (fields == nullptr || count == 0 || variable->data == nullptr) return;
+    // matio believes the dimensions; what it holds is one pointer a field and element.
+    const std::size_t held = variable->nbytes / sizeof(matvar_t*) / count;
+    std::size_t elements = 1;
+    for (int d = 0; d < variable->rank; ++d) {
+      if (variable->dims[d] != 0 && elements > held / variable->dims[d]) damaged(name);
+      elements *= variable->dims[d];
+    }
     elements = std::min(elements, kMostMatrixColumns);
     for (std::size_t element = 0; element < elements; ++element) {
       const std::string at = elements > 1 ? fmt::format("{}({})", name, element + 1) : name;
@@ -123,6 +123,11 @@ class MatCollector {
         add(Mat_VarGetStructFieldByName(variable, fields[i], element), fmt::format("{}.{}", at, fields[i]), depth + 1);
       }
     }
+  }
+
+  [[noreturn]] void damaged(const std::string& name) const {
+    throw DataError(
+        fmt::format("{}: {} has another size than it says: a damaged MAT-file; save it again", path_, name));
   }
 
   void add_array(const matvar_t& variable, const std::string& name) {
@@ -139,6 +144,7 @@ class MatCollector {
     const bool lies = rows < columns;
     if (lies) std::swap(rows, columns);
     if (rows < 2 || columns == 0 || columns > kMostMatrixColumns) return;
+    if (rows > kMostValues) return;
     const std::size_t values = rows * columns;
     if (variable.data_size <= 0 || variable.nbytes / static_cast<std::size_t>(variable.data_size) < values) return;
     total_ += values;
@@ -164,21 +170,42 @@ class MatCollector {
 
 }  // namespace
 
-std::unique_ptr<Table> open_mat(const std::filesystem::path& path, const Options& /*options*/) {
-  // For the reason why a file cannot be opened, which matio does not tell.
-  os::open_file(path, O_RDONLY).close();
+Arrays read_mat(const std::filesystem::path& path, const std::string& name) {
   Mat_LogInitFunc("eha", say_nothing);
-  const MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), &Mat_Close);
-  if (!file) throw DataError(fmt::format("{}: a damaged or truncated MAT-file; save it again", path.string()));
-  MatCollector collector(path.string());
-  for (;;) {
+  const std::uint64_t file_bytes = std::filesystem::file_size(path);
+  const auto opened = [&] {
+    MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), &Mat_Close);
+    if (!file) throw DataError(fmt::format("{}: a damaged or truncated MAT-file; save it again", name));
+    return file;
+  };
+  // Sizes first, without the numbers: a few bytes may ask for gigabytes.
+  const MatFile sizes = opened();
+  std::size_t variables = 0;
+  for (;; ++variables) {
+    const MatVariable variable(Mat_VarReadNextInfo(sizes.get()), &Mat_VarFree);
+    if (!variable) break;
+    std::uint64_t elements = 1;
+    for (int d = 0; d < variable->rank; ++d) {
+      const std::uint64_t size = variable->dims[d];
+      if (size != 0 && elements > UINT64_MAX / size) elements = UINT64_MAX;
+      if (elements != UINT64_MAX) elements *= size;
+    }
+    const std::size_t element_bytes = Mat_SizeOfClass(variable->class_type);
+    if (!can_hold(file_bytes, elements, element_bytes)) {
+      throw DataError(fmt::format("{}: {} is said to have {} values, more than a file of {} bytes can hold: damaged",
+                                  name, variable->name == nullptr ? "a variable" : variable->name, elements,
+                                  file_bytes));
+    }
+  }
+  const MatFile file = opened();
+  MatCollector collector(name);
+  for (; variables > 0; --variables) {
     const MatVariable variable(Mat_VarReadNext(file.get()), &Mat_VarFree);
     if (!variable) break;
     if (variable->name == nullptr || variable->name[0] == '#') continue;
     collector.add(variable.get(), variable->name, 0);
   }
-  return table_of_arrays(path, version_name(Mat_GetVersion(file.get())), std::move(collector.arrays()),
-                         collector.remark());
+  return {version_name(Mat_GetVersion(file.get())), std::move(collector.arrays()), std::move(collector.remark())};
 }
 
 }  // namespace eha::importer

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -15,7 +17,9 @@ namespace {
 /// Over a whole record the grid may drift from the typical step by this share of a step for the sake of a round number.
 constexpr double kDriftForRoundStep = 0.25;
 /// Off the grid by less than this share of a step is no jitter.
-constexpr double kOnGrid = 1e-6;
+constexpr double kOnGrid = 0.02;
+/// Of one kind; more are summed up.
+constexpr std::size_t kMostRepairs = 5;
 constexpr int kMostDigits = 12;
 
 class Resampler {
@@ -32,8 +36,9 @@ class Resampler {
               fmt::format("{}{}: time goes back from {:.9g} to {:.9g} s; sort the rows, or cut the file there",
                           path_.string(), rows_.where(k), time_s_[measured_.back()], time_s_[k]));
         }
-        result_.repairs.push_back(fmt::format("{}{}: {:.9g} s again, the row is left out", path_.filename().string(),
-                                              rows_.where(k), time_s_[k]));
+        repeated_.sentences.push_back(fmt::format("{}{}: {:.9g} s again, the row is left out",
+                                                  path_.filename().string(), rows_.where(k), time_s_[k]));
+        ++repeated_.rows;
         continue;
       }
       measured_.push_back(k);
@@ -63,6 +68,9 @@ class Resampler {
     result_.columns.assign(rows_.columns.size() - 1, std::vector<double>(count));
     for (std::size_t k = 0; k < count; ++k) place(k);
     end_stretch(count);
+    report(repeated_, "their time a second time, left out");
+    report(filled_, "nothing measured, filled");
+    report(moved_, fmt::format("up to {:.3g} s off the grid, moved", moved_.most_s));
     return std::move(result_);
   }
 
@@ -159,10 +167,29 @@ class Resampler {
     const std::string span =
         rows == 1 ? fmt::format("at {:.9g} s", from_s) : fmt::format("{:.9g} to {:.9g} s", from_s, to_s);
     const char* plural = rows == 1 ? "" : "s";
-    result_.repairs.push_back(kind_ == Kind::filled
-                                  ? fmt::format("{}: {}: nothing measured, {} row{} filled", place, span, rows, plural)
-                                  : fmt::format("{}: {}: {} row{} up to {:.3g} s off the grid, moved", place, span,
-                                                rows, plural, most_off_s_));
+    Repairs& repairs = kind_ == Kind::filled ? filled_ : moved_;
+    repairs.rows += rows;
+    repairs.most_s = std::max(repairs.most_s, most_off_s_);
+    repairs.sentences.push_back(
+        kind_ == Kind::filled ? fmt::format("{}: {}: nothing measured, {} row{} filled", place, span, rows, plural)
+                              : fmt::format("{}: {}: {} row{} up to {:.3g} s off the grid, moved", place, span, rows,
+                                            plural, most_off_s_));
+  }
+
+  /// All of one kind.
+  struct Repairs {
+    std::vector<std::string> sentences;
+    std::size_t rows = 0;
+    double most_s = 0.0;
+  };
+
+  void report(const Repairs& repairs, const std::string& what) {
+    if (repairs.sentences.size() <= kMostRepairs) {
+      result_.repairs.insert(result_.repairs.end(), repairs.sentences.begin(), repairs.sentences.end());
+      return;
+    }
+    result_.repairs.push_back(fmt::format("{}: {} rows in {} places: {}; the first: {}", path_.filename().string(),
+                                          repairs.rows, repairs.sentences.size(), what, repairs.sentences.front()));
   }
 
   const Rows& rows_;
@@ -172,6 +199,9 @@ class Resampler {
   std::vector<std::size_t> measured_;  ///< rows of the file
   std::size_t next_ = 0;               ///< of measured_, the first after the grid point
   Resampled result_;
+  Repairs repeated_;
+  Repairs filled_;
+  Repairs moved_;
   Kind kind_ = Kind::measured;
   std::size_t stretch_from_ = 0;
   std::size_t stretch_row_ = 0;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <iterator>
 #include <system_error>
 
@@ -34,7 +35,7 @@ std::string_view prefix_of(std::string_view label) {
 
 class Finder {
  public:
-  Finder(const Table& table, const std::filesystem::path& path, const Options& options)
+  Finder(Table& table, const std::filesystem::path& path, const Options& options)
       : table_(table), columns_(table.columns()), path_(path.string()), file_(path), options_(options) {
     for (const Column& column : columns_) hints_.push_back(hints_of(column.name, column.unit));
   }
@@ -60,6 +61,7 @@ class Finder {
     const auto input = chosen("--input", options_.input);
     const auto output = chosen("--output", options_.output);
     roles.time = time({input, output});
+    refuse_days(roles);
     find_filled(roles);
     choose_pair(roles, input, output);
     roles.time_unit_assumed = roles.time && columns_[*roles.time].unit.empty();
@@ -70,6 +72,7 @@ class Finder {
     Roles roles;
     const auto input = chosen("--input", options_.input);
     roles.time = time({input});
+    refuse_days(roles);
     roles.time_unit_assumed = roles.time && columns_[*roles.time].unit.empty();
     if (input) {
       roles.input = *input;
@@ -145,17 +148,17 @@ class Finder {
       if (number >= 1 && number <= columns_.size()) found.push_back(number - 1);
     }
     if (found.empty()) {
-      throw UsageError(fmt::format("{} {}: {} has no such column; it has {}{}", option, shortened(*text, kLongestShown),
+      throw UsageError(fmt::format("{} {}: {} has no such column; it has {}{}", option, readable(*text, kLongestShown),
                                    path_, list(), named_folder(option)));
     }
     if (found.size() > 1) {
       throw UsageError(fmt::format("{} {}: {} columns of {} have that name; give the number, such as {} {}", option,
-                                   shortened(*text, kLongestShown), found.size(), path_, option, found.front() + 1));
+                                   readable(*text, kLongestShown), found.size(), path_, option, found.front() + 1));
     }
     if (!columns_[found.front()].is_number) {
       throw UsageError(fmt::format("{} {}: that column of {} is text, such as \"{}\"", option,
-                                   shortened(*text, kLongestShown), path_,
-                                   shortened(columns_[found.front()].sampled_text, kLongestShown)));
+                                   readable(*text, kLongestShown), path_,
+                                   readable(columns_[found.front()].sampled_text, kLongestShown)));
     }
     return found.front();
   }
@@ -183,7 +186,7 @@ class Finder {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (is_taken(i)) continue;
       if (!columns_[i].is_number) {
-        if (columns_[i].clock) clock = i;
+        if (columns_[i].is_clock) clock = i;
         continue;
       }
       const bool fits = std::all_of(taken.begin(), taken.end(), [&](auto t) { return !t || belong_together(i, *t); });
@@ -201,23 +204,54 @@ class Finder {
     if (best.size() > 1) return first_of(best, "time");
     if (!even.empty()) return even.front();
     if (clock) {
-      const double period_s = columns_[*clock].clock->period_s;
-      fail(
-          fmt::format("column {} holds dates or times of day such as \"{}\", which are not read as seconds; with the "
-                      "sample period{}: `{}`",
-                      described(columns_, *clock), shortened(columns_[*clock].sampled_text, kLongestShown),
-                      period_s > 0.0 ? ", which it gives as about that" : ", here 1 ms",
-                      command(fmt::format("--period {:.6g}", period_s > 0.0 ? period_s : 0.001))));
+      fail(fmt::format("column {} holds dates or times of day such as \"{}\", which are not read as seconds; {}",
+                       described(columns_, *clock), readable(columns_[*clock].sampled_text, kLongestShown),
+                       told_by(*clock)));
     }
     if (!counting.empty()) {
       const std::size_t i = counting.front();
-      fail(
-          fmt::format("column {} counts 0, 1, 2: seconds, or the numbers of the rows? For row numbers at 1 kHz: `{}`; "
-                      "for seconds: `{}`",
-                      described(columns_, i), command("--period 0.001"), command(fmt::format("--time {}", i + 1))));
+      fail(fmt::format(
+          "column {} counts 0, 1, 2: seconds, or the numbers of the rows? For seconds: `{}`; for the numbers "
+          "of rows, with the sample period in seconds: `{}`",
+          described(columns_, i), command(fmt::format("--time {}", i + 1)), command("--period SECONDS")));
     }
-    fail(fmt::format("no column of times; columns: {}. With the sample period, here 1 ms: `{}`", list(),
-                     command("--period 0.001")));
+    fail(fmt::format("no column of times; columns: {}. With the sample period in seconds: `{}`", list(),
+                     command("--period SECONDS")));
+  }
+
+  /// What the rows of a clock tell of the sample period, with the command that takes it.
+  [[nodiscard]] std::string told_by(std::size_t column) const {
+    const std::optional<RowPeriod> period = table_.period_of_rows(column);
+    if (!period) return fmt::format("with the sample period in seconds: `{}`", command("--period SECONDS"));
+    const std::string until =
+        period->restart ? fmt::format(", until the clock goes back at row {}", *period->restart + 1) : "";
+    std::string extra = fmt::format("--period {:.9g}", period->roundest_s);
+    if (period->restart) {
+      // Half a step before the row that begins the next part.
+      extra += fmt::format(" --to {:.9g}", period->roundest_s * (static_cast<double>(*period->restart) - 1.0));
+    }
+    return fmt::format("its {} rows over {:.9g} s are one every {:.9g} s ({:.6g} to {:.6g} s){}: `{}`", period->rows,
+                       period->span_s, period->roundest_s, period->lowest_s, period->highest_s, until, command(extra));
+  }
+
+  /// A spreadsheet's dates are days since 1899, MATLAB's since the year 0. As seconds such a record would be sampled
+  /// faster than a rig is.
+  void refuse_days(const Roles& roles) const {
+    if (!roles.time || options_.time) return;
+    const Column& column = columns_[*roles.time];
+    const std::vector<double>& sample = column.sample;
+    if (!column.unit.empty() || sample.size() < 2) return;
+    constexpr double kFastestStep = 7e-4;  // a minute in days
+    const auto is_date = [](double x) { return (x > 20'000.0 && x < 80'000.0) || (x > 700'000.0 && x < 800'000.0); };
+    const bool has_fractions =
+        std::any_of(sample.begin(), sample.end(), [](double x) { return std::abs(x - std::round(x)) > 0.0; });
+    const double step = (sample.back() - sample.front()) / static_cast<double>(sample.size() - 1);
+    if (!has_fractions || !is_date(sample.front()) || !is_date(sample.back()) || step > kFastestStep) return;
+    fail(
+        fmt::format("column {} holds numbers such as {:.9g}: days of a spreadsheet, or seconds? For days, {}; for "
+                    "seconds: `{}`",
+                    described(columns_, *roles.time), sample.front(), told_by(*roles.time),
+                    command(fmt::format("--time {}", *roles.time + 1))));
   }
 
   /// Several columns have equal claims: those of one struct or group may belong to one record, others not.
@@ -365,7 +399,7 @@ class Finder {
                      command(fmt::format("--input {}", fitting.front() + 1))));
   }
 
-  const Table& table_;
+  Table& table_;
   const std::vector<Column>& columns_;
   std::string path_;
   std::filesystem::path file_;
@@ -375,12 +409,11 @@ class Finder {
 
 }  // namespace
 
-Roles find_record(const Table& table, const std::filesystem::path& path, const Options& options) {
+Roles find_record(Table& table, const std::filesystem::path& path, const Options& options) {
   return Finder(table, path, options).record();
 }
 
-Roles find_input(const Table& table, const std::filesystem::path& path, const Options& options,
-                 const std::string& unit) {
+Roles find_input(Table& table, const std::filesystem::path& path, const Options& options, const std::string& unit) {
   return Finder(table, path, options).input(unit);
 }
 
@@ -388,9 +421,8 @@ double time_unit_s(const Column& time, const std::filesystem::path& path, const 
   if (time.unit.empty()) return 1.0;
   if (const auto seconds = seconds_in(time.unit)) return *seconds;
   throw DataError(fmt::format(
-      "{}: the time column \"{}\" is in {}, which is no unit of time; with the sample period, "
-      "here 1 ms: `{}`",
-      path.string(), readable(time.label, kLongestShown), time.unit, command_with(options, path, "--period 0.001")));
+      "{}: the time column \"{}\" is in {}, which is no unit of time; with the sample period in seconds: `{}`",
+      path.string(), readable(time.label, kLongestShown), time.unit, command_with(options, path, "--period SECONDS")));
 }
 
 std::string described(const std::vector<Column>& columns, std::size_t index) {

@@ -28,11 +28,11 @@ inline constexpr std::string_view kFilledColumn = "filled";
 /// exactly three columns, by their order. Columns that number the rows and columns of text are left out.
 /// @throws DataError   more than one choice is left: lists the columns, and gives a command that works
 /// @throws UsageError  an option names no column, or one of text
-[[nodiscard]] Roles find_record(const Table& table, const std::filesystem::path& path, const Options& options);
+[[nodiscard]] Roles find_record(Table& table, const std::filesystem::path& path, const Options& options);
 
 /// Finds time and input for a model. @param unit  of the model's input: of several columns the one in it is taken, and
 /// one in another unit is refused; empty: any
-[[nodiscard]] Roles find_input(const Table& table, const std::filesystem::path& path, const Options& options,
+[[nodiscard]] Roles find_input(Table& table, const std::filesystem::path& path, const Options& options,
                                const std::string& unit);
 
 /// Seconds in one unit of the time column. @throws DataError  its unit is none of time

@@ -9,16 +9,47 @@
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/importer/array_table.hpp"
+#include "daemon/importer/foreign_reader.hpp"
 #include "daemon/importer/text_table.hpp"
+#include "daemon/record/run_folder.hpp"
 
 namespace eha::importer {
 namespace {
 
 using Opener = std::unique_ptr<Table> (*)(const std::filesystem::path&, const Options&);
+
+template <const std::string_view& kind>
+std::unique_ptr<Table> open_foreign(const std::filesystem::path& path, const Options& /*options*/) {
+  return table_of_arrays(path, read_foreign(kind, path));
+}
+
+constexpr std::string_view kMat = "mat";
+constexpr std::string_view kHdf = "hdf5";
+constexpr auto open_mat = open_foreign<kMat>;
+
+std::unique_ptr<Table> open_hdf5(const std::filesystem::path& path, const Options& options) {
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  if (path.filename() == record::kRawFile && record::is_run_folder(folder)) {
+    throw DataError(
+        fmt::format("{}: the raw record of a run; name the run instead: `eha fit {}`", path.string(), folder.string()));
+  }
+  return open_foreign<kHdf>(path, options);
+}
+
+constexpr const char* kSaveAsCsv = "open it and save as CSV, then import the CSV file";
+
+std::unique_ptr<Table> open_workbook(const std::filesystem::path& path, const Options& options) {
+  os::FileDescriptor text = read_workbook(path);
+  if (text) return open_text(path, options, std::move(text), "workbook, first sheet");
+  throw DataError(
+      fmt::format("{}: this is a workbook (.xlsx, .ods) or another archive; install xlsx2csv, which reads .xlsx, or {}",
+                  path.string(), kSaveAsCsv));
+}
 
 /// A kind of file that its first bytes tell.
 struct Format {
@@ -38,7 +69,7 @@ constexpr std::array kFormats = std::to_array<Format>({
     {kMat5, open_mat, ""},
     {kMat73, open_mat, ""},
     {kHdf5, open_hdf5, ""},
-    {kZip, nullptr, "a workbook (.xlsx, .ods) or another archive; open it and save as CSV, then import the CSV file"},
+    {kZip, open_workbook, ""},
     {kOldOffice, nullptr, "an old Excel workbook (.xls); open it and save as CSV, then import the CSV file"},
     {kGzip, nullptr, "compressed; unpack it first: `gunzip FILE`"},
     {"%PDF", nullptr, "a PDF document; export the record as CSV where it was made"},

@@ -10,19 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/options.hpp"
 
 namespace eha::importer {
 
 /// Rows that are looked at before a file is read, to guess from.
 inline constexpr std::size_t kSampledRows = 200;
-
-/// What a column of dates or times of day says of the sample period.
-struct Clock {
-  std::size_t row = 0;    ///< the first with a time
-  double time_s = 0.0;    ///< of that row, from midnight or from 1970 [s]
-  double period_s = 0.0;  ///< mean of the sampled rows [s]; 0 when unknown
-};
 
 /// A column of a file, before its role is known.
 struct Column {
@@ -32,7 +26,7 @@ struct Column {
   bool is_number = true;
   std::vector<double> sample;  ///< the first kSampledRows values; NaN where one is missing
   std::string sampled_text;    ///< the first value as written, when it is no number
-  std::optional<Clock> clock;  ///< of a column of dates or times of day
+  bool is_clock = false;       ///< dates or times of day
   std::size_t rows = 0;        ///< columns of different lengths do not belong together; 0 when not yet known
 };
 
@@ -80,6 +74,9 @@ class Table {
   [[nodiscard]] virtual bool is_record_format() const { return false; }
   /// "FILE:LINE" of the header where the file is text with one, else "FILE".
   [[nodiscard]] virtual std::string place() const = 0;
+  /// How far apart the rows of the whole file are by a column of dates or times of day, or of days of a spreadsheet.
+  /// For a refusal: the file cannot be read after that. None when it does not tell.
+  [[nodiscard]] virtual std::optional<RowPeriod> period_of_rows(std::size_t /*column*/) { return std::nullopt; }
   /// Reads once. @throws DataError, IoError
   [[nodiscard]] virtual Rows read(const Selection& selection, const Progress& progress) = 0;
 };

@@ -86,10 +86,10 @@ std::optional<std::string> to_utf8(std::string_view text, const char* from) {
   return result;
 }
 
-TextLines::TextLines(const std::filesystem::path& path) : path_(path) {
+TextLines::TextLines(const std::filesystem::path& path, os::FileDescriptor text) : path_(path), file_(std::move(text)) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) os::throw_system_error("read", path, EISDIR);
-  file_ = os::open_file(path, O_RDONLY);
+  if (!file_) file_ = os::open_file(path, O_RDONLY);
   struct stat facts {};
   if (fstat(file_.get(), &facts) == 0 && S_ISREG(facts.st_mode)) size_ = static_cast<std::uint64_t>(facts.st_size);
   fill();

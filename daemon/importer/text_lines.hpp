@@ -23,8 +23,9 @@ class TextLines {
  public:
   static constexpr std::size_t kLongestLine = std::size_t{1} << 16U;
 
-  /// Reads the beginning. @throws IoError, PermissionError, DataError
-  explicit TextLines(const std::filesystem::path& path);
+  /// Reads the beginning. @param text  an open file that has the text; none: that of the path, which messages name
+  /// @throws IoError, PermissionError, DataError
+  explicit TextLines(const std::filesystem::path& path, os::FileDescriptor text = {});
   TextLines(const TextLines&) = delete;
   TextLines& operator=(const TextLines&) = delete;
   ~TextLines();

@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/text.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
@@ -28,7 +28,16 @@ constexpr std::size_t kMostColumns = 1024;
 constexpr std::size_t kMostRows = 30'000'000;
 constexpr std::size_t kRowsBetweenProgress = 1U << 17U;
 
-std::string quoted_for_message(std::string_view text) { return '"' + shortened(text, kLongestShown) + '"'; }
+std::string quoted_for_message(std::string_view text) { return '"' + readable(text, kLongestShown) + '"'; }
+
+/// Digits of the fraction of a second in "10:00:00,25".
+int decimals_of_clock(std::string_view text) {
+  const std::size_t seconds = text.find_last_of(':');
+  const std::size_t point = text.find_first_of(".,", seconds == std::string_view::npos ? 0 : seconds);
+  if (point == std::string_view::npos) return 0;
+  const std::size_t end = std::min(text.find_first_not_of("0123456789", point + 1), text.size());
+  return static_cast<int>(end - point) - 1;
+}
 
 std::string delimiter_name(char delimiter) {
   switch (delimiter) {
@@ -47,7 +56,9 @@ std::string delimiter_name(char delimiter) {
 
 class TextTable final : public Table {
  public:
-  TextTable(const std::filesystem::path& path, const Options& options) : path_(path), options_(options), lines_(path) {
+  TextTable(const std::filesystem::path& path, const Options& options, os::FileDescriptor text, const std::string& kind)
+      : path_(path), options_(options), lines_(path, std::move(text)) {
+    if (!kind.empty()) guesses_.push_back(kind);
     const std::vector<std::string> first = lines_.first_lines(kLinesForGuess);
     refuse_unreadable(first);
     dialect_ = guess_dialect(first, options, path.string());
@@ -67,6 +78,29 @@ class TextTable final : public Table {
     return dialect_.header_line > 0 ? fmt::format("{}:{}", path_.string(), dialect_.header_line) : path_.string();
   }
 
+  [[nodiscard]] std::optional<RowPeriod> period_of_rows(std::size_t column) override {
+    constexpr double kDay_s = 86400.0;
+    CsvFields fields(dialect_.delimiter);
+    RowClock clock;
+    while (const auto line = lines_.next()) {
+      if (lines_.line() < dialect_.first_data_line || is_comment(*line)) continue;
+      if (!fields.split(*line) || fields.size() <= column) continue;
+      const std::string_view field = fields[column];
+      double days = 0.0;
+      if (columns_[column].is_clock) {
+        const auto time_s = clock_seconds(field);
+        const bool has_date = field.substr(0, field.find(':')).find_first_of("-/.") != std::string_view::npos;
+        if (time_s) clock.add(*time_s, std::pow(10.0, -decimals_of_clock(field)), !has_date);
+      } else if (parse_number(field, dialect_.decimal, days) == NumberKind::finite) {
+        // A date in double precision is known to a few microseconds, however many digits are written.
+        constexpr double kFinest_s = 1e-5;
+        const double digit_s = kDay_s * std::pow(10.0, -precision_of(field, dialect_.decimal).decimals);
+        clock.add(kDay_s * days, std::max(digit_s, kFinest_s), false);
+      }
+    }
+    return clock.period();
+  }
+
   [[nodiscard]] Rows read(const Selection& selection, const Progress& progress) override {
     CsvFields fields(dialect_.delimiter);
     Rows rows;
@@ -77,6 +111,14 @@ class TextTable final : public Table {
     std::vector<double> values(selection.columns.size());
     while (const auto line = lines_.next()) {
       if (lines_.line() < dialect_.first_data_line || is_comment(*line)) continue;
+      if (selection.keep_missing && is_spreadsheet_error(*line)) {
+        // The whole row is one error.
+        std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
+        mark_line(rows);
+        for (std::size_t i = 0; i < values.size(); ++i) rows.columns[i].push_back(values[i]);
+        ++read;
+        continue;
+      }
       split(*line, fields);
       for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(fields, selection, i, rows);
       if (selection.has_time) values[0] = in_seconds(values[0], selection.time_unit_s);
@@ -161,7 +203,7 @@ class TextTable final : public Table {
         if (kind == NumberKind::none) {
           ++texts[c];
           if (columns_[c].sampled_text.empty()) columns_[c].sampled_text = lines_.decoded(fields[c]);
-          note_clock(fields[c], rows, columns_[c]);
+          if (clock_seconds(fields[c])) columns_[c].is_clock = true;
         }
         columns_[c].sample.push_back(value);
       }
@@ -174,19 +216,9 @@ class TextTable final : public Table {
     }
   }
 
-  /// Times of day of the first and the last of the sampled rows give the sample period.
-  static void note_clock(std::string_view field, std::size_t row, Column& column) {
-    const auto time_s = clock_seconds(field);
-    if (!time_s) return;
-    if (!column.clock) column.clock = Clock{row, *time_s, 0.0};
-    const Clock& first = *column.clock;
-    if (row > first.row) {
-      column.clock->period_s = (*time_s - first.time_s) / static_cast<double>(row - first.row);
-    }
-  }
-
   void note_guesses() {
-    guesses_.push_back(delimiter_name(dialect_.delimiter));
+    // Of a workbook the text is no file of the user's.
+    if (guesses_.empty()) guesses_.push_back(delimiter_name(dialect_.delimiter));
     if (dialect_.has_comma_numbers) guesses_.emplace_back("decimal comma");
     if (!lines_.encoding().empty()) guesses_.push_back(lines_.encoding());
     if (dialect_.skipped_lines > 0) {
@@ -290,8 +322,9 @@ class TextTable final : public Table {
 
 }  // namespace
 
-std::unique_ptr<Table> open_text(const std::filesystem::path& path, const Options& options) {
-  return std::make_unique<TextTable>(path, options);
+std::unique_ptr<Table> open_text(const std::filesystem::path& path, const Options& options, os::FileDescriptor text,
+                                 const std::string& kind) {
+  return std::make_unique<TextTable>(path, options, std::move(text), kind);
 }
 
 }  // namespace eha::importer

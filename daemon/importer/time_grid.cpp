@@ -18,6 +18,9 @@ namespace {
 constexpr int kMostDecimals = 15;
 /// Steps that differ by less than this share are equal: no clock or fit resolves it.
 constexpr double kSameStep = 1e-6;
+/// A row that is off an even grid by less than this share of a step is on it: times in single precision, jitter of a
+/// clock.
+constexpr double kOnGrid = 0.02;
 
 class Grid {
  public:
@@ -42,10 +45,13 @@ class Grid {
     const double mean_step_s = (time_s_.back() - time_s_.front()) / static_cast<double>(rows - 1);
     const double tidy_step_s = std::stod(fmt::format("{:.12g}", mean_step_s));
     // Both the first row and the row looked at may be rounded.
-    const std::size_t off = first_off_grid(tidy_step_s, 1.0);
-    if (off == rows) return tidy_step_s;
+    if (first_off_grid(tidy_step_s, 1.0) == rows) return tidy_step_s;
+    // Coarser than rounding: the roundest step that drifts from the rows by less than that over the record.
+    const double near_step_s = roundest_step(mean_step_s);
+    const std::size_t off = first_off_grid(near_step_s, 1.0, kOnGrid);
+    if (off == rows) return near_step_s;
     fail(off, fmt::format("time_s is {:.9g}, {:.3g} s off an even grid of {:.9g} s steps", time_s_[off],
-                          time_s_[off] - time_s_.front() - static_cast<double>(off) * tidy_step_s, tidy_step_s));
+                          time_s_[off] - time_s_.front() - static_cast<double>(off) * near_step_s, near_step_s));
   }
 
  private:
@@ -81,7 +87,7 @@ class Grid {
   void check_each_step() const {
     // The rounding of two times and of the median. Less than half a step, so that a missing row shows however coarsely
     // the times are printed.
-    const double slack_s = 2.0 * quantum_s(time_s_.size() - 1) + kSameStep * typical_step_s_ + rounding_s(1);
+    const double slack_s = 2.0 * quantum_s(time_s_.size() - 1) + 2.0 * kOnGrid * typical_step_s_ + rounding_s(1);
     const double allowed_s = std::min(slack_s, 0.499 * typical_step_s_);
     for (std::size_t k = 1; k < time_s_.size(); ++k) {
       const double step_s = time_s_[k] - time_s_[k - 1];
@@ -101,12 +107,22 @@ class Grid {
   }
 
   /// First row that is further off t_0 + k step than `quanta` of its last digit, or the number of rows.
-  [[nodiscard]] std::size_t first_off_grid(double step_s, double quanta) const {
+  [[nodiscard]] std::size_t first_off_grid(double step_s, double quanta, double share = kSameStep) const {
     for (std::size_t k = 0; k < time_s_.size(); ++k) {
       const double off_s = std::abs(time_s_[k] - time_s_.front() - static_cast<double>(k) * step_s);
-      if (off_s > quanta * quantum_s(k) + kSameStep * step_s + rounding_s(k)) return k;
+      if (off_s > quanta * quantum_s(k) + share * step_s + rounding_s(k)) return k;
     }
     return time_s_.size();
+  }
+
+  [[nodiscard]] double roundest_step(double mean_step_s) const {
+    constexpr int kMostDigits = 12;
+    const double most_off_s = kOnGrid * mean_step_s / static_cast<double>(time_s_.size());
+    for (int digits = 1; digits < kMostDigits; ++digits) {
+      const double round_s = std::stod(fmt::format("{:.{}e}", mean_step_s, digits - 1));
+      if (std::abs(round_s - mean_step_s) <= most_off_s) return round_s;
+    }
+    return std::stod(fmt::format("{:.12g}", mean_step_s));
   }
 
   const Rows& table_;

@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
+#include "config/hold_law.hpp"
 #include "daemon/acquisition/command_source.hpp"
+#include "daemon/place/loop_monitor.hpp"
 
 namespace eha::place {
 
 /// A table of volts with a slow proportional loop about the displacement that it is predicted to cause:
-///   u = r + clamp(gain (middle + x - y), +-most)
+///   u = r + config::HoldLaw(middle + x - y)
 /// r the table [V], x the prediction [in], y the displacement [in]. With a constant reference the loop would remove the
 /// slowest tones. With the prediction as reference it removes only the unpredicted motion: the drift of an integrating
 /// rod. The loop's part of a row is its requested voltage less the table's. Real-time safe. Not thread-safe.
 class HoldSource final : public acquisition::CommandSource {
  public:
   /// @param predicted_in  as long as the table; must outlive this, as must the table
-  /// @param gain_V_per_in, most_V  positive
   HoldSource(std::span<const double> table_V, std::span<const double> predicted_in, std::uint32_t repetitions,
-             double gain_V_per_in, double most_V)
-      : table_(table_V, repetitions), predicted_in_(predicted_in), gain_V_per_in_(gain_V_per_in), most_V_(most_V) {}
+             const config::HoldLaw& law, const LoopMonitor& monitor)
+      : table_(table_V, repetitions), predicted_in_(predicted_in), law_(law), monitor_(monitor) {}
 
   [[nodiscard]] std::uint32_t rows() const noexcept override { return table_.rows(); }
   [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return table_.rows_per_repetition(); }
@@ -32,14 +33,18 @@ class HoldSource final : public acquisition::CommandSource {
       middle_in_ = last.displacement_in - predicted_in;
     }
     const double off_in = middle_in_ + predicted_in - last.displacement_in;
-    return table_.voltage_V(row, last) + std::clamp(gain_V_per_in_ * off_in, -most_V_, most_V_);
+    const double correction_V = law_.correction_V(off_in);
+    const double command_V = table_.voltage_V(row, last) + correction_V;
+    monitor_.note(command_V, std::abs(correction_V) >= law_.most_V, last);
+    return command_V;
   }
+  [[nodiscard]] acquisition::Breach breach() const noexcept override { return monitor_.breach(); }
 
  private:
   acquisition::TableSource table_;
   std::span<const double> predicted_in_;
-  double gain_V_per_in_;
-  double most_V_;
+  config::HoldLaw law_;
+  LoopMonitor monitor_;
   double middle_in_ = 0.0;
   bool has_begun_ = false;
 };

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/valve_estimate.hpp"
-
 namespace eha::place {
 namespace {
 
@@ -17,11 +15,11 @@ constexpr double kVelocityFilter_s = 0.1;
 constexpr double kRest_in = 0.005;
 constexpr double kRest_in_per_s = 0.025;         ///< ten times what leakage moves the rod by
 constexpr double kFullDeadBand_in_per_s = 0.02;  ///< speed from which the whole dead band is added
-constexpr double kSpare_V = 0.3;
-constexpr double kShareOfRangeWithoutGains = 0.4;
+constexpr double kWindUp_V = 0.1;  ///< that the bounds may hold the command back by before the integral stands
 /// Below this share of its way the rod counts as not moving.
 constexpr double kLeastShareOfWay = 0.2;
 constexpr double kTimeToFindTheNull_s = 20.0;
+constexpr double kLeastShareOfSpeed = 0.2;  ///< that the time-out allows for
 
 }  // namespace
 
@@ -30,29 +28,32 @@ double placing_speed_in_per_s(const config::RigLimits& limits) noexcept {
 }
 
 double placing_time_s(const config::RigLimits& limits, double way_in) noexcept {
-  const double delay_s = limits.following ? limits.following->pressure_delay_s : 0.0;
-  return kTimeToFindTheNull_s + delay_s + 2.0 * std::abs(way_in) / placing_speed_in_per_s(limits);
+  const double wanted = placing_speed_in_per_s(limits);
+  const LoopBounds bounds = loop_bounds(limits, wanted);
+  double reached = wanted;
+  if (const auto& valve = bounds.valve) {
+    const double slower = std::min(valve->gain_positive_in_per_V_s, valve->gain_negative_in_per_V_s);
+    reached = std::clamp(slower * (bounds.most_V - bounds.edge_V), kLeastShareOfSpeed * wanted, wanted);
+  }
+  return kTimeToFindTheNull_s + bounds.pressure_delay_s + 2.0 * std::abs(way_in) / reached;
 }
 
 PlaceController::PlaceController(const config::RigLimits& limits, double period_s, double target_in) noexcept
-    : period_s_(period_s), target_in_(target_in), speed_in_per_s_(placing_speed_in_per_s(limits)) {
-  const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
-  if (limits.following) {
-    const config::ValveEstimate valve = config::valve_estimate(*limits.following);
-    gain_positive_in_per_V_s_ = valve.gain_positive_in_per_V_s;
-    gain_negative_in_per_V_s_ = valve.gain_negative_in_per_V_s;
-    null_V_ = valve.null_V;
-    dead_band_V_ = valve.dead_band_V;
-    const double slower = std::min(gain_positive_in_per_V_s_, gain_negative_in_per_V_s_);
-    most_V_ = dead_band_V_ + speed_in_per_s_ / slower + kSpare_V;
+    : period_s_(period_s),
+      target_in_(target_in),
+      speed_in_per_s_(placing_speed_in_per_s(limits)),
+      monitor_(loop_bounds(limits, speed_in_per_s_), period_s),
+      bias_V_(monitor_.bounds().null_V) {
+  if (const auto& valve = monitor_.bounds().valve) {
+    gain_positive_in_per_V_s_ = valve->gain_positive_in_per_V_s;
+    gain_negative_in_per_V_s_ = valve->gain_negative_in_per_V_s;
+    dead_band_V_ = valve->dead_band_V;
   } else {
+    const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
     gain_positive_in_per_V_s_ = limits.velocity_limit_in_per_s / half_range_V / 3.0;
     gain_negative_in_per_V_s_ = gain_positive_in_per_V_s_;
-    null_V_ = limits.safe_V;
     dead_band_V_ = 0.0;
-    most_V_ = kShareOfRangeWithoutGains * half_range_V;
   }
-  bias_V_ = null_V_;
 }
 
 double PlaceController::voltage_V(const hal::RigReading& last) noexcept {
@@ -76,8 +77,12 @@ double PlaceController::voltage_V(const hal::RigReading& last) noexcept {
   const double ahead_V =
       wanted_in_per_s / gain + dead_band_V_ * std::clamp(wanted_in_per_s / kFullDeadBand_in_per_s, -1.0, 1.0);
   const double step_V = kBias_rad_s / gain * (wanted_in_per_s - velocity_in_per_s) * period_s_;
-  bias_V_ = std::clamp(bias_V_ + step_V, null_V_ - most_V_, null_V_ + most_V_);
-  return std::clamp(bias_V_ + ahead_V, null_V_ - most_V_, null_V_ + most_V_);
+  const double wanted_V = bias_V_ + step_V + ahead_V;
+  const double command_V = monitor_.bounded_V(wanted_V, last);
+  // Held back by less, the integral goes on: noise alone would otherwise stop its steps of one sign only.
+  const double held_back_V = std::copysign(1.0, step_V) * (wanted_V - command_V);
+  if (held_back_V < kWindUp_V) bias_V_ += step_V;
+  return command_V;
 }
 
 double PlaceController::way_in() const noexcept { return std::abs(target_in_ - start_in_); }

@@ -3,6 +3,7 @@
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
+#include "daemon/place/loop_monitor.hpp"
 #include "hal/rig.hpp"
 
 namespace eha::place {
@@ -13,8 +14,8 @@ inline constexpr double kSettled_s = 0.5;      ///< once it has been so near for
 /// Fastest speed of a placing: 0.3 in/s, at most a tenth of the rig's velocity limit [in/s].
 [[nodiscard]] double placing_speed_in_per_s(const config::RigLimits& limits) noexcept;
 
-/// How long a placing may take [s]: twice the way at placing speed, and 20 s for finding the valve's null and dead
-/// band.
+/// How long a placing may take [s]: twice the way at the speed that the bounds of its volts allow, and 20 s for finding
+/// the valve's null and dead band.
 [[nodiscard]] double placing_time_s(const config::RigLimits& limits, double way_in) noexcept;
 
 /// Moves the rod slowly to a place and keeps it there:
@@ -22,8 +23,8 @@ inline constexpr double kSettled_s = 0.5;      ///< once it has been so near for
 ///   v)
 /// y the displacement [in], v its slope filtered over 0.1 s, u the command [V]. g, d and the start of b are gain, dead
 /// band and null of the rig's [following]; without it g is a third of the greatest gain that the limits allow, d = 0,
-/// and b starts at the safe voltage. The integral b corrects errors of these numbers. w = 0 within 5/1000 in, so that
-/// the rod rests. |u - null| stays within what the speed needs, 0.3 V and the dead band more.
+/// and b starts at the safe voltage. The integral b corrects errors of these numbers; it stands while the bounds hold u
+/// back. w = 0 within 5/1000 in, so that the rod rests. The bounds of u, and what ends a placing, are LoopMonitor's.
 /// The limits of the tick come after it, as after every source. Real-time safe. Not thread-safe.
 class PlaceController {
  public:
@@ -34,6 +35,8 @@ class PlaceController {
   [[nodiscard]] double voltage_V(const hal::RigReading& last) noexcept;
 
   [[nodiscard]] bool is_in_place() const noexcept { return settled_s_ >= kSettled_s; }
+  /// Why the rod must not be moved on; see LoopMonitor.
+  [[nodiscard]] const acquisition::Breach& breach() const noexcept { return monitor_.breach(); }
   /// The fault of a time-out now: the rod does not move, or has not come to rest at its place.
   [[nodiscard]] acquisition::Breach failure() const noexcept;
   /// Of the first command [in]. Valid after it.
@@ -45,9 +48,8 @@ class PlaceController {
   double speed_in_per_s_;
   double gain_positive_in_per_V_s_;
   double gain_negative_in_per_V_s_;
-  double null_V_;
   double dead_band_V_;
-  double most_V_;  ///< of |u - null|
+  LoopMonitor monitor_;
   double bias_V_;
   bool has_begun_ = false;
   double start_in_ = 0.0;

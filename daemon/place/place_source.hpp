@@ -26,6 +26,7 @@ class PlaceSource final : public acquisition::CommandSource {
     return controller_.is_in_place() ? Stage::over : Stage::playing;
   }
   [[nodiscard]] acquisition::Breach breach() const noexcept override {
+    if (controller_.breach().fault != acquisition::Fault::none) return controller_.breach();
     if (row_ + 1 < rows_ || controller_.is_in_place()) return {};
     return controller_.failure();
   }
@@ -58,6 +59,7 @@ class StartingSource final : public acquisition::CommandSource {
   [[nodiscard]] Stage stage() const noexcept override { return has_begun_ ? source_->stage() : Stage::preparing; }
   [[nodiscard]] acquisition::Breach breach() const noexcept override {
     if (controller_.is_in_place()) return source_->breach();
+    if (controller_.breach().fault != acquisition::Fault::none) return controller_.breach();
     return elapsed_s_ > placing_time_s(limits_, controller_.way_in()) ? controller_.failure() : acquisition::Breach{};
   }
 

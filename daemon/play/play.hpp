@@ -50,7 +50,7 @@ using Progress = std::function<void(const acquisition::Snapshot&)>;
 
 /// Plays an experiment on a rig and records it in the request's run folder. Blocks until the rig is idle or faulted and
 /// the files are closed: run.json, raw.ehalog, raw.h5 and data_40ms.csv. A fault, a stop or a failing disk is not
-/// thrown: report.outcome says so (acquisition::describe, acquisition::exit_code), and the record so far is kept.
+/// thrown: report.outcome says so (acquisition::describe, acquisition::exit_code), and the partial record is kept.
 /// Equal requests in virtual time on equal rigs give byte-identical raw.ehalog, raw.h5 and data_40ms.csv.
 /// A fatal signal while the loop runs makes the rig safe before the process dies of it (acquisition::FatalSignals).
 /// The loop and the journal have a thread each, so a slow `progress` delays neither.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/play/source.hpp"
 
+#include <optional>
 #include <utility>
 
 #include "config/characterisation.hpp"
@@ -14,16 +15,16 @@ namespace {
 
 using acquisition::CommandSource;
 
-/// Of half the command range: what a hold may add to the table.
-constexpr double kMostShareOfHold = 0.2;
+place::LoopMonitor monitor_of(const PlayRequest& request) {
+  return {place::loop_bounds(request.rig.limits), request.rig.realtime.sample_period_s};
+}
 
 std::unique_ptr<CommandSource> excitation_of(const PlayRequest& request) {
   const auto repetitions = static_cast<std::uint32_t>(request.experiment.repetitions);
   if (!request.experiment.hold) return std::make_unique<acquisition::TableSource>(request.table_V, repetitions);
-  const config::RigLimits& limits = request.rig.limits;
   const double gain = request.experiment.hold->gain_V_per_in.value_or(config::hold_gains(request.rig).usual);
-  return std::make_unique<place::HoldSource>(request.table_V, request.predicted_in, repetitions, gain,
-                                             kMostShareOfHold * 0.5 * (limits.command_max_V - limits.command_min_V));
+  return std::make_unique<place::HoldSource>(request.table_V, request.predicted_in, repetitions,
+                                             config::hold_law(request.rig.limits, gain), monitor_of(request));
 }
 
 }  // namespace
@@ -38,9 +39,11 @@ std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
   }
   if (experiment.characterises) {
     const config::Centring centring = config::centring_of(limits);
+    std::optional<place::LearnedMonitor> learned;
+    if (!limits.following) learned.emplace(limits, step_s);
     return std::make_unique<place::StartingSource>(
         place::PlaceController(limits, step_s, experiment.start_in.value_or(centring.middle_in)), limits, step_s,
-        std::make_unique<place::CentringSource>(request.table_V, centring));
+        std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request), learned));
   }
   std::unique_ptr<CommandSource> excitation = excitation_of(request);
   if (!experiment.start_in) return excitation;

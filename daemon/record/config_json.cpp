@@ -14,7 +14,7 @@
 #include "core/keys.hpp"
 #include "core/volts_file.hpp"
 #include "daemon/record/sha256.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::config {
@@ -111,6 +111,7 @@ Json to_json(const config::RigConfig& rig) {
               {"abort_consecutive_late", rig.realtime.abort_consecutive_late},
               {"abort_total_late", rig.realtime.abort_total_late},
               {"stall_limit_s", rig.realtime.stall_limit_s ? Json(*rig.realtime.stall_limit_s) : Json(nullptr)}}}};
+  if (rig.limits.closed_loop_max_V) json["limits"]["closed_loop_max_V"] = *rig.limits.closed_loop_max_V;
   if (!rig.units.empty()) json["units"] = rig.units;
   json["following"] = rig.limits.following ? JsonKeys::keys_of(*rig.limits.following) : Json(nullptr);
   json["sensor"] = rig.limits.sensor ? JsonKeys::keys_of(*rig.limits.sensor) : Json(nullptr);

@@ -10,8 +10,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/code_text.hpp"
 #include "core/error.hpp"
-#include "core/identifier.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/hdf5_handle.hpp"
 #include "daemon/record/record_csv.hpp"

@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "daemon/acquisition/realtime.hpp"
 #include "daemon/record/config_json.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::record {

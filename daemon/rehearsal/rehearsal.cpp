@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "config/hold_law.hpp"
+#include "config/stopping_distance.hpp"
 #include "config/valve_estimate.hpp"
 #include "ident/excitation/portable_draw.hpp"
 
@@ -14,8 +16,6 @@ namespace {
 constexpr int kDraws = 200;
 constexpr double kStep_s = 0.005;
 constexpr double kShareWithin = 0.95;
-constexpr double kMostShareOfHold = 0.2;  ///< of half the command range, as the hold's own
-constexpr double kVelocityAge_s = 0.011;  ///< of the tick's estimate of the velocity, see LimitMonitor
 
 /// Where a rod has been, and whether the tick would have stopped it.
 struct Passage {
@@ -30,25 +30,21 @@ class Play {
       : experiment_(experiment),
         limits_(rig.limits),
         ticks_(std::max<Eigen::Index>(1, std::llround(kStep_s / rig.realtime.sample_period_s))),
-        step_s_(static_cast<double>(ticks_) * rig.realtime.sample_period_s) {
+        tick_s_(rig.realtime.sample_period_s),
+        step_s_(static_cast<double>(ticks_) * tick_s_) {
     if (!experiment.config.hold) return;
-    gain_V_per_in_ = experiment.config.hold->gain_V_per_in.value_or(config::hold_gains(rig).usual);
-    most_V_ = kMostShareOfHold * 0.5 * (limits_.command_max_V - limits_.command_min_V);
+    hold_ = config::hold_law(limits_, experiment.config.hold->gain_V_per_in.value_or(config::hold_gains(rig).usual));
   }
 
   [[nodiscard]] Passage on(const config::ValveEstimate& valve, double start_in) const {
     const Eigen::VectorXd& table_V = experiment_.table_V;
     Passage passage{.lowest_in = start_in, .highest_in = start_in};
     double place_in = start_in;
-    const bool is_held = gain_V_per_in_ > 0.0;
-    const double middle_in = is_held ? start_in - experiment_.predicted_in[0] : 0.0;
+    const double middle_in = hold_ ? start_in - experiment_.predicted_in[0] : 0.0;
     for (int repetition = 0; repetition < experiment_.config.repetitions && !passage.trips; ++repetition) {
       for (Eigen::Index k = 0; k < table_V.size() && !passage.trips; k += ticks_) {
         double command_V = table_V[k];
-        if (is_held) {
-          const double off_in = middle_in + experiment_.predicted_in[k] - place_in;
-          command_V += std::clamp(gain_V_per_in_ * off_in, -most_V_, most_V_);
-        }
+        if (hold_) command_V += hold_->correction_V(middle_in + experiment_.predicted_in[k] - place_in);
         command_V = std::clamp(command_V, limits_.command_min_V, limits_.command_max_V);
         const double velocity = valve.velocity_in_per_s(command_V);
         place_in += step_s_ * velocity;
@@ -63,9 +59,7 @@ class Play {
  private:
   [[nodiscard]] bool is_beyond(double place_in, double velocity) const {
     if (std::abs(velocity) > limits_.velocity_limit_in_per_s) return true;
-    const double braking = limits_.stopping_deceleration_in_per_s2;
-    const double speed = std::abs(velocity) + std::min(braking * kVelocityAge_s, limits_.velocity_limit_in_per_s);
-    const double stopping_in = speed * speed / (2.0 * braking);
+    const double stopping_in = config::stopping_distance_in(limits_, tick_s_, std::abs(velocity));
     return place_in + (velocity > 0.0 ? stopping_in : 0.0) > limits_.travel_max_in ||
            place_in - (velocity < 0.0 ? stopping_in : 0.0) < limits_.travel_min_in;
   }
@@ -73,9 +67,9 @@ class Play {
   const config::PreparedExperiment& experiment_;
   const config::RigLimits& limits_;
   Eigen::Index ticks_;
+  double tick_s_;
   double step_s_;
-  double gain_V_per_in_ = 0.0;
-  double most_V_ = 0.0;
+  std::optional<config::HoldLaw> hold_;
 };
 
 config::ValveEstimate drawn(const config::ValveEstimate& valve, const config::ValveUncertainty& uncertainty,

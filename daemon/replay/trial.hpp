@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "hal/sim/sim_options.hpp"
-#include "ident/estimation/fit_options.hpp"
 #include "ident/executor.hpp"
+#include "ident/fit_options.hpp"
 #include "ident/model/model.hpp"
 #include "ident/structure/structure_options.hpp"
 

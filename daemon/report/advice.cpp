@@ -9,12 +9,6 @@
 namespace eha::report {
 namespace {
 
-double highest_order(const ident::Model& model) {
-  double highest = 0.0;
-  for (const ident::Term& term : model.transfer_function.denominator) highest = std::max(highest, term.order);
-  return highest;
-}
-
 template <class Has>
 bool any_model(const Subject& subject, const Has& has) {
   return std::any_of(subject.models.begin(), subject.models.end(),
@@ -30,8 +24,9 @@ bool has_valve_map(const Subject& subject) {
 std::string what_to_try(const Subject& subject, const ident::Model& model) {
   std::vector<std::string> untried;
   if (!has_valve_map(subject)) untried.emplace_back("--input-map valve");
-  const double own = highest_order(model);
-  if (!any_model(subject, [&](const ident::Model& other) { return highest_order(other) > own; })) {
+  const double own = highest_order(model.transfer_function.denominator);
+  if (!any_model(subject,
+                 [&](const ident::Model& other) { return highest_order(other.transfer_function.denominator) > own; })) {
     untried.emplace_back("more poles");
   }
   if (!any_model(subject, [](const ident::Model& other) { return other.transfer_function.delay_s > 0.0; })) {

@@ -5,17 +5,10 @@
 #include <cmath>
 #include <utility>
 
-#include "ident/model/output_unit.hpp"
+#include "ident/validation/output_unit.hpp"
 
 namespace eha::report {
 namespace {
-
-ident::Model shown(ident::Model model, const DisplayUnit& unit) {
-  const std::string name = unit.of(model.output_unit);
-  if (name == model.output_unit) return model;
-  const double factor = unit.factor(model.output_unit);
-  return ident::in_output_unit(std::move(model), name, factor);
-}
 
 void rescale(identify::FitTable& table, const DisplayUnit& unit) {
   const double factor = unit.factor(table.output.unit);
@@ -45,8 +38,12 @@ Subject in_unit(Subject subject, const DisplayUnit& unit) {
                               : subject.record        ? &subject.record->output_channel.unit
                                                       : nullptr;
   if (subject.response && output != nullptr) rescale_response(*subject.response, unit.factor(*output));
-  for (ReportedModel& reported : subject.models) reported.model = shown(std::move(reported.model), unit);
-  for (ident::Model& model : subject.paper) model = shown(std::move(model), unit);
+  for (ReportedModel& reported : subject.models) {
+    ident::Model shown = in_unit(reported.model, unit);
+    subject.reason = requoted(std::move(subject.reason), reported.model, shown);
+    reported.model = std::move(shown);
+  }
+  for (ident::Model& model : subject.paper) model = in_unit(std::move(model), unit);
   rescale(subject.fit, unit);
   rescale(subject.paper_fit, unit);
   if (subject.record) {

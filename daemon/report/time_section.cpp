@@ -55,8 +55,8 @@ Errors errors_of(const identify::FitTable& table, const identify::FitColumn& col
 bool misses_more_than_noise(const ident::Model& model) {
   return model.verdict && std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(),
                                       [](const ident::Criterion& criterion) {
-                                        return criterion.name == "error_over_noise" && criterion.judged &&
-                                               !criterion.passed;
+                                        return criterion.kind == ident::CriterionKind::error_over_noise &&
+                                               has_failed(criterion);
                                       });
 }
 

@@ -62,7 +62,8 @@ std::string without_models(const Subject& subject) {
     html += paragraph(description.get<std::string>());
   }
   html += paragraph(
-      "Only completed runs are fitted automatically. The record so far is shown below; `eha fit` with this folder fits "
+      "Only completed runs are fitted automatically. The partial record is shown below; `eha fit` with this folder "
+      "fits "
       "it.");
   return box("none",
              fmt::format("No model: the run ended as \"{}\"",
@@ -149,7 +150,7 @@ Section models_section(const Subject& subject) {
     if (is_first && model.verdict && !model.verdict->criteria.empty()) {
       std::vector<std::vector<std::string>> criteria;
       for (const ident::Criterion& criterion : model.verdict->criteria) {
-        criteria.push_back({criterion.name, number("{:.4g}", criterion.value), number("{:.4g}", criterion.limit),
+        criteria.push_back({name_of(criterion), number("{:.4g}", criterion.value), number("{:.4g}", criterion.limit),
                             !criterion.judged  ? "not judged"
                             : criterion.passed ? "passed"
                                                : "FAILED"});

@@ -8,11 +8,12 @@
 #include <cmath>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/priorities.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha {
 namespace {
@@ -22,9 +23,54 @@ constexpr double kShortestCrossing_s = 0.1;                     ///< of the whol
 constexpr double kShortestSweep_s = 0.01;                       ///< of the whole command range, at the slew limit
 constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
 constexpr double kGreatestSafeShare = 0.1;                      ///< of half the command range, from the valve's null
-constexpr double kGreatestFollowingShare = 0.5;                 ///< of the travel
+constexpr double kGreatestDeadBandShare = 0.3;                  ///< of half the command range
+constexpr double kGreatestFollowingShare = 0.05;                ///< of the travel
+constexpr double kGreatestSpeedInDeadBand_in_per_s = 1.0;
+constexpr double kLongestPressureDelay_s = 3.0;
+constexpr double kLeastGainShare = 0.01;  ///< of the velocity limit, at half the command range
+constexpr double kLongestTick_s = 0.05;   ///< of the reaction of every check
 
 constexpr int kReadings = 20;
+
+/// A wrong number here turns a slow placing into a fast one, or lets a dead sensor pass.
+void judge_following(const config::RigLimits& limits, double half_range_V, double travel_in,
+                     std::vector<std::string>& refusals) {
+  const config::Following& following = *limits.following;
+  if (const double most = kGreatestDeadBandShare * half_range_V; following.dead_band_V > most) {
+    refusals.push_back(fmt::format(
+        "following.dead_band_V = {:g} V is more than 30 % of half the command range, in which the sensor is "
+        "not compared with the command; set what the valve has, at most {:.3g}, see FOLLOWING in eha-rig(5)",
+        following.dead_band_V, most));
+  }
+  const double gain = 2.0 * std::max(following.gain_positive_in_per_V_s, following.gain_negative_in_per_V_s);
+  if (const double speed = gain * following.dead_band_V;
+      speed > kGreatestSpeedInDeadBand_in_per_s && !following.dead_band_uncertainty_V) {
+    refusals.push_back(
+        fmt::format("following.dead_band_V = {:g} V: if the valve had none, the rod would move at {:.2g} in/s before a "
+                    "dead sensor shows; measure it (eha characterise) and write dead_band_uncertainty_V with it",
+                    following.dead_band_V, speed));
+  }
+  if (const double most = kGreatestFollowingShare * travel_in; following.limit_in > most) {
+    refusals.push_back(
+        fmt::format("following.limit_in = {:g} in is more than 5 % of the travel; set 0.1, at most {:.3g}",
+                    following.limit_in, most));
+  }
+  if (following.pressure_delay_s > kLongestPressureDelay_s) {
+    refusals.push_back(
+        fmt::format("following.pressure_delay_s = {:g} s keeps the following check off for too long; set "
+                    "at most {:g}",
+                    following.pressure_delay_s, kLongestPressureDelay_s));
+  }
+  const double least = kLeastGainShare * limits.velocity_limit_in_per_s / (2.0 * half_range_V);
+  for (const auto& [key, half_gain] : {std::pair("gain_positive_in_per_V_s", following.gain_positive_in_per_V_s),
+                                       std::pair("gain_negative_in_per_V_s", following.gain_negative_in_per_V_s)}) {
+    if (half_gain >= least) continue;
+    refusals.push_back(
+        fmt::format("following.{} = {:g} in/(V s) reaches less than 1 % of limits.velocity_limit_in_per_s at half the "
+                    "command range; set half the measured gain, at least {:.3g}, or lower the velocity limit",
+                    key, half_gain, least));
+  }
+}
 
 void judge_limits(const config::RigLimits& limits, std::vector<std::string>& refusals) {
   const double travel_in = limits.travel_max_in - limits.travel_min_in;
@@ -55,17 +101,13 @@ void judge_limits(const config::RigLimits& limits, std::vector<std::string>& ref
         "distance is kept; set what the rig reaches, at most {:g}",
         limits.stopping_deceleration_in_per_s2, kGreatestDeceleration_in_per_s2));
   }
-  if (!limits.following) return;
-  if (dead_band_V >= half_range_V) {
-    refusals.push_back(fmt::format(
-        "following.dead_band_V = {:g} V is the whole command range, so that the sensor is never compared with "
-        "the command; set what the valve has, see FOLLOWING in eha-rig(5)",
-        dead_band_V));
+  if (limits.closed_loop_max_V.value_or(0.0) > half_range_V) {
+    refusals.push_back(
+        fmt::format("limits.closed_loop_max_V = {:g} V is more than half the command range; set at most "
+                    "{:g}",
+                    *limits.closed_loop_max_V, half_range_V));
   }
-  if (const double most = kGreatestFollowingShare * travel_in; limits.following->limit_in > most) {
-    refusals.push_back(fmt::format("following.limit_in = {:g} in is more than half the travel; set 0.1, at most {:.3g}",
-                                   limits.following->limit_in, most));
-  }
+  if (limits.following) judge_following(limits, half_range_V, travel_in, refusals);
 }
 
 void judge_sensor(const config::RigConfig& rig, ArmingFindings& findings) {
@@ -104,7 +146,18 @@ std::string named(const hal::Rig& rig) {
 ArmingFindings arming_findings(const config::RigConfig& rig) {
   ArmingFindings findings;
   if (!hal::moves_machine(rig.backend)) return findings;
+  if (rig.is_sample) {
+    findings.refusals.push_back(
+        "sample = true: this file is an example, its wiring, calibration and limits are of no rig; copy it to "
+        "/etc/ehad, set what your rig has and remove this line");
+  }
   judge_limits(rig.limits, findings.refusals);
+  if (rig.realtime.sample_period_s > kLongestTick_s) {
+    findings.refusals.push_back(
+        fmt::format("realtime.sample_period_s = {:g} s: every check acts a tick late; set at most {:g} on a rig that "
+                    "moves a machine",
+                    rig.realtime.sample_period_s, kLongestTick_s));
+  }
   judge_sensor(rig, findings);
   if (!rig.limits.following) {
     findings.warnings.emplace_back(

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha {
 

@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha-safe/local_snapshots.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 #include "hal/snapshot_file.hpp"
 
 namespace eha {

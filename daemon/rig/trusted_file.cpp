@@ -4,14 +4,23 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <filesystem>
+#include <system_error>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha {
+namespace {
+
+constexpr const char* kSiteFolder = "/etc/ehad";
+
+}  // namespace
 
 void require_trusted_rig_file(const config::RigConfig& rig) {
   if (!hal::moves_machine(rig.backend)) return;
@@ -28,6 +37,23 @@ void require_trusted_rig_file(const config::RigConfig& rig) {
   if (os::read_file(fmt::format("/proc/self/fd/{}", file.get())) != rig.text) {
     throw PermissionError(fmt::format("{}: the file changed while it was read; try again", rig.file_name));
   }
+}
+
+bool is_site_rig_file(const std::string& file_name) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path folder = fs::canonical(fs::absolute(file_name, error).parent_path(), error);
+  const fs::path site = fs::canonical(kSiteFolder, error);
+  return !error && std::mismatch(site.begin(), site.end(), folder.begin(), folder.end()).first == site.end();
+}
+
+void require_local_rig_file(const config::RigConfig& rig) {
+  require_trusted_rig_file(rig);
+  if (geteuid() == 0 || !hal::moves_machine(rig.backend) || is_site_rig_file(rig.file_name)) return;
+  throw PermissionError(
+      fmt::format("{}: without the service, only root drives a card with a rig file outside {}; use the service, or "
+                  "have root put the file of this rig there",
+                  rig.file_name, kSiteFolder));
 }
 
 }  // namespace eha

@@ -50,9 +50,7 @@ FittedModel summary(const ident::FitResult& result) {
     fitted.validation_mse = model.validation->score.mse;
   }
   fitted.stable = model.stability && model.stability->stable;
-  for (const ident::Term& term : model.transfer_function.denominator) {
-    fitted.highest_order = std::max(fitted.highest_order, term.order);
-  }
+  fitted.highest_order = highest_order(model.transfer_function.denominator);
   fitted.input_bias_V = model.input_bias;
   return fitted;
 }

@@ -55,7 +55,7 @@ report::Item gain_item(const std::vector<Cell>& cells, std::size_t plant) {
   }
   item.remark.good = kind.true_order && *kind.true_order < 2.0
                          ? "The gain stays when bias and history are included: FO is the right structure here."
-                         : "No gain: the plant is of integer order.";
+                         : "No gain: this plant has no fractional order.";
   item.remark.to_do = "Judge a gain of FO by the default procedure, not by one that leaves out bias and history.";
   return item;
 }

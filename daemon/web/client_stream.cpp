@@ -19,11 +19,22 @@ constexpr milliseconds kSlice{200};
 constexpr milliseconds kLinger{1000};
 constexpr std::size_t kMostLingering = 2u << 20;
 
-/// The port at one end of a connection; 0 when it is not known.
-int port_of(int socket, int (*name_of)(int, sockaddr*, socklen_t*)) {
-  sockaddr_in address{};
-  socklen_t size = sizeof address;
-  return name_of(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0 ? ntohs(address.sin_port) : 0;
+/// The address and the port at one end of a connection; nothing changes when they are not known.
+void read_end(int socket, int (*name_of)(int, sockaddr*, socklen_t*), std::string& ip, int& port) {
+  sockaddr_storage storage{};
+  socklen_t size = sizeof storage;
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  if (name_of(socket, reinterpret_cast<sockaddr*>(&storage), &size) != 0) return;
+  if (storage.ss_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(storage);
+    inet_ntop(AF_INET, &v4.sin_addr, text.data(), text.size());
+    port = ntohs(v4.sin_port);
+  } else if (storage.ss_family == AF_INET6) {
+    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(storage);
+    inet_ntop(AF_INET6, &v6.sin6_addr, text.data(), text.size());
+    port = ntohs(v6.sin6_port);
+  }
+  ip = text.data();
 }
 
 }  // namespace
@@ -116,13 +127,9 @@ void ClientStream::send_at_once(const std::string& text) const {
 }
 
 void ClientStream::get_remote_ip_and_port(std::string& ip, int& port) const {
-  ip = "127.0.0.1";
-  port = port_of(socket_, getpeername);
+  read_end(socket_, getpeername, ip, port);
 }
 
-void ClientStream::get_local_ip_and_port(std::string& ip, int& port) const {
-  ip = "127.0.0.1";
-  port = port_of(socket_, getsockname);
-}
+void ClientStream::get_local_ip_and_port(std::string& ip, int& port) const { read_end(socket_, getsockname, ip, port); }
 
 }  // namespace eha::web

@@ -107,9 +107,9 @@ void DaemonFeed::follow() {
 }
 
 void DaemonFeed::follow_once() {
-  control::Client events(socket_);
+  control::Client events(socket_, kSilence);
   // Another connection, because an answer on the first one would come instead of events.
-  control::Client questions(socket_);
+  control::Client questions(socket_, kSilence);
   if (on_runs_) on_runs_(questions.call("runs").at("folder").get<std::string>());
   events.call("watch", {{"rate_Hz", control::kFastestWatch_Hz}, {"samples", true}});
   spdlog::info("following ehad {} at {}", events.version(), socket_.string());

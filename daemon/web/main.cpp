@@ -12,10 +12,12 @@
 #include <iostream>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/error.hpp"
 #include "daemon/web/access.hpp"
 #include "daemon/web/daemon_feed.hpp"
+#include "daemon/web/listeners.hpp"
 #include "daemon/web/options.hpp"
 #include "daemon/web/response_meter.hpp"
 #include "daemon/web/run_store.hpp"
@@ -48,9 +50,12 @@ void serve(const eha::web::Options& options) {
   web::DaemonFeed::OnRuns on_runs;
   if (!options.runs) on_runs = [&store](const std::filesystem::path& folder) { store.set_folder(folder); };
   std::optional<web::Site> site;
-  web::WebServer server(options.port, {}, [&site](const httplib::Request& request, httplib::Response& response) {
-    site->answer(request, response);
-  });
+  web::Listeners listeners = web::Listeners::inherited();
+  if (listeners.empty()) listeners = web::Listeners::on_port(options.port);
+  web::WebServer server(std::move(listeners), {},
+                        [&site](const httplib::Request& request, httplib::Response& response, uid_t user) {
+                          site->answer(request, response, user);
+                        });
   const web::DaemonFeed feed(options.socket, on_runs);
   web::ResponseMeter meter(store, feed);
   site.emplace(store, feed, meter, token, options.socket);
@@ -68,7 +73,7 @@ void serve(const eha::web::Options& options) {
   });
   int number = 0;
   sigwait(&ends, &number);
-  while (served.wait_for(20ms) != std::future_status::ready) server.end();
+  server.end();
   served.get();
 }
 

@@ -11,7 +11,7 @@ namespace eha::web {
 namespace {
 
 constexpr const char* kWebFooter = R"(
-Shows the rig, the run and its results on a page in a browser on this machine. It listens on 127.0.0.1 only, reads the
+Shows the rig, the run and its results on a page in a browser on this machine. It listens on 127.0.0.1 and [::1] only, reads the
 socket of ehad and the run folders, and never touches the rig. The page can stop the rig and nothing else. Stop needs a
 token: from the token file, or without one a random token for this process, which is printed.
 From another machine: ssh -L 8420:127.0.0.1:8420 BENCH, then http://127.0.0.1:8420 there.
@@ -35,7 +35,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, std::str
   app.footer(kWebFooter);
   app.set_help_flag("-h,--help", "Print this help and leave");
   app.set_version_flag("--version", "", "Print the version and leave");
-  app.add_option("--port", options.port, "Port on 127.0.0.1 (default 8420; 0: any free one)")->type_name("N");
+  app.add_option("--port", options.port, "Port on 127.0.0.1 and [::1] (default 8420; 0: any free one)")->type_name("N");
   app.add_option("--socket", options.socket, "Socket of ehad (default $EHA_SOCKET or /run/ehad/ehad.sock)")
       ->type_name("PATH");
   app.add_option("--runs", options.runs, "Folder of the runs (default: the one that ehad names)")->type_name("DIR");

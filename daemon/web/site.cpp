@@ -34,6 +34,8 @@ constexpr std::string_view kRunsPath = "/runs/";
 constexpr std::string_view kStaticPath = "/static/";
 constexpr std::size_t kMostRuns = 200;
 constexpr auto kRunsInterval = 1s;
+/// With what the request takes besides it is 2 s at most.
+constexpr std::chrono::milliseconds kStopPatience{1800};
 
 void set_policy(httplib::Response& response, const char* policy) {
   response.headers.erase("Content-Security-Policy");
@@ -90,11 +92,11 @@ Site::Site(RunStore& store, const DaemonFeed& feed, ResponseMeter& meter, StopTo
            std::filesystem::path socket)
     : store_(store), feed_(feed), meter_(meter), token_(token), socket_(std::move(socket)) {}
 
-void Site::answer(const httplib::Request& request, httplib::Response& response) {
+void Site::answer(const httplib::Request& request, httplib::Response& response, uid_t user) {
   const std::string& path = request.path;
   if (request.method == "POST") {
-    if (path == "/api/stop") return stop(request, response);
-    if (path == "/api/token") return check_token(request, response);
+    if (path == "/api/stop") return stop(request, response, user);
+    if (path == "/api/token") return check_token(request, response, user);
     return refuse(response, 405, "only /api/stop and /api/token take a POST");
   }
   if (path.starts_with("/api/")) return answer_api(request, response);
@@ -179,18 +181,17 @@ std::string Site::runs(std::size_t most) {
       "[{}]", fmt::join(list->begin(), list->begin() + static_cast<std::ptrdiff_t>(std::min(most, list->size())), ","));
 }
 
-bool Site::has_token(const httplib::Request& request, httplib::Response& response) {
+bool Site::has_token(const httplib::Request& request, httplib::Response& response, uid_t user) {
   if (!request.get_header_value("Content-Type").starts_with(kJsonType)) {
     refuse(response, 415, "expected Content-Type: application/json");
     return false;
   }
-  const std::optional<uid_t> user =
-      connection_owner(static_cast<std::uint16_t>(request.remote_port), static_cast<std::uint16_t>(request.local_port));
-  switch (token_.check(request.get_header_value("X-Eha-Token"), user, StopToken::Clock::now())) {
+  const std::optional<uid_t> known = user == kUnknownUser ? std::nullopt : std::optional(user);
+  switch (token_.check(request.get_header_value("X-Eha-Token"), known, StopToken::Clock::now())) {
     case StopToken::Answer::right:
       return true;
     case StopToken::Answer::wrong:
-      spdlog::warn("{}: wrong token of {}", request.path, user ? fmt::format("uid {}", *user) : "an unknown user");
+      spdlog::warn("{}: wrong token of {}", request.path, known ? fmt::format("uid {}", *known) : "an unknown user");
       refuse(response, 401, "the token is missing or wrong; eha stop stops without one");
       return false;
     case StopToken::Answer::too_many:
@@ -202,15 +203,19 @@ bool Site::has_token(const httplib::Request& request, httplib::Response& respons
   return false;
 }
 
-void Site::check_token(const httplib::Request& request, httplib::Response& response) {
-  if (has_token(request, response)) response.set_content(Json{{"valid", true}}.dump(), kJsonType);
+void Site::check_token(const httplib::Request& request, httplib::Response& response, uid_t user) {
+  if (has_token(request, response, user)) response.set_content(Json{{"valid", true}}.dump(), kJsonType);
 }
 
-void Site::stop(const httplib::Request& request, httplib::Response& response) {
-  if (!has_token(request, response)) return;
+void Site::stop(const httplib::Request& request, httplib::Response& response, uid_t user) {
+  if (!has_token(request, response, user)) return;
+  const auto deadline = std::chrono::steady_clock::now() + kStopPatience;
+  const auto left = [&] {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+  };
   std::string what;
   try {
-    what = control::Client(socket_).call("stop").at("stopped").get<std::string>();
+    what = control::Client(socket_, left()).call("stop", Json::object(), left()).at("stopped").get<std::string>();
   } catch (const Error& error) {
     return refuse(response, 503,
                   fmt::format("ehad cannot be reached: use the emergency stop at the rig ({})", error.what()));

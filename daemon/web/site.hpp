@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <sys/types.h>
+
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -22,16 +24,18 @@ class Site {
   Site(RunStore& store, const DaemonFeed& feed, ResponseMeter& meter, StopToken& token, std::filesystem::path socket);
 
   /// Answers a request that AccessRules let pass. Every answer has a content policy and says whether it may be kept.
-  void answer(const httplib::Request& request, httplib::Response& response);
+  /// @param user  who asks; kUnknownUser: unknown
+  void answer(const httplib::Request& request, httplib::Response& response, uid_t user);
 
  private:
   void answer_api(const httplib::Request& request, httplib::Response& response);
   void answer_run(const std::string& path, httplib::Response& response) const;
   /// Whether the request has the token; otherwise the answer is the refusal.
-  bool has_token(const httplib::Request& request, httplib::Response& response);
+  bool has_token(const httplib::Request& request, httplib::Response& response, uid_t user);
   /// Lets a person find a mistyped token before it is needed. Tries count as those of stop().
-  void check_token(const httplib::Request& request, httplib::Response& response);
-  void stop(const httplib::Request& request, httplib::Response& response);
+  void check_token(const httplib::Request& request, httplib::Response& response, uid_t user);
+  /// Answers within kPatience, so that an ehad that hangs holds no thread for longer.
+  void stop(const httplib::Request& request, httplib::Response& response, uid_t user);
   /// The list of the newest runs as text, listed at most once a second by one thread at a time.
   [[nodiscard]] std::string runs(std::size_t most);
 

@@ -2,26 +2,43 @@
 #include "daemon/web/web_server.hpp"
 
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
 #include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <system_error>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "core/error.hpp"
+#include "daemon/web/connection_owner.hpp"
 
 namespace eha::web {
 namespace {
 
-constexpr int kBacklog = 128;
 constexpr int kSendBuffer = 128 * 1024;
 constexpr std::size_t kMostBody = 1024;
+constexpr const char* kTooMany =
+    "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 5\r\nContent-Length: 0\r\n\r\n";
 
-/// Set in the thread that accepts while it refuses a connection too many.
-thread_local bool refuses = false;
+/// When no further socket can be opened: until the next try.
+constexpr int kPause_ms = 20;
+/// A spare seat is for somebody who knows what to ask.
+constexpr std::chrono::milliseconds kSparePatience{1000};
+
 /// The connection of this thread.
 thread_local const ClientStream* current = nullptr;
+thread_local uid_t current_user = kUnknownUser;
+thread_local Seat current_seat = Seat::none;
 /// What this thread's connection sent was no request, so where the next one begins is unknown.
 thread_local bool is_garbled = false;
 
@@ -49,38 +66,33 @@ void refuse(httplib::Response& response, int status, const std::string& message)
   response.set_content(body.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "application/json");
 }
 
-/// Threads of which one serves one connection. A connection too many is handled at once, without a thread.
-class WebServer::Threads : public httplib::ThreadPool {
- public:
-  explicit Threads(std::atomic<std::size_t>& connections)
-      : httplib::ThreadPool(kMostConnections), connections_(connections) {}
-
-  void enqueue(std::function<void()> serve) override {
-    if (connections_ >= kMostConnections) {
-      refuses = true;
-      serve();
-      refuses = false;
-      return;
-    }
-    ++connections_;
-    httplib::ThreadPool::enqueue(std::move(serve));
+/// The seat of a connection. Given back with it.
+struct WebServer::Connection {
+  Connection(WebServer& of, uid_t of_user, Seat taken) : server(of), user(of_user), seat(taken) {
+    const std::lock_guard lock(server.mutex_);
+    ++server.connections_;
+  }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() {
+    server.seats_.leave(user, seat);
+    const std::lock_guard lock(server.mutex_);
+    --server.connections_;
+    // Under the lock: the server may be gone right after it.
+    server.left_.notify_all();
   }
 
- private:
-  std::atomic<std::size_t>& connections_;
+  WebServer& server;
+  uid_t user;
+  Seat seat;
 };
 
-WebServer::WebServer(std::uint16_t port, const StreamLimits& limits, Answerer answer)
-    : limits_(limits), answer_(std::move(answer)) {
-  new_task_queue = [this] { return new Threads(connections_); };
-  set_tcp_nodelay(true);
-  // Not SO_REUSEPORT, the library's choice, with which another process could listen at the same port.
-  set_socket_options([](socket_t socket) {
-    const int yes = 1;
-    setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    // Of each connection; the kernel would take megabytes for a client that does not read.
-    setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
-  });
+WebServer::WebServer(Listeners listeners, const StreamLimits& limits, Answerer answer)
+    : listeners_(std::move(listeners)),
+      limits_(limits),
+      answer_(std::move(answer)),
+      wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  if (!wake_) throw IoError("cannot create an event: " + error_text(errno));
   set_keep_alive_max_count(kMostRequests);
   set_keep_alive_timeout(std::chrono::duration_cast<std::chrono::seconds>(limits_.idle).count());
   set_payload_max_length(kMostBody);
@@ -91,7 +103,9 @@ WebServer::WebServer(std::uint16_t port, const StreamLimits& limits, Answerer an
   set_pre_routing_handler(
       [this](const httplib::Request& request, httplib::Response& response) { return route(request, response); });
   // The body has been read then.
-  Post(".*", [this](const httplib::Request& request, httplib::Response& response) { answer_(request, response); });
+  Post(".*", [this](const httplib::Request& request, httplib::Response& response) {
+    answer_(request, response, current_user);
+  });
   set_exception_handler([](const httplib::Request& request, httplib::Response& response, std::exception_ptr thrown) {
     try {
       std::rethrow_exception(std::move(thrown));
@@ -109,28 +123,80 @@ WebServer::WebServer(std::uint16_t port, const StreamLimits& limits, Answerer an
     if (current != nullptr && current->is_too_slow()) return refuse(response, 408, "the request came too slowly");
     refuse(response, response.status, response.status == 404 ? "no such page" : "not a request that this page sends");
   });
-  errno = 0;
-  const int bound = port == 0 ? bind_to_any_port("127.0.0.1") : (bind_to_port("127.0.0.1", port) ? port : -1);
-  if (bound < 0) {
-    const int reason = errno;
-    const std::string message =
-        fmt::format("127.0.0.1:{}: cannot listen there: {}; --port N takes another", port, error_text(reason));
-    if (reason == EACCES || reason == EPERM) throw PermissionError(message);
-    throw DeviceError(message);
-  }
-  port_ = static_cast<std::uint16_t>(bound);
-  // The library's own backlog is 5.
-  if (::listen(svr_sock_, kBacklog) != 0) throw IoError("cannot listen: " + error_text(errno));
 }
 
 void WebServer::serve(AccessRules rules) {
   rules_.emplace(std::move(rules));
-  if (!listen_after_bind() && !ending_) throw IoError("cannot accept connections: " + error_text(errno));
+  // The library ends a long answer when this is none.
+  svr_sock_ = wake_.get();
+  std::vector<pollfd> waiting{{.fd = wake_.get(), .events = POLLIN, .revents = 0}};
+  for (const os::FileDescriptor& listener : listeners_.sockets()) {
+    waiting.push_back({.fd = listener.get(), .events = POLLIN, .revents = 0});
+  }
+  int reason = 0;
+  while (!ending_ && reason == 0) {
+    if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) reason = errno;
+    for (std::size_t i = 1; i < waiting.size() && reason == 0; ++i) {
+      if ((waiting[i].revents & POLLIN) != 0) accept_waiting(waiting[i].fd);
+      if ((waiting[i].revents & (POLLERR | POLLNVAL)) != 0) reason = EBADF;
+    }
+  }
+  ending_ = true;
+  svr_sock_ = INVALID_SOCKET;
+  std::unique_lock lock(mutex_);
+  left_.wait(lock, [this] { return connections_ == 0; });
+  if (reason != 0) throw IoError("cannot wait for connections: " + error_text(reason));
 }
 
 void WebServer::end() {
   ending_ = true;
-  if (is_running() && !stopped_.exchange(true)) stop();
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
+}
+
+std::size_t WebServer::connections() const {
+  const std::lock_guard lock(mutex_);
+  return connections_;
+}
+
+void WebServer::accept_waiting(int listener) {
+  // One after the other, so that the other address has its turn.
+  os::FileDescriptor socket(accept4(listener, nullptr, nullptr, SOCK_CLOEXEC));
+  if (socket) return admit(std::move(socket));
+  const int reason = errno;
+  if (reason != EMFILE && reason != ENFILE && reason != ENOBUFS && reason != ENOMEM) return;
+  pollfd ending{.fd = wake_.get(), .events = POLLIN, .revents = 0};
+  poll(&ending, 1, kPause_ms);
+}
+
+void WebServer::admit(os::FileDescriptor socket) {
+  const std::optional<uid_t> user = connection_owner(socket.get());
+  // Nobody waits for an answer, and nobody could be blamed for what was asked.
+  if (!user) return;
+  const int yes = 1;
+  setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  // The kernel would take megabytes for a client that does not read.
+  setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+  const Seat seat = seats_.take(*user);
+  StreamLimits limits = limits_;
+  if (seat == Seat::spare) {
+    limits.idle = std::min(limits.idle, kSparePatience);
+    limits.request = std::min(limits.request, kSparePatience);
+  }
+  auto stream = std::make_unique<ClientStream>(socket.release(), limits);
+  if (seat == Seat::none) return stream->send_at_once(kTooMany);
+  auto connection = std::make_unique<Connection>(*this, *user, seat);
+  try {
+    std::thread([this, held = std::move(connection), client = std::move(stream)]() mutable {
+      current = client.get();
+      current_user = held->user;
+      current_seat = held->seat;
+      serve_connection(*client);
+      client.reset();
+    }).detach();
+  } catch (const std::system_error&) {
+    // No further thread: the connection is closed, as one too many.
+  }
 }
 
 httplib::Server::HandlerResponse WebServer::route(const httplib::Request& request, httplib::Response& response) {
@@ -138,6 +204,11 @@ httplib::Server::HandlerResponse WebServer::route(const httplib::Request& reques
   response.set_header("Cache-Control", "no-store");
   if (const std::optional<Denial> denial = rules_->check(head_of(request))) {
     refuse(response, denial->status, denial->message);
+    return HandlerResponse::Handled;
+  }
+  if (current_seat == Seat::spare && request.method != "POST") {
+    refuse(response, 503, "too many connections of this user; only a stop is answered");
+    response.set_header("Connection", "close");
     return HandlerResponse::Handled;
   }
   if (request.method == "POST") {
@@ -149,24 +220,8 @@ httplib::Server::HandlerResponse WebServer::route(const httplib::Request& reques
     // Its body is read first.
     return HandlerResponse::Unhandled;
   }
-  answer_(request, response);
+  answer_(request, response, current_user);
   return HandlerResponse::Handled;
-}
-
-bool WebServer::process_and_close_socket(socket_t socket) {
-  {
-    ClientStream stream(socket, limits_);
-    if (refuses) {
-      stream.send_at_once(
-          "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 5\r\nContent-Length: 0\r\n\r\n");
-      return false;
-    }
-    current = &stream;
-    serve_connection(stream);
-    current = nullptr;
-  }
-  --connections_;
-  return true;
 }
 
 void WebServer::serve_connection(ClientStream& stream) {
@@ -189,7 +244,9 @@ void WebServer::serve_connection(ClientStream& stream) {
     bool closed = false;
     is_garbled = false;
     if (!process_request(stream, i == kMostRequests, closed, set_up)) return;
-    if (closed || is_garbled || stream.is_too_long() || stream.is_too_slow() || may_have_body) return;
+    if (closed || is_garbled || current_seat == Seat::spare || stream.is_too_long() || stream.is_too_slow() ||
+        may_have_body)
+      return;
   }
 }
 

@@ -1,56 +1,67 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <sys/types.h>
+
 #include <atomic>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 
+#include "core/os/file_descriptor.hpp"
 #include "daemon/web/access.hpp"
 #include "daemon/web/client_stream.hpp"
 #include "daemon/web/http.hpp"
+#include "daemon/web/listeners.hpp"
+#include "daemon/web/seats.hpp"
 
 namespace eha::web {
 
-/// An HTTP server on 127.0.0.1 with limits on connections (one thread each), bytes and time. Every request passes the
-/// access rules; every answer has the security headers of the page.
+/// An HTTP server on loopback sockets with limits on connections (one thread each, seats for each user), bytes and
+/// time. Every request passes the access rules; every answer has the security headers of the page.
 class WebServer : private httplib::Server {
  public:
-  using Answerer = std::function<void(const httplib::Request&, httplib::Response&)>;
+  /// @param user  at the other end of the connection, looked up when it was accepted
+  using Answerer = std::function<void(const httplib::Request&, httplib::Response&, uid_t user)>;
 
-  static constexpr std::size_t kMostConnections = 256;     ///< one more is answered 503 and closed
   static constexpr std::size_t kMostRequests = 1'000'000;  ///< of one connection
 
-  /// Binds the port. @param port  0: any free one   @param answer  of GET, HEAD and POST; called in many threads; a
-  /// thrown exception becomes 500
-  /// @throws DeviceError  the port is taken   @throws PermissionError, IoError
-  WebServer(std::uint16_t port, const StreamLimits& limits, Answerer answer);
+  /// @param answer  of GET, HEAD and POST; called in many threads; a thrown exception becomes 500
+  WebServer(Listeners listeners, const StreamLimits& limits, Answerer answer);
 
-  [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
+  [[nodiscard]] std::uint16_t port() const noexcept { return listeners_.port(); }
 
-  /// Serves until end() is called. @param rules  for this port
+  /// Serves until end() is called, and returns when the last connection is closed. @param rules  for this port
+  /// @throws IoError  it cannot wait for connections
   void serve(AccessRules rules);
-  /// Ends serve() once it serves; call until it has returned. Thread-safe.
+  /// Ends serve(), also one that has not begun. Thread-safe.
   void end();
 
-  [[nodiscard]] std::size_t connections() const noexcept { return connections_; }
+  /// That have a seat.
+  [[nodiscard]] std::size_t connections() const;
 
  private:
-  class Threads;
+  struct Connection;
 
   HandlerResponse route(const httplib::Request& request, httplib::Response& response);
-  bool process_and_close_socket(socket_t socket) override;
+  void accept_waiting(int listener);
+  void admit(os::FileDescriptor socket);
   void serve_connection(ClientStream& stream);
 
+  Listeners listeners_;
   StreamLimits limits_;
   Answerer answer_;
   std::optional<AccessRules> rules_;
-  std::uint16_t port_ = 0;
+  os::FileDescriptor wake_;  ///< readable when it ends
   std::atomic<bool> ending_{false};
-  std::atomic<bool> stopped_{false};
-  std::atomic<std::size_t> connections_{0};
+  Seats seats_;
+  mutable std::mutex mutex_;  ///< of what follows
+  std::condition_variable left_;
+  std::size_t connections_ = 0;
 };
 
 /// Puts {"error": message} and a status into an answer.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stands for the comedi backend in a build without libcomedi.
+#include <utility>
+
 #include "core/error.hpp"
 #include "hal/comedi/comedi_rig.hpp"
 #include "hal/comedi/safe_snapshot.hpp"
@@ -17,8 +19,12 @@ std::unique_ptr<Rig> open_rig(const ComediOptions& options, double) { refuse(opt
 
 CardDescription describe_card(const std::string& device) { refuse(device); }
 
-bool switch_off_from_snapshot(const SafeSnapshot&) noexcept { return false; }
+class ComediDevice {};
 
-void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::milliseconds) { refuse(snapshot.device); }
+SafeCard::SafeCard(SafeSnapshot snapshot) : snapshot_(std::move(snapshot)) {}
+SafeCard::~SafeCard() = default;
+bool SafeCard::keep_open() noexcept { return false; }
+bool SafeCard::switch_off() noexcept { return false; }
+void SafeCard::make_safe(std::chrono::milliseconds) { refuse(snapshot_.device); }
 
 }  // namespace eha::hal

@@ -5,8 +5,10 @@
 #include <array>
 #include <cerrno>
 #include <exception>
+#include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "core/error.hpp"
 #include "hal/comedi/comedi_device.hpp"
@@ -36,63 +38,78 @@ RigStatus switch_off(comedi_t* device, const SafeSnapshot::Line& line) {
                                                                                     : RigStatus::ok;
 }
 
-/// The card, once it opens: a system short of memory or descriptors refuses for a while.
-ComediDevice opened(const std::string& path, std::chrono::steady_clock::time_point deadline) {
-  for (;;) {
-    try {
-      return ComediDevice(path);
-    } catch (const DeviceError&) {
-      constexpr std::array kPassing{EBUSY, ENOMEM, ENFILE, EMFILE, EAGAIN, EINTR};
-      const bool may_pass = std::find(kPassing.begin(), kPassing.end(), comedi_errno()) != kPassing.end();
-      if (!may_pass || std::chrono::steady_clock::now() >= deadline) throw;
-    }
-    std::this_thread::sleep_for(kPause);
-  }
-}
-
-bool is_the_board(const ComediDevice& device, const SafeSnapshot& snapshot) {
-  const char* board = comedi_get_board_name(device.get());
-  return board != nullptr && board == snapshot.board;
+bool may_pass(int error) {
+  constexpr std::array kPassing{EBUSY, ENOMEM, ENFILE, EMFILE, EAGAIN, EINTR};
+  return std::find(kPassing.begin(), kPassing.end(), error) != kPassing.end();
 }
 
 }  // namespace
 
-bool switch_off_from_snapshot(const SafeSnapshot& snapshot) noexcept {
-  if (!snapshot.enable) return false;
+SafeCard::SafeCard(SafeSnapshot snapshot) : snapshot_(std::move(snapshot)) {}
+SafeCard::~SafeCard() = default;
+
+ComediDevice& SafeCard::device() {
+  if (device_) return *device_;
+  auto opened = std::make_unique<ComediDevice>(snapshot_.device);
+  const char* board = comedi_get_board_name(opened->get());
+  if (board == nullptr || board != snapshot_.board) {
+    throw ConfigError(snapshot_.device + ": expected the board \"" + snapshot_.board + "\", found \"" +
+                      (board != nullptr ? board : "") + "\"; nothing was written: make the rig safe by hand");
+  }
+  device_ = std::move(opened);
+  was_open_ = true;
+  return *device_;
+}
+
+bool SafeCard::keep_open() noexcept {
   try {
-    const ComediDevice device(snapshot.device);
-    return is_the_board(device, snapshot) && switch_off(device.get(), *snapshot.enable) == RigStatus::ok;
+    (void)device();
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+bool SafeCard::switch_off() noexcept {
+  if (!snapshot_.enable) return false;
+  try {
+    const RigStatus status = hal::switch_off(device().get(), *snapshot_.enable);
+    if (status == RigStatus::removed) device_.reset();
+    return status == RigStatus::ok;
   } catch (const std::exception&) {
     // It does not open: the guard tries again.
     return false;
   }
 }
 
-void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::milliseconds patience) {
+void SafeCard::make_safe(std::chrono::milliseconds patience) {
   const auto deadline = std::chrono::steady_clock::now() + patience;
-  const ComediDevice device = opened(snapshot.device, deadline);
-  if (!is_the_board(device, snapshot)) {
-    const char* board = comedi_get_board_name(device.get());
-    throw DeviceError(snapshot.device + ": expected the board \"" + snapshot.board + "\", found \"" +
-                      (board ? board : "") + "\"; nothing was written: make the rig safe by hand");
-  }
+  const auto is_over = [&] { return std::chrono::steady_clock::now() >= deadline; };
   Step output{.failing = "the output is not at its safe voltage"};
   Step enable{.failing = "the hydraulics are not switched off"};
-  if (!snapshot.enable) enable.status = RigStatus::ok;
-  const unsigned chanspec = CR_PACK(snapshot.channel, snapshot.range, snapshot.reference);
-  for (;;) {
+  if (!snapshot_.enable) enable.status = RigStatus::ok;
+  const unsigned chanspec = CR_PACK(snapshot_.channel, snapshot_.range, snapshot_.reference);
+  for (;; std::this_thread::sleep_for(kPause)) {
+    comedi_t* card = nullptr;
+    try {
+      card = device().get();
+    } catch (const ConfigError& error) {
+      throw DeviceError(error.what());
+    } catch (const Error&) {
+      if (!(was_open_ || may_pass(comedi_errno())) || is_over()) throw;
+      continue;
+    }
     // The enable line first: a write to the output may take a second to time out.
-    if (enable.status != RigStatus::ok) enable.take(switch_off(device.get(), *snapshot.enable));
+    if (enable.status != RigStatus::ok) enable.take(hal::switch_off(card, *snapshot_.enable));
     if (output.status != RigStatus::ok) {
-      output.take(write_code(device.get(), snapshot.subdevice, chanspec, snapshot.safe_code));
+      output.take(write_code(card, snapshot_.subdevice, chanspec, snapshot_.safe_code));
     }
     if (output.status == RigStatus::ok && enable.status == RigStatus::ok) return;
     // A card that is gone does not come back to this descriptor.
-    if (output.status == RigStatus::removed || enable.status == RigStatus::removed) break;
-    if (std::chrono::steady_clock::now() >= deadline) break;
-    std::this_thread::sleep_for(kPause);
+    if (output.status == RigStatus::removed || enable.status == RigStatus::removed) device_.reset();
+    if (is_over()) break;
   }
-  std::string message = snapshot.device + ": NOT SAFE";
+  std::string message = snapshot_.device + ": NOT SAFE";
   for (const Step& step : {enable, output}) {
     if (step.status != RigStatus::ok) message += std::string(": ") + step.failing + " (" + step.cause + ")";
   }

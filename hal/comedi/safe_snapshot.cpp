@@ -77,15 +77,16 @@ SafeSnapshot safe_snapshot_from_text(std::string_view text, std::string_view fil
 }
 
 SafeAction ComediOptions::safe_action(std::string_view snapshot, std::string_view file_name) {
-  const SafeSnapshot read = safe_snapshot_from_text(snapshot, file_name);
-  SafeAction action{.device = read.device, .make_safe = [read](std::chrono::milliseconds patience) {
-                      make_safe_from_snapshot(read, patience);
+  const auto card = std::make_shared<SafeCard>(safe_snapshot_from_text(snapshot, file_name));
+  SafeAction action{.device = card->snapshot().device, .make_safe = [card](std::chrono::milliseconds patience) {
+                      card->make_safe(patience);
                       std::ostringstream done;
-                      done << "output at " << read.safe_V << " V, "
-                           << (read.enable ? "hydraulics off" : "no enable line");
+                      done << "output at " << card->snapshot().safe_V << " V, "
+                           << (card->snapshot().enable ? "hydraulics off" : "no enable line");
                       return done.str();
                     }};
-  if (read.enable) action.switch_off = [read] { return switch_off_from_snapshot(read); };
+  if (card->snapshot().enable) action.switch_off = [card] { return card->switch_off(); };
+  action.keep_open = [card] { return card->keep_open(); };
   return action;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,15 +35,40 @@ struct SafeSnapshot {
 /// @throws ConfigError  not a snapshot; the message names `file_name` and the key
 [[nodiscard]] SafeSnapshot safe_snapshot_from_text(std::string_view text, std::string_view file_name);
 
-/// Switches the enable line off and writes the safe code, trying again every 10 ms while another process holds a
-/// lock or the device is busy, for at most `patience`. One that fails does not keep the other from being tried.
-/// @throws DeviceError      still not safe after `patience`, or the board is another one; says which line is not safe
-/// @throws PermissionError  the device node may not be opened
-void make_safe_from_snapshot(const SafeSnapshot& snapshot, std::chrono::milliseconds patience);
+class ComediDevice;
 
-/// Switches the enable line off in one try. The driving process locks no output line's subdevice, so that this works
-/// beside it; it waits for a call of that process which is under way in the kernel.
-/// @returns whether the line is off; false also without one
-[[nodiscard]] bool switch_off_from_snapshot(const SafeSnapshot& snapshot) noexcept;
+/// The card of a snapshot. Once open it stays open, until the kernel says that it was removed; then it is opened anew.
+/// Not thread-safe.
+class SafeCard {
+ public:
+  explicit SafeCard(SafeSnapshot snapshot);
+  SafeCard(const SafeCard&) = delete;
+  SafeCard& operator=(const SafeCard&) = delete;
+  ~SafeCard();
+
+  [[nodiscard]] const SafeSnapshot& snapshot() const noexcept { return snapshot_; }
+
+  /// @returns whether it is open and the snapshot's board
+  bool keep_open() noexcept;
+
+  /// Switches the enable line off and writes the safe code, trying again every 10 ms for at most `patience`: while
+  /// another process holds a lock, the device is busy or the system is short of memory or descriptors; and whatever the
+  /// cause if the card was open once. One that fails does not keep the other from being tried.
+  /// @throws DeviceError      still not safe, or the board is another one; says which line is not safe
+  /// @throws PermissionError  the device node may not be opened
+  void make_safe(std::chrono::milliseconds patience);
+
+  /// Switches the enable line off in one try. The driving process locks no output line's subdevice, so that this works
+  /// beside it; it waits for a call of that process which is under way in the kernel.
+  /// @returns whether the line is off; false also without one
+  bool switch_off() noexcept;
+
+ private:
+  [[nodiscard]] ComediDevice& device();
+
+  SafeSnapshot snapshot_;
+  std::unique_ptr<ComediDevice> device_;
+  bool was_open_ = false;
+};
 
 }  // namespace eha::hal

@@ -75,11 +75,17 @@ void FaultRig::falsify(RigReading& reading) noexcept {
     set_feedback(reading, open->amount + open->noise_LSB * lsb_V * noise_());
   } else if (active(FaultKind::reversed_sensor)) {
     set_feedback(reading, 2.0 * last_good_.feedback_V - reading.feedback_V);
+  } else if (const InjectedFault* scaled = active(FaultKind::scaled_sensor)) {
+    set_feedback(reading, last_good_.feedback_V + scaled->amount * (reading.feedback_V - last_good_.feedback_V));
+  } else if (const InjectedFault* lagging = active(FaultKind::lagging_sensor)) {
+    lagged_V_ += (reading.feedback_V - lagged_V_) / lagging->amount;
+    set_feedback(reading, lagged_V_);
   } else if (const InjectedFault* stuck = active(FaultKind::stuck_sensor)) {
     reading = last_good_;
     if (stuck->noise_LSB > 0.0) set_feedback(reading, last_good_.feedback_V + stuck->noise_LSB * lsb_V * noise_());
   } else {
     last_good_ = reading;
+    lagged_V_ = reading.feedback_V;
   }
 }
 

@@ -24,6 +24,8 @@ enum class FaultKind {
   stuck_sensor,       ///< the reading stays at the last good one, give or take `noise_LSB`
   open_sensor,        ///< the sensor's input reads `amount` [V], give or take `noise_LSB`
   reversed_sensor,    ///< the sensor's voltage moves the wrong way from where it was at the last good reading
+  scaled_sensor,      ///< it moves by `amount` times what it should from where it was at the last good reading
+  lagging_sensor,     ///< it passes a first-order lag of `amount` ticks
   rail,               ///< the converter reads all ones, as a dead card does
   spike,              ///< `amount` [in] is added to the displacement
   slow_read,          ///< read() takes `amount` [s] longer
@@ -39,7 +41,8 @@ struct InjectedFault {
   FaultKind kind = FaultKind::read_timed_out;
   std::int64_t first_tick = 0;
   std::int64_t ticks = 1;  ///< for how many; kAlways for ever
-  double amount = 0.0;     ///< spike [in]; slow_read, slow_command and output_timed_out [s]; open_sensor [V]
+  double amount = 0.0;     ///< spike [in]; slow_read, slow_command and output_timed_out [s]; open_sensor [V];
+                           ///< scaled_sensor factor; lagging_sensor [ticks]
   double noise_LSB = 0.0;  ///< standard deviation of the noise of stuck_sensor and open_sensor, converter steps
 
   static constexpr std::int64_t kAlways = std::numeric_limits<std::int64_t>::max();
@@ -57,7 +60,7 @@ class FaultRig final : public Rig {
  public:
   /// @param rig         wrapped, must outlive this
   /// @param stall       called for slow_read, slow_command and output_timed_out; must not throw
-  /// @param conversion  of the wrapped rig; open_sensor, reversed_sensor and noise need it
+  /// @param conversion  of the wrapped rig; the faults of the sensor need it
   FaultRig(Rig& rig, std::vector<InjectedFault> faults, Stall stall = spin_for, Conversion conversion = {});
 
   [[nodiscard]] const RigCapabilities& capabilities() const noexcept override;
@@ -81,6 +84,7 @@ class FaultRig final : public Rig {
   std::int64_t tick_ = -1;
   bool removed_ = false;
   RigReading last_good_;
+  double lagged_V_ = 0.0;
 };
 
 }  // namespace eha::hal

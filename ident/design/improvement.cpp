@@ -14,8 +14,8 @@
 #include "ident/design/tone_powers.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/excitation/tone.hpp"
-#include "ident/model/output_derivatives.hpp"
 #include "ident/uncertainty/covariance.hpp"
+#include "ident/uncertainty/output_derivatives.hpp"
 
 namespace eha::ident {
 namespace {
@@ -104,7 +104,7 @@ class Designer {
 
  private:
   void add_grid() {
-    const double highest = kPassband * 0.5 / known_.noise.compared_step_s * task_.period_s;
+    const double highest = kPassband * 0.5 / known_.compared_step_s * task_.period_s;
     double last = 0.0;
     for (std::size_t i = 0; i < kGridTones; ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(kGridTones - 1);
@@ -154,7 +154,8 @@ class Designer {
       const double f = grid_Hz_[static_cast<std::size_t>(k)];
       const GainSlope at = gain_slope(known_.model, parameters, f);
       problem.response.row(k) = (at.gain * at.slope).transpose();
-      problem.noise[k] = shape == NoiseShape::white ? known_.noise.power : noise_power(known_.noise, f);
+      problem.noise[k] =
+          shape == NoiseShape::white ? known_.noise.power : noise_power(known_.noise, known_.compared_step_s, f);
       const std::array<double, 3> per_volt{1.0, kTwoPi * f, std::abs(at.gain)};
       for (std::size_t j = 0; j < 3; ++j) {
         problem.cost(static_cast<Eigen::Index>(j), k) = std::pow(crest[j] * per_volt[j] / limit[j], 2);

@@ -7,13 +7,13 @@
 #include <string_view>
 #include <vector>
 
-#include "ident/estimation/fit_options.hpp"
 #include "ident/excitation/tone.hpp"
+#include "ident/fit_options.hpp"
 #include "ident/model/model.hpp"
 
 namespace eha::ident {
 
-/// What a rig allows an excitation.
+/// Limits of a rig on an excitation.
 struct ExcitationLimits {
   double lowest_V = 0.0;  ///< input
   double highest_V = 0.0;
@@ -53,7 +53,7 @@ struct Improvement {
 /// own residual would then leave. The residual contains noise and model error; the new residual is assumed to be alike.
 /// It is whitened if the model was estimated with a noise model, otherwise it keeps its colour.
 /// @param input  one repetition, a value a tick [input unit]
-/// @throws ConfigError  the model file lacks standard errors, validation or Bode curve, or does not estimate the
+/// @throws ConfigError  the model file lacks standard errors or the noise, or does not estimate the
 /// parameter Cost: a simulation a parameter.
 [[nodiscard]] double predicted_std(const Model& model, const std::string& parameter,
                                    const Eigen::Ref<const Eigen::VectorXd>& input, const ImprovementTask& task);

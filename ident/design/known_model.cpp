@@ -11,22 +11,21 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "ident/model/output_derivatives.hpp"
 #include "ident/uncertainty/covariance.hpp"
+#include "ident/uncertainty/output_derivatives.hpp"
 #include "ident/uncertainty/stored_covariance.hpp"
 
 namespace eha::ident {
 
 KnownModel known_model(const Model& model, const std::string& parameter, const ImprovementTask& task) {
   KnownModel known{with_rising_terms(model), stored_covariance(model), {}, 0};
-  const auto noise = stored_noise(model);
-  if (!noise || known.covariance.parameters.empty()) {
+  const bool has_noise = model.estimation && model.estimation->noise && model.estimation->compared_step_s;
+  if (!has_noise || known.covariance.parameters.empty()) {
     throw ConfigError(fmt::format(
-        "model {}: a prediction needs the standard errors, the validation and the Bode curve that `eha fit` writes",
-        model.name));
+        "model {}: a prediction needs the standard errors and the noise that `eha fit` writes", model.name));
   }
-  known.noise = *noise;
-  known.with_noise_model = model.provenance.contains("noise_model");
+  known.noise = *model.estimation->noise;
+  known.compared_step_s = *model.estimation->compared_step_s;
   std::vector<std::string> names;
   for (const ParameterKey& key : known.covariance.parameters) names.push_back(key.name);
   const auto at = std::find(names.begin(), names.end(), parameter);
@@ -38,10 +37,10 @@ KnownModel known_model(const Model& model, const std::string& parameter, const I
   }
   known.target = static_cast<std::size_t>(at - names.begin());
   const double compared_step_s = task.limits.step_s * task.options.decimation;
-  if (std::abs(known.noise.compared_step_s - compared_step_s) > 1e-6 * compared_step_s) {
+  if (std::abs(known.compared_step_s - compared_step_s) > 1e-6 * compared_step_s) {
     throw ConfigError(fmt::format(
         "model {}: its noise is known at samples {:.6g} s apart, but the experiment would compare every {:.6g} s",
-        model.name, known.noise.compared_step_s, compared_step_s));
+        model.name, known.compared_step_s, compared_step_s));
   }
   return known;
 }
@@ -63,11 +62,11 @@ double std_by(const KnownModel& known, const Eigen::Ref<const Eigen::VectorXd>& 
   std::vector<std::string> names;
   for (const ParameterKey& key : known.covariance.parameters) names.push_back(key.name);
   // As the model was estimated: with its noise model, or without and with the errors that the coloured residual leaves.
-  const Eigen::MatrixXd seen =
-      known.with_noise_model ? whitened(all.topRows(rows), known.noise.model) : Eigen::MatrixXd(all.topRows(rows));
-  const Uncertainty expected = uncertainty(
-      seen, names,
-      known.with_noise_model ? white_residual(known.noise, seen.rows()) : coloured_residual(known.noise, seen.rows()));
+  const Eigen::MatrixXd seen = known.noise.with_parameters ? whitened(all.topRows(rows), whitening_model(known.noise))
+                                                           : Eigen::MatrixXd(all.topRows(rows));
+  const Uncertainty expected = uncertainty(seen, names,
+                                           known.noise.with_parameters ? white_residual(known.noise, seen.rows())
+                                                                       : coloured_residual(known.noise, seen.rows()));
   const auto& lost = expected.indistinguishable;
   if (std::find(lost.begin(), lost.end(), names[known.target]) != lost.end()) {
     return std::numeric_limits<double>::infinity();

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "ident/design/improvement.hpp"
-#include "ident/design/noise_of_file.hpp"
+#include "ident/design/residual_noise.hpp"
 #include "ident/model/model.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
 
@@ -15,9 +15,9 @@ namespace eha::ident {
 struct KnownModel {
   Model model;  ///< terms rising
   ParameterCovariance covariance;
-  StoredNoise noise;
-  std::size_t target = 0;         ///< the parameter, as the covariance counts
-  bool with_noise_model = false;  ///< its parameters were estimated together with one
+  ResidualNoise noise;
+  double compared_step_s = 0.0;  ///< between the samples that the noise is in
+  std::size_t target = 0;        ///< the parameter, as the covariance counts
 };
 
 /// @throws ConfigError  as predicted_std()

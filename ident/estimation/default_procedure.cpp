@@ -6,24 +6,25 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 
+#include "ident/coordinates/parametrisation.hpp"
 #include "ident/estimation/fit_choice.hpp"
+#include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/fit_rows.hpp"
+#include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/known_starts.hpp"
 #include "ident/estimation/noise_fit.hpp"
-#include "ident/estimation/output_error.hpp"
-#include "ident/estimation/search_records.hpp"
 #include "ident/estimation/valve_starts.hpp"
 #include "ident/estimation/variants.hpp"
 #include "ident/fractional/stability.hpp"
+#include "ident/output_error/output_error.hpp"
 #include "ident/search/follow_down.hpp"
 #include "ident/search/global_search.hpp"
 #include "ident/search/least_squares.hpp"
-#include "ident/search/parametrisation.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/covariance.hpp"
-#include "ident/validation/fit_report.hpp"
 #include "ident/validation/score.hpp"
 
 namespace eha::ident {
@@ -43,7 +44,9 @@ class DefaultFit {
  public:
   DefaultFit(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
              const Executor& executor, const std::vector<Model>& known)
-      : record_(prepared.record),
+      : prepared_(prepared),
+        record_(prepared.record),
+        given_(asked),
         options_(options),
         executor_(executor),
         known_(known),
@@ -53,11 +56,17 @@ class DefaultFit {
         behind_valve_(asked_behind_valve(asked)),
         asked_(with_bias_at_rest(without_valve(asked))),
         past_(wants_past_input(asked_)),
-        compared_(prepared.compared(past_, behind_valve_.has_value())),
-        coarse_(search_records(prepared.coarse, asked_, past_, behind_valve_.has_value())),
+        compared_(prepared.compared({past_, behind_valve_.has_value()})),
+        searched_(prepared.searched({past_, behind_valve_.has_value()})),
         scale_{record_.step_s * static_cast<double>(rows_.last + 1), finest_step_s(), seen_input().minCoeff(),
                seen_input().maxCoeff()},
         parametrisation_(Parametrisation::search(asked_, scale_)) {}
+
+  /// The report of an optimum that this structure had.
+  FitResult again(const FittedOptimum& fitted) {
+    if (behind_valve_) asked_ = *behind_valve_;
+    return report(fitted.optimum, Reported::everything);
+  }
 
   FitResult run(Reported what) {
     std::vector<LocalOptimum> optima;
@@ -71,28 +80,34 @@ class DefaultFit {
         cost_without_map_ = std::min(cost_without_map_, optimum.best.point.cost);
       optima = followed_behind_valve(optima);
     }
-    if (optima.empty()) {
-      throw NoStableModel(
-          fmt::format("model {}: no stable model of this structure was found for the record", asked_.name));
-    }
+    if (optima.empty()) throw_no_stable_model();
     LocalOptimum chosen = no_worse_than_known(optima, choose(optima, scale_.duration_s));
     chosen = with_terms_revived(std::move(chosen));
     if (chosen.variant.linear.first_state < 0 && looks_integrating(chosen, scale_.duration_s)) {
       chosen = with_bias_named(chosen);
     }
     chosen = followed_to_its_end(std::move(chosen));
-    if (auto refined = with_noise_model(compared_, chosen, most_cost_inside(chosen), evaluations_)) {
+    if (auto refined = with_noise_model(compared_, chosen, most_cost_inside(chosen), work_["noise"])) {
       chosen = std::move(*refined);
     }
+    check_map(chosen);
+    return report(chosen, what);
+  }
+
+ private:
+  void check_map(const LocalOptimum& chosen) const {
     if (const auto map = valve_of(chosen)) {
       const auto discarded = static_cast<Eigen::Index>(rows_.discarded);
       require_both_sides(*map, seen_input().tail(seen_input().size() - discarded), asked_.name,
                          record_.input_channel.unit);
     }
-    return report(chosen, what);
   }
 
- private:
+  [[noreturn]] void throw_no_stable_model() const {
+    throw NoStableModel(
+        fmt::format("model {}: no stable model of this structure was found for the record", asked_.name));
+  }
+
   [[nodiscard]] bool has_known_behind_valve() const {
     return !known_starts(Parametrisation::search(*behind_valve_, scale_), known_, scale_).at.empty();
   }
@@ -111,18 +126,35 @@ class DefaultFit {
     return held;
   }
 
-  /// The search need not resolve more than the coarse records do.
+  /// The search need not resolve more than what it simulates.
   [[nodiscard]] double finest_step_s() const {
     double finest_s = record_.step_s * static_cast<double>(rows_.last + 1);
-    for (const SearchRecord& coarse : coarse_) finest_s = std::min(finest_s, coarse.compared.response().step_s());
+    for (const ComparedRecord* searched : searched_) finest_s = std::min(finest_s, searched->response().spacing_s());
     return finest_s;
   }
 
-  /// Coordinates worth a start on a coarse record: guessed poles, known models, and the optima of other variants.
+  /// Whether searches from afar simulate the compared rows themselves.
+  [[nodiscard]] bool searches_whole() const { return searched_.size() == 1 && searched_.front() == &compared_; }
+
+  [[nodiscard]] const std::vector<PoleGuess>& pole_guesses() {
+    if (!guesses_) {
+      const Structure& structure = asked_.structure;
+      guesses_.emplace();
+      if (has_finite_state(structure)) {
+        guesses_ =
+            prepared_.guesses(static_cast<int>(state_count(structure)), structure.delay.freedom == Freedom::free);
+      }
+    }
+    return *guesses_;
+  }
+
+  /// Coordinates worth a start: guessed poles, known models, and the optima of other variants.
   [[nodiscard]] std::vector<Eigen::VectorXd> guesses_for(const Parametrisation& parametrisation,
-                                                         const SearchRecord& record,
-                                                         const std::vector<LocalOptimum>& found) const {
-    std::vector<Eigen::VectorXd> guesses = pole_starts(parametrisation, record);
+                                                         const std::vector<LocalOptimum>& found) {
+    std::vector<Eigen::VectorXd> guesses;
+    for (const PoleGuess& guess : pole_guesses()) {
+      if (const auto theta = parametrisation.at_poles(guess.poles, guess.delay_s)) guesses.push_back(*theta);
+    }
     const KnownStarts known = known_starts(parametrisation, known_, scale_);
     known.append_to(guesses);
     for (const LocalOptimum& optimum : found) {
@@ -133,98 +165,108 @@ class DefaultFit {
     return guesses;
   }
 
-  /// Optima of one coarse record that are worth following on the whole one.
-  std::vector<Eigen::VectorXd> coarse_optima(const OutputError& problem, const SearchRecord& record,
-                                             const std::vector<LocalOptimum>& known) {
+  /// Rough optima of one searched record that are worth following on the whole one.
+  /// @param known  optima of other variants, worth a start in this one
+  std::vector<LeastSquaresResult> rough_optima(const OutputError& problem, const std::vector<LocalOptimum>& known) {
     const Parametrisation& parametrisation = problem.parametrisation();
     if (options_.search == Search::local) {
-      const LeastSquaresResult found = minimise_from_afar(problem, parametrisation.start());
-      evaluations_ += found.evaluations;
-      return {found.theta};
+      LeastSquaresResult found = minimise_from_afar(problem, parametrisation.start());
+      work_["search"] += found.work;
+      return {std::move(found)};
     }
     const std::size_t free = free_parameters(parametrisation, problem.linear());
-    const std::vector<Eigen::VectorXd> guesses = guesses_for(parametrisation, record, known);
+    const std::vector<Eigen::VectorXd> guesses = guesses_for(parametrisation, known);
     SearchResult found;
     if (options_.search == Search::known) found = polished(problem, guesses, executor_);
-    if (found.optima.empty()) found = search(problem, guesses, options_.seed, executor_);
-    evaluations_ += found.evaluations;
-    std::vector<Eigen::VectorXd> starts;
+    if (found.optima.empty()) {
+      work_["search"] += found.work;
+      found = search(problem, guesses, options_.seed, executor_);
+    }
+    work_["search"] += found.work;
+    std::vector<LeastSquaresResult> worth;
     std::size_t followed = 0;
-    for (const LeastSquaresResult& optimum : found.optima) {
-      const OutputError::Point& best = found.optima.front().point;
-      const double effective = residual_model(best.residual).effective_samples;
+    if (found.optima.empty()) return worth;
+    const OutputError::Point best = found.optima.front().point;
+    const double effective = residual_model(best.residual).effective_samples;
+    for (LeastSquaresResult& optimum : found.optima) {
       const double evidence = effective_bic(optimum.point.cost, best.residual.size(), free, effective) -
                               effective_bic(best.cost, best.residual.size(), free, effective);
       // If the search box is covered sparsely, every optimum is followed.
       const std::size_t most = options_.search == Search::known ? kMostFollowedFromKnown : kMostFollowed;
       const bool good = followed++ < most && evidence < kStrongEvidence;
-      if (good || is_thinly_covered(parametrisation)) starts.push_back(optimum.theta);
+      if (good || is_thinly_covered(parametrisation)) worth.push_back(std::move(optimum));
     }
-    return starts;
+    return worth;
   }
 
-  /// Infinite where a start is no stable model.
-  [[nodiscard]] std::vector<double> costs_of(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts) {
-    std::vector<double> costs(starts.size(), std::numeric_limits<double>::infinity());
-    executor_(starts.size(), [&](std::size_t k) {
-      if (const auto point = problem.evaluate(starts[k])) costs[k] = point->cost;
+  /// The starts on the whole record.
+  std::vector<LeastSquaresResult> begun_at(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts) {
+    std::vector<LeastSquaresResult> searches(starts.size());
+    executor_(starts.size(), [&](std::size_t k) { searches[k] = begun(problem, starts[k]); });
+    return searches;
+  }
+
+  /// Drops starts with a far higher cost on the whole record, which the searched one did not show.
+  static void drop_distant(std::vector<LeastSquaresResult>& searches) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const LeastSquaresResult& s : searches) {
+      if (s.termination != Termination::infeasible) least = std::min(least, s.point.cost);
+    }
+    std::erase_if(searches, [&](const LeastSquaresResult& s) {
+      return s.termination == Termination::infeasible || !(s.point.cost <= kNowhereNear * least);
     });
-    evaluations_ += starts.size();
-    return costs;
   }
 
-  /// Drops starts with a far higher cost on the whole record, which the coarse record did not show.
-  [[nodiscard]] std::vector<Eigen::VectorXd> near_on_the_whole(const OutputError& problem,
-                                                               const std::vector<Eigen::VectorXd>& starts) {
-    const std::vector<double> costs = costs_of(problem, starts);
-    const double least = costs.empty() ? 0.0 : *std::min_element(costs.begin(), costs.end());
-    std::vector<Eigen::VectorXd> near;
-    for (std::size_t k = 0; k < starts.size(); ++k) {
-      if (costs[k] <= kNowhereNear * least) near.push_back(starts[k]);
-    }
-    return near;
-  }
-
-  /// Searches one variant on the coarse records and follows its best optima on the whole one.
+  /// Searches one variant from afar and follows its best optima on the whole record.
   /// @param known  optima of other variants, worth a start in this one
   std::vector<LocalOptimum> estimate(const Variant& variant, const std::vector<LocalOptimum>& known) {
     Parametrisation parametrisation = parametrisation_;
     if (variant.bias_coordinate) parametrisation.add_input_bias(asked_, largest_input(), record_.input[0]);
-    std::vector<Eigen::VectorXd> starts;
-    for (const SearchRecord& record : coarse_) {
-      const OutputError problem(record.compared, parametrisation, variant.linear);
-      for (Eigen::VectorXd& theta : coarse_optima(problem, record, known)) starts.push_back(std::move(theta));
-    }
     const OutputError problem(compared_, parametrisation, variant.linear);
+    std::vector<LeastSquaresResult> searches;
+    std::vector<Eigen::VectorXd> starts;
+    if (searches_whole()) {
+      searches = rough_optima(problem, known);
+      forget_work(searches);
+    } else {
+      for (const ComparedRecord* searched : searched_) {
+        const OutputError rough(*searched, parametrisation, variant.linear);
+        for (LeastSquaresResult& optimum : rough_optima(rough, known)) starts.push_back(std::move(optimum.theta));
+      }
+    }
     // The requested start is followed too.
     if (is_thinly_covered(parametrisation)) starts.push_back(parametrisation.start());
-    if (coarse_.size() > 1) starts = near_on_the_whole(problem, starts);
-    add_best_known(problem, starts);
-    return followed(problem, variant, starts);
+    if (!searches_whole()) add_best_known(problem, starts);
+    for (LeastSquaresResult& start : begun_at(problem, starts)) searches.push_back(std::move(start));
+    if (searched_.size() > 1) drop_distant(searches);
+    return followed(problem, variant, std::move(searches));
   }
 
-  /// Adds the known model that is nearest to the whole record: a coarse record may prefer another.
+  /// Their work has been counted.
+  static void forget_work(std::vector<LeastSquaresResult>& searches) {
+    for (LeastSquaresResult& search : searches) search.work = {};
+  }
+
+  /// Adds the known model that is nearest to the whole record: a searched one may prefer another.
   void add_best_known(const OutputError& problem, std::vector<Eigen::VectorXd>& starts) {
     const KnownStarts known = known_starts(problem.parametrisation(), known_, scale_);
-    const std::vector<double> costs = costs_of(problem, known.at);
-    const auto least = std::min_element(costs.begin(), costs.end());
-    if (least != costs.end() && std::isfinite(*least)) {
-      starts.push_back(known.at[static_cast<std::size_t>(least - costs.begin())]);
-    }
+    std::vector<LeastSquaresResult> begun = begun_at(problem, known.at);
+    for (const LeastSquaresResult& start : begun) work_["search"] += start.work;
+    const auto least = std::min_element(begun.begin(), begun.end(), has_less_cost);
+    if (least != begun.end() && least->termination != Termination::infeasible) starts.push_back(least->theta);
   }
 
-  /// Optima on the whole record.
+  /// Optima on the whole record. @param searches  on it, from where they were left
   std::vector<LocalOptimum> followed(const OutputError& problem, const Variant& variant,
-                                     const std::vector<Eigen::VectorXd>& starts) {
+                                     std::vector<LeastSquaresResult> searches) {
     const Parametrisation& parametrisation = problem.parametrisation();
-    std::vector<LeastSquaresResult> refined(starts.size());
-    executor_(starts.size(), [&](std::size_t k) { refined[k] = minimise(problem, starts[k]); });
+    executor_(searches.size(), [&](std::size_t k) { proceed(problem, searches[k]); });
     // Valleys are flat where many coefficients are estimated.
-    if (is_thinly_covered(parametrisation)) follow_down_all(problem, refined);
+    if (is_thinly_covered(parametrisation)) follow_down_all(problem, searches);
     std::vector<LocalOptimum> optima;
     const std::size_t free = free_parameters(parametrisation, variant.linear);
-    for (LeastSquaresResult& r : refined) {
-      evaluations_ += r.evaluations;
+    for (LeastSquaresResult& r : searches) {
+      work_["refine"] += r.work;
       if (r.termination != Termination::infeasible) optima.push_back({variant, parametrisation, std::move(r), free});
     }
     return optima;
@@ -236,18 +278,27 @@ class DefaultFit {
     parametrisation_ = Parametrisation::search(asked_, scale_);
     std::vector<LocalOptimum> optima;
     for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
-      const OutputError coarse(coarse_.front().compared, parametrisation_, variant.linear);
+      const OutputError rough(*searched_.front(), parametrisation_, variant.linear);
       std::vector<Eigen::VectorXd> guesses = valve_starts(linear, variant, parametrisation_, asked_, scale_);
       const KnownStarts known = known_starts(parametrisation_, known_, scale_);
       known.append_to(guesses);
-      const SearchResult found = polished(coarse, guesses, executor_);
-      evaluations_ += found.evaluations;
-      std::vector<Eigen::VectorXd> starts;
+      for (const LocalOptimum& other : optima) guesses.push_back(other.best.theta);
+      SearchResult found = polished(rough, guesses, executor_);
+      work_["search"] += found.work;
       const std::size_t most = linear.empty() ? kMostFollowedFromKnown : kMostBehindValve;
-      for (std::size_t k = 0; k < std::min(found.optima.size(), most); ++k) starts.push_back(found.optima[k].theta);
+      found.optima.resize(std::min(found.optima.size(), most));
       const OutputError problem(compared_, parametrisation_, variant.linear);
-      add_best_known(problem, starts);
-      for (LocalOptimum& optimum : followed(problem, variant, starts)) optima.push_back(std::move(optimum));
+      if (searches_whole()) {
+        forget_work(found.optima);
+      } else {
+        std::vector<Eigen::VectorXd> starts;
+        for (const LeastSquaresResult& optimum : found.optima) starts.push_back(optimum.theta);
+        add_best_known(problem, starts);
+        found.optima = begun_at(problem, starts);
+      }
+      for (LocalOptimum& optimum : followed(problem, variant, std::move(found.optima))) {
+        optima.push_back(std::move(optimum));
+      }
     }
     return optima;
   }
@@ -273,13 +324,13 @@ class DefaultFit {
   LocalOptimum with_terms_revived(LocalOptimum chosen) {
     const std::vector<Eigen::VectorXd> starts = revived(chosen.parametrisation, chosen.best.theta);
     if (starts.empty() || options_.search == Search::local) return chosen;
-    const OutputError coarse(coarse_.front().compared, chosen.parametrisation, chosen.variant.linear);
-    const SearchResult found = polished(coarse, starts, executor_);
-    evaluations_ += found.evaluations;
+    const OutputError rough(*searched_.front(), chosen.parametrisation, chosen.variant.linear);
+    const SearchResult found = polished(rough, starts, executor_);
+    work_["search"] += found.work;
     if (found.optima.empty()) return chosen;
     const OutputError problem(compared_, chosen.parametrisation, chosen.variant.linear);
     LeastSquaresResult again = minimise(problem, found.optima.front().theta);
-    evaluations_ += again.evaluations;
+    work_["refine"] += again.work;
     if (again.termination != Termination::infeasible && again.point.cost < chosen.best.point.cost) {
       chosen.best = std::move(again);
     }
@@ -300,7 +351,7 @@ class DefaultFit {
     if (behind_valve_) move_null(named.parametrisation, start, -equivalent_bias(moving));
     named.free = free_parameters(named.parametrisation, named.variant.linear);
     named.best = minimise(OutputError(compared_, named.parametrisation, named.variant.linear), start);
-    evaluations_ += named.best.evaluations;
+    work_["refine"] += named.best.work;
     return named.best.termination == Termination::infeasible ? moving : named;
   }
 
@@ -310,10 +361,10 @@ class DefaultFit {
     const OutputError problem(compared_, chosen.parametrisation, chosen.variant.linear);
     for (int round = 0; round < kMostFurtherRounds; ++round) {
       if (chosen.best.termination != Termination::evaluation_limit) break;
-      const std::size_t before = chosen.best.evaluations;
       const double cost = chosen.best.point.cost;
+      chosen.best.work = {};
       chosen.best = followed_down(problem, std::move(chosen.best), 1);
-      evaluations_ += chosen.best.evaluations - before;
+      work_["refine"] += chosen.best.work;
       const bool falls = chosen.best.point.cost < (1.0 - kNoWorse) * cost;
       if (!falls && chosen.best.termination == Termination::evaluation_limit) {
         chosen.best.termination = Termination::flat_ridge;
@@ -373,9 +424,9 @@ class DefaultFit {
     if (!past_) solution.initial_state /= scaled.divisor;
     const LinearPart reported = as_reported(chosen, scaled.g, solution);
     const Termination end = chosen.best.termination;
-    FitResult result = begin_report(
-        record_, asked_.name, "default", scaled.g,
-        {.evaluations = evaluations_, .termination = std::string(text(end)), .converged = has_converged(end)});
+    FitResult result =
+        begin_report(record_, asked_.name, "default", scaled.g,
+                     {.work = work_, .termination = std::string(text(end)), .converged = has_converged(end)});
     Model& model = result.model;
     if (declares_integrator(asked_)) model.stability = stability_beside_integrator(scaled.g);
     model.input_map = valve_of(chosen);
@@ -390,10 +441,12 @@ class DefaultFit {
     fill_parameters(
         result, {.compared = compared_, .optimum = chosen, .linear = reported, .solution = solution, .asked = asked_},
         options_.intervals == IntervalMethod::profile ? &profile : nullptr);
+    const double compared_step_s = record_.step_s * static_cast<double>(rows_.comparison.every);
+    model.estimation->compared_step_s = compared_step_s;
     if (what == Reported::everything) {
-      const double compared_step_s = record_.step_s * static_cast<double>(rows_.comparison.every);
       model.bode = bode_curve(model, bode_frequencies(scale_.duration_s, compared_step_s), result.covariance);
       fill_validation(result, record_, rows_.comparison);
+      fill_noise(result, chosen.noise.has_value());
     } else {
       const Eigen::VectorXd& measured = compared_.measured();
       model.estimation->score = score(measured, measured - plain_residual(chosen));
@@ -401,10 +454,17 @@ class DefaultFit {
     // Highest order first, as transfer functions are written.
     std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());
     std::reverse(model.transfer_function.denominator.begin(), model.transfer_function.denominator.end());
+    auto fitted = std::make_shared<FittedOptimum>(FittedOptimum{given_, asked_, scale_, chosen});
+    fitted->optimum.best.point.jacobian.resize(0, 0);
+    fitted->optimum.best.point.orthonormal.resize(0, 0);
+    fitted->optimum.best.point.passed.reset();
+    result.fitted = std::move(fitted);
     return result;
   }
 
+  const PreparedRecord& prepared_;
   const Record& record_;
+  StructureOptions given_;
   const FitOptions& options_;
   const Executor& executor_;
   const std::vector<Model>& known_;  ///< fitted to the same record
@@ -415,14 +475,26 @@ class DefaultFit {
   StructureOptions asked_;                        ///< without the map until followed_behind_valve()
   bool past_;
   const ComparedRecord& compared_;
-  std::vector<SearchRecord> coarse_;
+  std::vector<const ComparedRecord*> searched_;
+  std::optional<std::vector<PoleGuess>> guesses_;
   Parametrisation::Scale scale_;  ///< the estimating part sets it
   Parametrisation parametrisation_;
   double cost_without_map_ = std::numeric_limits<double>::infinity();  ///< behind a map, the least without it
-  std::size_t evaluations_ = 0;
+  WorkByStage work_;
 };
 
 }  // namespace
+
+FitResult with_profiles(const PreparedRecord& prepared, const FitResult& fitted, const FitOptions& options,
+                        const Executor& executor) {
+  FitOptions profiled = options;
+  profiled.intervals = IntervalMethod::profile;
+  FitResult result = DefaultFit(prepared, fitted.fitted->asked, profiled, executor, {}).again(*fitted.fitted);
+  result.model.estimation->evaluations += fitted.model.estimation->evaluations;
+  result.model.estimation->seconds = fitted.model.estimation->seconds;
+  for (const auto& [name, note] : fitted.model.provenance) result.model.provenance.try_emplace(name, note);
+  return result;
+}
 
 FitResult fit_by_default(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
                          const Executor& executor, const std::vector<Model>& known, Reported reported) {

@@ -6,7 +6,7 @@
 
 namespace eha::ident {
 
-/// What a fit computes in addition to the estimate.
+/// Results that a fit computes in addition to the estimate.
 enum class Reported {
   everything,
   estimation,  ///< not the Bode curve and the validation: of a model that only serves others
@@ -20,6 +20,11 @@ enum class Reported {
 [[nodiscard]] FitResult fit_by_default(const PreparedRecord& prepared, const StructureOptions& asked,
                                        const FitOptions& options, const Executor& executor,
                                        const std::vector<Model>& known, Reported reported = Reported::everything);
+
+/// A model that a fit without profiles gave, with intervals by profile; `work` is that of the profiles.
+/// @param fitted  by fit_by_default()
+[[nodiscard]] FitResult with_profiles(const PreparedRecord& prepared, const FitResult& fitted,
+                                      const FitOptions& options, const Executor& executor);
 
 /// Fewest rows that a fit estimates from.
 inline constexpr Eigen::Index kFewestRows = 20;

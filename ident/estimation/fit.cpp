@@ -10,37 +10,16 @@
 
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
+#include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/left_out.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/sub_structures.hpp"
 #include "ident/estimation/valve_starts.hpp"
 #include "ident/signal/decimation.hpp"
 #include "ident/structure/parameter_requests.hpp"
-#include "ident/validation/fit_report.hpp"
 
 namespace eha::ident {
 namespace {
-
-bool is_constant(const Eigen::VectorXd& v) { return (v.array() == v[0]).all(); }
-
-void check_record(const Record& record, const FitOptions& options) {
-  if (record.input.size() != record.output.size()) throw DataError("record: input and output differ in length");
-  if (!record.input.allFinite() || !record.output.allFinite()) throw DataError("record: expected finite samples");
-  if (!(record.step_s > 0.0)) throw DataError("record: expected a positive sample period");
-  if (options.decimation < 1)
-    throw ConfigError(fmt::format("decimation: expected at least 1, got {}", options.decimation));
-  if (!(options.split > 0.0) || options.split > 1.0) {
-    throw ConfigError(fmt::format("split: expected a share above 0 and up to 1, got {}", options.split));
-  }
-  if (record.input.size() < kFewestRows) {
-    throw DataError(
-        fmt::format("record: {} rows are too few to fit; expected at least {}", record.input.size(), kFewestRows));
-  }
-  if (is_constant(record.output)) {
-    throw DataError(fmt::format("record: the output is constant at {} {}; a model needs an output that moves",
-                                record.output[0], record.output_channel.unit));
-  }
-}
 
 void check_input(const Record& record, const StructureOptions& asked, const FitOptions& options) {
   if (options.input_before && !std::isfinite(*options.input_before)) {
@@ -78,27 +57,6 @@ bool is_bias_lost(const Model& model, double largest_input) {
          !(std::max(bias->std, std::abs(bias->value) / kGreatestBias) < largest_input);
 }
 
-/// What tells structures inside one another apart: terms and the values that are held.
-std::string signature(const StructureOptions& asked) {
-  std::string text = asked_behind_valve(asked) ? "behind a valve: " : "";
-  const auto add = [&](const StructureParameter& parameter) {
-    if (is_estimated(asked, parameter)) {
-      text += "*,";
-    } else {
-      text += fmt::format("{},", requested(asked, parameter));
-    }
-  };
-  const Structure& structure = asked.structure;
-  for (const StructureTerm& term : structure.numerator) add(term.order);
-  text += '/';
-  for (const StructureTerm& term : structure.denominator) add(term.order);
-  // A pole held at 0.
-  add(structure.denominator.front().coefficient);
-  add(structure.delay);
-  if (structure.base_order) add(*structure.base_order);
-  return text;
-}
-
 /// Fits the structures inside the asked one, the smallest first.
 class SubFits {
  public:
@@ -111,11 +69,20 @@ class SubFits {
   void fit_inside(const StructureOptions& asked, const FitProgress& progress) {
     if (progress && fitted_.empty()) count_inside(asked);
     for (const StructureOptions& smaller : sub_structures(asked)) {
-      if (!fitted_.insert(signature(smaller)).second) continue;
+      const std::string name = signature(smaller);
+      if (!fitted_.insert(name).second) continue;
       fit_inside(smaller, progress);
       if (progress) progress(static_cast<double>(models_.size()) / fits(), smaller.name);
       try {
-        models_.push_back(fit_by_default(prepared_, smaller, options_, executor_, models_, Reported::estimation).model);
+        // The basin of a fractional optimum need not hold a structure of integer order.
+        const bool is_integer = has_finite_state(smaller.structure) || asked_behind_valve(smaller);
+        options_.search = is_integer ? Search::known : Search::global;
+        FitResult fitted = fit_by_default(prepared_, smaller, options_, executor_, models_, Reported::estimation);
+        if (fitted.model.estimation->information) {
+          structures_.push_back({name, fitted.model.estimation->information->ar_bic});
+        }
+        models_.push_back(std::move(fitted.model));
+        work_ += total(fitted.work);
       } catch (const DataError&) {
         // No stable model, or no map where the input does not pass the dead band on both sides: nothing to start from.
       }
@@ -123,6 +90,8 @@ class SubFits {
   }
 
   [[nodiscard]] const std::vector<Model>& models() const { return models_; }
+  [[nodiscard]] const std::vector<FittedStructure>& structures() const { return structures_; }
+  [[nodiscard]] const Work& work() const { return work_; }
   /// All fits, the asked structure's for two: its search is wider and its intervals are determined.
   [[nodiscard]] double fits() const { return static_cast<double>(counted_.size()) + 2.0; }
 
@@ -139,42 +108,63 @@ class SubFits {
   std::set<std::string> counted_;
   std::set<std::string> fitted_;
   std::vector<Model> models_;
+  std::vector<FittedStructure> structures_;
+  Work work_;
 };
 
 FitResult fit_from(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
-                   const Executor& executor, const std::vector<Model>& known) {
+                   const Executor& executor, const std::vector<Model>& known,
+                   const std::vector<FittedStructure>& structures) {
   FitResult result = fit_by_default(prepared, asked, options, executor, known);
   StructureOptions fitted = asked;
   const StructureParameter& bias = asked.structure.input_map.bias;
   if (find_request(asked, bias) == nullptr && is_bias_lost(result.model, prepared.record.input.cwiseAbs().maxCoeff())) {
     fitted.parameters.push_back({bias.key.name, true, 0.0, {}, {}});
+    const WorkByStage before = result.work;
     result = fit_by_default(prepared, fitted, options, executor, known);
+    add(result.work, before);
     result.model.provenance["input_bias"] =
         "fixed at 0: in the compared samples a constant input cannot be told apart from the offset";
   }
-  if (options.intervals == IntervalMethod::profile) note_left_out(result, prepared, fitted, options, executor);
+  if (options.intervals == IntervalMethod::profile) {
+    note_left_out(result, prepared, fitted, options, executor, structures);
+  }
+  result.model.structure = std::move(fitted);
   return result;
 }
 
 }  // namespace
 
-FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options, const Executor& executor,
+FitResult fit(const PreparedRecord& prepared, const StructureOptions& wanted, const FitOptions& options,
+              const Executor& executor, const std::vector<Model>& known, const FitProgress& progress) {
+  const StructureOptions asked = with_sides_of(prepared.record.input, wanted);
+  check_input(prepared.record, asked, options);
+  if (options.search == Search::local || !known.empty()) {
+    return fit_from(prepared, asked, options, executor, known, {});
+  }
+  SubFits inside(prepared, options, executor);
+  inside.fit_inside(asked, progress);
+  if (progress) progress(static_cast<double>(inside.models().size()) / inside.fits(), asked.name);
+  FitResult result = fit_from(prepared, asked, options, executor, inside.models(), inside.structures());
+  result.work["inside"] += inside.work();
+  return result;
+}
+
+FitResult fit(const Record& record, const StructureOptions& wanted, const FitOptions& options, const Executor& executor,
               const std::vector<Model>& known, const FitProgress& progress) {
   check_record(record, options);
+  const StructureOptions asked = with_sides_of(record.input, wanted);
   check_input(record, asked, options);
   if (options.procedure == Procedure::paper) {
     if (options.input_before) {
       throw ConfigError(
           "input_before: the paper's procedure begins each part with zero history; leave out one of the two");
     }
-    return fit_by_paper(record, asked, options);
+    FitResult result = fit_by_paper(record, asked, options);
+    result.model.structure = asked;
+    return result;
   }
-  const PreparedRecord prepared(record, options);
-  if (options.search == Search::local || !known.empty()) return fit_from(prepared, asked, options, executor, known);
-  SubFits inside(prepared, options, executor);
-  inside.fit_inside(asked, progress);
-  if (progress) progress(static_cast<double>(inside.models().size()) / inside.fits(), asked.name);
-  return fit_from(prepared, asked, options, executor, inside.models());
+  return fit(PreparedRecord(record, options), asked, options, executor, known, progress);
 }
 
 ValidationReport validate(const Model& model, const Record& record, const FitOptions& options) {

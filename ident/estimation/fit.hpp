@@ -3,18 +3,24 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/error.hpp"
-#include "ident/estimation/fit_options.hpp"
 #include "ident/executor.hpp"
+#include "ident/fit_options.hpp"
 #include "ident/model/model.hpp"
 #include "ident/model/model_output.hpp"
 #include "ident/record.hpp"
+#include "ident/structure/structure_options.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
+#include "ident/work.hpp"
 
 namespace eha::ident {
+
+class PreparedRecord;
+struct FittedOptimum;
 
 /// A fitted model and what was compared to get it.
 struct FitResult {
@@ -22,8 +28,10 @@ struct FitResult {
   Eigen::VectorXd time_s;              ///< of the compared samples, estimation part then validation part
   Eigen::VectorXd measured;            ///< filtered and decimated as compared [output unit]
   Eigen::VectorXd simulated;           ///< [output unit]
-  std::size_t estimation_samples = 0;  ///< how many of them estimated
+  std::size_t estimation_samples = 0;  ///< number of them that estimated
   ParameterCovariance covariance;      ///< by the default procedure; none by the paper's
+  WorkByStage work;
+  std::shared_ptr<const FittedOptimum> fitted;  ///< by the default procedure; to go on from
 };
 
 /// No trial of a structure was stable on a record.
@@ -45,6 +53,11 @@ using FitProgress = std::function<void(double share, const std::string& structur
 ///               no effect with the paper's procedure
 /// Deterministic for a given seed, whatever the executor.
 [[nodiscard]] FitResult fit(const Record& record, const StructureOptions& asked, const FitOptions& options,
+                            const Executor& executor = run_in_order, const std::vector<Model>& known = {},
+                            const FitProgress& progress = {});
+
+/// The same by the default procedure, on a record that several fits share. @param options  of the same rows
+[[nodiscard]] FitResult fit(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
                             const Executor& executor = run_in_order, const std::vector<Model>& known = {},
                             const FitProgress& progress = {});
 

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "ident/coordinates/parametrisation.hpp"
 #include "ident/estimation/variants.hpp"
 #include "ident/search/least_squares.hpp"
-#include "ident/search/parametrisation.hpp"
 
 namespace eha::ident {
 

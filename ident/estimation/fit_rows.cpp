@@ -11,6 +11,27 @@
 
 namespace eha::ident {
 
+bool is_constant(const Eigen::VectorXd& v) { return (v.array() == v[0]).all(); }
+
+void check_record(const Record& record, const FitOptions& options) {
+  if (record.input.size() != record.output.size()) throw DataError("record: input and output differ in length");
+  if (!record.input.allFinite() || !record.output.allFinite()) throw DataError("record: expected finite samples");
+  if (!(record.step_s > 0.0)) throw DataError("record: expected a positive sample period");
+  if (options.decimation < 1)
+    throw ConfigError(fmt::format("decimation: expected at least 1, got {}", options.decimation));
+  if (!(options.split > 0.0) || options.split > 1.0) {
+    throw ConfigError(fmt::format("split: expected a share above 0 and up to 1, got {}", options.split));
+  }
+  if (record.input.size() < kFewestRows) {
+    throw DataError(
+        fmt::format("record: {} rows are too few to fit; expected at least {}", record.input.size(), kFewestRows));
+  }
+  if (is_constant(record.output)) {
+    throw DataError(fmt::format("record: the output is constant at {} {}; a model needs an output that moves",
+                                record.output[0], record.output_channel.unit));
+  }
+}
+
 FitRows fit_rows(const Record& record, const FitOptions& options) {
   FitRows rows;
   rows.discarded = discarded_rows(options.discard_s, record.step_s);

@@ -4,19 +4,26 @@
 #include <cstddef>
 #include <optional>
 
-#include "ident/estimation/fit_options.hpp"
+#include "ident/fit_options.hpp"
 #include "ident/record.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/structure/structure_options.hpp"
 
 namespace eha::ident {
 
-/// Which rows of a record are compared, and how many of them estimate.
+/// The rows of a record that are compared with a model. The first `estimating` of them estimate.
 struct FitRows {
   std::size_t discarded = 0;
   Comparison comparison;
   std::size_t estimating = 0;
   std::size_t last = 0;  ///< last row of the record that estimates
 };
+
+[[nodiscard]] bool is_constant(const Eigen::VectorXd& v);
+
+/// @throws DataError    the record is too short, not finite, or its output is constant
+/// @throws ConfigError  decimation or split make no sense
+void check_record(const Record& record, const FitOptions& options);
 
 /// @throws DataError  too few rows are left to estimate from
 [[nodiscard]] FitRows fit_rows(const Record& record, const FitOptions& options);

@@ -5,8 +5,8 @@
 #include <array>
 #include <limits>
 
+#include "ident/coordinates/term_weight.hpp"
 #include "ident/estimation/valve_starts.hpp"
-#include "ident/search/term_weight.hpp"
 
 namespace eha::ident {
 namespace {

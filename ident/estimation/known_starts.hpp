@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "ident/coordinates/parametrisation.hpp"
 #include "ident/model/model.hpp"
-#include "ident/search/parametrisation.hpp"
 
 namespace eha::ident {
 

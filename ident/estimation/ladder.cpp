@@ -4,11 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "core/error.hpp"
+#include "ident/estimation/default_procedure.hpp"
+#include "ident/estimation/fitted_optimum.hpp"
+#include "ident/estimation/left_out.hpp"
+#include "ident/estimation/sub_structures.hpp"
 #include "ident/structure/parameter_requests.hpp"
 
 namespace eha::ident {
@@ -16,6 +22,9 @@ namespace {
 
 constexpr double kDelayGain = 10.0;  // of AR-BIC
 constexpr int kMostProfiled = 3;     // rounds: a profile may reject the model that was to be recommended
+constexpr double kMissing = 0.001;  // level of the residual's test with past input, for a zero beside fractional orders
+constexpr int kMostZeroed = 2;      // coefficients of one model that are set to 0
+constexpr double kCoefficientCost = 10.0;  // more than AR-BIC charges for one
 
 /// A name and the structures that may bear it.
 struct Rung {
@@ -35,9 +44,12 @@ Structure integrator() {
 std::vector<Rung> rungs_of(const LadderOptions& wanted) {
   using namespace structures;
   // The basin of a fractional optimum need not hold a structure of integer order.
+  std::vector<Structure> two_poles = {io(wanted.io)};
+  if (wanted.io.poles == 2 && wanted.io.zeros == 0) two_poles.push_back(io({2, 1}));
   return {{"integrator_lag", {integrator(), integrator_lag()}, wanted.search},
+          {"cylinder", {cylinder()}, wanted.search},
           {"io1", {io1()}, wanted.search},
-          {"io", {io(wanted.io)}, wanted.search},
+          {"io", std::move(two_poles), wanted.search},
           {"io3", {io3(0), io3(1)}, wanted.search},
           {"lag", {lag()}, Search::global},
           {"fo", {fo()}, Search::global}};
@@ -53,11 +65,28 @@ double ar_bic(const ClimbedModel& climbed) {
   return information ? information->ar_bic : std::numeric_limits<double>::infinity();
 }
 
+/// The estimated coefficient whose interval holds 0 and whose value is the fewest standard errors from it; null
+/// without.
+const ParameterEstimate* most_compatible_with_0(const Model& model) {
+  const ParameterEstimate* most = nullptr;
+  const auto distance = [](const ParameterEstimate& p) { return std::abs(p.value) / p.std; };
+  for (const ParameterEstimate& p : model.parameters) {
+    if (p.fixed || !is_coefficient(p.role) || p.lower95 > 0.0 || p.upper95 < 0.0) continue;
+    if (most == nullptr || distance(p) < distance(*most)) most = &p;
+  }
+  return most;
+}
+
 class Climber {
  public:
-  Climber(const LadderOptions& wanted, const FitOptions& options, const LadderLimits& limits,
-          const FitStructure& fit_structure)
-      : wanted_(wanted), options_(options), limits_(limits), fit_structure_(fit_structure) {}
+  Climber(const PreparedRecord& prepared, const LadderOptions& wanted, const FitOptions& options,
+          const LadderLimits& limits, const FitStructure& fit_structure, const Executor& executor)
+      : prepared_(prepared),
+        wanted_(wanted),
+        options_(options),
+        limits_(limits),
+        fit_structure_(fit_structure),
+        executor_(executor) {}
 
   Climb run() {
     for (const InputMapKind& map : input_map_kinds()) {
@@ -66,7 +95,9 @@ class Climber {
     }
     if (climb_.models.empty() && first_failure_) std::rethrow_exception(first_failure_);
     check_requests_used();
-    if (!wanted_.delay) try_delays();
+    set_coefficients_to_0();
+    try_zero_beside_fractional_orders();
+    if (!wanted_.delay && try_delays()) set_coefficients_to_0();
     recommend_with_profiles();
     return std::move(climb_);
   }
@@ -103,8 +134,10 @@ class Climber {
   /// @returns nothing where the record does not allow the structure
   std::optional<ClimbedModel> fitted(const StructureOptions& asked, const FitOptions& options,
                                      const std::vector<Model>& known) {
+    fitted_.insert(signature(asked));
     try {
       ClimbedModel climbed{asked, fit_structure_(asked, options, known)};
+      add(climb_.work, climbed.result.work);
       judge_anew(climbed);
       return climbed;
     } catch (const DataError& error) {
@@ -123,6 +156,12 @@ class Climber {
     Model unvalidated = climbed.result.model;
     unvalidated.validation.reset();
     return judge(unvalidated, limits_.acceptance, limits_.facts).accepted;
+  }
+  /// The same, whatever the uncertainty of its parameters.
+  [[nodiscard]] bool is_right_but_for_parameters(const ClimbedModel& climbed) const {
+    ClimbedModel known = climbed;
+    for (ParameterEstimate& p : known.result.model.parameters) p.fixed = true;
+    return is_identified(known);
   }
 
   /// Of two structures of a rung. A lag that is too fast for the record must not displace the mere integrator.
@@ -155,6 +194,31 @@ class Climber {
     return best;
   }
 
+  /// Whether the residual of the best model depends on past input.
+  bool misses_a_part() {
+    const ClimbedModel* best = best_of([](const ClimbedModel&) { return true; });
+    if (best == nullptr || !best->result.model.validation) return false;
+    const auto& tests = best->result.model.validation->tests;
+    return tests && tests->input.p < kMissing;
+  }
+
+  /// A zero takes two more searches of fractional orders, which most records need not.
+  void try_zero_beside_fractional_orders() {
+    if (!misses_a_part()) return;
+    for (ClimbedModel& climbed : climb_.models) {
+      if (climbed.structure.structure.family != "fo" || !climbed.structure.parameters.empty()) continue;
+      StructureOptions asked = climbed.structure;
+      const Structure with_zero = structures::fo_with_zero();
+      asked.structure.numerator = with_zero.numerator;
+      asked.structure.denominator = with_zero.denominator;
+      asked.structure.formula = with_zero.formula;
+      auto fit = fitted(asked, quick(Search::known), known_);
+      if (!fit || !is_preferred(*fit, climbed)) continue;
+      known_.push_back(fit->result.model);
+      climbed = std::move(*fit);
+    }
+  }
+
   /// @returns whether the delay stays
   bool try_delay(ClimbedModel& climbed) {
     if (is_estimated(climbed.structure, climbed.structure.structure.delay)) return true;
@@ -176,7 +240,9 @@ class Climber {
            &climbed;
   }
 
-  void try_delays() {
+  /// @returns whether a model has one now
+  bool try_delays() {
+    bool any = false;
     bool changes_the_best = false;
     std::vector<ClimbedModel*> first = {
         best_of([](const ClimbedModel& m) { return m.structure.structure.family == "io1"; }),
@@ -184,16 +250,73 @@ class Climber {
         best_of([](const ClimbedModel& m) { return has_estimated_order(m.result.model); })};
     for (ClimbedModel* climbed : first) {
       if (climbed == nullptr || !try_delay(*climbed)) continue;
+      any = true;
       changes_the_best = changes_the_best || is_best_of_its_kind(*climbed);
     }
-    if (!changes_the_best) return;
+    if (!changes_the_best) return any;
     for (ClimbedModel& climbed : climb_.models) try_delay(climbed);
+    return true;
+  }
+
+  /// The least AR-BIC that is identified; infinite without one.
+  [[nodiscard]] double least_identified() const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const ClimbedModel& climbed : climb_.models) {
+      if (is_identified(climbed)) least = std::min(least, ar_bic(climbed));
+    }
+    return least;
+  }
+
+  /// Replaces a model that only coefficients compatible with 0 keep from being identified by the structure without
+  /// them, where that may be the best one and was not fitted yet.
+  void set_coefficients_to_0() {
+    const double least = least_identified();
+    for (ClimbedModel& climbed : climb_.models) {
+      std::optional<ClimbedModel> smaller = climbed;
+      for (int k = 0; smaller && k < kMostZeroed && !is_identified(*smaller); ++k) {
+        smaller = ar_bic(*smaller) < least + kMostZeroed * kCoefficientCost ? without_least(*smaller) : std::nullopt;
+      }
+      if (smaller && is_identified(*smaller) && !is_identified(climbed)) climbed = std::move(*smaller);
+    }
+  }
+
+  /// The model without the coefficient that is most compatible with 0; nothing where that says no more than a
+  /// structure that was fitted.
+  std::optional<ClimbedModel> without_least(const ClimbedModel& climbed) {
+    if (!is_right_but_for_parameters(climbed)) return {};
+    const ParameterEstimate* zero = most_compatible_with_0(climbed.result.model);
+    if (zero == nullptr) return {};
+    const std::size_t terms = climbed.result.model.transfer_function.numerator.size();
+    const auto asked = without_coefficient(climbed.structure, key_of(zero->name, terms));
+    if (!asked || fitted_.contains(signature(*asked))) return {};
+    return fitted(*asked, quick(Search::known), {climbed.result.model});
   }
 
   void recommend_anew() {
     std::vector<const Model*> models;
     for (const ClimbedModel& climbed : climb_.models) models.push_back(&climbed.result.model);
     climb_.recommendation = recommend(models, limits_.acceptance, limits_.facts.interpolated_percent);
+  }
+
+  /// The models of the ladder, among which are those without the terms of a model's free orders.
+  [[nodiscard]] std::vector<FittedStructure> fitted_structures() const {
+    std::vector<FittedStructure> structures;
+    for (const ClimbedModel& climbed : climb_.models) {
+      structures.push_back({signature(climbed.structure), ar_bic(climbed)});
+    }
+    return structures;
+  }
+
+  void add_profiles(ClimbedModel& climbed) {
+    const FitResult& plain = climbed.result;
+    if (plain.fitted == nullptr) return;
+    FitResult profiled = with_profiles(prepared_, plain, options_, executor_);
+    const StructureOptions& asked = plain.fitted->asked;
+    note_left_out(profiled, prepared_, asked, options_, executor_, fitted_structures());
+    add(climb_.work, profiled.work);
+    add(profiled.work, plain.work);
+    climbed.result = std::move(profiled);
+    judge_anew(climbed);
   }
 
   void recommend_with_profiles() {
@@ -207,9 +330,7 @@ class Climber {
         const bool is_wanted = name == climb_.recommendation.model || name == climb_.recommendation.runner_up;
         if (!is_wanted || std::find(profiled.begin(), profiled.end(), name) != profiled.end()) continue;
         profiled.push_back(name);
-        FitOptions options = options_;
-        options.search = Search::known;
-        if (auto again = fitted(climbed.structure, options, {climbed.result.model})) climbed = std::move(*again);
+        add_profiles(climbed);
         any = true;
       }
       if (!any) return;
@@ -217,21 +338,24 @@ class Climber {
     }
   }
 
+  const PreparedRecord& prepared_;
   const LadderOptions& wanted_;
   const FitOptions& options_;
   const LadderLimits& limits_;
   const FitStructure& fit_structure_;
+  const Executor& executor_;
   Climb climb_;
   std::vector<Model> known_;
+  std::set<std::string> fitted_;  ///< signatures
   std::vector<Model> delayed_;
   std::exception_ptr first_failure_;
 };
 
 }  // namespace
 
-Climb climb(const LadderOptions& wanted, const FitOptions& options, const LadderLimits& limits,
-            const FitStructure& fit_structure) {
-  return Climber(wanted, options, limits, fit_structure).run();
+Climb climb(const PreparedRecord& prepared, const LadderOptions& wanted, const FitOptions& options,
+            const LadderLimits& limits, const FitStructure& fit_structure, const Executor& executor) {
+  return Climber(prepared, wanted, options, limits, fit_structure, executor).run();
 }
 
 }  // namespace eha::ident

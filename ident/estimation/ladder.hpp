@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "ident/acceptance_limits.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/prepared_record.hpp"
 #include "ident/validation/recommendation.hpp"
 #include "ident/validation/verdict.hpp"
 
@@ -38,9 +40,10 @@ struct Climb {
   std::vector<ClimbedModel> models;  ///< in the order of the ladder, at least one
   std::vector<Refusal> refused;
   Recommendation recommendation;
+  WorkByStage work;  ///< of all fits, those of dropped models included
 };
 
-/// How the models are judged.
+/// Limits and facts by which the models are judged.
 struct LadderLimits {
   AcceptanceLimits acceptance = {};
   RecordFacts facts = {};
@@ -50,17 +53,21 @@ struct LadderLimits {
 using FitStructure =
     std::function<FitResult(const StructureOptions& asked, const FitOptions& options, const std::vector<Model>& known)>;
 
-/// Fits the structures integrator_lag (with and without its lag), io1, io, io3 (with and without a zero), lag and fo,
-/// each without and with a valve map, and recommends one. Of two forms it keeps the one that alone is identified by the
-/// estimating part, otherwise the one of lower AR-BIC. Each starts from those fitted before it. A delay is estimated
-/// where it lowers AR-BIC by 10: tried with io1 and the best structures of integer and of fractional order, and with
-/// every structure where one of the three is then the best of its kind. Profile intervals are computed for the
-/// recommended model and the runner-up; the intervals of the others come from standard errors.
+/// Fits the structures integrator_lag (with and without its lag), cylinder, io1, io and io3 (with and without a zero),
+/// lag and fo, each without and with a valve map, and recommends one. Of two forms it keeps the one that alone is
+/// identified by the estimating part, otherwise the one of lower AR-BIC. Each starts from those fitted before it. Where
+/// the residual of the best depends on past input, fo is tried with a zero. A model that only a coefficient compatible
+/// with 0 keeps from being identified is replaced by the structure without that coefficient, which need not be on the
+/// ladder. A delay is estimated where it lowers AR-BIC by 10: tried with io1 and the best structures of integer and of
+/// fractional order, and with every structure where one of the three is then the best of its kind. What leaving out a
+/// free order costs is taken from the ladder's own models. Profile intervals
+/// are computed for the recommended model and the runner-up; the intervals of the others come from standard errors.
 /// @param options  its intervals apply to these two
 /// @throws DataError    no structure could be fitted; the reason of the first one
 /// @throws ConfigError  no structure has a parameter of `wanted`, or a request for one makes no sense
 /// Cost: about 20 local fits, a global search for lag and fo, and the profiles of two models.
-[[nodiscard]] Climb climb(const LadderOptions& wanted, const FitOptions& options, const LadderLimits& limits,
-                          const FitStructure& fit_structure);
+[[nodiscard]] Climb climb(const PreparedRecord& prepared, const LadderOptions& wanted, const FitOptions& options,
+                          const LadderLimits& limits, const FitStructure& fit_structure,
+                          const Executor& executor = run_in_order);
 
 }  // namespace eha::ident

@@ -2,10 +2,12 @@
 #include "ident/estimation/left_out.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
 #include "ident/estimation/default_procedure.hpp"
+#include "ident/estimation/sub_structures.hpp"
 #include "ident/structure/parameter_requests.hpp"
 
 namespace eha::ident {
@@ -66,8 +68,41 @@ std::optional<StructureOptions> without_order(const StructureOptions& asked, con
   return smaller;
 }
 
+std::optional<StructureOptions> without_coefficient(const StructureOptions& asked, const ParameterKey& coefficient) {
+  StructureOptions smaller = asked;
+  std::vector<StructureTerm>& numerator = smaller.structure.numerator;
+  std::vector<StructureTerm>& denominator = smaller.structure.denominator;
+  const std::size_t index = coefficient.index;
+  if (asked.structure.base_order || !is_coefficient(coefficient.role)) return {};
+  const bool is_above = coefficient.role == ParameterRole::numerator_coefficient;
+  if (index >= (is_above ? numerator : denominator).size()) return {};
+  if (!is_estimated(asked, (is_above ? numerator : denominator)[index].coefficient)) return {};
+  const auto has_pole_at_0 = [&] { return std::abs(denominator.front().coefficient.value) <= 0.0; };
+  if (is_above) {
+    if (numerator.size() < 2 || (index == 0 && has_pole_at_0())) return {};
+    erase_term(smaller, numerator, index);
+    const std::size_t terms = numerator.size();
+    count_anew(
+        smaller, numerator, [&](std::size_t i) { return numerator_key(i, terms); },
+        [&](std::size_t i) { return numerator_order_key(i, terms); });
+  } else if (index == 0) {
+    StructureParameter& lowest = denominator.front().coefficient;
+    if (numerator.front().order.value > 0.0) return {};
+    std::erase_if(smaller.parameters, [&](const ParameterRequest& r) { return r.name == lowest.key.name; });
+    lowest.freedom = Freedom::constant;
+    lowest.value = 0.0;
+  } else {
+    const bool is_highest = index + 1 == denominator.size();
+    if (!is_highest || index < 2 || !(denominator[index - 1].order.value > numerator.back().order.value)) return {};
+    erase_term(smaller, denominator, index);
+  }
+  smaller.structure.degrees.reset();
+  smaller.structure.formula = formula_of(smaller.structure);
+  return smaller;
+}
+
 void note_left_out(FitResult& result, const PreparedRecord& prepared, const StructureOptions& asked,
-                   const FitOptions& options, const Executor& executor) {
+                   const FitOptions& options, const Executor& executor, std::vector<FittedStructure> fitted) {
   Model& model = result.model;
   if (!model.estimation || !model.estimation->information) return;
   FitOptions quick = options;
@@ -79,13 +114,20 @@ void note_left_out(FitResult& result, const PreparedRecord& prepared, const Stru
     if (p.fixed || !is_order(p.role)) continue;
     const auto smaller = without_order(asked, key_of(p.name, model.transfer_function.numerator.size()));
     if (!smaller) continue;
-    LeftOut entry{p.name, std::numeric_limits<double>::infinity()};
-    try {
-      const FitResult without = fit_by_default(prepared, *smaller, quick, executor, {}, Reported::estimation);
-      entry.rise = without.model.estimation->information->ar_bic - model.estimation->information->ar_bic;
-    } catch (const NoStableModel&) {
-      // Nothing but this term makes a model.
+    const std::string wanted = signature(*smaller);
+    auto known = std::find_if(fitted.begin(), fitted.end(), [&](const auto& f) { return f.signature == wanted; });
+    if (known == fitted.end()) {
+      double ar_bic = std::numeric_limits<double>::infinity();
+      try {
+        const FitResult without = fit_by_default(prepared, *smaller, quick, executor, {}, Reported::estimation);
+        result.work["left_out"] += total(without.work);
+        ar_bic = without.model.estimation->information->ar_bic;
+      } catch (const NoStableModel&) {
+        // Nothing but this term makes a model.
+      }
+      known = fitted.insert(fitted.end(), {wanted, ar_bic});
     }
+    const LeftOut entry{p.name, known->ar_bic - model.estimation->information->ar_bic};
     of_denominator.push_back(p.role == ParameterRole::denominator_order);
     if (of_denominator.back()) least = std::min(least, entry.rise);
     left_out.push_back(entry);

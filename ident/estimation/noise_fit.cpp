@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "ident/estimation/output_error.hpp"
-#include "ident/uncertainty/autoregression.hpp"
+#include "ident/output_error/output_error.hpp"
+#include "ident/signal/autoregression.hpp"
 #include "ident/uncertainty/covariance.hpp"
 
 namespace eha::ident {
@@ -45,7 +45,7 @@ Eigen::VectorXd stated_errors(const Eigen::MatrixXd& seen, const Eigen::VectorXd
 }  // namespace
 
 std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, const LocalOptimum& plain,
-                                             double most_cost, std::size_t& evaluations) {
+                                             double most_cost, Work& work) {
   if (compared.measured().size() < kFewestSamples) return {};
   const OutputError problem(compared, plain.parametrisation, plain.variant.linear);
   std::vector<ParameterKey> parameters;
@@ -64,7 +64,7 @@ std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, con
     if (found.noise->coefficients.size() == 0) return {};
     const OutputError coloured(compared, plain.parametrisation, plain.variant.linear, found.noise);
     found.best = minimise(coloured, found.best.theta);
-    evaluations += found.best.evaluations;
+    work += found.best.work;
     const Termination end = found.best.termination;
     if (end != Termination::converged && end != Termination::at_bound) return {};
     residual = problem.residual(found.best.theta, found.best.point.linear);

@@ -13,7 +13,7 @@ namespace eha::ident {
 /// once from the new residual. Coloured noise then costs the parameters less precision, and their errors follow from
 /// the noise at each frequency.
 /// @param most_cost    output error (sum of squares) of a model inside this structure, or infinity
-/// @param evaluations  counted on
+/// @param work  counted on
 /// @returns nothing where it does not help: the residual is white, the search does not converge, AR-BIC does not fall,
 ///          a standard error grows by half, or the output error (sum of squares) rises by more than the parameters'
 ///          errors explain or above most_cost; the residual then holds what the structure could follow or what it
@@ -21,6 +21,6 @@ namespace eha::ident {
 /// Cost: some ten simulations with derivatives. Cochrane and Orcutt, J. Am. Stat. Assoc. 44 (1949); the correlations
 /// that an estimation takes: Harville, J. Am. Stat. Assoc. 72 (1977).
 [[nodiscard]] std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, const LocalOptimum& plain,
-                                                           double most_cost, std::size_t& evaluations);
+                                                           double most_cost, Work& work);
 
 }  // namespace eha::ident

@@ -9,9 +9,9 @@
 #include <unsupported/Eigen/NumericalDiff>
 
 #include "core/error.hpp"
+#include "ident/estimation/fit_report.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/signal/decimation.hpp"
-#include "ident/validation/fit_report.hpp"
 #include "ident/validation/score.hpp"
 
 namespace eha::ident {
@@ -203,10 +203,11 @@ FitResult fit_by_paper(const Record& record, const StructureOptions& asked, cons
   const StageResult found = estimate(part_of(u, y, 0, rows), step_s, !has_finite_state(*published));
 
   FitResult result = begin_report(record, asked.name, "paper", found.g,
-                                  {.evaluations = static_cast<std::size_t>(found.evaluations),
+                                  {.work = {{"search", {.evaluations = static_cast<std::size_t>(found.evaluations)}}},
                                    .termination = found.converged ? "converged" : "no further progress",
                                    .converged = found.converged});
   Model& model = result.model;
+  model.estimation->compared_step_s = step_s;
   // The paper subtracts the part's first value; this is the one that puts the model on the record.
   model.initial_output = y[0];
   model.provenance["normalisation"] = "none: scale and a common shift of all orders are free, as published";

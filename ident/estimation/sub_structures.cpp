@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/estimation/sub_structures.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -105,6 +107,26 @@ void add_lower_degrees(const StructureOptions& asked, std::vector<StructureOptio
 }
 
 }  // namespace
+
+std::string signature(const StructureOptions& asked) {
+  std::string text = asked_behind_valve(asked) ? "behind a valve: " : "";
+  const auto add = [&](const StructureParameter& parameter) {
+    if (is_estimated(asked, parameter)) {
+      text += "*,";
+    } else {
+      text += fmt::format("{},", requested(asked, parameter));
+    }
+  };
+  const Structure& structure = asked.structure;
+  for (const StructureTerm& term : structure.numerator) add(term.order);
+  text += '/';
+  for (const StructureTerm& term : structure.denominator) add(term.order);
+  // A pole held at 0.
+  add(structure.denominator.front().coefficient);
+  add(structure.delay);
+  if (structure.base_order) add(*structure.base_order);
+  return text;
+}
 
 std::vector<StructureOptions> sub_structures(const StructureOptions& asked) {
   std::vector<StructureOptions> all;

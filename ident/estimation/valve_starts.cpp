@@ -11,6 +11,7 @@
 namespace eha::ident {
 namespace {
 
+constexpr double kAtRest = 0.01;         // of the input's range: as good as 0
 constexpr std::size_t kMostCarried = 2;  // optima without the map
 
 bool is_of_valve(CoordinateRole role) {
@@ -20,6 +21,12 @@ bool is_of_valve(CoordinateRole role) {
 
 bool treats_the_past_as(const LinearPart& a, const LinearPart& b) {
   return a.initial_states == b.initial_states && a.first_state == b.first_state && a.past_shared == b.past_shared;
+}
+
+/// Whether the input is at 0 or on one side of it, and reaches 0.
+bool is_one_sided(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  const double near = kAtRest * (input.maxCoeff() - input.minCoeff());
+  return near > 0.0 && (std::abs(input.minCoeff()) <= near || std::abs(input.maxCoeff()) <= near);
 }
 
 /// The optima to carry over, the best first: those of the same variant, or all where there are none.
@@ -112,10 +119,31 @@ std::vector<Eigen::VectorXd> valve_starts(const std::vector<LocalOptimum>& linea
   return starts;
 }
 
+StructureOptions with_sides_of(const Eigen::Ref<const Eigen::VectorXd>& input, StructureOptions asked) {
+  if (!asked.structure.input_map.valve || !is_one_sided(input)) return asked;
+  const ValveParameters& valve = *asked.structure.input_map.valve;
+  if (find_request(asked, valve.null) != nullptr || find_request(asked, valve.negative_gain_ratio) != nullptr) {
+    return asked;
+  }
+  asked.parameters.push_back({valve.null.key.name, true, 0.0, {}, {}});
+  asked.parameters.push_back({valve.negative_gain_ratio.key.name, true, 1.0, {}, {}});
+  return asked;
+}
+
 void require_both_sides(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input,
                         const std::string& model_name, const std::string& unit) {
   const double share_above = is_above(map, input).mean();
   const double share_below = is_below(map, input).mean();
+  if (is_one_sided(input)) {
+    const double beyond = std::max(share_above, share_below);
+    if (std::min(beyond, 1.0 - beyond) >= kLeastShareOfASide) return;
+    throw DataError(
+        fmt::format("model {}: the input has one side, and {:.1f} % of the samples that estimate lie beyond the dead "
+                    "band of {:.4g} "
+                    "{}; the map needs {:.0f} to {:.0f} %: fit without a map, or record more input {} the dead band",
+                    model_name, 100.0 * beyond, map.dead_band, unit, 100.0 * kLeastShareOfASide,
+                    100.0 * (1.0 - kLeastShareOfASide), beyond < 0.5 ? "beyond" : "within"));
+  }
   const double rarer = std::min(share_above, share_below);
   if (!(rarer < kLeastShareOfASide)) return;
   throw DataError(fmt::format(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a model behind a valve map is found from models without one.
+// Starts of a model behind a valve map from models without one.
 #pragma once
 
 #include <Eigen/Core>
@@ -45,8 +45,14 @@ void move_null(const Parametrisation& parametrisation, Eigen::VectorXd& theta, d
                                                         const StructureOptions& asked,
                                                         const Parametrisation::Scale& scale);
 
+/// The request for a record whose input is at 0 or on one side of it, as of a pump or a heater: the null of its map is
+/// held at 0 and the gain ratio at 1, so that the dead band begins at rest. Other requests, and other records, as they
+/// are.
+[[nodiscard]] StructureOptions with_sides_of(const Eigen::Ref<const Eigen::VectorXd>& input, StructureOptions asked);
+
 /// @param input  of the rows that estimate
-/// @throws DataError  fewer than kLeastShareOfASide of them lie above the dead band, or below it
+/// @throws DataError  fewer than kLeastShareOfASide of them lie above the dead band, or below it; where the input has
+///                    one side alone, beyond the dead band, or within it
 void require_both_sides(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input,
                         const std::string& model_name, const std::string& unit);
 

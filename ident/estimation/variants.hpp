@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "ident/estimation/output_error.hpp"
-#include "ident/search/parametrisation.hpp"
+#include "ident/coordinates/parametrisation.hpp"
+#include "ident/output_error/output_error.hpp"
 #include "ident/structure/structure_options.hpp"
 
 namespace eha::ident {

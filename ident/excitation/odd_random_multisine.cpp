@@ -14,7 +14,8 @@
 namespace eha::ident {
 namespace {
 
-/// Phase draws, of which the one with the lowest peak is kept; more draws gain little (crest factors near 2).
+/// Phase draws of a single realisation, of which the one with the lowest peak is kept; more draws gain little (crest
+/// factors near 2). Several realisations take each the first draw: their mean and spread are those of random phases.
 constexpr int kPhaseDraws = 32;
 /// Points per period of the highest line when peaks are compared.
 constexpr std::size_t kPointsPerPeriod = 8;
@@ -59,12 +60,12 @@ std::vector<std::size_t> excited_harmonics(const OddRandomMultisine& multisine, 
   return excited;
 }
 
-/// The phases of lowest peak among some draws.
-std::vector<Harmonic> draw_realisation(const std::vector<std::size_t>& excited, PortableDraw& draw) {
+/// The phases of lowest peak among the draws.
+std::vector<Harmonic> draw_realisation(const std::vector<std::size_t>& excited, int draws, PortableDraw& draw) {
   const std::size_t points = kPointsPerPeriod * excited.back();
   std::vector<Harmonic> best;
   double lowest_peak = 0.0;
-  for (int i = 0; i < kPhaseDraws; ++i) {
+  for (int i = 0; i < draws; ++i) {
     std::vector<Harmonic> lines;
     for (const std::size_t k : excited) lines.push_back({k, 1.0, 2.0 * std::numbers::pi * draw.uniform()});
     const double peak = sum_of(lines, points).cwiseAbs().maxCoeff();
@@ -101,7 +102,8 @@ Eigen::VectorXd OddRandomMultisine::volts(double step_s, std::size_t samples) co
   const std::size_t period = period_of(*this, samples);
   const std::vector<std::size_t> excited = excited_harmonics(*this, step_s, period, draw);
   std::vector<Eigen::VectorXd> realised;
-  for (int i = 0; i < realisations; ++i) realised.push_back(sum_of(draw_realisation(excited, draw), period));
+  const int draws = realisations > 1 ? 1 : kPhaseDraws;
+  for (int i = 0; i < realisations; ++i) realised.push_back(sum_of(draw_realisation(excited, draws, draw), period));
   Eigen::VectorXd table(static_cast<Eigen::Index>(samples));
   const auto length = static_cast<Eigen::Index>(period);
   const auto fade = static_cast<Eigen::Index>(period / kFadeDivisor);

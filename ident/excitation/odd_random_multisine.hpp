@@ -14,8 +14,8 @@
 namespace eha::ident {
 
 /// Odd harmonics of 1/T in the band with equal amplitudes and random phases. Of each four such lines one at random is
-/// left out, to detect odd distortion. Of 32 phase draws the one of lowest peak is kept; the greatest peak of the table
-/// is amplitude_V.
+/// left out, to detect odd distortion. Of 32 phase draws of a single realisation the one of lowest peak is kept; those
+/// of several realisations are independent. The greatest peak of the table is amplitude_V.
 ///
 /// The table holds `realisations` of it one after the other, of the same lines and amplitudes but other phases, each
 /// for `periods` periods: T is the table's length over their product. The distortion of a nonlinear plant differs

@@ -6,6 +6,8 @@
 #include <cctype>
 #include <cmath>
 #include <cstddef>
+#include <string_view>
+#include <utility>
 
 #include "ident/export/model_formats.hpp"
 
@@ -15,7 +17,7 @@ namespace {
 constexpr double kShortestStep_s = 1e-4;  // that the delay's buffer holds unless it is made longer
 constexpr double kLongestBuffer = 1e6;
 
-// NAME and FUNCTION are replaced; braces stay C's own.
+// The words in capitals are replaced, here and nowhere else in the file; braces stay C's own.
 constexpr const char* kDeclarations = R"(
 enum { NAME_SECTIONS = COUNT, NAME_ORDER = HIGHEST };
 #ifndef NAME_DELAY_ROWS
@@ -151,10 +153,18 @@ DRIVING
 }
 )";
 
-void replace_all(std::string& text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size()) {
-    text.replace(at, what.size(), by);
+using Replacement = std::pair<std::string_view, std::string>;
+
+/// The values are not searched: a name may contain one of the words.
+std::string filled(std::string_view text, const std::vector<Replacement>& replacements) {
+  std::string result;
+  while (!text.empty()) {
+    const auto begins = [&](const Replacement& r) { return text.starts_with(r.first); };
+    const auto found = std::find_if(replacements.begin(), replacements.end(), begins);
+    result += found == replacements.end() ? text.substr(0, 1) : std::string_view(found->second);
+    text.remove_prefix(found == replacements.end() ? 1 : found->first.size());
   }
+  return result;
 }
 
 /// C takes `1` for an integer.
@@ -193,7 +203,12 @@ std::string c_text(const ExportedModel& model, const std::string& function) {
       " *   {0}_model model;\n *   if ({0}_init(&model, 0.001) == 0) y = {0}_step(&model, u);\n */\n#include "
       "<math.h>\n",
       function);
-  text += kDeclarations;
+  const double buffer = std::min(kLongestBuffer, std::ceil(model.sections.delay_s / kShortestStep_s) + 2.0);
+  text += filled(kDeclarations, {{"COUNT", std::to_string(sections.size())},
+                                 {"HIGHEST", std::to_string(order)},
+                                 {"BUFFER", fmt::format("{:.0f}", buffer)},
+                                 {"NAME_", name + "_"},
+                                 {"FUNCTION_", function + "_"}});
   text += fmt::format("\nstatic const int {}_count = {};\n", function, count);
   const auto scalar = [&](const char* what, double value) {
     text += fmt::format("static const double {}_{} = {};\n", function, what, number(value));
@@ -207,18 +222,17 @@ std::string c_text(const ExportedModel& model, const std::string& function) {
     orders.push_back(section.denominator.size());
     rates.push_back(number(section.rate_rad_s));
   }
-  text += fmt::format("static const int {}_order[NAME_SECTIONS] = {{{}}};\n", function, fmt::join(orders, ", "));
+  text += fmt::format("static const int {}_order[{}_SECTIONS] = {{{}}};\n", function, name, fmt::join(orders, ", "));
   text += "/* rad/s */\n";
-  text += fmt::format("static const double {}_rate[NAME_SECTIONS] = {{{}}};\n", function, fmt::join(rates, ", "));
+  text += fmt::format("static const double {}_rate[{}_SECTIONS] = {{{}}};\n", function, name, fmt::join(rates, ", "));
   text += "/* below the highest power of s / rate */\n";
   const auto matrix = [&](const char* what, std::vector<double> Section::*member) {
-    text += fmt::format("static const double {}_{}[NAME_SECTIONS][NAME_ORDER] = {{\n{}}};\n", function, what,
+    text += fmt::format("static const double {}_{}[{}_SECTIONS][{}_ORDER] = {{\n{}}};\n", function, what, name, name,
                         table(sections, order, member));
   };
   matrix("denominator", &Section::denominator);
   matrix("numerator", &Section::numerator);
   matrix("state", &Section::state);
-  text += kFunctions;
 
   std::string driving = fmt::format("  v = input + ({});", number(model.input_bias));
   if (model.input_map) {
@@ -228,14 +242,7 @@ std::string c_text(const ExportedModel& model, const std::string& function) {
                     number(model.input_map->null + half), number(model.input_map->null - half),
                     number(model.input_map->negative_gain_ratio));
   }
-  const double buffer = std::min(kLongestBuffer, std::ceil(model.sections.delay_s / kShortestStep_s) + 2.0);
-  replace_all(text, "DRIVING", driving);
-  replace_all(text, "COUNT", std::to_string(sections.size()));
-  replace_all(text, "HIGHEST", std::to_string(order));
-  replace_all(text, "BUFFER", fmt::format("{:.0f}", buffer));
-  replace_all(text, "FUNCTION_", function + "_");
-  replace_all(text, "NAME_", name + "_");
-  return text;
+  return text + filled(kFunctions, {{"DRIVING", driving}, {"NAME_", name + "_"}, {"FUNCTION_", function + "_"}});
 }
 
 }  // namespace eha::ident

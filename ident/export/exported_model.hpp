@@ -14,7 +14,7 @@ namespace eha::ident {
 constexpr double kMostGainError_percent = 1.0;
 constexpr double kMostPhaseError_deg = 1.0;
 
-/// How far the exported sections are from the model of fractional order, measured at export.
+/// Error of the exported sections against the model of fractional order, measured at export.
 struct ApproximationError {
   FrequencyInterval band;
   double gain_percent = 0.0;       ///< greatest over the band

@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-#include "core/text.hpp"
+#include "core/code_text.hpp"
 
 namespace eha::ident {
 namespace {
@@ -58,13 +58,13 @@ std::string crone_line(const TransferFunction& g) {
 
 std::vector<std::string> notes(const ExportedModel& model) {
   const TransferFunction& g = model.transfer_function;
-  const std::string in = shortened(model.input_unit, 20);
-  const std::string out = shortened(model.output_unit, 20);
+  const std::string in = code_text(model.input_unit, 20);
+  const std::string out = code_text(model.output_unit, 20);
   std::vector<std::string> lines;
   lines.push_back(
       fmt::format("Model {}: y = initial_output + G(v), at rest before the first row except for the states "
                   "given.",
-                  shortened(model.name, 40)));
+                  code_text(model.name, 40)));
   lines.push_back(fmt::format("G(s) = ({}) / ({}), delay {:.6g} s", sum(g.numerator), sum(g.denominator), g.delay_s));
   if (model.input_map) {
     const ValveMap& map = *model.input_map;
@@ -89,16 +89,10 @@ std::vector<std::string> notes(const ExportedModel& model) {
     lines.emplace_back("Whole orders: exact for a held input, up to rounding.");
   }
   for (const std::string& reason : model.rejected_for) {
-    lines.push_back("REJECTED: " + shortened(reason, kLongestReason));
+    lines.push_back("REJECTED: " + code_text(reason, kLongestReason));
   }
   lines.push_back("FOMCON: " + fomcon_line(g));
   lines.push_back("CRONE" + std::string(g.delay_s > 0.0 ? " (without the delay): " : ": ") + crone_line(g));
-  for (std::string& line : lines) {
-    // Names and units come from files: no text of theirs may end a comment.
-    for (std::size_t at = 0; (at = line.find("*/", at)) != std::string::npos;) line.replace(at, 2, "**");
-    for (std::size_t at = 0; (at = line.find("\"\"\"", at)) != std::string::npos;) line.replace(at, 3, "'''");
-    for (char& c : line) c = c == '\\' ? '/' : c;
-  }
   return lines;
 }
 

@@ -27,7 +27,7 @@ struct ModelFormat {
 [[nodiscard]] std::string json_text(const ExportedModel& model, const std::string& function);
 
 /// The description of the model in every format, line by line: equation, units, accuracy, verdict, and how FOMCON and
-/// the CRONE toolbox write G. Plain ASCII without the end of any language's comment.
+/// the CRONE toolbox write G. What comes from the file went through eha::code_text().
 [[nodiscard]] std::vector<std::string> notes(const ExportedModel& model);
 /// G for FOMCON: `fotf([..], [..], [..], [..], delay)`.
 [[nodiscard]] std::string fomcon_line(const TransferFunction& g);

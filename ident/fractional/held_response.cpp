@@ -190,6 +190,11 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
   }
 }
 
+std::size_t HeldResponse::effort_of(std::size_t samples, double guard) {
+  const std::size_t length = fast_length(static_cast<std::size_t>(guard * static_cast<double>(samples)) + 16);
+  return length / 2 + 1 + length;
+}
+
 void HeldResponse::weigh(InputSpectrum& spectrum) const {
   spectrum.resize(bins_);
   for (std::size_t j = 0; j < bins_; ++j) spectrum[j] *= selection_factor_[j];

@@ -55,6 +55,11 @@ class HeldResponse {
   [[nodiscard]] std::size_t count() const noexcept { return selection_.count; }
   [[nodiscard]] std::size_t samples() const noexcept { return selection_.samples; }
   [[nodiscard]] double step_s() const noexcept { return selection_.step_s; }
+  [[nodiscard]] double spacing_s() const noexcept { return selection_.step_s * static_cast<double>(selection_.every); }
+  /// Points at which a response is computed, to compare the cost of selections.
+  [[nodiscard]] std::size_t effort() const noexcept { return bins_ + short_fft_.length(); }
+  /// The same of one that would select each of its samples.
+  [[nodiscard]] static std::size_t effort_of(std::size_t samples, double guard);
 
   /// @param input  N samples, at rest before the first
   [[nodiscard]] InputSpectrum input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const;

@@ -1,10 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "ident/fractional/transfer_function.hpp"
-#include "ident/model/model.hpp"
 
 namespace eha::ident {
+
+struct StabilityReport {
+  bool stable = false;
+  std::string test;         ///< "matignon" or "argument_principle"
+  double margin_rad = 0.0;  ///< least |arg pole| - pi/2 on the principal sheet; at most pi/2
+  /// Order of the pole at 0 that the structure declares, 1 for an integrator; `stable` and `margin_rad` are then those
+  /// of the other poles.
+  double integrator_order = 0.0;
+};
 
 /// Number of zeros of the denominator with |arg s| < half_angle_rad on the principal sheet, a factor s^n apart, by the
 /// argument principle along the ray arg s = half_angle_rad. Orders are never rounded.

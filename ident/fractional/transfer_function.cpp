@@ -11,14 +11,6 @@
 namespace eha::ident {
 namespace {
 
-double highest_order(const std::vector<Term>& terms) {
-  double order = 0.0;
-  for (const Term& term : terms) {
-    if (term.coefficient != 0.0) order = std::max(order, term.order);
-  }
-  return order;
-}
-
 void check_terms(const std::vector<Term>& terms, const std::string& name) {
   if (terms.empty()) throw ConfigError(name + ": expected at least one term, got none");
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -37,6 +29,14 @@ std::complex<double> evaluate(const std::vector<Term>& terms, std::complex<doubl
 }
 
 }  // namespace
+
+double highest_order(const std::vector<Term>& terms) {
+  double order = 0.0;
+  for (const Term& term : terms) {
+    if (term.coefficient != 0.0) order = std::max(order, term.order);
+  }
+  return order;
+}
 
 void check(const TransferFunction& g) {
   check_terms(g.numerator, "transfer_function.numerator");

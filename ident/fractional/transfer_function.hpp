@@ -26,6 +26,9 @@ constexpr double kOrderLimit = 100.0;
 /// zero, a delay >= 0 and a numerator whose highest order does not exceed the denominator's.
 void check(const TransferFunction& g);
 
+/// Highest order of a polynomial's terms whose coefficient is not 0; 0 without any.
+[[nodiscard]] double highest_order(const std::vector<Term>& terms);
+
 /// G(s) on the principal branch, s != 0. Cost O(terms).
 [[nodiscard]] std::complex<double> frequency_response(const TransferFunction& g, std::complex<double> s);
 

@@ -9,9 +9,12 @@
 #include <string_view>
 #include <vector>
 
+#include "ident/fractional/stability.hpp"
 #include "ident/fractional/transfer_function.hpp"
+#include "ident/model/criterion.hpp"
 #include "ident/signal/valve_map.hpp"
 #include "ident/structure/parameter_role.hpp"
+#include "ident/structure/structure_options.hpp"
 
 namespace eha::ident {
 
@@ -26,7 +29,7 @@ struct ParameterEstimate {
   ParameterRole role = ParameterRole::denominator_coefficient;  ///< follows from the name
 };
 
-/// How well a simulated output follows a measured one. R2 and fit use the mean of the scored part.
+/// Agreement of a simulated output with a measured one. R2 and fit use the mean of the scored part.
 struct Score {
   double r2_percent = 0.0;   ///< 100 (1 - sum e^2 / sum (y - mean y)^2)
   double mse = 0.0;          ///< mean e^2 [output unit^2]
@@ -44,7 +47,7 @@ struct Correlation {
   double bound99 = 0.0;
 };
 
-/// What the criterion rises by when a free order's term is left out and the rest estimated anew.
+/// The rise of the criterion when a free order's term is left out and the rest is estimated anew.
 struct LeftOut {
   std::string order;  ///< name of the order: "n2"
   double rise = 0.0;  ///< AR-BIC of the smaller structure less that of this one
@@ -79,7 +82,16 @@ struct ParameterCorrelation {
   std::vector<std::string> indistinguishable;  ///< parameters that the record cannot tell apart
 };
 
-/// How a fit was reached.
+/// Noise in the compared samples of a record, as a model leaves it: autoregressive, e_k = sum_j c_j e_{k-j} + w_k.
+struct ResidualNoise {
+  double power = 0.0;                        ///< mean square of e [output unit^2]
+  double variance = 0.0;                     ///< mean square of w [output unit^2]
+  std::vector<double> coefficients = {};     ///< c_1, c_2, ...; empty for white
+  std::vector<double> autocorrelation = {};  ///< of e at lags 0 .. order
+  bool with_parameters = false;              ///< the parameters were estimated beside a model of the noise
+};
+
+/// Result of an estimation beside its parameters.
 struct EstimationReport {
   Score score;
   std::optional<InformationCriteria> information;
@@ -88,6 +100,8 @@ struct EstimationReport {
   double seconds = 0.0;     ///< filled by the caller; ident has no clock
   std::string termination;  ///< "converged", "evaluation limit", ...
   bool converged = false;
+  std::optional<double> compared_step_s = {};  ///< time between compared samples
+  std::optional<ResidualNoise> noise = {};     ///< none by the paper's procedure
 };
 
 /// A joint test of the residual, whitened by its autoregressive model.
@@ -124,7 +138,7 @@ struct ValidationReport {
   /// Samples, estimating ones included, at which the output stays at its greatest or least value while the model goes
   /// on beyond it [%].
   std::optional<double> saturated_percent = {};
-  /// Of what drives G at all compared samples, see excitation_order(); none for a constant input.
+  /// The order of the input to G at all compared samples, see excitation_order(); none for a constant input.
   std::optional<std::size_t> excitation_order = {};
 };
 
@@ -144,25 +158,7 @@ struct BodeCurve {
   std::vector<double> phase_std_deg;
 };
 
-struct StabilityReport {
-  bool stable = false;
-  std::string test;         ///< "matignon" or "argument_principle"
-  double margin_rad = 0.0;  ///< least |arg pole| - pi/2 on the principal sheet; at most pi/2
-  /// Order of the pole at 0 that the structure declares, 1 for an integrator; `stable` and `margin_rad` are then those
-  /// of the other poles.
-  double integrator_order = 0.0;
-};
-
-/// One thing that a model is judged by.
-struct Criterion {
-  std::string name;  ///< "validation_r2_percent", "std_n2", ...
-  double value = 0.0;
-  double limit = 0.0;
-  bool passed = false;
-  bool judged = true;  ///< false: the record holds too little to tell; then `value` may be NaN
-};
-
-/// How far a model can be trusted.
+/// Trust in a model.
 enum class Grade {
   rejected,  ///< not stable, not identified, or the limits are not met
   usable,    ///< only residual tests or extrapolation fail, or a criterion could not be judged
@@ -183,7 +179,7 @@ struct Verdict {
   std::vector<std::string> reasons = {};  ///< why it is rejected, then notes; one sentence each
   Grade grade = Grade::rejected;
   std::vector<Criterion> criteria = {};  ///< every one that applied
-  /// Where the record's input moved and the model's response is known; see usable_band(). None: nowhere, or unknown.
+  /// The record's input moved there and the model's response is known; see usable_band(). None: nowhere, or unknown.
   std::optional<FrequencyInterval> usable_band = {};
 };
 
@@ -200,8 +196,9 @@ struct Model {
   std::string name;                   ///< "io", "fo"
   std::optional<ValveMap> input_map;  ///< none: the bias alone
   TransferFunction transfer_function;
-  double input_bias = 0.0;      ///< [input unit], switched on at t = 0; 0 beside a map
-  double initial_output = 0.0;  ///< [output unit], a permanent offset
+  std::optional<StructureOptions> structure;  ///< the fitted one; its name is that of the model
+  double input_bias = 0.0;                    ///< [input unit], switched on at t = 0; 0 beside a map
+  double initial_output = 0.0;                ///< [output unit], a permanent offset
   /// Numerator of the decaying free response x(s) = sum_i c_i s^i / D(s), i = 0..; empty for none.
   std::vector<double> initial_state;
   std::vector<PastInput> past_input;  ///< the latest window first; empty for none

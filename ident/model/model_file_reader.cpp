@@ -11,8 +11,10 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "ident/model/earlier_files.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/model_node.hpp"
+#include "ident/model/structure_node.hpp"
 
 namespace eha::ident {
 namespace {
@@ -126,9 +128,27 @@ ParameterCorrelation read_parameter_correlation(const Node& node) {
   return correlation;
 }
 
+ResidualNoise read_noise(const Node& node) {
+  const Node object = node.object({"power", "variance", "coefficients", "autocorrelation", "with_parameters"});
+  ResidualNoise noise;
+  noise.power = object.at("power").number();
+  noise.variance = object.at("variance").number();
+  object.read("coefficients", noise.coefficients);
+  object.read("autocorrelation", noise.autocorrelation);
+  object.read("with_parameters", noise.with_parameters);
+  if (!(noise.power > 0.0)) object.at("power").refuse("more than 0");
+  if (!(noise.variance > 0.0)) object.at("variance").refuse("more than 0");
+  if (noise.autocorrelation.size() != noise.coefficients.size() + 1) {
+    object.refuse("one autocorrelation more than coefficients",
+                  fmt::format("{} and {}", noise.autocorrelation.size(), noise.coefficients.size()));
+  }
+  return noise;
+}
+
 EstimationReport read_estimation(const Node& node) {
-  const Node object = node.object({"r2_percent", "mse", "fit_percent", "samples", "evaluations", "seconds",
-                                   "termination", "converged", "information", "correlation"});
+  const Node object =
+      node.object({"r2_percent", "mse", "fit_percent", "samples", "evaluations", "seconds", "termination", "converged",
+                   "information", "correlation", "compared_step_s", "noise"});
   EstimationReport report;
   report.score = read_score(object);
   object.read("evaluations", report.evaluations);
@@ -137,6 +157,11 @@ EstimationReport read_estimation(const Node& node) {
   object.read("converged", report.converged);
   if (object.has("information")) report.information = read_information(object.at("information"));
   if (object.has("correlation")) report.correlation = read_parameter_correlation(object.at("correlation"));
+  if (object.has("compared_step_s")) {
+    report.compared_step_s = object.at("compared_step_s").number();
+    if (!(*report.compared_step_s > 0.0)) object.at("compared_step_s").refuse("more than 0");
+  }
+  if (object.has("noise")) report.noise = read_noise(object.at("noise"));
   return report;
 }
 
@@ -242,8 +267,9 @@ Verdict read_verdict(const Node& node) {
   if (!object.has("criteria")) return verdict;
   for (const Node& entry : object.at("criteria").list()) {
     const Node criterion = entry.object({"name", "value", "limit", "passed"});
-    Criterion& target = verdict.criteria.emplace_back();
-    criterion.at("name").read(target.name);
+    std::string name;
+    criterion.at("name").read(name);
+    Criterion& target = verdict.criteria.emplace_back(criterion_named(name));
     criterion.read("value", target.value);
     criterion.read("limit", target.limit);
     target.judged = !criterion.at("passed").is_null();
@@ -262,9 +288,9 @@ PastInput read_past_input(const Node& node, double begin_s) {
 }
 
 Model read_model(const Node& node, const std::string& file_name) {
-  const Node object = node.object({"schema", "name", "input_map", "transfer_function", "input_bias", "initial_output",
-                                   "initial_state", "past_input", "units", "parameters", "estimation", "validation",
-                                   "stability", "bode", "verdict", "procedure", "provenance"});
+  const Node object = node.object({"schema", "name", "input_map", "transfer_function", "structure", "input_bias",
+                                   "initial_output", "initial_state", "past_input", "units", "parameters", "estimation",
+                                   "validation", "stability", "bode", "verdict", "procedure", "provenance"});
   std::string schema(kSchema);
   object.read("schema", schema);
   if (schema != kSchema) object.at("schema").refuse(fmt::format("\"{}\"", kSchema));
@@ -273,6 +299,10 @@ Model read_model(const Node& node, const std::string& file_name) {
   model.name = std::filesystem::path(file_name).stem().string();
   object.read("name", model.name);
   model.transfer_function = read_transfer_function(object.at("transfer_function"));
+  if (object.has("structure")) {
+    model.structure = read_structure(object.at("structure"));
+    model.structure->name = model.name;
+  }
   if (object.has("input_map")) model.input_map = read_input_map(object.at("input_map"));
   if (object.has("input_bias")) model.input_bias = object.at("input_bias").number();
   if (model.input_map && model.input_bias != 0.0) object.at("input_bias").refuse("0 beside input_map");
@@ -319,6 +349,7 @@ Model model_from_text(std::string_view text, const std::string& file_name) {
   } catch (const ConfigError& error) {
     throw ConfigError(file_name + ": " + error.what());
   }
+  complete_earlier(model);
   return model;
 }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "ident/model/model_file.hpp"
+#include "ident/model/structure_node.hpp"
 
 namespace eha::ident {
 namespace {
@@ -76,6 +77,14 @@ OrderedJson estimation_to_json(const EstimationReport& report) {
                              {"matrix", report.correlation->matrix},
                              {"indistinguishable", report.correlation->indistinguishable}};
   }
+  if (report.compared_step_s) object["compared_step_s"] = *report.compared_step_s;
+  if (report.noise) {
+    object["noise"] = {{"power", report.noise->power},
+                       {"variance", report.noise->variance},
+                       {"coefficients", report.noise->coefficients},
+                       {"autocorrelation", report.noise->autocorrelation},
+                       {"with_parameters", report.noise->with_parameters}};
+  }
   return object;
 }
 
@@ -87,7 +96,7 @@ OrderedJson verdict_to_json(const Verdict& verdict) {
   OrderedJson criteria = OrderedJson::array();
   for (const Criterion& c : verdict.criteria) {
     const OrderedJson passed = c.judged ? OrderedJson(c.passed) : OrderedJson(nullptr);
-    criteria.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"passed", passed}});
+    criteria.push_back({{"name", name_of(c)}, {"value", c.value}, {"limit", c.limit}, {"passed", passed}});
   }
   OrderedJson object = {{"accepted", verdict.accepted},
                         {"grade", text(verdict.grade)},
@@ -134,6 +143,7 @@ std::string to_text(const Model& model) {
   object["transfer_function"] = {{"numerator", terms_to_json(model.transfer_function.numerator)},
                                  {"denominator", terms_to_json(model.transfer_function.denominator)},
                                  {"delay_s", model.transfer_function.delay_s}};
+  if (model.structure) object["structure"] = structure_to_json(*model.structure);
   object["input_bias"] = model.input_bias;
   object["initial_output"] = model.initial_output;
   if (!model.initial_state.empty()) object["initial_state"] = model.initial_state;

@@ -18,12 +18,13 @@ LeastSquaresResult followed_down(const OutputError& problem, LeastSquaresResult 
   for (int round = 0; round < rounds && optimum.termination != Termination::infeasible; ++round) {
     LeastSquaresResult further =
         minimise(problem, optimum.theta, {.max_evaluations = kMostEvaluations, .first_damping = kHardlyDamped});
-    const std::size_t evaluations = optimum.evaluations + further.evaluations;
+    Work work = optimum.work;
+    work += further.work;
     const bool falls = further.point.cost < optimum.point.cost * (1.0 - kWorthwhileFall);
     if (further.termination != Termination::infeasible && further.point.cost <= optimum.point.cost) {
       optimum = std::move(further);
     }
-    optimum.evaluations = evaluations;
+    optimum.work = work;
     if (!falls) break;
   }
   return optimum;

@@ -20,6 +20,7 @@ constexpr double kCoarseRows = 1000.0;      // enough to find the basin of an op
 constexpr double kMostCoarseRows = 4000.0;  // for a fast output
 // Share of the output's power, above a fifth of the coarse Nyquist frequency, that a coarse record may lose.
 constexpr double kLostPower = 1e-4;
+constexpr double kPassedByFilter = 0.25;  // cycles a row that the filter of a sparse record passes
 constexpr std::size_t kNoiseBands = 8;
 constexpr std::size_t kPopulations = 4;       // run in parallel
 constexpr int kEvaluationsPerDimension = 15;  // each
@@ -29,6 +30,7 @@ constexpr std::ptrdiff_t kMostCoveredWeights = 2;
 constexpr std::size_t kGuessesPolished = 6;
 constexpr double kDistinctGuess = 0.01;  // guesses may lie close: the basin of a lightly damped optimum is narrow
 constexpr double kDistinct = 0.12;       // of the search box, root mean square
+constexpr double kSameBasin = 1e-3;      // searches that have come closer than this end in one optimum
 constexpr double kInfeasible = 1e3;      // logarithm of a cost that no model reaches
 constexpr double kLeastCost = 1e-300;    // its logarithm is finite
 constexpr double kLeastWidth = 1e-12;    // of a side of the search box
@@ -144,6 +146,17 @@ struct SearchBox {
       start.push_back(std::clamp(c.start, c.search_lower, c.search_upper));
     }
   }
+
+  /// Root mean square over the coordinates, each as a share of the box.
+  [[nodiscard]] double distance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const {
+    double sum = 0.0;
+    for (Eigen::Index l = 0; l < a.size(); ++l) {
+      const auto k = static_cast<std::size_t>(l);
+      const double width = std::max(upper[k] - lower[k], kLeastWidth);
+      sum += std::pow((a[l] - b[l]) / width, 2);
+    }
+    return std::sqrt(sum / static_cast<double>(std::max<Eigen::Index>(a.size(), 1)));
+  }
 };
 
 struct Seen {
@@ -151,11 +164,17 @@ struct Seen {
   Eigen::VectorXd theta;
 };
 
+/// Stable points, and how many points were tried to find them.
+struct Explored {
+  std::vector<Seen> stable;
+  std::size_t tried = 0;
+};
+
 /// One population of a controlled random search: every stable point it tried. Deterministic for a seed: NLopt's
 /// generator is the calling thread's own.
-std::vector<Seen> look_around(const OutputError& problem, const SearchBox& box, std::uint32_t seed) {
+Explored look_around(const OutputError& problem, const SearchBox& box, std::uint32_t seed) {
   const auto n = static_cast<Eigen::Index>(box.start.size());
-  std::vector<Seen> seen;
+  Explored seen;
   nlopt::srand(seed);
   nlopt::opt crs(nlopt::GN_CRS2_LM, static_cast<unsigned>(n));
   crs.set_lower_bounds(box.lower);
@@ -166,7 +185,8 @@ std::vector<Seen> look_around(const OutputError& problem, const SearchBox& box, 
     const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(x.data(), n);
     const auto point = problem.evaluate(theta);
     const double value = point ? std::log(std::max(point->cost, kLeastCost)) : kInfeasible;
-    if (point) seen.push_back({value, theta});
+    ++seen.tried;
+    if (point) seen.stable.push_back({value, theta});
     return value;
   };
   using Objective = decltype(objective);
@@ -184,17 +204,17 @@ std::vector<Seen> look_around(const OutputError& problem, const SearchBox& box, 
 }
 
 /// The stable points that all populations tried, population by population.
-std::vector<Seen> explore(const OutputError& problem, const SearchBox& box, std::uint64_t seed,
-                          const Executor& executor) {
-  std::vector<std::vector<Seen>> populations(kPopulations);
+Explored explore(const OutputError& problem, const SearchBox& box, std::uint64_t seed, const Executor& executor) {
+  std::vector<Explored> populations(kPopulations);
   // NLopt takes 32 bits of a seed.
   std::seed_seq mixed{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U)};
   std::array<std::uint32_t, kPopulations> seeds{};
   mixed.generate(seeds.begin(), seeds.end());
   executor(kPopulations, [&](std::size_t k) { populations[k] = look_around(problem, box, seeds[k]); });
-  std::vector<Seen> seen;
-  for (std::vector<Seen>& population : populations) {
-    std::move(population.begin(), population.end(), std::back_inserter(seen));
+  Explored seen;
+  for (Explored& population : populations) {
+    std::move(population.stable.begin(), population.stable.end(), std::back_inserter(seen.stable));
+    seen.tried += population.tried;
   }
   return seen;
 }
@@ -209,48 +229,50 @@ std::vector<Seen> evaluated(const OutputError& problem, const std::vector<Eigen:
   return seen;
 }
 
-/// Starts of local searches, all distinct.
-class Starts {
- public:
-  explicit Starts(const SearchBox& box) : box_(box) {}
+/// The points of least cost. @param distinct  least distance of two
+std::vector<Eigen::VectorXd> best_of(std::vector<Seen>& points, std::size_t most, const SearchBox& box,
+                                     double distinct) {
+  std::stable_sort(points.begin(), points.end(), [](const Seen& a, const Seen& b) { return a.log_cost < b.log_cost; });
+  std::vector<Eigen::VectorXd> best;
+  for (const Seen& point : points) {
+    if (best.size() == most) break;
+    const bool repeats = std::any_of(best.begin(), best.end(), [&](const Eigen::VectorXd& other) {
+      return box.distance(point.theta, other) < distinct;
+    });
+    if (!repeats) best.push_back(point.theta);
+  }
+  return best;
+}
 
-  [[nodiscard]] const std::vector<Eigen::VectorXd>& all() const { return starts_; }
+constexpr std::size_t kFirstSimulations = 10;  // of a start, before searches that have met are joined
+constexpr LeastSquaresOptions kRough{.max_evaluations = 80, .cost_tolerance = 1e-7, .step_tolerance = 1e-6};
 
-  /// Takes the best points while there are fewer than `most` starts. @param distinct  least distance of two
-  void take_best(std::vector<Seen>& points, std::size_t most, double distinct) {
-    std::stable_sort(points.begin(), points.end(),
-                     [](const Seen& a, const Seen& b) { return a.log_cost < b.log_cost; });
-    for (const Seen& point : points) {
-      if (starts_.size() == most) break;
-      const bool close = std::any_of(starts_.begin(), starts_.end(), [&](const Eigen::VectorXd& other) {
-        return distance(point.theta, other) < distinct;
-      });
-      if (!close) starts_.push_back(point.theta);
+/// Searches on from each, roughly.
+void proceed_with_all(const OutputError& problem, std::vector<LeastSquaresResult>& searches, std::size_t simulations,
+                      const Executor& executor) {
+  LeastSquaresOptions rough = kRough;
+  rough.max_evaluations = simulations;
+  executor(searches.size(), [&](std::size_t k) {
+    if (!has_converged(searches[k].termination)) proceed(problem, searches[k], rough);
+  });
+}
+
+/// Keeps the feasible searches, of near ones that of least cost, and counts the work of the others.
+/// @param distinct  least distance of two
+void keep_distinct(std::vector<LeastSquaresResult>& searches, const SearchBox& box, double distinct, Work& left) {
+  std::stable_sort(searches.begin(), searches.end(), has_less_cost);
+  std::vector<LeastSquaresResult> kept;
+  for (LeastSquaresResult& search : searches) {
+    const bool repeats = std::any_of(kept.begin(), kept.end(), [&](const LeastSquaresResult& other) {
+      return box.distance(search.theta, other.theta) < distinct;
+    });
+    if (repeats || search.termination == Termination::infeasible) {
+      left += search.work;
+    } else {
+      kept.push_back(std::move(search));
     }
   }
-
- private:
-  /// Root mean square over the coordinates, each as a share of the search box.
-  [[nodiscard]] double distance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const {
-    double sum = 0.0;
-    for (Eigen::Index l = 0; l < a.size(); ++l) {
-      const auto k = static_cast<std::size_t>(l);
-      const double width = std::max(box_.upper[k] - box_.lower[k], kLeastWidth);
-      sum += std::pow((a[l] - b[l]) / width, 2);
-    }
-    return std::sqrt(sum / static_cast<double>(a.size()));
-  }
-
-  const SearchBox& box_;
-  std::vector<Eigen::VectorXd> starts_;
-};
-
-std::vector<LeastSquaresResult> polish(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
-                                       const Executor& executor) {
-  constexpr LeastSquaresOptions kRough{.max_evaluations = 80, .cost_tolerance = 1e-7, .step_tolerance = 1e-6};
-  std::vector<LeastSquaresResult> polished(starts.size());
-  executor(starts.size(), [&](std::size_t k) { polished[k] = minimise(problem, starts[k], kRough); });
-  return polished;
+  searches = std::move(kept);
 }
 
 /// Feasible optima, the best first, without repetitions.
@@ -271,6 +293,12 @@ std::vector<LeastSquaresResult> distinct_optima(std::vector<LeastSquaresResult> 
 
 bool is_thinly_covered(const Parametrisation& parametrisation) {
   return parametrisation.weight_count() > kMostCoveredWeights;
+}
+
+std::size_t search_spacing(const Record& record, std::size_t last) {
+  const double by_length = static_cast<double>(last + 1) / kCoarseRows;
+  const double by_bandwidth = kPassedByFilter / std::max(bandwidth(record.output), 1e-9);
+  return static_cast<std::size_t>(std::max(1.0, std::floor(std::min(by_length, by_bandwidth))));
 }
 
 std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last) {
@@ -306,19 +334,26 @@ LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::V
   }
   if (!ended) return first;
   LeastSquaresResult second = minimise(problem, with_scanned_coefficients(problem, again));
-  const std::size_t evaluations = first.evaluations + second.evaluations;
+  Work work = first.work;
+  work += second.work;
   const bool better = second.termination != Termination::infeasible && second.point.cost < first.point.cost;
   LeastSquaresResult& kept = better ? second : first;
-  kept.evaluations = evaluations;
+  kept.work = work;
   return std::move(kept);
 }
 
 SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
                       const Executor& executor) {
+  const SearchBox box(problem.parametrisation().coordinates());
+  std::vector<LeastSquaresResult> searches(starts.size());
+  executor(starts.size(), [&](std::size_t k) { searches[k] = begun(problem, starts[k]); });
   SearchResult result;
-  std::vector<LeastSquaresResult> ends = polish(problem, starts, executor);
-  for (const LeastSquaresResult& end : ends) result.evaluations += end.evaluations;
-  result.optima = distinct_optima(std::move(ends));
+  keep_distinct(searches, box, kSameBasin, result.work);
+  proceed_with_all(problem, searches, kFirstSimulations, executor);
+  keep_distinct(searches, box, kSameBasin, result.work);
+  proceed_with_all(problem, searches, kRough.max_evaluations, executor);
+  for (const LeastSquaresResult& search : searches) result.work += search.work;
+  result.optima = distinct_optima(std::move(searches));
   return result;
 }
 
@@ -327,18 +362,19 @@ SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorX
   SearchResult result;
   if (problem.parametrisation().coordinates().empty()) {
     result.optima.push_back(minimise(problem, Eigen::VectorXd()));
+    result.work = result.optima.front().work;
     return result;
   }
   const SearchBox box(problem.parametrisation().coordinates());
-  Starts starts(box);
-  std::vector<Seen> seen = explore(problem, box, seed, executor);
-  result.evaluations = seen.size() + guesses.size();
-  starts.take_best(seen, kPolished, kDistinct);
+  Explored seen = explore(problem, box, seed, executor);
+  std::vector<Eigen::VectorXd> starts = best_of(seen.stable, kPolished, box, kDistinct);
   std::vector<Seen> guessed = evaluated(problem, guesses);
-  starts.take_best(guessed, starts.all().size() + kGuessesPolished, kDistinctGuess);
-  SearchResult ends = polished(problem, starts.all(), executor);
-  result.evaluations += ends.evaluations;
-  result.optima = std::move(ends.optima);
+  for (Eigen::VectorXd& guess : best_of(guessed, kGuessesPolished, box, kDistinctGuess)) {
+    starts.push_back(std::move(guess));
+  }
+  result = polished(problem, starts, executor);
+  result.work.global_searches = 1;
+  result.work += problem.evaluation_work(seen.tried + guesses.size());
   return result;
 }
 

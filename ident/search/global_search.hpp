@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "ident/estimation/output_error.hpp"
 #include "ident/executor.hpp"
+#include "ident/output_error/output_error.hpp"
 #include "ident/record.hpp"
 #include "ident/search/least_squares.hpp"
 
@@ -17,8 +17,8 @@ namespace eha::ident {
 struct CoarseRecord {
   Record record;
   std::size_t first = 0;            ///< first row to compare
-  std::size_t rows = 0;             ///< how many
-  Eigen::VectorXd fine_input = {};  ///< what the blocks average
+  std::size_t rows = 0;             ///< number of rows to compare
+  Eigen::VectorXd fine_input = {};  ///< input before it is averaged over blocks
   Eigen::Index block = 1;           ///< its rows a block
 };
 
@@ -28,13 +28,16 @@ struct CoarseRecord {
 /// @param first, last  rows of the record that are compared
 [[nodiscard]] std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last);
 
+/// Distance of the rows, filtered, that a search needs: a thousand rows, more when the output's spectrum needs them.
+[[nodiscard]] std::size_t search_spacing(const Record& record, std::size_t last);
+
 /// Whether there are so many coefficient weights that the populations of a search cover its box sparsely. More of the
 /// optima found are then worth following.
 [[nodiscard]] bool is_thinly_covered(const Parametrisation& parametrisation);
 
 struct SearchResult {
   std::vector<LeastSquaresResult> optima;  ///< distinct local optima, best first; empty when no trial was stable
-  std::size_t evaluations = 0;
+  Work work;
 };
 
 /// One local search from a start far from the optimum. First scans the coefficient weights at the start's orders,
@@ -43,12 +46,13 @@ struct SearchResult {
 /// vanished no longer determines its order. Keeps the better result.
 [[nodiscard]] LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start);
 
-/// The local search from each start, roughly. @returns the distinct optima, best first
+/// The local search from each distinct start, roughly; of searches that meet one goes on. @returns the distinct optima,
+/// best first
 [[nodiscard]] SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
                                     const Executor& executor);
 
 /// Scans the search box by controlled random searches (NLopt's CRS2 with local mutation, seeded) of four populations at
-/// the same time, and polishes the best distinct points it saw, and the best of the guesses, with the local search.
+/// the same time, and polishes the best distinct points it saw, and the best of the guesses, as polished() does.
 /// Deterministic for a seed, whatever the executor. Kaelo and Ali, J. Optim. Theory Appl. 130 (2006).
 /// @param guesses  coordinates worth a start, if any
 [[nodiscard]] SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorXd>& guesses,

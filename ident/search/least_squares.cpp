@@ -123,16 +123,19 @@ struct Damping {
 };
 
 /// Evaluates the start, its orders lowered until the model is stable. @returns whether that succeeded
-bool begin(const OutputError& problem, const Eigen::VectorXd& start, const Box& box, LeastSquaresResult& result) {
+bool evaluate_start(const OutputError& problem, const Eigen::VectorXd& start, const Box& box,
+                    LeastSquaresResult& result) {
   result.theta = box.clamped(start);
-  auto first = problem.evaluate(result.theta);
-  result.evaluations = 1;
+  const auto evaluate = [&] {
+    result.work += problem.evaluation_work();
+    return problem.evaluate(result.theta);
+  };
+  auto first = evaluate();
   for (int attempt = 0; !first && attempt < kFeasibilityAttempts; ++attempt) {
     result.theta = box.clamped(problem.parametrisation().with_lower_orders(result.theta));
-    first = problem.evaluate(result.theta);
-    ++result.evaluations;
+    first = evaluate();
   }
-  if (!first || !problem.complete(result.theta, *first)) return false;
+  if (!first) return false;
   result.point = std::move(*first);
   return true;
 }
@@ -144,8 +147,9 @@ Termination iterate(const OutputError& problem, const Box& box, const LeastSquar
   const double total = problem.output_energy();
   Linearised linearised(result.point);
   Eigen::VectorXd scale = Eigen::VectorXd::Constant(result.theta.size(), kTiny);
-  Damping damping{.value = options.first_damping};
-  while (result.evaluations < options.max_evaluations) {
+  Damping damping{.value = result.damping > 0.0 ? result.damping : options.first_damping};
+  const std::size_t most = result.work.simulations() + options.max_evaluations - 1;
+  while (result.work.simulations() < most) {
     scale = (kScaleMemory * scale)
                 .cwiseMax(result.point.jacobian.colwise().norm().transpose())
                 .cwiseMax(kLeastScale * scale.maxCoeff() + kTiny);
@@ -162,22 +166,24 @@ Termination iterate(const OutputError& problem, const Box& box, const LeastSquar
     if (change.squaredNorm() <= options.step_tolerance * options.step_tolerance * total) return Termination::converged;
     const Eigen::VectorXd next = result.theta + step;
     auto trial = problem.evaluate(next);
-    ++result.evaluations;
+    result.work += problem.evaluation_work();
     const double gain = trial ? result.point.cost - trial->cost : -1.0;
     if (gain > 0.0) {
       const double ratio = predicted > 0.0 ? gain / predicted : 1.0;
       const bool settled = gain <= options.cost_tolerance * result.point.cost && ratio > kSettledRatio;
+      result.work += problem.jacobian_work();
       if (!problem.complete(next, *trial)) return Termination::no_progress;
-      ++result.evaluations;
       result.theta = next;
       result.point = std::move(*trial);
       linearised = Linearised(result.point);
       if (settled) return Termination::converged;
       damping.succeed(ratio);
+      result.damping = damping.value;
     } else {
       const bool nothing_left = predicted >= 0.0 && predicted <= options.cost_tolerance * result.point.cost;
       if (nothing_left && trial) return Termination::converged;
       damping.fail();
+      result.damping = damping.value;
       if (damping.value > kLargestDamping) return Termination::no_progress;
     }
   }
@@ -209,18 +215,43 @@ bool has_converged(Termination termination) {
          termination == Termination::flat_ridge;
 }
 
-LeastSquaresResult minimise(const OutputError& problem, const Eigen::VectorXd& start,
-                            const LeastSquaresOptions& options) {
+bool has_less_cost(const LeastSquaresResult& a, const LeastSquaresResult& b) {
+  const bool a_is_feasible = a.termination != Termination::infeasible;
+  const bool b_is_feasible = b.termination != Termination::infeasible;
+  return a_is_feasible && (!b_is_feasible || a.point.cost < b.point.cost);
+}
+
+LeastSquaresResult begun(const OutputError& problem, const Eigen::VectorXd& start) {
   const Box box{problem.parametrisation().lower(), problem.parametrisation().upper()};
   LeastSquaresResult result;
-  if (!begin(problem, start, box, result)) return result;
+  if (evaluate_start(problem, start, box, result)) result.termination = Termination::evaluation_limit;
+  return result;
+}
+
+void proceed(const OutputError& problem, LeastSquaresResult& result, const LeastSquaresOptions& options) {
+  if (result.termination == Termination::infeasible) return;
   if (result.theta.size() == 0) {
     result.termination = Termination::converged;
-    return result;
+    return;
   }
+  if (result.point.jacobian.size() == 0) {
+    ++result.work.local_searches;
+    result.work += problem.jacobian_work();
+    if (!problem.complete(result.theta, result.point)) {
+      result.termination = Termination::infeasible;
+      return;
+    }
+  }
+  const Box box{problem.parametrisation().lower(), problem.parametrisation().upper()};
   result.termination = iterate(problem, box, options, result);
   const bool on_bound = result.termination == Termination::converged && box.is_on_bound(result.theta);
   if (on_bound) result.termination = Termination::at_bound;
+}
+
+LeastSquaresResult minimise(const OutputError& problem, const Eigen::VectorXd& start,
+                            const LeastSquaresOptions& options) {
+  LeastSquaresResult result = begun(problem, start);
+  proceed(problem, result, options);
   return result;
 }
 

@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <string_view>
 
-#include "ident/estimation/output_error.hpp"
+#include "ident/output_error/output_error.hpp"
+#include "ident/work.hpp"
 
 namespace eha::ident {
 
@@ -25,19 +26,30 @@ enum class Termination {
 [[nodiscard]] bool has_converged(Termination termination);
 
 struct LeastSquaresOptions {
-  std::size_t max_evaluations = 200;
-  double cost_tolerance = 1e-12;  ///< relative fall of the cost that ends the search
-  double step_tolerance = 1e-10;  ///< relative change of the output that ends the search
+  std::size_t max_evaluations = 200;  ///< simulations, those of Jacobians included
+  double cost_tolerance = 1e-12;      ///< relative fall of the cost that ends the search
+  double step_tolerance = 1e-10;      ///< relative change of the output that ends the search
   /// Relative to Marquardt's scaling. A damped step hardly moves along a flat valley and may end the search there.
   double first_damping = 1e-3;
 };
 
 struct LeastSquaresResult {
   Eigen::VectorXd theta;
-  OutputError::Point point;  ///< with Jacobian
-  std::size_t evaluations = 0;
+  OutputError::Point point;  ///< with Jacobian, once a search has begun
+  Work work;
   Termination termination = Termination::infeasible;
+  double damping = 0.0;  ///< to go on with; 0: not begun
 };
+
+/// Whether `a` is feasible and `b` is not, or has the higher cost.
+[[nodiscard]] bool has_less_cost(const LeastSquaresResult& a, const LeastSquaresResult& b);
+
+/// The start of a search, evaluated; an unstable one has its orders lowered until it is not.
+[[nodiscard]] LeastSquaresResult begun(const OutputError& problem, const Eigen::VectorXd& start);
+
+/// Goes on from where a search of the same problem was left, as minimise() does.
+/// @param options  max_evaluations counts from here on
+void proceed(const OutputError& problem, LeastSquaresResult& result, const LeastSquaresOptions& options = {});
 
 /// Minimises the output error inside the coordinates' bounds from one start: Levenberg-Marquardt with Marquardt's
 /// scaling and Nielsen's damping; coordinates on a bound that the descent pushes outward are held, steps that would

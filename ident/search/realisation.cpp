@@ -52,13 +52,17 @@ std::optional<Eigen::VectorXd> impulse_response(const Eigen::VectorXd& u, const 
   return h;
 }
 
-/// Eigenvalues of the realisation of order `order` of the impulse response from `first` on.
-std::vector<Complex> realised(const Eigen::VectorXd& h, Eigen::Index first, Eigen::Index order) {
+/// Left singular vectors of the Hankel matrix of the impulse response from `first` on.
+Eigen::MatrixXd observability(const Eigen::VectorXd& h, Eigen::Index first) {
   const Eigen::Index n = kHankel;
-  const Eigen::MatrixXd hankel =
-      Eigen::MatrixXd::NullaryExpr(n + 1, n, [&](Eigen::Index i, Eigen::Index j) { return h[first + i + j]; });
-  const Eigen::MatrixXd observability = left_singular_vectors(hankel).leftCols(order);
-  const Eigen::MatrixXd shift = solve_pivoted(observability.topRows(n), observability.bottomRows(n));
+  return left_singular_vectors(
+      Eigen::MatrixXd::NullaryExpr(n + 1, n, [&](Eigen::Index i, Eigen::Index j) { return h[first + i + j]; }));
+}
+
+/// Eigenvalues of the realisation of order `order`.
+std::vector<Complex> realised(const Eigen::MatrixXd& singular_vectors, Eigen::Index order) {
+  const Eigen::MatrixXd chosen = singular_vectors.leftCols(order);
+  const Eigen::MatrixXd shift = solve_pivoted(chosen.topRows(kHankel), chosen.bottomRows(kHankel));
   const Eigen::VectorXcd poles = eigenvalues(shift);
   return {poles.begin(), poles.end()};
 }
@@ -75,8 +79,7 @@ Complex continuous(Complex z, double step_s) {
 
 }  // namespace
 
-std::vector<PoleGuess> guess_poles(const Record& record, std::size_t rows, int poles, bool delay_free) {
-  std::vector<PoleGuess> guesses;
+ImpulseResponses::ImpulseResponses(const Record& record, std::size_t rows) {
   for (const Eigen::Index spacing : kSpacings) {
     const Eigen::Index blocks = static_cast<Eigen::Index>(rows) / spacing;
     if (blocks < 2 * kLongestRegression) break;
@@ -86,24 +89,38 @@ std::vector<PoleGuess> guess_poles(const Record& record, std::size_t rows, int p
       u[k] = record.input.segment(k * spacing, spacing).mean();
       y[k] = record.output[k * spacing];
     }
-    const auto h = impulse_response(u, y);
+    auto h = impulse_response(u, y);
     if (!h) continue;
-    const double step_s = record.step_s * static_cast<double>(spacing);
+    Eigen::MatrixXd whole = observability(*h, 0);
+    all_.push_back({record.step_s * static_cast<double>(spacing), std::move(*h), std::move(whole)});
+  }
+}
+
+std::vector<PoleGuess> ImpulseResponses::poles(int poles, bool delay_free) const {
+  std::vector<PoleGuess> guesses;
+  for (const Response& response : all_) {
+    const Eigen::VectorXd& h = response.h;
     std::vector<Eigen::Index> quiet = {0};
     for (const double share : kQuietBelow) {
       if (!delay_free) break;
       Eigen::Index first = 0;
-      while (first < kHankel && std::abs((*h)[first]) < share * h->cwiseAbs().maxCoeff()) ++first;
+      while (first < kHankel && std::abs(h[first]) < share * h.cwiseAbs().maxCoeff()) ++first;
       if (first != quiet.back()) quiet.push_back(first);
     }
     for (const Eigen::Index first : quiet) {
       PoleGuess guess;
-      guess.delay_s = static_cast<double>(first) * step_s;
-      for (const Complex& z : realised(*h, first, poles)) guess.poles.push_back(continuous(z, step_s));
+      guess.delay_s = static_cast<double>(first) * response.step_s;
+      const std::vector<Complex> images =
+          first == 0 ? realised(response.observability, poles) : realised(observability(h, first), poles);
+      for (const Complex& z : images) guess.poles.push_back(continuous(z, response.step_s));
       guesses.push_back(std::move(guess));
     }
   }
   return guesses;
+}
+
+std::vector<PoleGuess> guess_poles(const Record& record, std::size_t rows, int poles, bool delay_free) {
+  return ImpulseResponses(record, rows).poles(poles, delay_free);
 }
 
 }  // namespace eha::ident

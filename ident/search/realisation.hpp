@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
 #include <complex>
+#include <cstddef>
 #include <vector>
 
 #include "ident/record.hpp"
@@ -14,15 +16,32 @@ struct PoleGuess {
   double delay_s = 0.0;
 };
 
-/// Guesses the poles of a model of integer order without a search. A long autoregression with exogenous input gives the
-/// impulse response, the singular vectors of its Hankel matrix give a realisation of the requested order, and its
-/// eigenvalues give the poles. Several spacings of the samples are used, because one spacing does not resolve both fast
-/// and slow poles. With a free delay the quiet beginning of the impulse response is also cut off.
-/// Ho and Kalman, Regelungstechnik 14 (1966); Kung, 12th Asilomar Conf. (1978); Zhu, Control Eng. Practice 6 (1998).
-/// @param rows  rows of the record that are used, from the first on
-/// @param poles  1..10
-/// @returns  one guess a spacing and delay; none when the record is too short. Cost O(rows) a spacing, about 10 ms at
-///           1000 rows. Thread-safe.
+/// Impulse responses estimated from a record at several spacings of its samples, because one spacing does not resolve
+/// both fast and slow poles: a long autoregression with exogenous input each. Thread-safe.
+/// Zhu, Control Eng. Practice 6 (1998).
+class ImpulseResponses {
+ public:
+  /// @param rows  rows of the record that are used, from the first on; too few give no response. Cost O(rows), about
+  ///              10 ms at 1000 rows
+  ImpulseResponses(const Record& record, std::size_t rows);
+
+  /// Guesses the poles of a model of integer order without a search, one guess a spacing and delay: the singular
+  /// vectors of a response's Hankel matrix give a realisation of the requested order, whose eigenvalues give the poles.
+  /// With a free delay the quiet beginning of the impulse response is also cut off. Ho and Kalman, Regelungstechnik 14
+  /// (1966); Kung, 12th Asilomar Conf. (1978).
+  /// @param poles  1..10
+  [[nodiscard]] std::vector<PoleGuess> poles(int poles, bool delay_free) const;
+
+ private:
+  struct Response {
+    double step_s;
+    Eigen::VectorXd h;
+    Eigen::MatrixXd observability;  ///< left singular vectors of the Hankel matrix
+  };
+  std::vector<Response> all_;
+};
+
+/// ImpulseResponses::poles() of one record.
 [[nodiscard]] std::vector<PoleGuess> guess_poles(const Record& record, std::size_t rows, int poles, bool delay_free);
 
 }  // namespace eha::ident

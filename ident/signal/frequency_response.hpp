@@ -16,8 +16,8 @@ struct LineResponse {
   double frequency_Hz = 0.0;
   std::size_t harmonic = 0;       ///< of the period
   std::complex<double> response;  ///< G(j 2 pi f) [output unit / input unit]
-  /// Of the gain, sqrt(E |error|^2 / 2), by noise alone; of several realisations by noise and distortion [output unit /
-  /// input unit].
+  /// Deviation of the gain, sqrt(E |error|^2 / 2), by noise alone; of several realisations by noise and distortion
+  /// [output unit / input unit].
   double std = 0.0;
   double input_amplitude = 0.0;   ///< of the cosine [input unit]
   double output_amplitude = 0.0;  ///< [output unit]

@@ -18,7 +18,7 @@ struct ValveMap {
 /// v for N samples of u [input unit]. Cost O(N).
 [[nodiscard]] Eigen::VectorXd mapped(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
 
-/// How far u lies beyond either edge of the dead band, else 0: v = excess_above + negative_gain_ratio excess_below.
+/// Distance of u beyond either edge of the dead band, else 0: v = excess_above + negative_gain_ratio excess_below.
 /// Cost O(N).
 [[nodiscard]] Eigen::VectorXd excess_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
 [[nodiscard]] Eigen::VectorXd excess_below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);

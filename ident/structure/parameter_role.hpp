@@ -29,6 +29,8 @@ struct ParameterKey {
   std::string name;  ///< as in model files
   ParameterRole role = ParameterRole::denominator_coefficient;
   std::size_t index = 0;  ///< which term, state or window; 0 where there is only one
+
+  bool operator==(const ParameterKey&) const = default;
 };
 
 /// Whether a parameter is an exponent of s, or scales all exponents.

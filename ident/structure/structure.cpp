@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/structure/structure.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -13,6 +15,26 @@ template <typename Visit>
 void visit_orders(const Structure& structure, const Visit& visit) {
   for (std::size_t i = structure.denominator.size(); i-- > 0;) visit(structure.denominator[i].order);
   for (const StructureTerm& term : structure.numerator) visit(term.order);
+}
+
+/// "a2 s^n2+a1 s+a0", the highest order first.
+std::string formula_of(const std::vector<StructureTerm>& terms) {
+  std::string text;
+  for (std::size_t i = terms.size(); i-- > 0;) {
+    const StructureParameter& coefficient = terms[i].coefficient;
+    const StructureParameter& order = terms[i].order;
+    if (is_constant(coefficient) && std::abs(coefficient.value) <= 0.0) continue;
+    if (!text.empty()) text += '+';
+    text += coefficient.key.name;
+    if (!is_constant(order)) {
+      text += fmt::format(" s^{}", order.key.name);
+    } else if (order.value > 1.0) {
+      text += fmt::format(" s^{:g}", order.value);
+    } else if (order.value > 0.0) {
+      text += " s";
+    }
+  }
+  return text;
 }
 
 }  // namespace
@@ -29,6 +51,12 @@ bool has_equal_steps(const Structure& structure) {
 bool has_finite_state(const Structure& structure) { return !structure.base_order && has_equal_steps(structure); }
 
 std::size_t state_count(const Structure& structure) { return structure.denominator.size() - 1; }
+
+std::string formula_of(const Structure& structure) {
+  std::string numerator = formula_of(structure.numerator);
+  if (structure.numerator.size() > 1) numerator = fmt::format("({})", numerator);
+  return fmt::format("{}/({})", numerator, formula_of(structure.denominator));
+}
 
 bool must_be_strictly_proper(const Structure& structure) {
   bool moves = structure.numerator.size() == 1;

@@ -12,7 +12,7 @@
 
 namespace eha::ident {
 
-/// Where the value of a structure's parameter comes from.
+/// Source of the value of a structure's parameter.
 enum class Freedom {
   constant,  ///< the structure; a request for the parameter is refused
   held,      ///< the structure, until a request frees it
@@ -29,12 +29,16 @@ struct StructureParameter {
   double search_upper = std::numeric_limits<double>::infinity();
   Freedom freedom = Freedom::constant;
   bool listed = true;  ///< among the parameters of a model file
+
+  bool operator==(const StructureParameter&) const = default;
 };
 
 /// coefficient * s^order. The search chooses start and box of a coefficient, because they depend on the record.
 struct StructureTerm {
   StructureParameter coefficient;
   StructureParameter order;
+
+  bool operator==(const StructureTerm&) const = default;
 };
 
 /// Parameters of a valve map, see ValveMap.
@@ -87,6 +91,9 @@ struct Structure {
 
 /// States of a structure that has a finite state.
 [[nodiscard]] std::size_t state_count(const Structure& structure);
+
+/// K and s with names in place of values, for tables: "K/(a3 s^3+a2 s^2+a1 s)". Coefficients held at 0 are left out.
+[[nodiscard]] std::string formula_of(const Structure& structure);
 
 /// Whether the orders of numerator and denominator may become equal during a search. A direct part that changes with
 /// the orders makes the sampled response not differentiable, so such a structure must stay strictly proper.

@@ -13,7 +13,6 @@
 namespace eha::ident {
 namespace {
 
-constexpr int kMostPoles = 10;
 // A fractional model of at least order 2 would be unstable with positive coefficients.
 constexpr double kHighestBaseOrder = 1.99;
 
@@ -30,8 +29,8 @@ StructureTerm numerator_term(std::size_t index, std::size_t terms, double order)
 
 /// Terms of orders 0, 1, 2, ..., in s or in s^q; model files do not list these orders.
 Structure polynomials(const Degrees& degrees) {
-  if (degrees.poles < 1 || degrees.poles > kMostPoles || degrees.zeros < 0 || degrees.zeros > degrees.poles) {
-    throw ConfigError(fmt::format("expected 1 to {} poles and at most as many zeros, got {} and {}", kMostPoles,
+  if (degrees.poles < 1 || degrees.poles > kHighestDegree || degrees.zeros < 0 || degrees.zeros > degrees.poles) {
+    throw ConfigError(fmt::format("expected 1 to {} poles and at most as many zeros, got {} and {}", kHighestDegree,
                                   degrees.poles, degrees.zeros));
   }
   Structure structure;
@@ -49,6 +48,15 @@ Structure polynomials(const Degrees& degrees) {
   return structure;
 }
 
+/// A polynomial in s with one of its poles at 0, and no zero.
+Structure integrating(int poles) {
+  Structure structure = polynomials({poles, 0});
+  structure.degrees.reset();
+  structure.denominator[0].coefficient.freedom = Freedom::constant;
+  structure.denominator[0].coefficient.value = 0.0;
+  return structure;
+}
+
 /// Frees an order that starts at its value.
 void set_free(StructureParameter& order, double search_lower, double search_upper) {
   order.freedom = Freedom::free;
@@ -60,6 +68,7 @@ void set_free(StructureParameter& order, double search_lower, double search_uppe
 
 constexpr auto kFamilies = std::to_array<StructureFamily>({
     {"integrator_lag", false, [](const Degrees&) { return structures::integrator_lag(); }},
+    {"cylinder", false, [](const Degrees&) { return structures::cylinder(); }},
     {"io1", false, [](const Degrees&) { return structures::io1(); }},
     {"io", true, [](const Degrees& degrees) { return structures::io(degrees); }},
     {"io3", false, [](const Degrees&) { return structures::io3(); }},
@@ -85,24 +94,28 @@ Structure io(const Degrees& degrees) {
   structure.family = "io";
   structure.formula = fmt::format("{} pole{}, {} zero{}", degrees.poles, degrees.poles == 1 ? "" : "s", degrees.zeros,
                                   degrees.zeros == 1 ? "" : "s");
-  if (degrees.poles == 2 && degrees.zeros == 0) structure.formula = "K/(a2 s^2+a1 s+a0)";
+  if (degrees.poles == 2 && degrees.zeros < 2) structure.formula = formula_of(structure);
   return structure;
 }
 
 Structure integrator_lag() {
-  Structure structure = polynomials({2, 0});
+  Structure structure = integrating(2);
   structure.family = "integrator_lag";
-  structure.formula = "K/(a2 s^2+a1 s)";
-  structure.degrees.reset();
-  structure.denominator[0].coefficient.freedom = Freedom::constant;
-  structure.denominator[0].coefficient.value = 0.0;
+  structure.formula = formula_of(structure);
+  return structure;
+}
+
+Structure cylinder() {
+  Structure structure = integrating(3);
+  structure.family = "cylinder";
+  structure.formula = formula_of(structure);
   return structure;
 }
 
 Structure io1() {
   Structure structure = polynomials({1, 0});
   structure.family = "io1";
-  structure.formula = "K/(a1 s+a0)";
+  structure.formula = formula_of(structure);
   structure.degrees.reset();
   return structure;
 }
@@ -110,7 +123,7 @@ Structure io1() {
 Structure io3(int zeros) {
   Structure structure = polynomials({3, zeros});
   structure.family = "io3";
-  structure.formula = zeros == 0 ? "K/(a3 s^3+a2 s^2+a1 s+a0)" : "(b1 s+b0)/(a3 s^3+a2 s^2+a1 s+a0)";
+  structure.formula = formula_of(structure);
   structure.degrees.reset();
   return structure;
 }
@@ -126,6 +139,13 @@ Structure fo() {
   set_free(structure.numerator[0].order, 0.0, 0.6);
   structure.numerator[0].order.lower = 0.0;
   structure.numerator[0].order.freedom = Freedom::held;
+  return structure;
+}
+
+Structure fo_with_zero() {
+  Structure structure = fo();
+  structure.numerator = {numerator_term(0, 2, 0.0), numerator_term(1, 2, 1.0)};
+  structure.formula = formula_of(structure);
   return structure;
 }
 
@@ -148,7 +168,7 @@ Structure lag() {
   structure.family = "lag";
   structure.formula = "K/(a1 s^n1+a0)";
   structure.denominator = {denominator_term(0, 2, 0.0), denominator_term(1, 2, 0.9)};
-  set_free(structure.denominator[1].order, 0.3, 1.2);
+  set_free(structure.denominator[1].order, 0.3, 1.9);
   structure.numerator = {numerator_term(0, 1, 0.0)};
   return structure;
 }

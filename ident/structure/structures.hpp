@@ -11,6 +11,9 @@
 
 namespace eha::ident {
 
+/// Most poles of a structure that has degrees.
+inline constexpr int kHighestDegree = 10;
+
 /// Named structures.
 namespace structures {
 
@@ -18,12 +21,16 @@ namespace structures {
 [[nodiscard]] Structure io(const Degrees& degrees = {});
 /// K / (a2 s^2 + a1 s): a pole at 0, as of a position whose speed is set, and a lag.
 [[nodiscard]] Structure integrator_lag();
+/// K / (a3 s^3 + a2 s^2 + a1 s): a pole at 0 before a resonance, as of a hydraulic cylinder on its oil column.
+[[nodiscard]] Structure cylinder();
 /// K / (a1 s + a0).
 [[nodiscard]] Structure io1();
 /// K / (a3 s^3 + a2 s^2 + a1 s + a0), or with one zero.
 [[nodiscard]] Structure io3(int zeros = 0);
 /// K s^b0 / (a2 s^n2 + a1 s^n1 + a0); b0 is 0 until freed.
 [[nodiscard]] Structure fo();
+/// (b1 s + b0) / (a2 s^n2 + a1 s^n1 + a0).
+[[nodiscard]] Structure fo_with_zero();
 /// Polynomials in s^q. @throws ConfigError  the degrees make no sense
 [[nodiscard]] Structure commensurate(const Degrees& degrees = {});
 /// K / (a1 s^n1 + a0).
@@ -50,7 +57,7 @@ struct StructureFamily {
 /// A static map before G that files and the command line know.
 struct InputMapKind {
   std::string_view name;
-  std::string_view suffix;                  ///< of the name of a model whose user gave none
+  std::string_view suffix;                  ///< appended to the name of a model that was given no name
   Structure (*put_before)(Structure) = {};  ///< the structure with this map in place of the one it has
 };
 

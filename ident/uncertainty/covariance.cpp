@@ -7,6 +7,7 @@
 #include <complex>
 
 #include "ident/linear_algebra/spectra.hpp"
+#include "ident/signal/autoregression.hpp"
 #include "ident/signal/fft.hpp"
 
 namespace eha::ident {
@@ -53,24 +54,7 @@ ResidualModel residual_model(const Eigen::VectorXd& residual) {
   for (Eigen::Index k = 0; k <= highest; ++k) gamma.push_back(residual.head(n - k).dot(residual.tail(n - k)) / samples);
 
   ResidualModel model;
-  std::vector<double> c;
-  double variance = gamma[0];
-  double least = samples * std::log(std::max(variance, 1e-300));
-  for (Eigen::Index order = 1; order <= highest && variance > 0.0; ++order) {
-    double reflection = gamma[static_cast<std::size_t>(order)];
-    for (std::size_t j = 0; j < c.size(); ++j) reflection -= c[j] * gamma[static_cast<std::size_t>(order) - 1 - j];
-    reflection /= variance;
-    std::vector<double> next = c;
-    for (std::size_t j = 0; j < c.size(); ++j) next[j] -= reflection * c[c.size() - 1 - j];
-    next.push_back(reflection);
-    c = std::move(next);
-    variance *= 1.0 - reflection * reflection;
-    const double bic = samples * std::log(std::max(variance, 1e-300)) + static_cast<double>(order) * std::log(samples);
-    if (bic < least) {
-      least = bic;
-      model.coefficients = c;
-    }
-  }
+  model.coefficients = levinson(gamma, samples, static_cast<std::size_t>(highest)).coefficients;
   model.autocovariance.assign(static_cast<std::size_t>(n), 0.0);
   for (std::size_t k = 0; k < model.autocovariance.size(); ++k) {
     if (k <= model.coefficients.size()) {

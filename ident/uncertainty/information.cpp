@@ -10,7 +10,7 @@
 #include <limits>
 #include <string>
 
-#include "ident/uncertainty/autoregression.hpp"
+#include "ident/signal/autoregression.hpp"
 
 namespace eha::ident {
 namespace {

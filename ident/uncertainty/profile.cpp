@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "ident/fractional/stability.hpp"
 #include "ident/search/least_squares.hpp"
@@ -162,7 +161,7 @@ class Profile {
     return std::isfinite(outside) ? value_ + side * distance : side * kInfinity;
   }
 
-  [[nodiscard]] std::size_t evaluations() const noexcept { return evaluations_; }
+  [[nodiscard]] const Work& work() const noexcept { return work_; }
 
  private:
   [[nodiscard]] double straight_rise(double side) const {
@@ -206,7 +205,7 @@ class Profile {
     }
     const OutputError problem(optimum_.compared, parametrisation, linear, optimum_.noise);
     const LeastSquaresResult found = minimise(problem, parametrisation.start(), kCoarse);
-    evaluations_ += found.evaluations;
+    work_ += found.work;
     if (found.termination == Termination::infeasible) return kInfinity;
     const TransferFunction g = parametrisation.transfer_function(found.theta, found.point.linear.numerator);
     std::optional<ValveMap> valve = parametrisation.valve(found.theta);
@@ -224,7 +223,7 @@ class Profile {
   Eigen::VectorXd direction_;  ///< change of the others per unit of this one
   double half_width_ = 0.0;
   double rise_ = 0.0;
-  std::size_t evaluations_ = 0;
+  Work work_;
 };
 
 }  // namespace
@@ -245,19 +244,19 @@ Intervals intervals(const ReportedOptimum& optimum, const Uncertainty& known, co
       continue;
     }
     const Profile profile(optimum, reported, known, i);
-    found.evaluations += 2;
+    found.work += optimum.plain.evaluation_work(2);
     all.push_back(profile.straight());
     if (!is_long && !is_free_response(optimum.parameters[i].role) && !profile.is_straight()) bent.push_back(i);
   }
-  std::vector<std::size_t> evaluations(2 * bent.size());
+  std::vector<Work> work(2 * bent.size());
   executor(2 * bent.size(), [&](std::size_t task) {
     const std::size_t i = bent[task / 2];
     const bool is_lower = task % 2 == 0;
     Profile profile(optimum, reported, known, i);
     (is_lower ? all[i].lower : all[i].upper) = profile.end(is_lower ? -1.0 : 1.0);
-    evaluations[task] = profile.evaluations();
+    work[task] = profile.work();
   });
-  found.evaluations = std::accumulate(evaluations.begin(), evaluations.end(), found.evaluations);
+  for (const Work& of_end : work) found.work += of_end;
   return found;
 }
 

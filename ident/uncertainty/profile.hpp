@@ -5,9 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "ident/estimation/fit_options.hpp"
-#include "ident/estimation/output_error.hpp"
 #include "ident/executor.hpp"
+#include "ident/output_error/output_error.hpp"
 #include "ident/uncertainty/covariance.hpp"
 
 namespace eha::ident {
@@ -32,8 +31,8 @@ struct Interval {
 };
 
 struct Intervals {
-  std::vector<Interval> all;    ///< one a parameter
-  std::size_t evaluations = 0;  ///< simulations of the model, with or without derivatives
+  std::vector<Interval> all;  ///< one a parameter
+  Work work;
 };
 
 /// 95 % intervals by profile, one a parameter. Where the cost is a parabola out to the ends of an interval, estimate +-

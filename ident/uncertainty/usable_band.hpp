@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "ident/estimation/fit_options.hpp"
+#include "ident/acceptance_limits.hpp"
 #include "ident/model/model.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
 

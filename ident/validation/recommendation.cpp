@@ -89,6 +89,34 @@ std::string reason_for(const Model& picked, const Models& all, const Model* runn
               : fmt::format(", and estimated orders must gain {:g}", kFractionalGain));
 }
 
+/// Why better models by AR-BIC are not picked: "; io3, 25.1 better, is rejected: a0 = ...". @param all  the least first
+/// @param named  already; null for none
+std::string better_but_rejected(const Model& picked, const Models& all, const Model* named) {
+  std::string text;
+  for (const Model* model : all) {
+    const double gain = ar_bic(picked) - ar_bic(*model);
+    if (gain < kFractionalGain || is_accepted(*model) || model == named) continue;
+    std::string reason = first_reason(*model);
+    if (reason.ends_with('.')) reason.pop_back();
+    text += fmt::format("; {}, {:.1f} better, is rejected: {}", model->name, gain, reason);
+  }
+  return text;
+}
+
+/// Why none of the identified models is picked.
+std::string none_picked(const Models& order, const Models& all) {
+  const Model& best_identified = *order.front();
+  if (!is_accepted(best_identified)) {
+    return fmt::format("{}, the best of the identified ones, is rejected: {}", best_identified.name,
+                       first_reason(best_identified));
+  }
+  const Model* integer = best(all, false);
+  return fmt::format(
+      "{} is accepted, but estimated orders must gain {:g} of AR-BIC on every model of integer order, and "
+      "{} is rejected: {}",
+      best_identified.name, kFractionalGain, integer->name, first_reason(*integer));
+}
+
 /// The first of the models that is not the picked one; null without one.
 const Model* next_best(const Models& order, const Model& picked) {
   const auto other = std::find_if(order.begin(), order.end(), [&](const Model* model) { return model != &picked; });
@@ -126,8 +154,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
     return is_accepted(*model) && may_be_picked(all, *model);
   });
   if (picked == order.end()) {
-    result.reason = fmt::format("{}, the best of the identified ones, is rejected: {}", order.front()->name,
-                                first_reason(*order.front()));
+    result.reason = none_picked(order, all);
     return result;
   }
   const Model* runner_up = next_best(order, **picked);
@@ -142,6 +169,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
         "confirm this choice",
         order.front()->name);
   }
+  result.reason += better_but_rejected(**picked, all, result.validation_chose ? order.front() : nullptr);
   return result;
 }
 

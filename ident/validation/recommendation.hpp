@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "ident/estimation/fit_options.hpp"
+#include "ident/acceptance_limits.hpp"
 #include "ident/model/model.hpp"
 
 namespace eha::ident {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "ident/linear_algebra/spectra.hpp"
-#include "ident/model/output_derivatives.hpp"
-#include "ident/uncertainty/autoregression.hpp"
+#include "ident/signal/autoregression.hpp"
 #include "ident/uncertainty/covariance.hpp"
+#include "ident/uncertainty/output_derivatives.hpp"
 
 namespace eha::ident {
 namespace {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "ident/estimation/fit_options.hpp"
+#include "ident/acceptance_limits.hpp"
 #include "ident/model/model.hpp"
 
 namespace eha::ident {
@@ -14,11 +16,14 @@ inline constexpr double kMostInterpolated_percent = 1.0;
 /// A validating residual above this many times the measured noise shows a part of the plant that the model lacks.
 inline constexpr double kGreatestErrorOverNoise = 3.0;
 
+/// Share of the residual's power that past input makes, which the residual's test has to notice.
+inline constexpr double kNoticedShare = 0.1;
+
 /// Facts about a record in addition to its rows.
 struct RecordFacts {
   double interpolated_percent = 0.0;  ///< rows whose output was not measured [% of its rows]
-  /// Of a compared output sample, measured between periods of the record, as measured_noise() [output unit]; none for a
-  /// record that does not repeat.
+  /// Noise of a compared output sample, measured between periods of the record, as measured_noise() [output unit]; none
+  /// for a record that does not repeat.
   std::optional<double> noise_std = {};
   /// Its excitation repeats, but the record holds too few periods to measure the noise from.
   bool lacks_periods = false;
@@ -40,5 +45,10 @@ struct RecordFacts {
 /// estimation figures, and usable; a sentence says so. Never throws on a model's content; a figure that is not finite
 /// does not pass.
 [[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts = {});
+
+/// The sentences of a verdict in the unit of the model's output: one for each criterion that failed or was not judged,
+/// and notes. Those of a rejection first.
+/// @param verdict  of this model; its stored sentences are not read
+[[nodiscard]] std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict);
 
 }  // namespace eha::ident

@@ -8,7 +8,7 @@
 
 namespace eha::ident {
 
-/// How long the measurement of a valve sheet is played [s], whatever the rig.
+/// Duration of the measurement of a valve sheet on every rig [s].
 inline constexpr double kSheetDuration_s = 130.0;
 
 /// Amplitudes of the sines, as shares of half the command range.

@@ -50,7 +50,7 @@ struct ValveSheet {
   std::vector<AmplitudeResponse> responses = {};  ///< one for each of kSheetAmplitudes
   std::optional<Measured> natural_frequency_Hz = {};  ///< of the second order that fits; none: not observed
   std::optional<Measured> damping_ratio = {};
-  double highest_Hz = 0.0;  ///< that any sine was measured at [Hz]
+  double highest_Hz = 0.0;  ///< highest frequency of a measured sine [Hz]
 
   // For figures: the blocks of the triangles that the static part is made of.
   Eigen::VectorXd block_V = {};

@@ -19,9 +19,9 @@ an excitation through a data acquisition card every millisecond, log what
 moved, fit integer- and fractional-order transfer functions, and keep only
 what passes validation. A simulated rig is included.")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# systemd-sysusers creates the user. The package recommends gnuplot.
+# systemd-sysusers creates the user. The package recommends gnuplot, and xlsx2csv for workbooks.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "systemd | systemd-standalone-sysusers")
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox, xlsx2csv")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "linux-image-rt-amd64")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA
@@ -43,7 +43,7 @@ add_custom_command(OUTPUT ${documents}/changelog.gz ${documents}/changelog.Debia
   WORKING_DIRECTORY ${documents}
   VERBATIM)
 add_custom_target(debian_documents ALL DEPENDS ${documents}/changelog.gz ${documents}/changelog.Debian.gz)
-add_custom_target(packaged DEPENDS eha eha-safe eha-web eha-worker ehad completion manual debian_documents)
+add_custom_target(packaged DEPENDS eha eha-reader eha-safe eha-web eha-worker ehad completion manual debian_documents)
 install(FILES ${PROJECT_SOURCE_DIR}/config/ehad.toml DESTINATION /etc/ehad COMPONENT debian EXCLUDE_FROM_ALL)
 # Samples are where Debian users expect them.
 file(CREATE_LINK ../../ehad ${documents}/examples SYMBOLIC)

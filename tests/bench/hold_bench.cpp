@@ -55,7 +55,7 @@ void tick_with_hold(benchmark::State& state) {
     // The integral of the table, as the fake rod moves.
     predicted_in[k] = k == 0 ? 0.0 : predicted_in[k - 1] + 0.001 * table_V[k - 1];
   }
-  eha::place::HoldSource source(table_V, predicted_in, kRepetitions, 1.0, 1.0);
+  eha::place::HoldSource source(table_V, predicted_in, kRepetitions, {1.0, 1.0}, eha::place::LoopMonitor({}, 0.001));
   run_ticks(state, source);
 }
 BENCHMARK(tick_with_hold);

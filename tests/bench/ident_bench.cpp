@@ -14,9 +14,9 @@
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/ladder.hpp"
-#include "ident/estimation/output_error.hpp"
 #include "ident/fractional/grunwald_letnikov.hpp"
 #include "ident/fractional/held_response.hpp"
+#include "ident/output_error/output_error.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/signal/fft.hpp"
 
@@ -129,7 +129,7 @@ void run_fit(benchmark::State& state, const FitCase& c) {
   std::size_t evaluations = 0;
   for (auto _ : state) {
     const LeastSquaresResult result = minimise(problem, theta, {200, 1e-9, 1e-8});
-    evaluations = result.evaluations;
+    evaluations = result.work.simulations();
     benchmark::DoNotOptimize(result.point.cost);
   }
   state.counters["evaluations"] = static_cast<double>(evaluations);
@@ -168,11 +168,12 @@ void LadderAtFullRate(benchmark::State& state) {
   for (double& y : c.record.output) y += 1e-3 * (static_cast<double>(generator() >> 11) * 0x1p-53 - 0.5);
   FitOptions options;
   options.decimation = 40;
+  const PreparedRecord prepared(c.record, options);
   const FitStructure fit_structure = [&](const StructureOptions& asked, const FitOptions& with,
                                          const std::vector<Model>& known) {
-    return fit(c.record, asked, with, run_in_order, known);
+    return fit(prepared, asked, with, run_in_order, known);
   };
-  for (auto _ : state) benchmark::DoNotOptimize(climb({}, options, {}, fit_structure));
+  for (auto _ : state) benchmark::DoNotOptimize(climb(prepared, {}, options, {}, fit_structure));
 }
 BENCHMARK(LadderAtFullRate)->Unit(benchmark::kMillisecond);
 

@@ -53,27 +53,12 @@ TEST(BadRecord, MayNotBeRead) {
   EXPECT_EQ(ended.code, static_cast<int>(ExitCode::permission)) << ended.err;
 }
 
-TEST(BadRecord, IsEmpty) { expect_bad_record("", {"r.csv", "empty"}); }
-TEST(BadRecord, IsBinary) {
-  expect_bad_record(std::string("\x7f"
-                                "ELF\x02\x01\x01\0\0\0\0\0",
-                                12),
-                    {"r.csv:1", "binary"});
-}
-TEST(BadRecord, HasAWrongHeader) { expect_bad_record("a;b\nc;d\n", {"r.csv", "time_s,voltage_V"}); }
-TEST(BadRecord, HasNoHeaderAndMayBeNumbered) { expect_bad_record("0,1,2\n1,1,2\n", {"r.csv", "--time 1`"}); }
-TEST(BadRecord, HasOneColumn) { expect_bad_record("time_s\n0\n1\n", {"r.csv:1", "1 column"}); }
-TEST(BadRecord, HasFourColumns) { expect_bad_record("time_s,a_V,b_V,c_in\n0,1,2,3\n", {"r.csv:1", "4 columns"}); }
+// tests/unit/importer has the other faults of files.
 TEST(BadRecord, HasTextWhereANumberBelongs) {
   expect_bad_record(with_row(10, "0.10,high,0.1"), {"r.csv:12", "voltage_V", "\"high\""});
 }
-TEST(BadRecord, HasANaN) { expect_bad_record(with_row(10, "0.10,1,nan"), {"r.csv:12", "displacement_in", "nan"}); }
-TEST(BadRecord, HasAnInfinity) { expect_bad_record(with_row(10, "0.10,inf,1"), {"r.csv:12", "voltage_V", "inf"}); }
 TEST(BadRecord, HasAGapInTime) { expect_bad_record(with_row(500, ""), {"r.csv:502", "0.02 s", "1 row missing"}); }
-TEST(BadRecord, HasJitterInTime) { expect_bad_record(with_row(500, "5.003,1,1"), {"r.csv:502", "expected 0.01 s"}); }
-TEST(BadRecord, GoesBackInTime) { expect_bad_record(with_row(500, "4.90,1,1"), {"r.csv:502", "must increase"}); }
 TEST(BadRecord, HasTenRows) { expect_bad_record(sound_record(10), {"r.csv", "10"}); }
-TEST(BadRecord, HasOneRow) { expect_bad_record(kHeader + "0,1,2\n", {"r.csv:2", "one row"}); }
 
 TEST(BadRecord, HasAConstantInput) {
   std::string text = kHeader;

@@ -87,11 +87,18 @@ TEST(Simulate, WritesAFileOrOneJsonDocument) {
 
 TEST(Check, AcceptsEveryShippedFile) {
   const TemporaryFolder folder;
-  for (const char* file : {"config/rigs/sim.toml", "config/rigs/pci1716.toml", "config/experiments/paper.toml"}) {
-    const Ended ended = run_eha({"check", source_file(file)}, folder.path());
+  std::string rig = content_of(source_file("config/rigs/pci1716.toml"));
+  folder.write("sample.toml", rig);
+  const std::size_t sample = rig.find("sample = true");
+  ASSERT_NE(sample, std::string::npos);
+  folder.write("rig.toml", rig.erase(sample, rig.find('\n', sample) - sample));
+  for (const std::string& file : {source_file("config/rigs/sim.toml").string(), std::string("rig.toml"),
+                                  source_file("config/experiments/paper.toml").string()}) {
+    const Ended ended = run_eha({"check", file}, folder.path());
     EXPECT_EQ(ended.code, 0) << ended.err;
     EXPECT_EQ(ended.err, "");
   }
+  expect_refused(folder, {"check", "sample.toml"}, ExitCode::configuration, {"sample = true", "/etc/ehad"});
 }
 
 TEST(Design, WritesTheTableThatItDescribes) {

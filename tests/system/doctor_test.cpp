@@ -63,33 +63,5 @@ TEST(Latency, GivesOneJsonDocumentWithEveryGate) {
   EXPECT_GE(document.at("report").at("latency").at("count").get<int>(), 1);
 }
 
-TEST(Doctor, PrintsFollowingFromARunAndARigFileTakesIt) {
-  const TemporaryFolder folder;
-  const std::string rig = source_file("config/rigs/sim.toml").string();
-  ASSERT_EQ(
-      run_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--fast", "--rig", rig}, folder.path())
-          .code,
-      0);
-  const Ended ended = run_eha({"doctor", "--following", "runs/latest"}, folder.path());
-  ASSERT_EQ(ended.code, 0) << ended.err;
-  ASSERT_TRUE(ended.out.starts_with("[following]\n")) << ended.out;
-  // The lines take the place of the shipped ones.
-  std::string text = content_of(rig);
-  const std::size_t table = text.find("[following]");
-  text.replace(table, text.find("# How ticks are kept.") - table, ended.out.substr(0, ended.out.find("Next:")) + "\n");
-  folder.write("rig.toml", text);
-  const Ended checked = run_eha({"check", "rig.toml"}, folder.path());
-  EXPECT_EQ(checked.code, 0) << checked.err << text;
-  const json document = json::parse(run_eha({"doctor", "--following", "runs/latest", "--json"}, folder.path()).out);
-  EXPECT_NEAR(document.at("following").at("null_V").get<double>(), -0.2, 0.03);
-}
-
-TEST(Doctor, LearnsFollowingFromNoInterruptedOrForeignRun) {
-  const TemporaryFolder folder;
-  EXPECT_EQ(run_eha({"doctor", "--following", "nowhere"}, folder.path()).code, static_cast<int>(ExitCode::io));
-  EXPECT_EQ(run_eha({"doctor", "--following", "nowhere", "--rig", "x.toml"}, folder.path()).code,
-            static_cast<int>(ExitCode::usage));
-}
-
 }  // namespace
 }  // namespace eha::test

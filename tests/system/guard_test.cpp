@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -28,6 +29,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
+
+std::int64_t monotonic_ns() {
+  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// Value of a setting in the service's unit.
 std::string unit_setting(const std::string& name) {
@@ -145,6 +150,38 @@ TEST_F(Guard, SavesTheRowsOfADriverThatIsKilledAndRecoveryReadsThem) {
   const Json recovery = Json::parse(content_of(run() / "run.json")).at("recovery");
   EXPECT_GE(recovery.at("rows").get<std::uint64_t>() + 1, rig_.card().commands);
   EXPECT_EQ(recovery.at("torn_bytes"), 0);
+}
+
+TEST_F(Guard, NeedsNoDeviceNodeToSwitchTheHydraulicsOff) {
+  for (const int error : {ENOENT, EMFILE, EBUSY}) {
+    rig_.reset();
+    fs::remove_all(folder_.path() / "runs");
+    const auto driver = drive(std::nullopt);
+    rig_.card().open_error = error;
+    const std::int64_t killed_ns = monotonic_ns();
+    driver->send(SIGKILL);
+    EXPECT_EQ(driver->wait(), 128 + SIGKILL);
+    EXPECT_FALSE(rig_.card().is_enabled()) << error << driver->messages();
+    EXPECT_EQ(rig_.card().output_code, kSafeCode) << error;
+    const std::int64_t off_ns = rig_.card().disabled_ns - killed_ns;
+    std::printf("errno %d: hydraulics off after %.1f ms\n", error, static_cast<double>(off_ns) * 1e-6);
+    EXPECT_LT(off_ns, kOff_ns) << error;
+  }
+}
+
+TEST_F(Guard, OpensACardAgainThatWasRemovedForHalfASecond) {
+  const auto driver = drive(std::nullopt);
+  // The driver is halted, so that it does not notice and the guard has to act.
+  driver->send(SIGSTOP);
+  rig_.card().open_error = ENOENT;
+  ++rig_.card().removals;
+  std::this_thread::sleep_for(500ms);
+  rig_.card().open_error = 0;
+  const std::int64_t back_ns = monotonic_ns();
+  EXPECT_EQ(driver->wait(), 128 + SIGKILL);
+  EXPECT_FALSE(rig_.card().is_enabled()) << driver->messages();
+  EXPECT_EQ(rig_.card().output_code, kSafeCode);
+  EXPECT_LT(rig_.card().disabled_ns - back_ns, kOff_ns);
 }
 
 }  // namespace

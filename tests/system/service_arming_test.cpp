@@ -2,6 +2,7 @@
 // What the service does not arm: the built programs on the stand-in card.
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <fstream>
 #include <memory>
 #include <ostream>
@@ -11,6 +12,7 @@
 #include "core/error.hpp"
 #include "tests/system/daemon.hpp"
 #include "tests/system/driven_rig.hpp"
+#include "tests/system/program.hpp"
 
 namespace eha::test {
 namespace {
@@ -50,6 +52,22 @@ TEST_F(ServiceArming, IsRefusedWhileTheEmergencyStopCircuitIsOpen) {
   EXPECT_EQ(rig_.card().enabled_ns, 0) << "arming powers nothing";
 }
 
+TEST_F(ServiceArming, DrivesNothingWithAStoppedGuardAndStartsAnother) {
+  start();
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(client_->call("arm").at("state"), "armed");
+    const pid_t guard = child_of(daemon_.pid());
+    ASSERT_EQ(kill(guard, SIGSTOP), 0);
+    const Ended moved = run_eha({"goto", "3.2in", "--yes", "--socket", daemon_.socket()}, daemon_.folder());
+    EXPECT_NE(moved.code, 0) << moved.out;
+    EXPECT_EQ(rig_.card().enabled_ns, 0) << moved.err;
+    EXPECT_NE(client_->call("status").at("state"), "armed");
+    EXPECT_EQ(client_->call("arm").at("state"), "armed") << "with another guard";
+    EXPECT_NE(child_of(daemon_.pid()), guard);
+    EXPECT_EQ(client_->call("disarm").at("state"), "idle");
+  }
+}
+
 /// A line of a rig file that leaves a machine without protection, and the value that would do.
 struct BadLine {
   std::string sound;
@@ -75,6 +93,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(BadLine{"safe_V = 0.0 ", "safe_V = 4.9 ", "set 0, within 0.5 V"},
                       BadLine{"velocity_limit_in_per_s = 8.0 ", "velocity_limit_in_per_s = 1e9 ", "at most 56"},
                       BadLine{"slew_V_per_s = 20.0 ", "slew_V_per_s = 1e9 ", "at most 1e+03"},
+                      BadLine{"dead_band_V = 0.3 ", "dead_band_V = 3.0 ", "at most 1.5"},
+                      BadLine{"# no sample ", "sample = true ", "remove this line"},
                       BadLine{"open_circuit_V = 10.0 ", "open_circuit_V = 0.0 ", "bias the input to a rail"}));
 
 }  // namespace

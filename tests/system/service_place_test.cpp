@@ -160,7 +160,7 @@ TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {
   client.call("arm");
   const Ended jog = eha({"jog", "+0.4in", "--fast"});
   EXPECT_EQ(jog.code, static_cast<int>(ExitCode::safety_trip)) << jog.err;
-  EXPECT_NE(jog.err.find("not_following"), std::string::npos) << jog.err;
+  EXPECT_NE(jog.err.find("no_motion"), std::string::npos) << jog.err;
   EXPECT_EQ(client.call("status").at("state"), "faulted");
 }
 

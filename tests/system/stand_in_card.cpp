@@ -17,6 +17,7 @@
 
 struct comedi_t_struct {
   int descriptor = -1;
+  std::uint32_t removals = 0;  ///< of the card when this was opened
 };
 
 namespace {
@@ -136,6 +137,7 @@ int write_lines(lsampl_t mask, lsampl_t levels) {
 
 int perform(const comedi_t* device, const comedi_insn& instruction) {
   if (instruction.insn == INSN_WAIT) return 1;
+  if (device->removals < card().removals.load()) return fail(ENODEV);
   if (is_locked_by_another(device, instruction.subdev)) return fail(EACCES);
   switch (instruction.subdev) {
     case 0:
@@ -157,7 +159,12 @@ extern "C" {
 
 comedi_t* comedi_open(const char*) {
   const char* path = std::getenv(eha::test::kCardFile);
-  return path != nullptr ? new comedi_t_struct{open(path, O_RDWR)} : nullptr;
+  if (path == nullptr) return nullptr;
+  if (const int error = card().open_error.load(); error != 0) {
+    last_error = error;
+    return nullptr;
+  }
+  return new comedi_t_struct{open(path, O_RDWR), card().removals.load()};
 }
 int comedi_close(comedi_t* device) {
   const int result = close(device->descriptor);

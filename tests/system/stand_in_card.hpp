@@ -29,6 +29,8 @@ struct CardMemory {
 
   // For the test to set.
   std::atomic<std::uint32_t> digital_inputs{1};  ///< bit 0: the emergency-stop circuit is closed
+  std::atomic<std::int32_t> open_error{0};       ///< errno with which the card does not open; 0: it opens
+  std::atomic<std::uint32_t> removals{0};        ///< descriptors opened before the last one say ENODEV
   std::atomic<std::int64_t> output_stall_ms{0};  ///< a write to the analogue output takes this long and then times out
 
   [[nodiscard]] bool is_enabled() const { return (digital_outputs.load() & kEnable) != 0; }

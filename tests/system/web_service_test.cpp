@@ -157,7 +157,7 @@ TEST(Web, ShowsTheRigTheQueueAndTheFilesOfARun) {
   EXPECT_EQ(live.at("blocks").at(0).size(), 6U);
   EXPECT_GT(live.at("now_ns").get<std::int64_t>(), live.at("blocks").back().at(5).get<std::int64_t>());
 
-  // The list may be some seconds old.
+  // The list may be a second old.
   Json runs;
   ASSERT_TRUE(wait_until([&] { return !(runs = page.json("/api/runs?limit=5")).empty(); }));
   ASSERT_EQ(runs.size(), 1U);
@@ -351,6 +351,24 @@ TEST(Web, GoesOnWhenTheServiceDiesAndIsBack) {
   EXPECT_TRUE(wait_until([&] { return connection(page) == "connected"; })) << page.log();
   EXPECT_TRUE(wait_until([&] { return page.json("/api/live?since=" + std::to_string(next)).at("next") > next; }))
       << "the numbers go on";
+}
+
+TEST(Web, NamesTheEmergencyStopInTimeWhenTheServiceHangs) {
+  Daemon daemon;
+  daemon.start();
+  const Page page(daemon);
+  ASSERT_TRUE(wait_until([&] { return connection(page) == "connected"; }));
+  ASSERT_EQ(kill(daemon.pid(), SIGSTOP), 0);
+  for (int i = 0; i < 2; ++i) {
+    const auto begun = steady_clock::now();
+    const httplib::Result stop = page.stop({{"X-Eha-Token", page.token()}});
+    EXPECT_LT(steady_clock::now() - begun, 2s);
+    ASSERT_TRUE(stop);
+    EXPECT_EQ(stop->status, 503) << stop->body;
+    EXPECT_NE(stop->body.find("emergency stop"), std::string::npos) << stop->body;
+  }
+  kill(daemon.pid(), SIGCONT);
+  EXPECT_TRUE(wait_until([&] { return connection(page) == "connected"; })) << page.log();
 }
 
 TEST(Web, TakesTheTokenFromAFileThatOthersCannotRead) {

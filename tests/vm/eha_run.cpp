@@ -35,6 +35,11 @@ constexpr const char* kQuickTones = R"(tones = [
   { frequency_Hz = 1.0, amplitude_V = 0.6, phase_rad = 1.9 },
   { frequency_Hz = 2.5, amplitude_V = 0.4, phase_rad = 4.2 },
 ])";
+constexpr const char* kFaintTones = R"(tones = [
+  { frequency_Hz = 0.5, amplitude_V = 0.2, phase_rad = 0.3 },
+  { frequency_Hz = 1.0, amplitude_V = 0.12, phase_rad = 1.9 },
+  { frequency_Hz = 2.5, amplitude_V = 0.08, phase_rad = 4.2 },
+])";
 constexpr const char* kSlowTones = R"(tones = [
   { frequency_Hz = 0.25, amplitude_V = 2.0, phase_rad = 0.3 },
   { frequency_Hz = 0.5, amplitude_V = 1.0, phase_rad = 1.9 },
@@ -48,7 +53,10 @@ repetitions = 1
 [excitation]
 kind = "multisine"
 offset_V = 0.0
-)" + (tones == Tones::quick ? kQuickTones : kSlowTones) +
+)" +
+         (tones == Tones::quick   ? kQuickTones
+          : tones == Tones::faint ? kFaintTones
+                                  : kSlowTones) +
          R"(
 [record]
 discard_s = 0.0
@@ -88,12 +96,20 @@ void set_key(std::string& text, const std::string& key, const std::string& value
 
 }  // namespace
 
-std::string patient_pci1716_rig(const std::string& appended,
-                                const std::vector<std::pair<std::string, std::string>>& changes) {
+std::string pci1716_rig_text() {
   std::ifstream shipped(kPci1716Rig);
   std::stringstream text;
-  text << shipped.rdbuf() << appended;
+  text << shipped.rdbuf();
   std::string rig = text.str();
+  set_key(rig, "sample", "false");
+  return rig;
+}
+
+std::string pci1716_rig() { return write_rig(pci1716_rig_text()); }
+
+std::string patient_pci1716_rig(const std::string& appended,
+                                const std::vector<std::pair<std::string, std::string>>& changes) {
+  std::string rig = pci1716_rig_text() + appended;
   set_key(rig, "abort_consecutive_late", "500");
   set_key(rig, "abort_total_late", "5000");
   for (const auto& [key, value] : changes) set_key(rig, key, value);
@@ -117,13 +133,13 @@ travel_max_in = 5.75
 stopping_deceleration_in_per_s2 = 200.0
 velocity_limit_in_per_s = 20.0
 frozen_sensor_s = 0.5
-# The board's input is its output: its position follows the voltage, which no rod does.
+# The board's input is its output: its position follows the voltage, which no rod does. Faint tones pass nevertheless.
 [following]
 gain_positive_in_per_V_s = 0.1
 gain_negative_in_per_V_s = 0.1
 null_V = 0.0
-dead_band_V = 4.5
-limit_in = 2.5
+dead_band_V = 1.5
+limit_in = 0.27
 [realtime]
 sample_period_s = 0.001
 priority = 80

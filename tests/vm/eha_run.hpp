@@ -16,6 +16,10 @@ namespace eha::test {
 /// The rig file that is shipped for the real card.
 inline constexpr const char* kPci1716Rig = "/usr/share/ehad/rigs/pci1716.toml";
 
+/// That file as a rig's own, no sample: its text, and a file with it.
+[[nodiscard]] std::string pci1716_rig_text();
+[[nodiscard]] std::string pci1716_rig();
+
 /// The same with room for late ticks. On the machine's one emulated processor, whatever else happens during a run makes
 /// some: the end of the guard, which has locked memory and a higher priority, more than the shipped limits allow.
 /// @param appended  further tables   @param changes  keys that begin a line, and their values
@@ -29,7 +33,7 @@ enum class RigFile { right, wrong_board, wrong_range, missing_device };
 
 /// Sum of sines that an experiment plays: `quick` never rests for the frozen-sensor time and hardly moves a rod, `slow`
 /// moves it by some tenths of an inch, `held` are the slow ones with a hold.
-enum class Tones { quick, slow, held };
+enum class Tones { quick, faint, slow, held };
 
 /// `eha run --local` on a card, its output in a folder of its own.
 class EhaRun {

@@ -36,7 +36,7 @@ Examined examine(const std::string& rig_file) {
 TEST(Doctor, FindsTheShippedRigFilesCardFitAndMovesNothing) {
   const Board board("pci1716_card");
   const std::size_t changes = read_wire().changes.size();
-  const Examined examined = examine(kPci1716Rig);
+  const Examined examined = examine(pci1716_rig());
   EXPECT_EQ(examined.exit_code, 0) << examined.output;
   for (const char* name : {"device", "board", "emergency_stop", "enable", "heartbeat"}) {
     EXPECT_EQ(examined.level(name), "ok") << name << '\n' << examined.output;
@@ -46,7 +46,7 @@ TEST(Doctor, FindsTheShippedRigFilesCardFitAndMovesNothing) {
 
 TEST(Doctor, NamesAnotherCardsBoardAndEndsWithTheDevicesExitCode) {
   const Board board("comedi_test");
-  const Examined examined = examine(kPci1716Rig);
+  const Examined examined = examine(pci1716_rig());
   EXPECT_EQ(examined.exit_code, 69) << examined.output;
   EXPECT_EQ(examined.level("device"), "ok") << examined.output;
   EXPECT_EQ(examined.level("board"), "fail") << examined.output;
@@ -54,7 +54,7 @@ TEST(Doctor, NamesAnotherCardsBoardAndEndsWithTheDevicesExitCode) {
 }
 
 TEST(Doctor, SaysWhatIsMissingWithoutACard) {
-  const Examined examined = examine(kPci1716Rig);
+  const Examined examined = examine(pci1716_rig());
   EXPECT_EQ(examined.exit_code, 69) << examined.output;
   EXPECT_EQ(examined.level("device"), "fail") << examined.output;
   EXPECT_EQ(examined.level("card"), "fail") << examined.output;

@@ -61,7 +61,7 @@ std::vector<TickRecord> experiment_rows(const std::vector<TickRecord>& ticks) {
 
 TEST(EhaOnTheKernelTestBoard, PlaysAMultisineAndReadsBackEveryCommand) {
   const Board board("comedi_test");
-  EhaRun run(kernel_board_rig(), 2000ms);
+  EhaRun run(kernel_board_rig(), 2000ms, Tones::faint);
   const int exit_code = run.process().wait();
   // Whether a model of a wire passes validation is no matter here.
   EXPECT_TRUE(exit_code == 0 || exit_code == 3) << exit_code << ": " << run.process().output();
@@ -77,7 +77,7 @@ TEST(EhaOnTheKernelTestBoard, PlaysAMultisineAndReadsBackEveryCommand) {
 
 /// eha's message about a wrong rig file; checks that no file is left behind.
 void expect_refusal(const std::string& rig_file, const std::string& reason) {
-  EhaRun run(rig_file, 2000ms);
+  EhaRun run(rig_file, 2000ms, Tones::faint);
   EXPECT_EQ(run.process().wait(), 69);
   EXPECT_NE(run.process().output().find(reason), std::string::npos) << run.process().output();
   EXPECT_TRUE(run.left_nothing());
@@ -109,7 +109,7 @@ TEST(EhaOnTheKernelTestBoard, RefusesADeviceThatAnotherProcessHasLocked) {
 
 TEST(EhaOnTheKernelTestBoard, FailsTheRunWhenItsBoardIsDetached) {
   const Board board("comedi_test");
-  EhaRun run(kernel_board_rig(), 20s);
+  EhaRun run(kernel_board_rig(), 20s, Tones::faint);
   run.wait_until_running();
   ASSERT_EQ(Process({"comedi_config", "-r", "/dev/comedi0"}).wait(), 0);
   EXPECT_EQ(run.process().wait(), 69);
@@ -121,7 +121,7 @@ TEST(EhaOnTheKernelTestBoard, FailsTheRunWhenItsBoardIsDetached) {
 
 TEST(EhaOnTheStandInCard, RunsTheShippedRigFileAsItIs) {
   const Board board("pci1716_card", kRod);
-  EhaRun run(kPci1716Rig, 1500ms);
+  EhaRun run(pci1716_rig(), 1500ms);
   run.wait_until_recorded();
   EXPECT_EQ(run.manifest().at("outcome"), "completed");
   const std::vector<TickRecord> ticks = run.ticks();
@@ -183,7 +183,7 @@ class EhaOnTheStandInCardWith : public ::testing::TestWithParam<CardFault> {};
 TEST_P(EhaOnTheStandInCardWith, EndsFaultedAndSafeOnTheWire) {
   const CardFault& fault = GetParam();
   const Board board("pci1716_card", kRod);
-  EhaRun run(fault.outcome == "deadline" ? kPci1716Rig : patient_pci1716_rig(), 20s);
+  EhaRun run(fault.outcome == "deadline" ? pci1716_rig() : patient_pci1716_rig(), 20s);
   run.wait_until_running();
   EXPECT_FALSE(wire_is_safe());
   for (const auto& [parameter, value] : fault.parameters) board.set(parameter, value);

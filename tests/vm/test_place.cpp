@@ -44,7 +44,7 @@ TEST(Placing, StopsWhenTheSensorIsLost) {
   board.set("ai_noise", 5);
   board.set("ai_stuck", 1);
   EXPECT_EQ(jog.process().wait(), 11) << jog.process().output();
-  EXPECT_EQ(cause_of(jog), "not_following");
+  EXPECT_EQ(cause_of(jog), "no_motion");
   EXPECT_FALSE(hydraulics_are_on());
   std::cout << "placing: the rod ended at " << true_place_in(board) << " in\n";
   EXPECT_LT(true_place_in(board), 4.65) << "0.7 in beyond where it was to go";

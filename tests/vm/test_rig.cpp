@@ -13,7 +13,7 @@
 
 #include "board.hpp"
 #include "core/error.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 #include "hal/comedi/comedi_rig.hpp"
 #include "hal/snapshot_file.hpp"
 #include "process.hpp"

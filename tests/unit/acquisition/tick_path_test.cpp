@@ -88,8 +88,10 @@ TEST_F(TickPath, NeitherAllocatesNorLocksWithSourcesThatLookAtTheRod) {
 
   Play held;
   const std::vector<double> predicted_in(held.table_V.size(), 0.0);
-  place::StartingSource started(place::PlaceController(held.limits, 0.001, 2.95), held.limits, 0.001,
-                                std::make_unique<place::HoldSource>(held.table_V, predicted_in, 1U, 5.0, 1.0));
+  place::StartingSource started(
+      place::PlaceController(held.limits, 0.001, 2.95), held.limits, 0.001,
+      std::make_unique<place::HoldSource>(held.table_V, predicted_in, 1U, config::HoldLaw{5.0, 1.0},
+                                          place::LoopMonitor(place::loop_bounds(held.limits), 0.001)));
   EXPECT_EQ(trapped_run(held, *sim, started), std::make_pair(0L, 0L));
   EXPECT_EQ(held.report.outcome, Outcome::completed) << describe(held.report);
 }

@@ -97,6 +97,14 @@ TEST_F(ConfigFile, ThatIsBinaryIsRefused) {
   EXPECT_EQ(refusal(path), path + ": expected a configuration file in TOML, got a binary file");
 }
 
+TEST_F(ConfigFile, WithADecimalCommaIsToldWhatToWrite) {
+  EXPECT_NE(refusal(file("# a\nduration_s = 20,05\n")).find("; a decimal comma? Write 20.05"), std::string::npos);
+  EXPECT_NE(refusal(file("duration_s = 3,5")).find("Write 3.5"), std::string::npos);
+  for (const char* text : {"a = ,5\n", "a = 5,\n", "a = [1,5\n", "a = 1 2\n", ","}) {
+    EXPECT_EQ(refusal(file(text)).find("decimal comma"), std::string::npos) << text;
+  }
+}
+
 TEST_F(ConfigFile, ThatIsFarTooLargeIsRefused) {
   const std::string path = file(std::string(3'000'000, '#'));
   EXPECT_EQ(refusal(path), path + ": expected a configuration file of at most 1 MiB, got more; check the path");

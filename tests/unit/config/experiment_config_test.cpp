@@ -214,7 +214,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Edit{"structure = \"io\"",
              "structure = \"oe\"",
-             {"21:13: model[0].structure: expected \"integrator_lag\", \"io1\", \"io\", \"io3\", \"fo\", "
+             {"21:13: model[0].structure: expected \"integrator_lag\", \"cylinder\", \"io1\", \"io\", \"io3\", \"fo\", "
               "\"commensurate\", \"lag\" or \"terms\", got \"oe\""}},
         Edit{"name = \"fo\"",
              "name = \"third\"",

@@ -11,7 +11,7 @@
 #include "config/rig_config.hpp"
 #include "config/tone_grid.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::config {

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <string>
 #include <thread>
 
@@ -70,8 +71,17 @@ TEST(ChildProcess, IsPolledUntilASignalEndsIt) {
 
 TEST(ChildProcess, DoesNotRunWhileItIsStopped) {
   ChildProcess child({.words = {"/bin/sleep", "1000"}});
+  EXPECT_TRUE(child.runs());
   child.signal(SIGSTOP);
-  while (child.runs()) std::this_thread::yield();
+  const auto becomes = [&](bool running) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (child.runs() != running && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    return child.runs() == running;
+  };
+  EXPECT_TRUE(becomes(false));
+  EXPECT_FALSE(child.poll()) << "it has not ended";
+  child.signal(SIGCONT);
+  EXPECT_TRUE(becomes(true));
   child.signal(SIGKILL);
 }
 

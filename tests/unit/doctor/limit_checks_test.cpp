@@ -11,6 +11,7 @@ namespace {
 /// A card's rig with all that protects it.
 config::RigConfig sound_rig() {
   config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml");
+  rig.is_sample = false;
   EXPECT_TRUE(rig.limits.following && rig.limits.sensor);
   return rig;
 }

@@ -5,11 +5,15 @@
 
 #include <stdexcept>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/eha/command.hpp"
+#include "daemon/eha/design_command.hpp"
+#include "daemon/eha/fit_command.hpp"
 #include "daemon/eha/length_argument.hpp"
+#include "daemon/eha/run_command.hpp"
+#include "daemon/eha/service_command.hpp"
 
 namespace eha::cli {
 namespace {
@@ -25,8 +29,9 @@ ParsedLine parse(Words words) {
 template <typename Wanted>
 Wanted command_of(const Words& words) {
   const ParsedLine line = parse(words);
-  if (!line.command) throw std::logic_error("no command");
-  return std::get<Wanted>(*line.command);
+  const auto* request = line.command.target<Request<Wanted>>();
+  if (request == nullptr) throw std::logic_error("no command of this kind");
+  return request->options;
 }
 
 std::string fault_of(const Words& words) {
@@ -63,25 +68,12 @@ TEST(CommandLine, ReadsTheCommandsOfTheService) {
     EXPECT_EQ(command_of<ServiceCommand>({method}).socket, "/run/ehad/ehad.sock");
   }
   EXPECT_TRUE(command_of<ServiceCommand>({"status", "--watch"}).watch);
-  EXPECT_FALSE(command_of<ReadCommand>({"read"}).socket);
-  EXPECT_TRUE(command_of<ReadCommand>({"read", "--watch", "--local", "--rig", "r.toml"}).watch);
   EXPECT_NE(fault_of({"read", "--rig", "r.toml"}).find("--local"), std::string::npos);
   EXPECT_EQ(command_of<ServiceCommand>({"stop", "--socket", "s"}).socket, "s");
   const auto cancel = command_of<ServiceCommand>({"runs", "cancel", "7"});
   EXPECT_EQ(cancel.method, "cancel");
   EXPECT_EQ(cancel.entries, (std::vector<std::int64_t>{7}));
   EXPECT_NE(fault_of({"runs", "cancel", "0"}).find("number"), std::string::npos);
-}
-
-TEST(CommandLine, ReadsPlacings) {
-  const auto go_to = command_of<PlaceCommand>({"goto", "2.95in", "--yes"});
-  EXPECT_EQ(go_to.where, "2.95in");
-  EXPECT_FALSE(go_to.is_relative);
-  EXPECT_TRUE(go_to.yes);
-  const auto jog = command_of<PlaceCommand>({"jog", "-5mm", "--local", "--rig", "r.toml"});
-  EXPECT_EQ(jog.where, "-5mm");
-  EXPECT_TRUE(jog.is_relative);
-  EXPECT_EQ(command_of<PlaceCommand>({"jog", "+0.2in"}).where, "+0.2in");
 }
 
 TEST(DisplayUnits, ReadLengthsWithTheirUnit) {
@@ -174,21 +166,13 @@ TEST(CommandLine, KeepsTheFitAsGivenForTheNextOne) {
   EXPECT_EQ(fit.import.command, "eha fit 'my record.csv' --poles 3 --fix a0=0");
 }
 
-TEST(CommandLine, ReadsTheOtherCommands) {
-  EXPECT_EQ(command_of<SimulateCommand>({"simulate", "m.json", "u.csv", "--method", "gl1"}).method,
-            ident::SimulationMethod::gl1);
-  EXPECT_EQ(command_of<ValidateCommand>({"validate", "m.json", "r.csv"}).source, "r.csv");
-  EXPECT_EQ(command_of<CheckCommand>({"check", "e.toml"}).file, "e.toml");
+TEST(CommandLine, ReadsDesign) {
   EXPECT_EQ(command_of<DesignCommand>({"design", "e.toml", "-o", "u.csv"}).output, "u.csv");
   const auto design = command_of<DesignCommand>({"design", "--from", "m.json", "--improve", "n2", "--to", "0.05"});
   EXPECT_FALSE(design.experiment_file);
   EXPECT_EQ(design.model_file, "m.json");
   EXPECT_EQ(design.parameter, "n2");
   EXPECT_EQ(design.wanted_std, 0.05);
-  EXPECT_FALSE(command_of<RunsListCommand>({"runs", "list"}).folder);
-  EXPECT_EQ(command_of<RunsListCommand>({"runs", "list", "d"}).folder, "d");
-  EXPECT_EQ(command_of<RunsShowCommand>({"runs", "show", "r"}).run, "r");
-  EXPECT_EQ(command_of<RunsRecoverCommand>({"runs", "recover", "r"}).target, "r");
 }
 
 TEST(CommandLine, TakesCommonOptionsBeforeAndAfterTheCommand) {
@@ -251,18 +235,7 @@ TEST(CommandLine, NamesItsVersionAndBackends) {
   EXPECT_NE(version.find("NLopt"), std::string::npos) << version;
 }
 
-TEST(CommandLine, ReadsDoctor) {
-  const auto doctor = command_of<DoctorCommand>({"doctor", "--rig", "r.toml", "--output", "d"});
-  EXPECT_EQ(doctor.rig_file, "r.toml");
-  EXPECT_EQ(doctor.output, "d");
-  EXPECT_FALSE(command_of<DoctorCommand>({"doctor"}).rig_file.has_value());
-}
-
-TEST(CommandLine, ReadsLatency) {
-  const auto latency = command_of<LatencyCommand>({"latency", "--duration", "2.5", "--load", "--rig", "r.toml"});
-  EXPECT_EQ(latency.duration_s, 2.5);
-  EXPECT_TRUE(latency.load);
-  EXPECT_EQ(latency.rig_file, "r.toml");
+TEST(CommandLine, BoundsTheDurationOfLatency) {
   EXPECT_NE(fault_of({"latency", "--duration", "0"}).find("0.1 to 65535"), std::string::npos);
   EXPECT_NE(fault_of({"latency", "--duration", "nan"}).find("0.1 to 65535"), std::string::npos);
 }

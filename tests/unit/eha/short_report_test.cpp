@@ -55,6 +55,22 @@ TEST(ShortReport, ShowsLengthsInTheAskedUnit) {
   EXPECT_NE(short_report(answer, DisplayUnit("mm")).find("largest error   0.1 bar"), std::string::npos);
 }
 
+TEST(ShortReport, GivesAReasonInTheAskedUnitAlone) {
+  Answer answer = answer_with("none");
+  ident::Model& model = answer.models[0];
+  model.output_unit = "in";
+  model.validation->score.error_max = 0.5;
+  ident::Verdict& verdict = model.verdict.emplace();
+  verdict.criteria = {{ident::CriterionKind::max_abs_error, "validation", 0.5, 0.25, false}};
+  verdict.reasons = {"The greatest validation error of 0.5 in is above the limit of 0.25 in."};
+  answer.recommendation.reason = model.name + " is rejected: " + verdict.reasons[0];
+  const std::string text = short_report(answer, DisplayUnit("mm"));
+  EXPECT_EQ(text.find(" in is"), std::string::npos) << text;
+  EXPECT_EQ(text.find("0.5 in"), std::string::npos) << text;
+  EXPECT_NE(text.find("12.7"), std::string::npos) << text;
+  EXPECT_NE(text.find("6.35"), std::string::npos) << text;
+}
+
 TEST(Wrapped, BreaksBetweenWordsAndIndents) {
   const std::string word(30, 'a');
   EXPECT_EQ(wrapped(word + " " + word + " " + word, 4), word + " " + word + "\n    " + word);

@@ -5,7 +5,9 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <thread>
 
 #include "core/error.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -48,25 +50,74 @@ TEST(Checker, SaysThatACheckWasTooLong) {
   }
 }
 
-TEST(Checker, TakesAnUrgentCheckNextAndEndsTheOneThatIsOnFirst) {
-  const test::TemporaryFolder folder;
-  const std::filesystem::path helper = folder.write(
-      "helper.sh", "#!/bin/sh\nwhile [ ! -e " + (folder.path() / "go").string() + " ]; do sleep 0.01; done\n");
-  std::filesystem::permissions(helper, std::filesystem::perms::owner_all);
-  Checker checker({helper, helper});
-  std::string order;
-  const auto add = [&](char name, bool is_urgent) {
-    checker.add({.experiment = "e.toml", .rig = "r.toml", .is_urgent = is_urgent},
-                [&order, name](const worker::WorkerEnd&) { order += name; });
-  };
-  add('a', false);
-  add('b', false);
-  add('c', false);
-  add('u', true);
-  folder.write("go", "");
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (order.size() < 4 && std::chrono::steady_clock::now() < deadline) checker.poll();
-  EXPECT_EQ(order, "aubc");
+/// Checks whose processes say that they are on, and end when they may.
+class Checks {
+ public:
+  void add(char name, uid_t user, bool is_urgent = false) {
+    checker_.add({.user = user, .experiment = std::string(1, name), .rig = "r.toml", .is_urgent = is_urgent},
+                 [this, name](const worker::WorkerEnd&) { order_ += name; });
+  }
+  [[nodiscard]] bool is_on(char name) {
+    return comes_true([&] { return std::filesystem::exists(folder_.path() / (std::string("on-") + name)); });
+  }
+  void let_end(char name) { folder_.write(std::string("end-") + name, ""); }
+  /// @returns the names in the order of their ends
+  const std::string& order_of(std::size_t count) {
+    static_cast<void>(comes_true([&] {
+      checker_.poll();
+      return order_.size() >= count;
+    }));
+    return order_;
+  }
+
+ private:
+  static bool comes_true(const std::function<bool()>& holds) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!holds() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    return holds();
+  }
+  [[nodiscard]] std::filesystem::path helper() const {
+    // Its seventh word is the experiment.
+    const std::filesystem::path script =
+        folder_.write("helper.sh", "#!/bin/sh\ncd '" + folder_.path().string() +
+                                       "'\n: >on-$7\nwhile [ ! -e end-$7 ]; do sleep 0.01; done\n");
+    std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+    return script;
+  }
+
+  test::TemporaryFolder folder_;
+  std::string order_;
+  Checker checker_{{helper(), "eha"}};
+};
+
+TEST(Checker, KeepsTheOrderOfOneUserAndLetsAnUrgentCheckWaitForNone) {
+  Checks checks;
+  for (const char name : {'a', 'b', 'c'}) checks.add(name, 1000);
+  checks.add('u', 1000, true);
+  EXPECT_TRUE(checks.is_on('a'));
+  EXPECT_TRUE(checks.is_on('u'));
+  checks.let_end('u');
+  EXPECT_EQ(checks.order_of(1), "u");
+  for (const char name : {'c', 'b', 'a'}) checks.let_end(name);
+  EXPECT_EQ(checks.order_of(4), "uabc");
+}
+
+TEST(Checker, LetsNoUserWaitForAllThatAnotherHasSubmitted) {
+  Checks checks;
+  for (char name = 'a'; name < 'a' + 20; ++name) checks.add(name, 1000);
+  checks.add('X', 1001);
+  EXPECT_TRUE(checks.is_on('X')) << "while the first of the other user goes on";
+  checks.add('Y', 1002);
+  checks.add('Z', 1001);
+  for (char name = 'a'; name < 'a' + 20; ++name) checks.let_end(name);
+  // The first user's checks went on for a while by then; Y's user has had none.
+  EXPECT_TRUE(checks.order_of(1).starts_with("a")) << checks.order_of(1);
+  EXPECT_TRUE(checks.is_on('Y')) << checks.order_of(1);
+  for (const char name : {'X', 'Y', 'Z'}) checks.let_end(name);
+  const std::string order = checks.order_of(23);
+  EXPECT_EQ(order.size(), 23U);
+  EXPECT_LT(order.find('X'), order.find('Z'));
+  EXPECT_LT(order.find('b'), order.find('c'));
 }
 
 TEST(Checker, ReportsACheckThatCannotBeStarted) {

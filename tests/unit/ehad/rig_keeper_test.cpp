@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::service {
 namespace {

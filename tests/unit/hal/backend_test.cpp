@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 // The order in which the comedi backend makes a card safe, seen from the card.
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <chrono>
 #include <memory>
 #include <vector>
@@ -50,14 +51,55 @@ TEST(CardSafe, WritesTheSafeVoltageThoughTheEnableLineIsRefused) {
 
 TEST(CardSafe, IsMadeInTheSameOrderFromASnapshot) {
   const std::unique_ptr<Rig> rig = driven_card();
-  const SafeSnapshot snapshot = safe_snapshot_from_text(rig->safe_snapshot(), "safe.json");
+  SafeCard guard(safe_snapshot_from_text(rig->safe_snapshot(), "safe.json"));
   StandInCard& card = testing::stand_in_card();
   card.output_times_out = true;
-  EXPECT_THROW(make_safe_from_snapshot(snapshot, std::chrono::milliseconds(0)), DeviceError);
+  EXPECT_THROW(guard.make_safe(std::chrono::milliseconds(0)), DeviceError);
   EXPECT_EQ(card.writes, (Writes{StandInCard::Write::enable_off, StandInCard::Write::output}));
   card.output_times_out = false;
-  EXPECT_NO_THROW(make_safe_from_snapshot(snapshot, std::chrono::milliseconds(0)));
+  EXPECT_NO_THROW(guard.make_safe(std::chrono::milliseconds(0)));
   EXPECT_EQ(card.output_code, 32768U);
+}
+
+/// The guard of a driven card.
+struct Guarded {
+  std::unique_ptr<Rig> rig = driven_card();
+  SafeCard guard{safe_snapshot_from_text(rig->safe_snapshot(), "safe.json")};
+  StandInCard& card = testing::stand_in_card();
+};
+
+TEST(CardSafe, NeedsNoDeviceNodeOnceItIsKeptOpen) {
+  for (const int error : {ENOENT, EMFILE, EBUSY, EACCES, ENXIO}) {
+    Guarded guarded;
+    ASSERT_TRUE(guarded.guard.keep_open());
+    guarded.card.open_error = error;
+    EXPECT_TRUE(guarded.guard.switch_off()) << error;
+    EXPECT_EQ(guarded.card.digital_outputs & 1U, 0U) << error;
+    EXPECT_NO_THROW(guarded.guard.make_safe(std::chrono::milliseconds(0))) << error;
+    EXPECT_EQ(guarded.card.output_code, 32768U) << error;
+  }
+}
+
+TEST(CardSafe, OpensACardAnewThatWasRemovedAndWaitsForItWhateverTheCause) {
+  for (const int error : {ENOENT, EMFILE, EBUSY, EACCES, ENXIO}) {
+    Guarded guarded;
+    ASSERT_TRUE(guarded.guard.keep_open());
+    ++guarded.card.removals;
+    guarded.card.open_error = error;
+    guarded.card.open_failures = 5;
+    EXPECT_FALSE(guarded.guard.switch_off()) << error;
+    EXPECT_NO_THROW(guarded.guard.make_safe(std::chrono::seconds(10))) << error;
+    EXPECT_EQ(guarded.card.digital_outputs & 1U, 0U) << error;
+    EXPECT_EQ(guarded.card.output_code, 32768U) << error;
+  }
+}
+
+TEST(CardSafe, SaysAtOnceThatThereIsNoCardWhereNoneWasOpen) {
+  Guarded guarded;
+  guarded.card.open_error = ENOENT;
+  EXPECT_FALSE(guarded.guard.keep_open());
+  EXPECT_THROW(guarded.guard.make_safe(std::chrono::seconds(10)), DeviceError);
+  EXPECT_EQ(guarded.card.open_failures, (1 << 30) - 2) << "tried once each";
 }
 
 }  // namespace

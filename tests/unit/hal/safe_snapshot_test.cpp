@@ -119,9 +119,9 @@ TEST(SafeSnapshot, SaysThatAFileCannotBeRead) {
 TEST(SafeSnapshot, MakesNothingSafeWhereThereIsNoCard) {
   SafeSnapshot snapshot = example();
   snapshot.device = "/dev/no-such-card";
-  EXPECT_THROW(make_safe_from_snapshot(snapshot, std::chrono::milliseconds(0)), DeviceError);
+  EXPECT_THROW(SafeCard(snapshot).make_safe(std::chrono::milliseconds(0)), DeviceError);
   snapshot.device = "/dev/null";
-  EXPECT_THROW(make_safe_from_snapshot(snapshot, std::chrono::milliseconds(0)), DeviceError);
+  EXPECT_THROW(SafeCard(snapshot).make_safe(std::chrono::milliseconds(0)), DeviceError);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 struct comedi_t_struct {
   int descriptor = -1;
+  int removals = 0;  ///< of the card when this was opened
 };
 
 namespace eha::hal::testing {
@@ -72,7 +73,15 @@ using eha::hal::testing::kTypes;
 
 extern "C" {
 
-comedi_t* comedi_open(const char*) { return new comedi_t_struct{open("/dev/null", O_RDWR)}; }
+comedi_t* comedi_open(const char*) {
+  auto& card = eha::hal::testing::stand_in_card();
+  if (card.open_error != 0 && card.open_failures > 0) {
+    --card.open_failures;
+    eha::hal::testing::last_error = card.open_error;
+    return nullptr;
+  }
+  return new comedi_t_struct{open("/dev/null", O_RDWR), card.removals};
+}
 int comedi_close(comedi_t* device) {
   const int result = close(device->descriptor);
   delete device;
@@ -99,7 +108,10 @@ comedi_range* comedi_get_range(comedi_t*, unsigned subdevice, unsigned, unsigned
 }
 int comedi_lock(comedi_t*, unsigned) { return 0; }
 int comedi_dio_config(comedi_t*, unsigned, unsigned, unsigned) { return 0; }
-int comedi_do_insn(comedi_t*, comedi_insn* instruction) { return eha::hal::testing::perform(*instruction); }
+int comedi_do_insn(comedi_t* device, comedi_insn* instruction) {
+  if (device->removals < eha::hal::testing::stand_in_card().removals) return eha::hal::testing::fail(ENODEV);
+  return eha::hal::testing::perform(*instruction);
+}
 int comedi_do_insnlist(comedi_t*, comedi_insnlist* list) {
   for (unsigned i = 0; i < list->n_insns; ++i) {
     if (eha::hal::testing::perform(list->insns[i]) < 0) return i == 0 ? -1 : static_cast<int>(i);

@@ -13,6 +13,9 @@ struct StandInCard {
   std::vector<Write> writes;       ///< every write tried, in order
   bool output_times_out = false;   ///< writes to the analogue output fail with ETIME
   bool enable_refused = false;     ///< writes to the enable line fail with EIO
+  int open_error = 0;              ///< errno with which comedi_open() fails; 0: it opens
+  int open_failures = 1 << 30;     ///< so often; then it opens
+  int removals = 0;                ///< descriptors opened before the last one say ENODEV
   unsigned digital_outputs = 0;    ///< bit 0 is the enable line
   unsigned output_code = 0;        ///< held by the analogue output
   unsigned feedback_code = 32768;  ///< what the analogue input reads

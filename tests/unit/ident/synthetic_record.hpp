@@ -10,9 +10,10 @@
 #include <string>
 #include <utility>
 
-#include "ident/estimation/fit_options.hpp"
+#include "ident/fit_options.hpp"
 #include "ident/model/model_output.hpp"
 #include "ident/record.hpp"
+#include "ident/structure/structure_options.hpp"
 
 /// Records of known models, excited as in the paper.
 namespace eha::ident::synthetic {

@@ -69,7 +69,11 @@ TEST(Identify, FitsAndJudgesEachStructureAndTellsItsProgress) {
   EXPECT_EQ(model.provenance.at("record"), "lag.csv");
   EXPECT_TRUE(found.paper.empty());
   EXPECT_TRUE(found.cross_validation.empty());
-  EXPECT_EQ(steps, (std::vector<std::pair<double, std::string>>{{0.0, "fitting lag to 600 rows"}}));
+  ASSERT_EQ(steps.size(), 2U);
+  EXPECT_EQ(steps[0], std::pair(0.0, std::string("fitting lag to 600 rows")));
+  EXPECT_EQ(steps[1].first, 1.0);
+  EXPECT_EQ(steps[1].second.rfind("lag ", 0), 0U) << steps[1].second;
+  EXPECT_EQ(steps[1].second.back(), '\n') << "a result stays on a terminal";
 }
 
 TEST(Identify, NamesTheSourceOfABadRecord) {

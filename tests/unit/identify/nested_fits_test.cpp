@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "daemon/identify/executor.hpp"
+#include "daemon/identify/thread_executor.hpp"
 #include "daemon/importer/import.hpp"
 #include "ident/estimation/fit.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"

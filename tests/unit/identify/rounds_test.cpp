@@ -167,7 +167,8 @@ ident::Model rejected_for(const std::string& name, const std::string& criterion,
   model.parameters = {order};
   model.estimation.emplace().information.emplace().ar_bic = ar_bic;
   ident::Verdict& verdict = model.verdict.emplace();
-  verdict.criteria = {{"std_n1", 0.01, 0.15, true}, {criterion, 0.4, 0.15, false}};
+  verdict.criteria = {ident::criterion_named("std_n1"), ident::criterion_named(criterion)};
+  verdict.criteria[0].passed = true;
   return model;
 }
 

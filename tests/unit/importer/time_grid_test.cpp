@@ -72,8 +72,11 @@ TEST(TimeGrid, NamesTheLineOfAGap) {
 
 TEST(TimeGrid, NamesTheLineOfAJitteringRow) {
   auto times = printed(0.0, 0.01, 1000, "{:.6f}");
-  times[300] = "3.000400";
-  EXPECT_EQ(fault_of(times).substr(0, 63), "u.csv:302: a step of 0.0104 s in time_s, expected 0.01 s; a rec");
+  times[300] = "3.001000";
+  EXPECT_EQ(fault_of(times).substr(0, 62), "u.csv:302: a step of 0.011 s in time_s, expected 0.01 s; a rec");
+  // 3 % of a step: too far from the grid, where 2 % is even.
+  times[300] = "3.000300";
+  EXPECT_EQ(fault_of(times).substr(0, 40), "u.csv:302: time_s is 3.0003, 0.0003 s of");
 }
 
 TEST(TimeGrid, NamesTheLineWhereTimeStopsOrGoesBack) {

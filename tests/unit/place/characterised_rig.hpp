@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "config/characterisation.hpp"
 #include "config/rig_config.hpp"
@@ -37,7 +39,9 @@ inline CharacterisedRig characterised(const config::RigConfig& rig, const hal::S
   StartingSource source(
       PlaceController(limits, step_s, centring.middle_in), limits, step_s,
       std::make_unique<CentringSource>(
-          std::span<const double>(plan.table_V.data(), static_cast<std::size_t>(plan.table_V.size())), centring));
+          std::span<const double>(plan.table_V.data(), static_cast<std::size_t>(plan.table_V.size())), centring,
+          LoopMonitor(loop_bounds(limits), step_s),
+          limits.following ? std::nullopt : std::optional<LearnedMonitor>(std::in_place, limits, step_s)));
   const std::unique_ptr<hal::Rig> plant = hal::open_rig(options, 0.0);
   hal::AppliedCommand applied;
   hal::RigReading reading;
@@ -70,6 +74,7 @@ inline CharacterisedRig characterised(const config::RigConfig& rig, const hal::S
   }
   for (Eigen::Index k = 0; k < plan.table_V.size() && played.is_in_place; ++k) {
     play(static_cast<std::uint32_t>(k));
+    if (source.breach().fault != acquisition::Fault::none) played.trips_following = true;
     played.record.output[k] = reading.displacement_in;
     played.record.input[k] = applied.applied_V;
   }

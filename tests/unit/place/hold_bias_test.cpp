@@ -87,7 +87,8 @@ TEST(HoldBias, LeavesGainOrdersAndMapAsOpenLoopFindsThem) {
       return record_of(play);
     };
     const ident::Record with_hold = played_with(std::make_unique<HoldSource>(
-        values_of(held.table_V), values_of(held.predicted_in), 1U, config::hold_gains(rig).usual, 1.0));
+        values_of(held.table_V), values_of(held.predicted_in), 1U, config::HoldLaw{config::hold_gains(rig).usual, 1.0},
+        LoopMonitor(loop_bounds(rig.limits), 0.001)));
     // The same tones without the loop, at the mean voltage that the loop found: the rod stays where the held one is.
     const Eigen::VectorXd open_V =
         held.table_V.array() + (with_hold.input.tail(kCompared) - held.table_V.tail(kCompared)).mean();

@@ -41,7 +41,8 @@ TEST(HoldCampaign, KeepsTwentyPerturbedRigsInMidStroke) {
     const std::unique_ptr<hal::Rig> plant = hal::open_rig(options, 0.0);
     StartingSource source(PlaceController(play.limits, 0.001, 2.95 + held.predicted_in[0]), play.limits, 0.001,
                           std::make_unique<HoldSource>(span_of(held.table_V), span_of(held.predicted_in), 1U,
-                                                       config::hold_gains(rig).usual, 1.0));
+                                                       config::HoldLaw{config::hold_gains(rig).usual, 1.0},
+                                                       LoopMonitor(loop_bounds(play.limits), 0.001)));
     play.play_on(*plant, source);
     ASSERT_EQ(play.report.outcome, acquisition::Outcome::completed)
         << "rig " << i << ": " << to_text(play.report.fault.fault);

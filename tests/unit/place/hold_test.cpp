@@ -69,7 +69,8 @@ TEST(Hold, KeepsTheRodInItsStrokeWithoutTakingTheTonesAway) {
     const std::unique_ptr<hal::Rig> plant = hal::open_rig(options, 0.0);
     StartingSource source(
         PlaceController(play.limits, 0.001, 2.95 + held.predicted_in[0]), play.limits, 0.001,
-        std::make_unique<HoldSource>(span_of(held.table_V), span_of(held.predicted_in), 1U, gain, 1.0));
+        std::make_unique<HoldSource>(span_of(held.table_V), span_of(held.predicted_in), 1U, config::HoldLaw{gain, 1.0},
+                                     LoopMonitor(loop_bounds(play.limits), 0.001)));
     play.play_on(*plant, source);
     EXPECT_EQ(play.report.outcome, Outcome::completed) << null_V << " V: " << to_text(play.report.fault.fault);
     if (play.report.outcome != Outcome::completed) continue;
@@ -88,7 +89,7 @@ TEST(Hold, KeepsTheRodInItsStrokeWithoutTakingTheTonesAway) {
 TEST(Hold, AddsNoMoreThanItsBoundAndNothingInItsMiddle) {
   const std::vector<double> table_V{0.5, 0.5, 0.5};
   const std::vector<double> predicted_in{0.0, 0.1, 0.2};
-  HoldSource source(table_V, predicted_in, 1, 5.0, 1.0);
+  HoldSource source(table_V, predicted_in, 1, {5.0, 1.0}, LoopMonitor({}, 0.001));
   hal::RigReading reading;
   reading.displacement_in = 3.0;
   EXPECT_DOUBLE_EQ(source.voltage_V(0, reading), 0.5);

@@ -5,9 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <string>
 
 #include "config/valve_estimate.hpp"
+#include "daemon/acquisition/limit_monitor.hpp"
 
 namespace eha {
 namespace {
@@ -122,6 +125,58 @@ TEST(Drift, NamesTheOffsetThatStopsIt) {
   ASSERT_TRUE(drift && drift->offset_V);
   EXPECT_NEAR(drift->rate_in_per_s, (displacement[29'999] - 2.95) / 30.0, 1e-3);
   EXPECT_NEAR(*drift->offset_V, balanced_V() - 0.1, 0.01);
+}
+
+/// The lowest upper travel limit that does not trip, to 0.001 in.
+double lowest_free_limit(const std::function<bool(double)>& trips) {
+  double low_in = 1.5;
+  double high_in = 5.0;
+  while (high_in - low_in > 0.001) {
+    const double middle_in = 0.5 * (low_in + high_in);
+    (trips(middle_in) ? low_in : high_in) = middle_in;
+  }
+  return high_in;
+}
+
+TEST(Rehearsal, TripsWhereTheMonitorTripsAtEveryTick) {
+  for (const double tick_s : {0.0002, 0.001, 0.004, 0.01, 0.05}) {
+    for (const double speed : {0.2, 2.0, 4.0}) {
+      config::RigConfig rig = sim();
+      rig.realtime.sample_period_s = tick_s;
+      rig.limits.following = config::Following{.gain_positive_in_per_V_s = 0.5,
+                                               .gain_negative_in_per_V_s = 0.5,
+                                               .null_V = 0.0,
+                                               .dead_band_V = config::kDeadBandSpare_V,
+                                               .null_uncertainty_V = 0.0,
+                                               .dead_band_uncertainty_V = 0.0,
+                                               .gain_uncertainty_percent = 0.0};
+      // One inch upwards at that speed, and then at rest. The valve gives 1 in/s for each volt.
+      const auto moving = static_cast<Eigen::Index>(std::llround(1.0 / speed / tick_s));
+      const auto resting = static_cast<Eigen::Index>(std::llround(0.2 / tick_s));
+      config::PreparedExperiment experiment = sine(0.0);
+      experiment.table_V.setZero(moving + resting);
+      experiment.table_V.head(moving).setConstant(speed);
+      const double rehearsed_in = lowest_free_limit([&](double limit_in) {
+        rig.limits.travel_max_in = limit_in;
+        return rehearse(experiment, rig, 1.0)->chance_of_trip > 0.5;
+      });
+      const double monitored_in = lowest_free_limit([&](double limit_in) {
+        rig.limits.travel_max_in = limit_in;
+        acquisition::LimitMonitor monitor(rig.limits, tick_s);
+        double place_in = 1.0;
+        bool trips = false;
+        for (Eigen::Index k = 0; k < experiment.table_V.size() && !trips; ++k) {
+          const hal::RigReading reading{.displacement_in = place_in,
+                                        .feedback_code = static_cast<std::uint32_t>(k % 2)};
+          trips = monitor.check(std::llround(1e9 * tick_s * static_cast<double>(k)), reading, 0.0).fault !=
+                  acquisition::Fault::none;
+          place_in += tick_s * experiment.table_V[k];
+        }
+        return trips;
+      });
+      EXPECT_NEAR(rehearsed_in, monitored_in, 0.01) << "tick " << tick_s << " s, " << speed << " in/s";
+    }
+  }
 }
 
 }  // namespace

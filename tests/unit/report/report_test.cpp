@@ -31,10 +31,11 @@ ident::Model model_named(const std::string& name, ident::Grade grade, double r2_
       .r2_percent = r2_percent, .mse = 1e-4, .fit_percent = 90.0, .error_min = -0.05, .error_max = 0.04, .samples = 50};
   validation.acf = {{0, 1, 2}, {1.0, 0.5, 0.1}, 0.2, 0.3};
   validation.ccf = {{-1, 0, 1}, {0.1, 0.5, 0.1}, 0.2, 0.3};
-  model.verdict = ident::Verdict{.accepted = grade != ident::Grade::rejected,
-                                 .reasons = {"The error <exceeds> its \"limit\" & more."},
-                                 .grade = grade,
-                                 .criteria = {{"validation_r2_percent", r2_percent, 90.0, r2_percent > 90.0}}};
+  model.verdict =
+      ident::Verdict{.accepted = grade != ident::Grade::rejected,
+                     .reasons = {"The error <exceeds> its \"limit\" & more."},
+                     .grade = grade,
+                     .criteria = {{ident::CriterionKind::r2, "validation", r2_percent, 90.0, r2_percent > 90.0}}};
   return model;
 }
 

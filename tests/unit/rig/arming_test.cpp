@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
+#include "hal/backends/backend.hpp"
 #include "hal/faults/fault_rig.hpp"
 #include "hal/sim/sim_rig.hpp"
 #include "tests/unit/acquisition/fake_rig.hpp"
@@ -14,7 +17,11 @@
 namespace eha {
 namespace {
 
-config::RigConfig card() { return config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml"); }
+config::RigConfig card() {
+  config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml");
+  rig.is_sample = false;
+  return rig;
+}
 
 /// The refusal of the card's rig after a change, empty when it may be armed.
 std::string refusal(const std::function<void(config::RigConfig&)>& change) {
@@ -38,6 +45,16 @@ ExitCode judged(hal::Rig& rig, const config::RigConfig& config) {
   return ExitCode::ok;
 }
 
+TEST(Arming, RefusesEachShippedRigThatMovesAMachineBecauseItIsASample) {
+  const std::string text = refusal([](auto& rig) { rig.is_sample = true; });
+  EXPECT_NE(text.find("sample = true"), std::string::npos) << text;
+  for (const auto& file : std::filesystem::directory_iterator(EHA_SOURCE_DIR "/config/rigs")) {
+    const config::RigConfig rig = config::load_rig(file.path());
+    EXPECT_TRUE(rig.is_sample) << file.path();
+    EXPECT_EQ(arming_findings(rig).refusals.empty(), !hal::moves_machine(rig.backend)) << file.path();
+  }
+}
+
 TEST(Arming, TakesTheShippedCardWithoutAWord) {
   const ArmingFindings findings = arming_findings(card());
   EXPECT_TRUE(findings.refusals.empty());
@@ -54,10 +71,50 @@ TEST(Arming, RefusesLimitsThatProtectFromNothingAndNamesAValueThatDoes) {
   EXPECT_TRUE(contains(text, "limits.slew_V_per_s = 1e+09") && contains(text, "at most 1e+03")) << text;
   text = refusal([](auto& rig) { rig.limits.stopping_deceleration_in_per_s2 = 1e12; });
   EXPECT_TRUE(contains(text, "limits.stopping_deceleration_in_per_s2") && contains(text, "at most 3861")) << text;
-  text = refusal([](auto& rig) { rig.limits.following->dead_band_V = 5.0; });
-  EXPECT_TRUE(contains(text, "following.dead_band_V")) << text;
-  text = refusal([](auto& rig) { rig.limits.following->limit_in = 5.0; });
-  EXPECT_TRUE(contains(text, "following.limit_in")) << text;
+}
+
+TEST(Arming, RefusesASlipOfThePenInFollowing) {
+  using Following = config::Following;
+  struct Slip {
+    std::function<void(Following&)> make;
+    const char* refused;
+  };
+  const std::vector<Slip> slips{
+      {[](Following& f) { f.dead_band_V = 3.0; }, "following.dead_band_V = 3 V is more than 30 %"},
+      {[](Following& f) { f.dead_band_V = 1.5; }, ""},
+      {[](Following& f) {
+         f.dead_band_V = 1.2;
+         f.gain_positive_in_per_V_s = 0.6;
+       },
+       "if the valve had none, the rod would move at 1.4 in/s"},
+      {[](Following& f) {
+         f.dead_band_V = 1.2;
+         f.gain_positive_in_per_V_s = 0.6;
+         f.dead_band_uncertainty_V = 0.02;
+       },
+       ""},
+      {[](Following& f) { f.limit_in = 0.29; }, "following.limit_in = 0.29 in is more than 5 % of the travel; set 0.1"},
+      {[](Following& f) { f.limit_in = 0.27; }, ""},
+      {[](Following& f) { f.pressure_delay_s = 5.0; }, "following.pressure_delay_s = 5 s"},
+      {[](Following& f) { f.pressure_delay_s = 3.0; }, ""},
+      {[](Following& f) { f.gain_positive_in_per_V_s = 0.0079; }, "following.gain_positive_in_per_V_s = 0.0079"},
+      {[](Following& f) { f.gain_negative_in_per_V_s = 0.0079; }, "at least 0.008"},
+      {[](Following& f) { f.gain_negative_in_per_V_s = 0.0081; }, ""},
+  };
+  for (const Slip& slip : slips) {
+    const std::string text = refusal([&](auto& rig) { slip.make(*rig.limits.following); });
+    EXPECT_EQ(text.empty(), std::string(slip.refused).empty()) << text;
+    EXPECT_NE(text.find(slip.refused), std::string::npos) << text;
+  }
+}
+
+TEST(Arming, RefusesATickOnWhichNoCheckActsInTimeAndABoundThatBoundsNothing) {
+  std::string text = refusal([](auto& rig) { rig.realtime.sample_period_s = 0.051; });
+  EXPECT_NE(text.find("realtime.sample_period_s = 0.051 s"), std::string::npos) << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.realtime.sample_period_s = 0.05; }), "");
+  text = refusal([](auto& rig) { rig.limits.closed_loop_max_V = 5.5; });
+  EXPECT_NE(text.find("limits.closed_loop_max_V = 5.5 V"), std::string::npos) << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.limits.closed_loop_max_V = 3.0; }), "");
 }
 
 TEST(Arming, RefusesASensorWhoseOpenWireReadsAsAPlaceWithinTheTravel) {

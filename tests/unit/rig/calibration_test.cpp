@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/excitation/portable_draw.hpp"
 
 namespace eha {

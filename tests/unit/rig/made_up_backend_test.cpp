@@ -11,7 +11,7 @@
 #include "daemon/rig/confirmation.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
-#include "hal/backend.hpp"
+#include "hal/backends/backend.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::hal {

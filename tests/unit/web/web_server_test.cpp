@@ -11,13 +11,20 @@
 
 #include <array>
 #include <chrono>
+#include <cstdlib>
 #include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/file_descriptor.hpp"
+#include "daemon/web/connection_owner.hpp"
 
 namespace eha::web {
 namespace {
@@ -30,13 +37,20 @@ constexpr auto kGenerous = 60s;
 /// A connection that sends and reads what it likes.
 class RawClient {
  public:
-  explicit RawClient(std::uint16_t port, int receive_bytes = 0) : descriptor_(socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit RawClient(std::uint16_t port, int receive_bytes = 0, int family = AF_INET)
+      : descriptor_(socket(family, SOCK_STREAM, 0)) {
     if (receive_bytes > 0) setsockopt(descriptor_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (connect(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    sockaddr_in v4{};
+    v4.sin_family = AF_INET;
+    v4.sin_port = htons(port);
+    v4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    sockaddr_in6 v6{};
+    v6.sin6_family = AF_INET6;
+    v6.sin6_port = htons(port);
+    v6.sin6_addr = in6addr_loopback;
+    const auto* address =
+        family == AF_INET ? reinterpret_cast<const sockaddr*>(&v4) : reinterpret_cast<const sockaddr*>(&v6);
+    if (connect(descriptor_, address, family == AF_INET ? sizeof v4 : sizeof v6) != 0) {
       throw std::runtime_error("cannot connect");
     }
   }
@@ -70,20 +84,25 @@ class RawClient {
 class WebServerTest : public ::testing::Test {
  protected:
   void start(const StreamLimits& limits = {}) {
-    server_.emplace(std::uint16_t{0}, limits, [](const httplib::Request& request, httplib::Response& response) {
-      if (request.path == "/broken") throw std::runtime_error("broken");
-      if (request.path == "/long") {
-        response.set_content(std::string(64u << 20, 'x'), "text/plain");
-      } else {
-        response.set_content(request.method + " " + request.body, "text/plain");
-      }
-    });
+    server_.emplace(Listeners::on_port(0), limits,
+                    [this](const httplib::Request& request, httplib::Response& response, uid_t user) {
+                      {
+                        const std::lock_guard lock(mutex_);
+                        users_.insert(user);
+                      }
+                      if (request.path == "/broken") throw std::runtime_error("broken");
+                      if (request.path == "/long") {
+                        response.set_content(std::string(64u << 20, 'x'), "text/plain");
+                      } else {
+                        response.set_content(request.method + " " + request.body, "text/plain");
+                      }
+                    });
     served_ = std::async(std::launch::async, [this] { server_->serve(AccessRules(server_->port(), {})); });
   }
 
   void TearDown() override {
     if (!server_) return;
-    while (served_.wait_for(5ms) != std::future_status::ready) server_->end();
+    server_->end();
     served_.get();
   }
 
@@ -92,8 +111,35 @@ class WebServerTest : public ::testing::Test {
   }
   [[nodiscard]] RawClient connected() const { return RawClient(server_->port()); }
 
+  [[nodiscard]] std::string post(const std::string& path = "/") const {
+    return head("POST " + path + " HTTP/1.1") + "Origin: http://127.0.0.1:" + std::to_string(server_->port()) +
+           "\r\nContent-Length: 0\r\n\r\n";
+  }
+  [[nodiscard]] bool has_connections(std::size_t count) const {
+    const auto deadline = steady_clock::now() + kGenerous;
+    while (server_->connections() != count && steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
+    return server_->connections() == count;
+  }
+
+  std::mutex mutex_;
+  std::set<uid_t> users_;  ///< whose requests were answered
   std::optional<WebServer> server_;
   std::future<void> served_;
+};
+
+/// Whether sockets can be those of another user; while it lives they are.
+class OtherUser {
+ public:
+  static constexpr uid_t kUser = 65534;
+  OtherUser() : is_other_(geteuid() == 0 && seteuid(kUser) == 0) {}
+  OtherUser(const OtherUser&) = delete;
+  ~OtherUser() {
+    if (is_other_ && seteuid(0) != 0) std::abort();
+  }
+  explicit operator bool() const { return is_other_; }
+
+ private:
+  bool is_other_;
 };
 
 TEST_F(WebServerTest, AnswersOneRequestAfterTheOther) {
@@ -207,20 +253,81 @@ TEST_F(WebServerTest, CutsAClientThatDoesNotTakeItsAnswer) {
 TEST_F(WebServerTest, RefusesAConnectionTooManyAndServesAgainWhenOneIsGone) {
   start({.idle = 60s});
   std::vector<RawClient> clients;
-  for (std::size_t i = 0; i < WebServer::kMostConnections; ++i) clients.push_back(connected());
-  const auto deadline = steady_clock::now() + kGenerous;
-  while (server_->connections() < WebServer::kMostConnections && steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(1ms);
-  }
-  const std::string answer = connected().hear();
-  EXPECT_EQ(answer.rfind("HTTP/1.1 503", 0), 0U) << answer;
+  for (std::size_t i = 0; i < Seats::kOfOneUser; ++i) clients.push_back(connected());
+  ASSERT_TRUE(has_connections(Seats::kOfOneUser));
+  // A spare seat: only a POST is answered, and nobody waits for it for long.
+  const RawClient spare = connected();
+  ASSERT_TRUE(spare.say(post()));
+  EXPECT_EQ(spare.hear().rfind("HTTP/1.1 200", 0), 0U);
+  ASSERT_TRUE(has_connections(Seats::kOfOneUser));
+  const RawClient asking = connected();
+  ASSERT_TRUE(asking.say(head() + "\r\n"));
+  EXPECT_EQ(asking.hear().rfind("HTTP/1.1 503", 0), 0U);
+  const RawClient silent = connected();
+  EXPECT_EQ(silent.hear(), "");
   ASSERT_TRUE(clients.back().say(head() + "Connection: close\r\n\r\n")) << "those that are connected are served";
   EXPECT_NE(clients.back().hear().find("200 OK"), std::string::npos);
   clients.clear();
-  while (server_->connections() != 0 && steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(has_connections(0));
   const RawClient late = connected();
   ASSERT_TRUE(late.say(head() + "Connection: close\r\n\r\n"));
   EXPECT_NE(late.hear().find("200 OK"), std::string::npos);
+}
+
+TEST_F(WebServerTest, AnswersAStopWhileAnotherUserHoldsAllThatHeMay) {
+  start({.idle = 60s, .request = 60s});
+  std::vector<RawClient> held;
+  {
+    const OtherUser other;
+    if (!other) GTEST_SKIP() << "needs root, to act as two users";
+    for (int i = 0; i < 300; ++i) held.push_back(connected());
+    for (const RawClient& client : held) client.say("POST / HTTP/1.1\r\n");
+  }
+  for (int i = 0; i < 40; ++i) {
+    const auto begun = steady_clock::now();
+    const RawClient client = connected();
+    ASSERT_TRUE(client.say(post()));
+    EXPECT_EQ(client.hear().rfind("HTTP/1.1 200", 0), 0U) << i;
+    EXPECT_LT(steady_clock::now() - begun, 500ms) << "a stop takes that long";
+  }
+}
+
+TEST_F(WebServerTest, BlamesTheUserOfAConnectionThatIsClosedAtOnce) {
+  start();
+  {
+    const OtherUser other;
+    if (!other) GTEST_SKIP() << "needs root, to act as two users";
+    for (int i = 0; i < 2000; ++i) {
+      const RawClient client = connected();
+      client.say(post());
+    }
+  }
+  // What was accepted before this one has been admitted by then.
+  const RawClient last = connected();
+  ASSERT_TRUE(last.say(post("/broken")));
+  EXPECT_EQ(last.hear().rfind("HTTP/1.1 500", 0), 0U);
+  ASSERT_TRUE(has_connections(0));
+  const std::lock_guard lock(mutex_);
+  users_.erase(OtherUser::kUser);
+  EXPECT_EQ(users_, std::set<uid_t>{0}) << "of the last one alone";
+}
+
+TEST_F(WebServerTest, IsAtBothLoopbackAddresses) {
+  start();
+  for (const int family : {AF_INET, AF_INET6}) {
+    const RawClient client(server_->port(), 0, family);
+    ASSERT_TRUE(client.say(head() + "Connection: close\r\n\r\n"));
+    EXPECT_NE(client.hear().find("200 OK"), std::string::npos) << family;
+  }
+  const std::lock_guard lock(mutex_);
+  EXPECT_EQ(users_, std::set<uid_t>{geteuid()});
+}
+
+TEST_F(WebServerTest, EndsBeforeItServes) {
+  WebServer server(Listeners::on_port(0), {}, [](const httplib::Request&, httplib::Response&, uid_t) {});
+  server.end();
+  server.serve(AccessRules(server.port(), {}));
+  EXPECT_EQ(server.connections(), 0U);
 }
 
 TEST_F(WebServerTest, AnswersAnExceptionWithItsMessage) {
@@ -232,13 +339,63 @@ TEST_F(WebServerTest, AnswersAnExceptionWithItsMessage) {
   EXPECT_NE(answer.find(R"({"error":"broken"})"), std::string::npos) << answer;
 }
 
-TEST_F(WebServerTest, SaysThatThePortIsTaken) {
-  start();
-  try {
-    const WebServer second(server_->port(), {}, [](const httplib::Request&, httplib::Response&) {});
-    ADD_FAILURE() << "two processes at one port";
-  } catch (const DeviceError& error) {
-    EXPECT_NE(std::string(error.what()).find("--port"), std::string::npos) << error.what();
+TEST(Listeners, SayThatThePortIsTakenOnEitherAddress) {
+  for (const int family : {AF_INET, AF_INET6}) {
+    const Listeners first = Listeners::on_port(0);
+    const os::FileDescriptor other(socket(family, SOCK_STREAM, 0));
+    sockaddr_in v4{};
+    v4.sin_family = AF_INET;
+    v4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    sockaddr_in6 v6{};
+    v6.sin6_family = AF_INET6;
+    v6.sin6_addr = in6addr_loopback;
+    auto* address = family == AF_INET ? reinterpret_cast<sockaddr*>(&v4) : reinterpret_cast<sockaddr*>(&v6);
+    socklen_t size = family == AF_INET ? sizeof v4 : sizeof v6;
+    ASSERT_EQ(bind(other.get(), address, size), 0);
+    ASSERT_EQ(listen(other.get(), 1), 0);
+    ASSERT_EQ(getsockname(other.get(), address, &size), 0);
+    for (const std::uint16_t port : {first.port(), ntohs(family == AF_INET ? v4.sin_port : v6.sin6_port)}) {
+      try {
+        static_cast<void>(Listeners::on_port(port));
+        ADD_FAILURE() << "two processes at one port";
+      } catch (const DeviceError& error) {
+        EXPECT_NE(std::string(error.what()).find("--port"), std::string::npos) << error.what();
+      }
+    }
+  }
+}
+
+TEST(Listeners, AreTakenOverFromTheServiceManager) {
+  // In a process of its own, because the numbers of the descriptors are fixed.
+  EXPECT_EXIT(
+      {
+        const Listeners opened = Listeners::on_port(0);
+        int next = 3;
+        for (const os::FileDescriptor& socket : opened.sockets()) {
+          if (socket.get() != next) dup2(socket.get(), next);
+          ++next;
+        }
+        setenv("LISTEN_PID", std::to_string(getpid()).c_str(), 1);
+        setenv("LISTEN_FDS", std::to_string(opened.sockets().size()).c_str(), 1);
+        const Listeners taken = Listeners::inherited();
+        std::_Exit(taken.port() == opened.port() && taken.sockets().size() == opened.sockets().size() ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+TEST(ConnectionOwner, IsFoundInTheKernelsTableToo) {
+  const Listeners listeners = Listeners::on_port(0);
+  for (std::size_t i = 0; i < listeners.sockets().size(); ++i) {
+    auto client = std::make_optional<RawClient>(listeners.port(), 0, i == 0 ? AF_INET : AF_INET6);
+    pollfd waiting{.fd = listeners.sockets()[i].get(), .events = POLLIN, .revents = 0};
+    ASSERT_EQ(poll(&waiting, 1, 60'000), 1);
+    const os::FileDescriptor accepted(accept(listeners.sockets()[i].get(), nullptr, nullptr));
+    ASSERT_TRUE(accepted);
+    EXPECT_EQ(connection_owner(accepted.get()), geteuid());
+    EXPECT_EQ(detail::connection_owner_in_table(accepted.get()), geteuid());
+    client.reset();
+    EXPECT_EQ(connection_owner(accepted.get()), std::nullopt);
+    EXPECT_EQ(detail::connection_owner_in_table(accepted.get()), std::nullopt);
   }
 }
 

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "ident/design/noise_of_file.hpp"
+#include "ident/design/residual_noise.hpp"
 #include "ident/design/tone_powers.hpp"
 #include "ident/estimation/fit.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
@@ -63,29 +63,14 @@ TEST(TonePowers, AreBetterThanAnyDraw) {
   }
 }
 
-TEST(StoredNoise, IsTheAutoregressionOfTheStoredCorrelation) {
-  Model model;
-  model.bode = BodeCurve{{0.01, 12.5}, {}, {}, {}, {}};
-  ValidationReport& validation = model.validation.emplace();
-  validation.score.mse = 4.0;
-  validation.score.samples = 500;
-  for (int lag = 0; lag <= 20; ++lag) {
-    validation.acf.lags.push_back(lag);
-    validation.acf.values.push_back(std::pow(0.9, lag));
-  }
-  const auto noise = stored_noise(model);
-  ASSERT_TRUE(noise);
-  EXPECT_DOUBLE_EQ(noise->compared_step_s, 0.04);
-  ASSERT_EQ(noise->model.coefficients.size(), 1);
-  EXPECT_NEAR(noise->model.coefficients[0], 0.9, 1e-12);
-  EXPECT_NEAR(noise->model.variance, 4.0 * (1.0 - 0.81), 1e-12);
-  EXPECT_NEAR(noise_power(*noise, 0.0), noise->model.variance / 0.01, 1e-9);
-  const ResidualModel coloured = coloured_residual(*noise, 1000);
+TEST(ResidualNoise, ContinuesItsAutocorrelation) {
+  const ResidualNoise noise{4.0, 4.0 * (1.0 - 0.81), {0.9}, {1.0, 0.9}, false};
+  EXPECT_NEAR(noise_power(noise, 0.04, 0.0), noise.variance / 0.01, 1e-9);
+  EXPECT_NEAR(noise_power(noise, 0.04, 12.5), noise.variance / 3.61, 1e-9);
+  const ResidualModel coloured = coloured_residual(noise, 1000);
   EXPECT_NEAR(coloured.autocovariance.at(30), 4.0 * std::pow(0.9, 30), 1e-12);
   EXPECT_NEAR(coloured.effective_samples, 1000.0 * 0.1 / 1.9, 1e-6);
-  EXPECT_NEAR(white_residual(*noise, 1000).autocovariance.front(), 4.0 * (1.0 - 0.81), 1e-12);
-  model.validation.reset();
-  EXPECT_FALSE(stored_noise(model));
+  EXPECT_NEAR(white_residual(noise, 1000).autocovariance.front(), 4.0 * (1.0 - 0.81), 1e-12);
 }
 
 Model fitted_model(const Model& truth, const Eigen::VectorXd& input, std::uint64_t seed) {

@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "ident/estimation/commensurate_sweep.hpp"
 #include "ident/estimation/fit.hpp"
-#include "ident/estimation/output_error.hpp"
+#include "ident/output_error/output_error.hpp"
 #include "ident/search/least_squares.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 

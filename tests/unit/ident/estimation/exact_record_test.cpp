@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/identify/executor.hpp"
+#include "daemon/identify/thread_executor.hpp"
 #include "daemon/importer/import.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/excitation/portable_draw.hpp"

@@ -163,10 +163,12 @@ struct Found {
 };
 
 Found found_in(const Case& c) {
+  const PreparedRecord prepared(c.record, {});
   const Climb climbed =
-      climb({}, {}, {}, [&](const StructureOptions& asked, const FitOptions& options, const std::vector<Model>& known) {
-        return fit(c.record, asked, options, run_in_order, known);
-      });
+      climb(prepared, {}, {}, {},
+            [&](const StructureOptions& asked, const FitOptions& options, const std::vector<Model>& known) {
+              return fit(prepared, asked, options, run_in_order, known);
+            });
   Found found{.recommendation = climbed.recommendation};
   for (const ClimbedModel& m : climbed.models) {
     if (m.result.model.name != climbed.recommendation.model) continue;

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -18,9 +20,10 @@ namespace {
 using namespace synthetic;
 
 Climb climbed(const Record& record, const LadderOptions& wanted = {}) {
-  return climb(wanted, {}, {},
+  const PreparedRecord prepared(record, {});
+  return climb(prepared, wanted, {}, {},
                [&](const StructureOptions& asked, const FitOptions& options, const std::vector<Model>& known) {
-                 return fit(record, asked, options, run_in_order, known);
+                 return fit(prepared, asked, options, run_in_order, known);
                });
 }
 
@@ -48,6 +51,69 @@ TEST(Ladder, FindsAnIntegratorBehindAValve) {
   EXPECT_NEAR(model->input_map->null, -0.2, 0.02);
   EXPECT_NEAR(model->input_map->dead_band, 0.3, 0.02);
   for (const char* name : {"io", "fo"}) EXPECT_NE(model_named(found, name), nullptr) << "is always there";
+}
+
+/// Levels of random height, each held for 0.2 s to 1.2 s, with white noise on the output.
+Record moved_by_levels(const Model& plant, double noise, std::uint64_t seed) {
+  Record record;
+  record.step_s = 0.04;
+  record.input.resize(700);
+  std::mt19937_64 draw(seed);
+  for (Eigen::Index k = 0; k < record.input.size();) {
+    const double level = 6.0 * uniform(draw) - 3.0;
+    const auto end = std::min(record.input.size(), k + 5 + static_cast<Eigen::Index>(25.0 * uniform(draw)));
+    while (k < end) record.input[k++] = level;
+  }
+  record.output = simulate(plant, record.input, record.step_s);
+  const double spread = std::sqrt((record.output.array() - record.output.mean()).square().mean());
+  for (double& y : record.output) y += noise * spread * normal(draw);
+  return record;
+}
+
+TEST(Ladder, FindsTheIntegratorBeforeAResonanceOfACylinder) {
+  Model plant;
+  plant.transfer_function = {{{0.6, 0.0}}, {{0.028, 3.0}, {0.05, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
+  const Climb found = climbed(moved_by_levels(plant, 0.002, 10));
+  EXPECT_EQ(found.recommendation.model, "cylinder") << sentence(found.recommendation);
+  const Model* model = model_named(found, "cylinder");
+  ASSERT_NE(model, nullptr);
+  EXPECT_NEAR(value(*model, "a3"), 0.028, 1e-3);
+  EXPECT_NEAR(value(*model, "a2"), 0.05, 1e-2);
+  EXPECT_EQ(model->stability->integrator_order, 1.0);
+}
+
+TEST(Ladder, FindsAZeroBesideTwoPolesInEitherHalfPlane) {
+  for (const double zero : {0.9, -0.5}) {
+    Model plant;
+    plant.transfer_function = {{{zero, 1.0}, {1.0, 0.0}}, {{0.3, 2.0}, {1.0, 1.0}, {0.8, 0.0}}, 0.0};
+    const Climb found = climbed(moved_by_levels(plant, 0.01, 11));
+    EXPECT_EQ(found.recommendation.model, "io") << sentence(found.recommendation);
+    const Model* model = model_named(found, "io");
+    ASSERT_NE(model, nullptr);
+    EXPECT_NEAR(value(*model, "b1"), zero, 0.05);
+    EXPECT_NEAR(value(*model, "b0"), 1.0, 0.05);
+  }
+}
+
+TEST(Ladder, FindsAnIntegratorWithDeadTime) {
+  Model plant;
+  plant.transfer_function = {{{0.6, 0.0}}, {{1.0, 1.0}, {0.0, 0.0}}, 0.3};
+  const Climb found = climbed(moved_by_levels(plant, 0.005, 12));
+  EXPECT_EQ(found.recommendation.model, "integrator_lag") << sentence(found.recommendation);
+  const Model* model = model_named(found, "integrator_lag");
+  ASSERT_NE(model, nullptr);
+  EXPECT_NEAR(model->transfer_function.delay_s, 0.3, 0.01);
+  EXPECT_EQ(model->transfer_function.denominator.size(), 2U);
+}
+
+TEST(Ladder, LeavesOutACoefficientThatIsCompatibleWith0) {
+  // An integrator of order 0.8 before a lag, which no rung has.
+  const Climb found = climbed(moved_by_levels(fractional(0.3, 1.7, 0.8, 0.0, 0.7), 0.005, 13));
+  EXPECT_EQ(found.recommendation.model, "fo") << sentence(found.recommendation);
+  const Model* model = model_named(found, "fo");
+  ASSERT_NE(model, nullptr);
+  EXPECT_EQ(value(*model, "a0"), 0.0);
+  EXPECT_NEAR(value(*model, "n1"), 0.8, 0.05);
 }
 
 TEST(Ladder, FindsAFractionalPlant) {

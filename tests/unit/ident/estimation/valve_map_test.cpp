@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "core/error.hpp"
 #include "ident/estimation/fit.hpp"
-#include "ident/estimation/output_error.hpp"
 #include "ident/estimation/variants.hpp"
+#include "ident/output_error/output_error.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
@@ -48,6 +49,31 @@ std::string refusal(const Record& record, const StructureOptions& asked) {
     return error.what();
   }
   return "fitted";
+}
+
+TEST(ValveMap, HasTheOneSideThatTheRecordHas) {
+  // A pump that moves nothing below 0.3 of its command.
+  Model pump = second_order();
+  pump.input_map = ValveMap{0.0, 0.3, 1.0};
+  Record record = record_of(pump, 0.05, 0.0, 1);
+  std::mt19937_64 draw(2);
+  for (Eigen::Index k = 0; k < record.input.size();) {
+    const double level = std::max(0.0, 1.2 * uniform(draw) - 0.2);
+    const auto end = std::min(record.input.size(), k + 5 + static_cast<Eigen::Index>(30.0 * uniform(draw)));
+    while (k < end) record.input[k++] = level;
+  }
+  record.output = simulate(pump, record.input, record.step_s);
+  for (double& y : record.output) y += 0.002 * normal(draw);
+  const Model found = fit(record, valve(structures::io()), {}).model;
+  EXPECT_EQ(found.input_map->null, 0.0);
+  EXPECT_EQ(found.input_map->negative_gain_ratio, 1.0);
+  EXPECT_NEAR(found.input_map->dead_band, 0.3, 0.01);
+  EXPECT_TRUE(parameter(found, "null").fixed);
+  EXPECT_NEAR(value(found, "K"), 0.46, 0.02);
+  // It never was within the dead band.
+  record.input = record.input.cwiseMax(0.4);
+  record.input.head(2).setZero();
+  EXPECT_NE(refusal(record, valve(structures::io())).find("record more input within the dead band"), std::string::npos);
 }
 
 TEST(ValveMap, IsZeroInsideTheBandAndHasAGainOnEitherSide) {

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "core/code_text.hpp"
 #include "core/error.hpp"
-#include "core/identifier.hpp"
 #include "core/os/files.hpp"
 #include "ident/export/model_formats.hpp"
 #include "ident/export/vector_fitting.hpp"
@@ -148,23 +148,6 @@ TEST(Export, RefusesWhatItCannotKeep) {
   Model state = of({{1, 0}}, {{1, 1.8}, {1, 0.9}, {1, 0}});
   state.initial_state = {1.0};
   EXPECT_THROW(static_cast<void>(exported(state, {})), ConfigError);
-}
-
-TEST(Export, NamesAFunctionSoThatEveryLanguageTakesIt) {
-  EXPECT_EQ(identifier("io_valve"), "io_valve");
-  EXPECT_EQ(identifier("3 poles"), "model_3_poles");
-  EXPECT_EQ(identifier("a-b.c"), "a_b_c");
-  EXPECT_EQ(identifier(""), "model_");
-}
-
-TEST(Export, LetsNoTextOfAFileEndAComment) {
-  Model model = of({{1, 0}}, {{1, 1}, {2, 0}});
-  model.name = "x */ int main \"\"\" \n";
-  model.output_unit = "*/";
-  const ExportedModel out = exported(model, {});
-  EXPECT_EQ(c_text(out, "f").find("*/ int main"), std::string::npos);
-  EXPECT_EQ(python_text(out, "f").find("\"\"\" int"), std::string::npos);
-  for (const std::string& line : notes(out)) EXPECT_EQ(line.find('\n'), std::string::npos);
 }
 
 TEST(Export, WritesTheLinesOfTheToolboxes) {

@@ -38,7 +38,10 @@ Model full_model() {
       27,
       0.4,
       "converged",
-      true};
+      true,
+      0.04,
+      ResidualNoise{1e-4, 7.5e-5, {0.5}, {1.0, 0.5}, true}};
+  model.structure = StructureOptions{.name = "fo", .structure = structures::fo()};
   ValidationReport validation;
   validation.score = {99.1, 2e-4, 90.5, -0.03, 0.04, 500};
   validation.offset_reestimated = Score{99.2, 1.9e-4, 91.0, -0.02, 0.03, 500};
@@ -53,9 +56,11 @@ Model full_model() {
   model.verdict = Verdict{true,
                           {"The residual is not white."},
                           Grade::usable,
-                          {{"validation_r2_percent", 99.1, 90.0, true},
-                           {"residual_whiteness_p", 1e-3, 0.01, false},
-                           {"error_over_noise", std::numeric_limits<double>::quiet_NaN(), 3.0, false, false}},
+                          {{CriterionKind::r2, "validation", 99.1, 90.0, true},
+                           {CriterionKind::residual_whiteness, "", 1e-3, 0.01, false},
+                           {CriterionKind::error_over_noise, "", kNan, 3.0, false, false},
+                           {CriterionKind::order_error, "n2", 0.1, 0.15, true},
+                           {CriterionKind::other, "of_tomorrow", 1.0, 2.0, true}},
                           FrequencyInterval{0.05, 0.65}};
   model.procedure = "paper";
   model.provenance = {{"normalisation", "a1 = 1"}, {"seed", "1"}};
@@ -75,9 +80,10 @@ TEST(ModelFile, HoldsTheDocumentedKeysInTheDocumentedOrder) {
   const auto json = nlohmann::ordered_json::parse(to_text(full_model()));
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_EQ(keys, (std::vector<std::string>{"schema", "name", "transfer_function", "input_bias", "initial_output",
-                                            "initial_state", "past_input", "units", "parameters", "estimation",
-                                            "validation", "stability", "verdict", "procedure", "provenance"}));
+  EXPECT_EQ(keys,
+            (std::vector<std::string>{"schema", "name", "transfer_function", "structure", "input_bias",
+                                      "initial_output", "initial_state", "past_input", "units", "parameters",
+                                      "estimation", "validation", "stability", "verdict", "procedure", "provenance"}));
   EXPECT_EQ(json["schema"], "eha-model/1");
   EXPECT_EQ(json["transfer_function"]["denominator"][0]["order"], 1.75);
   EXPECT_EQ(json["units"], (nlohmann::ordered_json{{"input", "V"}, {"output", "in"}, {"time", "s"}}));
@@ -98,18 +104,137 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.provenance, model.provenance);
   EXPECT_EQ(read.procedure, "paper");
   EXPECT_EQ(read.verdict->grade, Grade::usable);
-  EXPECT_EQ(read.verdict->criteria.at(1).name, "residual_whiteness_p");
+  EXPECT_EQ(name_of(read.verdict->criteria.at(0)), "validation_r2_percent");
+  EXPECT_EQ(read.verdict->criteria.at(0).kind, CriterionKind::r2);
+  EXPECT_EQ(read.verdict->criteria.at(1).kind, CriterionKind::residual_whiteness);
+  EXPECT_EQ(read.verdict->criteria.at(3).kind, CriterionKind::order_error);
+  EXPECT_EQ(read.verdict->criteria.at(3).parameter, "n2");
+  EXPECT_EQ(name_of(read.verdict->criteria.at(4)), "of_tomorrow");
   EXPECT_FALSE(read.verdict->criteria.at(1).passed);
   EXPECT_TRUE(read.verdict->criteria.at(1).judged);
   EXPECT_FALSE(read.verdict->criteria.at(2).judged);
   EXPECT_EQ(read.verdict->usable_band->highest_Hz, 0.65);
   EXPECT_EQ(read.estimation->information->left_out.at(0).rise, 40.5);
   EXPECT_EQ(read.validation->tests->whiteness.degrees, 18U);
+  EXPECT_EQ(read.estimation->compared_step_s, 0.04);
+  EXPECT_EQ(read.estimation->noise->coefficients, std::vector<double>{0.5});
+  EXPECT_TRUE(read.estimation->noise->with_parameters);
+}
+
+/// Structures of every kind: each family, forms that no family has, a map, requests.
+std::vector<StructureOptions> many_structures() {
+  std::vector<StructureOptions> all;
+  for (const StructureFamily& family : structure_families()) {
+    all.push_back({.name = std::string(family.name), .structure = family.make(Degrees{3, 1})});
+  }
+  all.push_back({.name = "io3", .structure = structures::io3(1)});
+  all.push_back({.name = "integrator_lag", .structure = structures::integrator_lag()});
+  all.back().structure.denominator.pop_back();
+  all.push_back({.name = "terms",
+                 .structure = structure_of_terms({.numerator = {{0.5}, {0.0}},
+                                                  .denominator = {{2.1, true, {}, {}, 2.5}, {1.0}, {0.0, false, 0.4}}}),
+                 .initial_state = InitialState::none});
+  all.push_back({.name = "fo_valve",
+                 .structure = structures::behind_valve(structures::fo()),
+                 .initial_state = InitialState::estimated,
+                 .parameters = {{"b0", false, 0.1, 0.0, 0.5}, {"delay_s", true, 0.02, {}, {}}}});
+  all.back().structure.delay.freedom = Freedom::free;
+  return all;
+}
+
+TEST(ModelFile, HoldsTheStructureThatWasFitted) {
+  for (const StructureOptions& asked : many_structures()) {
+    Model model = full_model();
+    model.name = asked.name;
+    model.structure = asked;
+    const StructureOptions read = model_from_text(to_text(model), "x.json").structure.value();
+    EXPECT_EQ(read.name, asked.name);
+    EXPECT_EQ(read.structure.family, asked.structure.family);
+    EXPECT_EQ(read.structure.formula, asked.structure.formula);
+    EXPECT_EQ(read.structure.numerator, asked.structure.numerator) << asked.name;
+    EXPECT_EQ(read.structure.denominator, asked.structure.denominator) << asked.name;
+    EXPECT_EQ(read.structure.base_order, asked.structure.base_order);
+    EXPECT_EQ(read.structure.delay, asked.structure.delay);
+    EXPECT_EQ(read.structure.input_map.bias, asked.structure.input_map.bias);
+    EXPECT_EQ(read.structure.input_map.valve.has_value(), asked.structure.input_map.valve.has_value());
+    EXPECT_EQ(read.structure.degrees.has_value(), asked.structure.degrees.has_value());
+    EXPECT_EQ(read.initial_state, asked.initial_state);
+    ASSERT_EQ(read.parameters.size(), asked.parameters.size());
+    for (std::size_t k = 0; k < read.parameters.size(); ++k) {
+      EXPECT_EQ(read.parameters[k].name, asked.parameters[k].name);
+      EXPECT_EQ(read.parameters[k].fixed, asked.parameters[k].fixed);
+      EXPECT_EQ(read.parameters[k].upper, asked.parameters[k].upper);
+    }
+  }
+}
+
+/// What is read of a file of a version that wrote neither structure nor compared step nor noise.
+Model earlier(Model model) {
+  model.structure.reset();
+  if (model.estimation) {
+    model.estimation->compared_step_s.reset();
+    model.estimation->noise.reset();
+  }
+  return model_from_text(to_text(model), "x.json");
+}
+
+TEST(ModelFile, GuessesTheStructureOfAnEarlierFile) {
+  struct Case {
+    const char* name;
+    TransferFunction g;
+    const char* family;
+    std::size_t denominator_terms;
+  };
+  for (const Case& one : {Case{"fo_valve", {{{1, 0}}, {{1, 1.8}, {1, 0.9}, {1, 0}}}, "fo", 3},
+                          Case{"mine", {{{1, 0}}, {{1, 1.8}, {1, 0.9}, {1, 0}}}, "fo", 3},
+                          Case{"mine", {{{1, 0}}, {{1, 0.9}, {1, 0}}}, "lag", 2},
+                          Case{"mine", {{{1, 1}, {1, 0}}, {{1, 3}, {1, 2}, {1, 1}, {1, 0}}}, "io", 4},
+                          Case{"io1", {{{1, 0}}, {{1, 1}, {1, 0}}}, "io1", 2},
+                          Case{"io3", {{{1, 1}, {1, 0}}, {{1, 3}, {1, 2}, {1, 1}, {1, 0}}}, "io", 4}}) {
+    Model model;
+    model.name = one.name;
+    model.transfer_function = one.g;
+    model.transfer_function.delay_s = 0.02;
+    model.input_map = ValveMap{0.0, 0.1, 1.0};
+    const StructureOptions guess = earlier(model).structure.value();
+    EXPECT_EQ(guess.name, one.name);
+    EXPECT_EQ(guess.structure.family, one.family);
+    EXPECT_EQ(guess.structure.denominator.size(), one.denominator_terms);
+    EXPECT_TRUE(guess.structure.input_map.valve);
+    EXPECT_EQ(guess.structure.delay.value, 0.02);
+    EXPECT_EQ(guess.structure.delay.freedom, Freedom::held);
+  }
+  Model other;
+  other.transfer_function = {{{1, 0}}, {{1, 2.2}, {1, 1.5}, {1, 0.7}, {1, 0}}};
+  EXPECT_FALSE(earlier(other).structure);
+}
+
+TEST(ModelFile, GuessesTheNoiseOfAnEarlierFile) {
+  Model model = full_model();
+  model.bode = BodeCurve{{0.01, 12.5}, {}, {}, {}, {}};
+  model.estimation->score.mse = 4.0;
+  model.validation->score.samples = 500;
+  model.validation->acf = {};
+  for (int lag = 0; lag <= 20; ++lag) {
+    model.validation->acf.lags.push_back(lag);
+    model.validation->acf.values.push_back(std::pow(0.9, lag));
+  }
+  const EstimationReport read = earlier(model).estimation.value();
+  EXPECT_DOUBLE_EQ(read.compared_step_s.value(), 0.04);
+  ASSERT_EQ(read.noise.value().coefficients.size(), 1U);
+  EXPECT_NEAR(read.noise->coefficients[0], 0.9, 1e-12);
+  EXPECT_NEAR(read.noise->variance, 4.0 * (1.0 - 0.81), 1e-12);
+  EXPECT_EQ(read.noise->power, 4.0);
+  EXPECT_FALSE(read.noise->with_parameters);
+  model.provenance["noise_model"] = "autoregressive";
+  EXPECT_TRUE(earlier(model).estimation->noise->with_parameters);
+  model.validation.reset();
+  EXPECT_FALSE(earlier(model).estimation->noise);
 }
 
 TEST(ModelFile, HoldsAnInputMapOrABiasButNotBoth) {
   Model model = full_model();
-  EXPECT_EQ(to_text(model).find("input_map"), std::string::npos);
+  EXPECT_FALSE(nlohmann::json::parse(to_text(model)).contains("input_map"));
   model.input_bias = 0.0;
   model.input_map = ValveMap{-0.2, 0.15, 0.88};
   const auto json = nlohmann::ordered_json::parse(to_text(model));
@@ -244,6 +369,15 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"/validation/acf/lags/1", "1e300", "validation.acf.lags[1]: expected a whole number, got 1e+300"},
         Fault{"/validation/acf/values", "[1]", "validation.acf: expected as many values as lags, got 1 and 2"},
         Fault{"/estimation/samples", "-3", "estimation.samples: expected a whole number of at least 0, got -3"},
+        Fault{"/structure/family", "", "structure.family: expected a value, got no such field"},
+        Fault{"/structure/delay/freedom", "\"loose\"",
+              "structure.delay.freedom: expected one of \"constant\", \"held\", \"free\", got \"loose\""},
+        Fault{"/structure/denominator", "[]", "structure.denominator: expected 1 to 24 terms, got an array"},
+        Fault{"/structure/denominator/1/order/lower", "4",
+              "structure.denominator[1].order: expected lower at most upper, got an object"},
+        Fault{"/estimation/compared_step_s", "0", "estimation.compared_step_s: expected more than 0, got 0"},
+        Fault{"/estimation/noise/coefficients", "[]",
+              "estimation.noise: expected one autocorrelation more than coefficients, got 2 and 0"},
         Fault{"/verdict/reasons/0", "7", "verdict.reasons[0]: expected a string, got 7"},
         Fault{"/verdict/usable_band_Hz/0", "0.7",
               "verdict.usable_band_Hz: expected two rising frequencies above 0, got an array"},

@@ -47,6 +47,13 @@ TEST(Structures, OfAnIntegratorAndALagDeclareAPoleAt0) {
   EXPECT_TRUE(
       declares_integrator({.structure = structure_of_terms({.denominator = {{.order = 1.0}, {.order = 2.0}}})}));
   EXPECT_FALSE(declares_integrator({.structure = structures::fo()}));
+  EXPECT_TRUE(declares_integrator({.structure = structures::cylinder()}));
+}
+
+TEST(Structures, HaveTheFormulaOfTheirTerms) {
+  EXPECT_EQ(structures::cylinder().formula, "K/(a3 s^3+a2 s^2+a1 s)");
+  EXPECT_EQ(structures::io1().formula, "K/(a1 s+a0)");
+  EXPECT_EQ(structures::io3(1).formula, "(b1 s+b0)/(a3 s^3+a2 s^2+a1 s+a0)");
 }
 
 TEST(Structures, LetRequestsNameAllButTheirConstants) {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "ident/estimation/fit.hpp"
-#include "ident/estimation/output_error.hpp"
 #include "ident/excitation/portable_draw.hpp"
+#include "ident/output_error/output_error.hpp"
 #include "ident/signal/decimation.hpp"
 
 namespace eha::ident {

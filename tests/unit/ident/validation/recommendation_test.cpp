@@ -78,6 +78,8 @@ TEST(Recommendation, LeavesOutWhatTheEstimationPartAlreadyRejects) {
       recommended({model_of("io", -100.0), model_of("io3", -120.0, Order::whole, Figures::unconverged)});
   EXPECT_EQ(found.model, "io");
   EXPECT_EQ(found.runner_up, "io3") << "for want of another one";
+  EXPECT_NE(found.reason.find("; io3, 20.0 better, is rejected: The estimation did not converge"), std::string::npos)
+      << found.reason;
 }
 
 TEST(Recommendation, LetsTheEstimationPartChooseAndSaysWhereTheValidationPartHadTo) {
@@ -97,6 +99,14 @@ TEST(Recommendation, IsNoneWithTheReasonWhereNothingIsAccepted) {
   EXPECT_NE(rejected.reason.find("validation R2 of 20 %"), std::string::npos) << rejected.reason;
   EXPECT_EQ(sentence(rejected).rfind("No model is recommended: ", 0), 0U);
   EXPECT_EQ(recommended({}).model, "");
+}
+
+TEST(Recommendation, DoesNotCallAnAcceptedModelRejected) {
+  const Recommendation found = recommended(
+      {model_of("fo", -105.0, Order::estimated), model_of("io", -100.0, Order::whole, Figures::unconverged)});
+  EXPECT_EQ(found.model, "");
+  EXPECT_EQ(found.reason.rfind("fo is accepted, but estimated orders must gain 10", 0), 0U) << found.reason;
+  EXPECT_NE(found.reason.find("io is rejected: The estimation did not converge"), std::string::npos) << found.reason;
 }
 
 TEST(Recommendation, ComparesModelsOfTheSameRowsOnly) {

@@ -35,7 +35,7 @@ TEST(Verdict, AcceptsWithoutAWordWhatMeetsEveryLimit) {
   EXPECT_TRUE(verdict.accepted);
   EXPECT_EQ(verdict.grade, Grade::good);
   EXPECT_TRUE(verdict.reasons.empty());
-  for (const Criterion& c : verdict.criteria) EXPECT_TRUE(c.passed) << c.name;
+  for (const Criterion& c : verdict.criteria) EXPECT_TRUE(c.passed) << name_of(c);
 }
 
 TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
@@ -129,7 +129,8 @@ TEST(Verdict, RejectsAMarginBelowItsLimitAndAStabilityNobodyDetermined) {
             (std::vector<std::string>{"The stability margin of 0.5 rad is below the limit of 0.6 rad."}));
   EXPECT_FALSE(judge(model, limits).accepted);
   model.stability.reset();
-  EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
+  EXPECT_EQ(judge(model, AcceptanceLimits{}).reasons,
+            std::vector<std::string>{"The model's stability was not determined, and the limits require it."});
 }
 
 TEST(Verdict, LetsAnUnstableModelPassOnlyWhereTheLimitsAllowItAndSaysSo) {
@@ -171,7 +172,8 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
 }
 
 const Criterion& criterion_of(const Verdict& verdict, const std::string& name) {
-  return *std::find_if(verdict.criteria.begin(), verdict.criteria.end(), [&](const auto& c) { return c.name == name; });
+  return *std::find_if(verdict.criteria.begin(), verdict.criteria.end(),
+                       [&](const auto& c) { return name_of(c) == name; });
 }
 
 TEST(Verdict, DoesNotJudgeResidualsByTooFewSamples) {

@@ -52,7 +52,7 @@ Verdict verdict_on(const Record& record, const Structure& structure) {
 
 bool failed(const Verdict& verdict, const std::string& criterion) {
   return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
-                     [&](const Criterion& c) { return c.name == criterion && !c.passed; });
+                     [&](const Criterion& c) { return name_of(c) == criterion && !c.passed; });
 }
 
 std::string reasons_of(const Verdict& verdict) {

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/eha/drive_options.hpp"
+
+namespace eha::cli {
+
+class Console;
+
+struct RunCommand : DriveOptions {
+  std::string experiment_file = {};
+  std::vector<std::string> further_files = {};  ///< played after it, in order
+  std::optional<std::string> text = {};         ///< of the experiment; none: experiment_file is read
+  bool detach = false;                          ///< queue and leave
+  bool accept_travel_risk = false;              ///< play what the rehearsal refuses
+};
+
+[[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);
+
+}  // namespace eha::cli

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace eha::ident {
+
+enum class Procedure { standard, paper };  ///< spelled "default" and "paper" in files
+
+/// Starts of a fit.
+enum class Search {
+  global,  ///< anywhere in the structure's search box and at known models, then local
+  known,   ///< at known models and guessed poles; anywhere where neither gives a model
+  local,   ///< at the requested start values, nowhere else
+};
+
+/// Source of the 95 % intervals.
+enum class IntervalMethod {
+  profile,   ///< the profile of the cost where it is no parabola; takes as long as a hundred local fits then
+  straight,  ///< standard errors alone, where only the estimates are wanted
+};
+
+/// Use of a record by a fit.
+struct FitOptions {
+  Procedure procedure = Procedure::standard;
+  Search search = Search::global;
+  IntervalMethod intervals = IntervalMethod::profile;
+  int decimation = 1;      ///< model and data are compared at every Nth sample
+  double discard_s = 0.0;  ///< not compared, though simulated [s]
+  double split = 0.5;      ///< share of the compared samples that estimates; 1 leaves no validation
+  std::uint64_t seed = 1;
+  /// The input before the first row, at which the plant is at rest [input unit]; none: 0, or what the record shows.
+  /// Needed for a record whose input steps at its first row.
+  std::optional<double> input_before = {};
+};
+
+}  // namespace eha::ident

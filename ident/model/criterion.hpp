@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace eha::ident {
+
+/// The quantity that a criterion of the verdict compares with a limit.
+enum class CriterionKind : std::uint8_t {
+  interpolated,
+  converged,
+  r2,
+  max_abs_error,
+  residual_input,
+  residual_whiteness,
+  residual_drift,
+  saturated,
+  extrapolated,
+  error_over_noise,
+  stability_margin,
+  excitation_order,
+  order_error,           ///< standard error of a free order
+  left_out,              ///< rise of AR-BIC without an order's term
+  coefficient_interval,  ///< distance of a coefficient's interval from 0
+  other,                 ///< of a file of another version; its name is the parameter
+};
+
+/// Effect of a failed criterion on the grade.
+enum class CriterionWeight : std::uint8_t { rejects, lowers };
+
+/// Unit of a criterion's value and limit.
+enum class CriterionUnit : std::uint8_t { none, percent, radian, output };
+
+/// Facts of a kind. Its name in files is `prefix`, the criterion's part or parameter, `suffix`.
+struct CriterionTraits {
+  CriterionKind kind = CriterionKind::other;
+  std::string_view prefix = {};
+  std::string_view suffix = {};
+  CriterionUnit unit = CriterionUnit::none;
+  CriterionWeight weight = CriterionWeight::lowers;
+};
+
+/// One comparison by which a model is judged.
+struct Criterion {
+  CriterionKind kind = CriterionKind::other;
+  std::string parameter = {};  ///< "n2"; of r2 and max_abs_error the scored part, "validation" or "estimation"
+  double value = 0.0;
+  double limit = 0.0;
+  bool passed = false;
+  bool judged = true;  ///< false: the record holds too little to tell; then `value` may be NaN
+};
+
+/// Every kind, in the order in which a verdict lists them.
+[[nodiscard]] std::span<const CriterionTraits> criterion_kinds();
+[[nodiscard]] const CriterionTraits& traits_of(CriterionKind kind);
+
+/// As model files and tables spell it: "validation_r2_percent", "std_n2".
+[[nodiscard]] std::string name_of(const Criterion& criterion);
+
+/// A criterion of a given name, without figures.
+[[nodiscard]] Criterion criterion_named(std::string_view name);
+
+/// Whether the criterion failed although the record suffices to judge it.
+[[nodiscard]] inline bool has_failed(const Criterion& criterion) { return criterion.judged && !criterion.passed; }
+
+}  // namespace eha::ident

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/output_unit.hpp"
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "ident/validation/verdict.hpp"
+
+namespace eha::ident {
+namespace {
+
+void rescale(Score& score, double factor) {
+  score.mse *= factor * factor;
+  score.error_min *= factor;
+  score.error_max *= factor;
+}
+
+bool is_numerator_coefficient(const Model& model, const std::string& parameter) {
+  return key_of(parameter, model.transfer_function.numerator.size()).role == ParameterRole::numerator_coefficient;
+}
+
+void rescale(StructureOptions& asked, double factor) {
+  const auto rescale_all = [&](StructureParameter& parameter) {
+    for (double* value :
+         {&parameter.value, &parameter.lower, &parameter.upper, &parameter.search_lower, &parameter.search_upper}) {
+      *value *= factor;
+    }
+  };
+  for (StructureTerm& term : asked.structure.numerator) rescale_all(term.coefficient);
+  rescale_all(asked.structure.initial_output);
+  for (ParameterRequest& request : asked.parameters) {
+    if (!scales_with_output(key_of(request.name, asked.structure.numerator.size()).role)) continue;
+    for (std::optional<double>* value : {&request.start, &request.lower, &request.upper}) {
+      if (*value) **value *= factor;
+    }
+  }
+}
+
+}  // namespace
+
+bool scales_with_output(ParameterRole role) {
+  return role == ParameterRole::numerator_coefficient || role == ParameterRole::initial_output ||
+         role == ParameterRole::initial_state;
+}
+
+Model in_output_unit(Model model, const std::string& unit, double factor) {
+  for (Term& term : model.transfer_function.numerator) term.coefficient *= factor;
+  if (model.structure) rescale(*model.structure, factor);
+  model.initial_output *= factor;
+  for (double& state : model.initial_state) state *= factor;
+  for (ParameterEstimate& p : model.parameters) {
+    if (!scales_with_output(p.role)) continue;
+    for (double* value : {&p.value, &p.std, &p.lower95, &p.upper95}) *value *= factor;
+  }
+  if (model.estimation) {
+    rescale(model.estimation->score, factor);
+    if (auto& noise = model.estimation->noise) {
+      noise->power *= factor * factor;
+      noise->variance *= factor * factor;
+    }
+    if (auto& i = model.estimation->information) {
+      i->fpe *= factor * factor;
+      for (double* criterion : {&i->aic, &i->aicc, &i->bic})
+        *criterion += 2.0 * i->effective_samples * std::log(factor);
+    }
+  }
+  if (auto& validation = model.validation) {
+    rescale(validation->score, factor);
+    if (validation->offset_reestimated) rescale(*validation->offset_reestimated, factor);
+    if (validation->tests && validation->tests->drift) {
+      validation->tests->drift->change *= factor;
+      validation->tests->drift->expected *= factor;
+    }
+  }
+  if (model.bode) {
+    for (double& gain : model.bode->gain_dB) gain += 20.0 * std::log10(factor);
+  }
+  if (model.verdict) {
+    for (Criterion& criterion : model.verdict->criteria) {
+      const bool is_of_output = criterion.kind == CriterionKind::coefficient_interval
+                                    ? is_numerator_coefficient(model, criterion.parameter)
+                                    : traits_of(criterion.kind).unit == CriterionUnit::output;
+      if (!is_of_output) continue;
+      criterion.value *= factor;
+      criterion.limit *= factor;
+    }
+  }
+  model.output_unit = unit;
+  // The stored sentences are in the unit of the file.
+  if (model.verdict && !model.verdict->criteria.empty()) model.verdict->reasons = reasons_of(model, *model.verdict);
+  return model;
+}
+
+Model in_unit(Model model, const DisplayUnit& unit) {
+  const std::string shown = unit.of(model.output_unit);
+  if (shown == model.output_unit) return model;
+  const double factor = unit.factor(model.output_unit);
+  return in_output_unit(std::move(model), shown, factor);
+}
+
+std::string requoted(std::string text, const Model& before, const Model& after) {
+  if (!before.verdict || before.verdict->reasons.empty() || !after.verdict || after.verdict->reasons.empty())
+    return text;
+  const std::string& quoted = before.verdict->reasons.front();
+  if (!quoted.empty() && text.ends_with(quoted)) {
+    text.replace(text.size() - quoted.size(), quoted.size(), after.verdict->reasons.front());
+  }
+  return text;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "core/display_unit.hpp"
+#include "ident/model/model.hpp"
+#include "ident/structure/parameter_role.hpp"
+
+namespace eha::ident {
+
+/// Whether a parameter's value is proportional to the output's unit.
+[[nodiscard]] bool scales_with_output(ParameterRole role);
+
+/// The model whose output is in another unit: gain, offset, free response, scores, Bode plot and the sentences of its
+/// verdict. @param factor  what an output in the model's unit is multiplied by, positive
+[[nodiscard]] Model in_output_unit(Model model, const std::string& unit, double factor);
+
+/// The model with its output in a unit for people, where that is a length.
+[[nodiscard]] Model in_unit(Model model, const DisplayUnit& unit);
+
+/// A text that ends with the first reason of a verdict, as recommendations do, with the reason of the same model in
+/// another unit in its place; other texts unchanged.
+[[nodiscard]] std::string requoted(std::string text, const Model& before, const Model& after);
+
+}  // namespace eha::ident

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The sentences of a verdict.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ident/fractional/stability.hpp"
+#include "ident/model/parameter_text.hpp"
+#include "ident/search/least_squares.hpp"
+#include "ident/validation/verdict.hpp"
+
+namespace eha::ident {
+namespace {
+
+using Kind = CriterionKind;
+
+double lowest_order(const std::vector<Term>& terms) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Term& term : terms) {
+    if (term.coefficient != 0.0) lowest = std::min(lowest, term.order);
+  }
+  return lowest;
+}
+
+/// Whether the model would be stable without its poles at 0.
+bool only_integrates(const TransferFunction& g) {
+  const double poles = lowest_order(g.denominator);
+  if (!(poles > lowest_order(g.numerator)) || std::isinf(poles)) return false;
+  TransferFunction rest = g;
+  for (Term& term : rest.denominator) term.order = std::max(0.0, term.order - poles);
+  return stability(rest).stable;
+}
+
+/// Whether a residual correlates with the input that follows, and with that more than with what went before.
+bool leads(const Correlation& ccf) {
+  double future = 0.0;
+  double past = 0.0;
+  for (std::size_t i = 0; i < std::min(ccf.lags.size(), ccf.values.size()); ++i) {
+    double& side = ccf.lags[i] < 0 ? future : past;
+    side = std::max(side, std::abs(ccf.values[i]));
+  }
+  return future > ccf.bound99 && future > past;
+}
+
+class Reasons {
+ public:
+  Reasons(const Model& model, const Verdict& verdict) : model_(model), verdict_(verdict) {}
+
+  std::vector<std::string> all() {
+    about({Kind::interpolated, Kind::converged});
+    note_flat_ridge();
+    if (!model_.estimation && !model_.validation) {
+      rejections_.emplace_back("The model was neither estimated nor validated here.");
+    }
+    about({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::residual_whiteness, Kind::residual_drift,
+           Kind::saturated, Kind::extrapolated});
+    note_low_r2();
+    about({Kind::error_over_noise});
+    if (model_.estimation && !model_.validation) {
+      notes_.emplace_back(
+          "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
+    }
+    note_allowed_instability();
+    about({Kind::stability_margin, Kind::excitation_order, Kind::order_error, Kind::left_out,
+           Kind::coefficient_interval});
+    note_wide_intervals();
+    rejections_.insert(rejections_.end(), notes_.begin(), notes_.end());
+    return std::move(rejections_);
+  }
+
+ private:
+  void about(std::initializer_list<Kind> kinds) {
+    for (const Criterion& criterion : verdict_.criteria) {
+      if (criterion.passed || std::find(kinds.begin(), kinds.end(), criterion.kind) == kinds.end()) continue;
+      const std::string text = criterion.judged ? failed(criterion) : not_judged(criterion);
+      if (text.empty()) continue;
+      const bool rejects = criterion.judged && traits_of(criterion.kind).weight == CriterionWeight::rejects;
+      (rejects ? rejections_ : notes_).push_back(text);
+    }
+  }
+
+  [[nodiscard]] std::string failed(const Criterion& c) const {
+    const std::string& unit = model_.output_unit;
+    switch (c.kind) {
+      case Kind::interpolated:
+        return fmt::format(
+            "{:.3g} % of the record was not measured but interpolated, which is above the limit of {:.3g} %.", c.value,
+            c.limit);
+      case Kind::converged:
+        if (!model_.estimation) return {};
+        return fmt::format("The estimation did not converge: it ended after {} evaluations with \"{}\".",
+                           model_.estimation->evaluations, model_.estimation->termination);
+      case Kind::r2:
+        return fmt::format("The {} R2 of {:.4g} % is below the limit of {:.4g} %.", c.parameter, c.value, c.limit);
+      case Kind::max_abs_error:
+        return fmt::format("The greatest {} error of {:.4g} {} is above the limit of {:.4g} {}.", c.parameter, c.value,
+                           unit, c.limit, unit);
+      case Kind::residual_input:
+        return fmt::format(
+            "The residual correlates with past input (p = {:.2g} for lags 0 to 20 together): the model may miss a part "
+            "of the plant.",
+            c.value);
+      case Kind::residual_whiteness:
+        return fmt::format(
+            "The residual is no autoregressive noise of order {} (p = {:.2g} for lags 1 to 20 together).",
+            model_.validation && model_.validation->tests ? model_.validation->tests->ar_order : 0, c.value);
+      case Kind::residual_drift:
+        return fmt::format(
+            "The residual drifts by {:.3g} {} over the validation part, more than the {:.3g} {} that noise and the "
+            "parameters' errors explain: the sensor or an offset drifts.",
+            c.value, unit, c.limit, unit);
+      case Kind::saturated:
+        return fmt::format(
+            "The output stays at its greatest or least value for {:.3g} % of the samples while the model goes on, more "
+            "than {:.3g} %: sensor or actuator saturate.",
+            c.value, c.limit);
+      case Kind::extrapolated:
+        return fmt::format(
+            "{:.3g} % of the validating samples have an input outside the range that the model was estimated on, more "
+            "than {:.3g} %.",
+            c.value, c.limit);
+      case Kind::error_over_noise: {
+        if (!model_.validation) return {};
+        const double error = std::sqrt(model_.validation->score.mse);
+        return fmt::format(
+            "The validation error of {:.3g} {} (rms) is {:.3g} times the noise of {:.3g} {} that differs between the "
+            "record's periods, more than {:.3g}: the model misses a part of the plant.",
+            error, unit, c.value, error / c.value, unit, c.limit);
+      }
+      case Kind::stability_margin:
+        return unstable(c);
+      case Kind::excitation_order:
+        return fmt::format(
+            "The input is persistently exciting of order {:g} only (a tone gives 2), less than the {:g} estimated "
+            "parameters of G: too little excitation to test the model.",
+            c.value, c.limit);
+      case Kind::order_error:
+        return fmt::format("{}: its standard error of {:.2g} exceeds {}.", estimate(c.parameter), c.value, c.limit);
+      case Kind::left_out:
+        return fmt::format("{}: leaving its term out costs {:.1f} of AR-BIC, less than {}.", estimate(c.parameter),
+                           c.value, c.limit);
+      case Kind::coefficient_interval: {
+        const ParameterEstimate* p = find(c.parameter);
+        if (p == nullptr) return {};
+        return fmt::format("{}: compatible with 0, its 95 % interval is {:.3g} to {:.3g}.", estimate(c.parameter),
+                           p->lower95, p->upper95);
+      }
+      case Kind::other:
+        break;
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::string not_judged(const Criterion& c) const {
+    const std::size_t samples = model_.validation ? model_.validation->score.samples : 0;
+    if (c.kind == Kind::residual_input && std::isnan(c.value)) {
+      return fmt::format(
+          "Not judged whether the model misses a part of the plant: {} validating samples are too few for the "
+          "residual's tests; record longer.",
+          samples);
+    }
+    if (c.kind == Kind::residual_input) {
+      return fmt::format(
+          "Not judged whether the model misses a part of the plant: with {} validating samples the test would more "
+          "likely miss than detect one that makes {:.0f} % of the residual's power; record longer.",
+          samples, 100.0 * kNoticedShare);
+    }
+    if (c.kind == Kind::error_over_noise) {
+      return "Not judged whether the error is noise: the record holds too few periods of its excitation to measure the "
+             "noise from; play more repetitions.";
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::string unstable(const Criterion& c) const {
+    if (!model_.stability) return "The model's stability was not determined, and the limits require it.";
+    const StabilityReport& stability = *model_.stability;
+    if (stability.stable) {
+      return fmt::format("The stability margin of {:.4g} rad is below the limit of {:.4g} rad.", c.value, c.limit);
+    }
+    if (only_integrates(model_.transfer_function)) {
+      return "The model integrates, and the limits require a stable one; [acceptance] require_stable = false of an "
+             "experiment file allows it.";
+    }
+    return fmt::format("The model is unstable (test: {}, margin {:.4g} rad), and the limits require a stable one.",
+                       stability.test, stability.margin_rad);
+  }
+
+  void note_flat_ridge() {
+    if (!model_.estimation || !model_.estimation->converged) return;
+    if (model_.estimation->termination != text(Termination::flat_ridge)) return;
+    notes_.emplace_back(
+        "The cost is flat along a ridge: the estimates compensate each other there, the output hardly changes.");
+  }
+
+  void note_low_r2() {
+    const auto r2 = std::find_if(verdict_.criteria.begin(), verdict_.criteria.end(),
+                                 [](const Criterion& c) { return c.kind == Kind::r2; });
+    if (!model_.validation || r2 == verdict_.criteria.end() || !(r2->value < r2->limit)) return;
+    if (leads(model_.validation->ccf)) {
+      notes_.emplace_back(
+          "The residual correlates with future input more than with past input: input and output may be exchanged, or "
+          "a controller closes the loop.");
+    }
+    if (!model_.validation->offset_reestimated) return;
+    const double anew = model_.validation->offset_reestimated->r2_percent;
+    notes_.push_back(fmt::format("With the offset estimated anew on the validation part R2 is {:.4g} %{}.", anew,
+                                 anew >= r2->limit ? ": the sensor or an offset drifts between the two parts" : ""));
+  }
+
+  void note_allowed_instability() {
+    const bool allowed = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(),
+                                     [](const Criterion& c) { return c.kind == Kind::stability_margin && c.passed; });
+    if (!allowed || !model_.stability || model_.stability->stable) return;
+    notes_.push_back(fmt::format("The model is unstable (test: {}, margin {:.4g} rad); the limits allow it.",
+                                 model_.stability->test, model_.stability->margin_rad));
+  }
+
+  void note_wide_intervals() {
+    if (!model_.estimation || !model_.estimation->correlation) return;
+    for (const ParameterEstimate& p : model_.parameters) {
+      if (p.fixed || is_offset(p.role) || is_order(p.role) || is_coefficient(p.role)) continue;
+      if (!std::isfinite(p.std) || !(p.upper95 - p.lower95 > 2.0 * std::abs(p.value))) continue;
+      notes_.push_back(fmt::format("The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}.", p.name,
+                                   p.lower95, p.upper95));
+    }
+  }
+
+  [[nodiscard]] const ParameterEstimate* find(const std::string& name) const {
+    const auto at = std::find_if(model_.parameters.begin(), model_.parameters.end(),
+                                 [&](const ParameterEstimate& p) { return p.name == name; });
+    return at == model_.parameters.end() ? nullptr : &*at;
+  }
+  /// "n2 = 1.75 +- 0.05"
+  [[nodiscard]] std::string estimate(const std::string& name) const {
+    const ParameterEstimate* p = find(name);
+    return p == nullptr ? name : fmt::format("{} = {}", name, with_interval(*p));
+  }
+
+  const Model& model_;
+  const Verdict& verdict_;
+  std::vector<std::string> rejections_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict) {
+  return Reasons(model, verdict).all();
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include "ident/estimation/default_procedure.hpp"
+#include "ident/estimation/prepared_record.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+using namespace synthetic;
+
+Model two_poles(double delay_s) {
+  Model plant = fractional(0.3, 2.0, 1.0, 0.6, 1.0);
+  plant.transfer_function.delay_s = delay_s;
+  return plant;
+}
+
+FitResult quickly_fitted(const PreparedRecord& prepared, const Structure& structure) {
+  FitOptions options;
+  options.intervals = IntervalMethod::straight;
+  return fit(prepared, asked_for(structure), options);
+}
+
+TEST(WithProfiles, GivesTheIntervalsOfAFitWithProfiles) {
+  const Record record = record_of(two_poles(0.0), 0.05, 0.02, 3);
+  const PreparedRecord prepared(record, {});
+  const FitResult quick = quickly_fitted(prepared, structures::io());
+  const FitResult profiled = with_profiles(prepared, quick, {}, run_in_order);
+  const FitResult whole = fit(prepared, asked_for(structures::io()), {});
+  ASSERT_EQ(profiled.model.parameters.size(), whole.model.parameters.size());
+  for (std::size_t i = 0; i < whole.model.parameters.size(); ++i) {
+    const ParameterEstimate& a = profiled.model.parameters[i];
+    const ParameterEstimate& b = whole.model.parameters[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.lower95, b.lower95) << a.name;
+    EXPECT_EQ(a.upper95, b.upper95) << a.name;
+  }
+}
+
+TEST(Work, IsTheSameWhateverTheOrderOfTasks) {
+  const Record record = record_of(two_poles(0.0), 0.05, 0.02, 3);
+  const Executor backwards = [](std::size_t count, const std::function<void(std::size_t)>& task) {
+    for (std::size_t i = count; i-- > 0;) task(i);
+  };
+  const FitResult a = fit(record, asked_for(structures::fo()), {});
+  const FitResult b = fit(record, asked_for(structures::fo()), {}, backwards);
+  EXPECT_EQ(a.work, b.work);
+  EXPECT_GT(a.work.at("search").transforms, a.work.at("search").evaluations);
+}
+
+}  // namespace
+}  // namespace eha::ident

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/record_units.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "ident/model/model_output.hpp"
+
+namespace eha::identify {
+namespace {
+
+Source source_in(const std::string& input, const std::string& output) {
+  Source source;
+  source.name = "record.csv";
+  source.record.step_s = 0.1;
+  source.record.input = Eigen::VectorXd::LinSpaced(20, 0.0, 2.0);
+  source.record.input_channel.unit = input;
+  source.record.output_channel.unit = output;
+  return source;
+}
+
+ident::Model model_in_inches() {
+  ident::Model model;
+  model.transfer_function = {{{0.5, 0.0}}, {{1.0, 1.0}, {0.2, 0.0}}, 0.0};
+  model.initial_output = 3.0;
+  return model;
+}
+
+TEST(RecordUnits, ConvertALength) {
+  const ident::Model model = model_in_inches();
+  const Source source = source_in("V", "mm");
+  const ident::Model converted = in_units_of(source, model, "model.json");
+  EXPECT_EQ(converted.output_unit, "mm");
+  const Eigen::VectorXd inches = ident::simulate(model, source.record.input, source.record.step_s);
+  const Eigen::VectorXd millimetres = ident::simulate(converted, source.record.input, source.record.step_s);
+  EXPECT_LT((millimetres - 25.4 * inches).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(RecordUnits, KeepAModelWhoseUnitTheRecordHasOrDoesNotName) {
+  EXPECT_EQ(in_units_of(source_in("V", "in"), model_in_inches(), "model.json").initial_output, 3.0);
+  EXPECT_EQ(in_units_of(source_in("", ""), model_in_inches(), "model.json").initial_output, 3.0);
+}
+
+TEST(RecordUnits, RefuseWhatIsNoLength) {
+  EXPECT_THROW(static_cast<void>(in_units_of(source_in("V", "bar"), model_in_inches(), "model.json")), DataError);
+  EXPECT_THROW(static_cast<void>(in_units_of(source_in("mA", "in"), model_in_inches(), "model.json")), DataError);
+  try {
+    static_cast<void>(in_units_of(source_in("V", "bar"), model_in_inches(), "model.json"));
+  } catch (const DataError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "model.json is a model from V to in, and record.csv is a record in V and bar; expected the same units, "
+        "or outputs that are lengths");
+  }
+}
+
+}  // namespace
+}  // namespace eha::identify

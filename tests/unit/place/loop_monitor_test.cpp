@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The bounds of closed loops, on a rod that is a line.
+#include "daemon/place/loop_monitor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <utility>
+
+#include "tests/unit/place/long_play.hpp"
+
+namespace eha::place {
+namespace {
+
+using acquisition::Fault;
+
+constexpr double kTick_s = 0.001;
+
+/// The shipped card's limits, with a valve of 1.2 in/(V s).
+config::RigLimits limits() {
+  config::RigLimits limits = limits_of_the_simulated_rig();
+  limits.following = config::Following{
+      .gain_positive_in_per_V_s = 0.6, .gain_negative_in_per_V_s = 0.6, .null_V = 0.1, .dead_band_V = 0.3};
+  return limits;
+}
+
+/// Asks for a voltage for a time; the rod moves as the command says. @returns the time of the fault [s], or 0
+double fault_at(LoopMonitor& monitor, double wanted_V, double time_s, const std::function<double(double)>& speed_of,
+                double noise_in = 0.0) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  double place_in = 3.0;
+  for (int k = 0; k < static_cast<int>(time_s / kTick_s); ++k) {
+    const hal::RigReading reading{.displacement_in = place_in + noise_in * noise(random)};
+    const double command_V = monitor.bounded_V(wanted_V, reading);
+    if (monitor.breach().fault != Fault::none) return k * kTick_s;
+    place_in += kTick_s * speed_of(command_V);
+  }
+  return 0.0;
+}
+
+/// The valve of limits().
+double sound(double command_V) {
+  const double off_V = command_V - 0.1;
+  return 1.2 * std::copysign(std::max(0.0, std::abs(off_V) - 0.25), off_V);
+}
+
+TEST(LoopBounds, AreAThirdOfTheRangeUnlessTheFileNamesMore) {
+  config::RigLimits wide = limits();
+  EXPECT_DOUBLE_EQ(loop_bounds(wide).most_V, 1.5);
+  EXPECT_NEAR(loop_bounds(wide, 0.3).most_V, 0.25 + 0.25 + 0.3, 1e-12) << "what the speed needs";
+  wide.following->gain_negative_in_per_V_s = 0.0236;  // mm for in
+  EXPECT_DOUBLE_EQ(loop_bounds(wide, 0.3).most_V, 1.5);
+  wide.closed_loop_max_V = 2.5;
+  EXPECT_DOUBLE_EQ(loop_bounds(wide, 0.3).most_V, 2.5);
+  wide.following.reset();
+  EXPECT_DOUBLE_EQ(loop_bounds(wide, 0.3).most_V, 2.5);
+}
+
+TEST(LoopMonitor, KeepsTheCommandAboutTheNullAndLetsItGrowSlowly) {
+  LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
+  hal::RigReading reading{.displacement_in = 3.0};
+  EXPECT_NEAR(monitor.bounded_V(9.0, reading), 0.1 + 0.25, 0.002) << "the dead band at once";
+  double before_V = monitor.bounded_V(9.0, reading);
+  for (int k = 0; k < 100; ++k) {
+    const double command_V = monitor.bounded_V(9.0, reading);
+    EXPECT_LE(command_V - before_V, 1.3 / (8.0 / 5.0) * kTick_s + 1e-12);
+    before_V = command_V;
+  }
+  EXPECT_NEAR(monitor.bounded_V(0.1, reading), 0.1, 1e-12) << "back at once";
+  EXPECT_NEAR(monitor.bounded_V(-9.0, reading), 0.1 - 0.25, 0.002);
+}
+
+TEST(LoopMonitor, WaitsAtTheNullWhileThePressureBuildsUp) {
+  config::RigLimits slow = limits();
+  slow.following->pressure_delay_s = 0.2;
+  LoopMonitor monitor(loop_bounds(slow, 0.3), kTick_s);
+  const hal::RigReading reading{.displacement_in = 3.0};
+  for (int k = 0; k < 199; ++k) ASSERT_DOUBLE_EQ(monitor.bounded_V(9.0, reading), 0.1) << k;
+  for (int k = 0; k < 3; ++k) (void)monitor.bounded_V(9.0, reading);
+  EXPECT_GT(monitor.bounded_V(9.0, reading), 0.3);
+}
+
+TEST(LoopMonitor, LetsASoundRodMoveWithEveryNoise) {
+  for (const double noise_in : {0.0, 0.0005, 0.002, 0.006}) {
+    LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
+    EXPECT_EQ(fault_at(monitor, 0.6, 5.0, sound, noise_in), 0.0) << noise_in << to_text(monitor.breach().fault);
+  }
+}
+
+TEST(LoopMonitor, TripsOnARodThatIsMuchFasterThanTheLoopMeans) {
+  LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
+  const double at_s = fault_at(
+      monitor, 9.0, 5.0, [](double u) { return 4.0 * sound(u); }, 0.002);
+  EXPECT_EQ(monitor.breach().fault, Fault::loop_speed);
+  EXPECT_GT(at_s, 0.0);
+  EXPECT_GT(monitor.breach().value, 0.75);
+  EXPECT_LT(monitor.breach().value, 1.0);
+}
+
+TEST(LoopMonitor, TripsOnARodThatDoesNotMoveThroughAnyNoise) {
+  for (const double noise_in : {0.0, 0.0005, 0.002, 0.006}) {
+    LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
+    const double at_s = fault_at(
+        monitor, 9.0, 5.0, [](double) { return 0.0; }, noise_in);
+    EXPECT_EQ(monitor.breach().fault, Fault::no_motion) << noise_in;
+    EXPECT_GT(at_s, 0.1) << noise_in;
+    EXPECT_LT(at_s, 0.8) << noise_in;
+  }
+}
+
+TEST(LoopMonitor, TripsOnASpeedThatIsNotThatOfTheVolts) {
+  for (const auto& [factor, wanted_V] : {std::pair(0.5, 0.9), std::pair(2.2, 0.6)}) {
+    LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
+    const double of_sound = factor;
+    const double at_s = fault_at(
+        monitor, wanted_V, 5.0, [&](double u) { return of_sound * sound(u); }, 0.0005);
+    EXPECT_EQ(monitor.breach().fault, Fault::wrong_speed) << factor;
+    EXPECT_GT(at_s, 0.5) << factor;
+    EXPECT_LT(at_s, 1.5) << factor;
+  }
+  for (const double factor : {0.75, 1.4}) {
+    LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
+    EXPECT_EQ(fault_at(
+                  monitor, 0.6, 5.0, [&](double u) { return factor * sound(u); }, 0.0005),
+              0.0)
+        << factor;
+  }
+}
+
+TEST(LoopMonitor, LooksAtALoopAboutATableOnlyWhileItIsSaturated) {
+  const auto played = [](bool is_saturated) {
+    LoopMonitor monitor(loop_bounds(limits()), kTick_s);
+    for (int k = 0; k < 2000; ++k) monitor.note(1.0, is_saturated, {.displacement_in = 3.0});
+    return monitor.breach().fault;
+  };
+  EXPECT_EQ(played(false), Fault::none);
+  EXPECT_EQ(played(true), Fault::no_motion);
+}
+
+}  // namespace
+}  // namespace eha::place
