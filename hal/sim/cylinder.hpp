@@ -29,7 +29,7 @@ enum class Ports { open, blocked };
 /// tank. Jelali and Kroll, Hydraulic Servo-systems, Springer 2003, chapter 4.
 ///
 /// Integrated by the classical Runge-Kutta method in equal steps of at most sub_step_us.
-/// Real-time safe. Not thread-safe. Cost: about 0.1 us a sub-step.
+/// Real-time safe. Not thread-safe. Cost: about 0.2 us a sub-step.
 class Cylinder {
  public:
   /// Starts at initial_displacement_in, at rest, as after a long time with blocked ports: leakage has made both
@@ -39,10 +39,19 @@ class Cylinder {
   /// Moves on by `duration_s` with the command held at `command_V`.
   void advance(double command_V, Ports ports, double duration_s) noexcept;
 
+  /// The same in equal steps of at most `step_s` by a linearly implicit method of second order that no stiffness of
+  /// friction, oil or end stop makes unstable (ROS2; Verwer et al., SIAM J. Sci. Comput. 20, 1456 (1999)): for trials
+  /// of many minutes. At 0.5 ms a rod that was moved 7 in is within 3e-5 in of advance(). Cost: about 0.15 us a step.
+  void advance_implicitly(double command_V, Ports ports, double duration_s, double step_s = 0.0005) noexcept;
+
   [[nodiscard]] const CylinderState& state() const noexcept { return state_; }
 
  private:
   [[nodiscard]] CylinderState derivative(const CylinderState& state, double spool_target_V, Ports ports) const noexcept;
+  /// Solves (1 - g J) k = f for k, with J the derivative's Jacobian but for the spool.
+  [[nodiscard]] CylinderState implicit(const CylinderState& f, const CylinderState& at, double g,
+                                       Ports ports) const noexcept;
+  [[nodiscard]] double opening(double spool_V) const noexcept;
   [[nodiscard]] double edge_flow(double opening, double drop_Pa) const noexcept;
   [[nodiscard]] double friction(double velocity_m_s) const noexcept;
   [[nodiscard]] double end_stop(double displacement_m, double velocity_m_s) const noexcept;

@@ -198,6 +198,46 @@ TEST(CylinderPhysics, SticksAndSlipsAtLowSpeedWithDrySeals) {
   EXPECT_NEAR(ripple(heavier, command_V, 4.0).second, greatest, 0.05 * greatest);
 }
 
+TEST(CylinderPhysics, ImplicitStepsOfHalfAMillisecondMoveTheRodAsTheFineOnesDo) {
+  SimOptions stiff;  // a light rod on hard oil
+  stiff.bulk_modulus_bar = 9000.0;
+  stiff.moving_mass_kg = 10.0;
+  // A rod that sticks and slips leaves each stick at a moment that depends on everything before.
+  for (const auto& [o, allowed_m] :
+       {std::pair{SimOptions{}, 2.5e-6}, std::pair{stiff, 2.5e-6}, std::pair{sticky(), 5e-5}}) {
+    SimOptions fine = o;
+    fine.sub_step_us = 0.2 * o.sub_step_us;
+    Cylinder a(fine);
+    Cylinder b(o);
+    double greatest_m = 0.0;
+    double way_m = 0.0;
+    for (int k = 0; k < 20000; ++k) {
+      // Large motions, then reversals about the dead band.
+      const double t = 1e-3 * k;
+      const double command_V = k < 10000 ? 2.5 * std::sin(3.0 * t) + 0.3 * std::sin(44.0 * t)
+                                         : -o.valve_null_offset_V + 1.3 * o.valve_dead_band_V * std::sin(9.0 * t);
+      const double before_m = a.state().displacement_m;
+      a.advance(command_V, Ports::open, 1e-3);
+      b.advance_implicitly(command_V, Ports::open, 1e-3);
+      greatest_m = std::max(greatest_m, std::abs(a.state().displacement_m - b.state().displacement_m));
+      way_m += std::abs(a.state().displacement_m - before_m);
+    }
+    EXPECT_GT(way_m, 0.05);
+    EXPECT_LT(greatest_m, allowed_m);
+  }
+}
+
+TEST(CylinderPhysics, ImplicitStepsAreHeldByTheEndStops) {
+  for (const double command_V : {5.0, -5.0}) {
+    const SimOptions o;
+    Cylinder cylinder(o);
+    for (int k = 0; k < 20000; ++k) cylinder.advance_implicitly(command_V, Ports::open, 1e-3);
+    const double x_m = cylinder.state().displacement_m;
+    EXPECT_LT(std::max(-x_m, x_m - o.stroke_mm * 1e-3), 2e-4);
+    EXPECT_LT(std::abs(cylinder.state().velocity_m_s), 1e-6);
+  }
+}
+
 TEST(CylinderPhysics, HalvingTheSubStepMovesNoShippedKindOfRigByMoreThanTenThousandthOfItsStroke) {
   SimOptions leaky;
   leaky.leakage_cm3_per_s_per_bar = 0.1;
