@@ -26,6 +26,8 @@ constexpr std::array<std::string_view, 3> kRigKeys = {"backend", "limits", "real
 constexpr std::array<std::string_view, 8> kExperimentKeys = {
     "excitation", "characterise", "duration_s", "repetitions", "record", "identification", "model", "acceptance"};
 
+constexpr std::array<std::string_view, 4> kControllerKeys = {"feedback", "inverse", "reference", "promise"};
+
 struct FileCloser {
   void operator()(std::FILE* file) const noexcept { std::fclose(file); }
 };
@@ -49,10 +51,12 @@ FileKind kind_of(std::string_view text, const std::string& file_name) {
     if (document.root.contains(table)) ++rig;
   }
   const auto experiment = count(kExperimentKeys);
+  const auto controller = count(kControllerKeys);
+  if (controller > std::max(rig, experiment)) return FileKind::controller;
   if (rig == experiment) {
     throw ConfigError(file_name +
-                      ": expected a rig file (backend, [limits], ...) or an experiment file ([excitation], duration_s, "
-                      "...), got the keys of neither or of both");
+                      ": expected a rig file (backend, [limits], ...), an experiment file ([excitation], duration_s, "
+                      "...) or a controller file ([feedback], [promise], ...), got the keys of none or of two");
   }
   return rig > experiment ? FileKind::rig : FileKind::experiment;
 }

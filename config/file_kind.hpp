@@ -7,10 +7,10 @@
 namespace eha::config {
 
 /// Kind of a configuration file.
-enum class FileKind { rig, experiment };
+enum class FileKind { rig, experiment, controller };
 
-/// Tells a rig file from an experiment file by the keys at its top.
-/// @throws ConfigError  not TOML, or neither kind, or the keys of both in equal number
+/// Tells the kinds of file apart by the keys at their top.
+/// @throws ConfigError  not TOML, or none of them, or the keys of two in equal number
 [[nodiscard]] FileKind kind_of(std::string_view text, const std::string& file_name);
 
 /// A configuration file's content.

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/controller_config.hpp"
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
@@ -50,6 +51,36 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
   console.next_step("eha check EXPERIMENT.toml --rig " + shell_word(command.file));
 }
 
+void report_controller(const CheckCommand& command, const config::ControllerConfig& controller, Console& console) {
+  const ident::AxisSettings& s = controller.settings;
+  const std::string_view kind = ident::text(s.kind);
+  std::string on_rig;
+  if (command.rig_file) {
+    const config::RigConfig rig = config::load_rig(*command.rig_file);
+    if (s.command_min < rig.limits.command_min_V || s.command_max > rig.limits.command_max_V ||
+        s.reference.lowest < rig.limits.travel_min_in || s.reference.highest > rig.limits.travel_max_in ||
+        s.reference.velocity > rig.limits.velocity_limit_in_per_s || s.slew_per_s > rig.limits.slew_V_per_s) {
+      throw ConfigError(
+          fmt::format("{}: its travel, velocity, command or slew exceeds that of {}; tune it for this rig: "
+                      "eha tune MODEL --rig {}",
+                      command.file, *command.rig_file, *command.rig_file));
+    }
+    if (s.tick_s < rig.realtime.sample_period_s || s.tick_s > rig.realtime.sample_period_s) {
+      throw ConfigError(fmt::format("{}: tick_s: expected {:g} s as {} has it, got {:g}", command.file,
+                                    rig.realtime.sample_period_s, *command.rig_file, s.tick_s));
+    }
+    on_rig = fmt::format(", within the limits of {}", *command.rig_file);
+  }
+  console.print_json({{"schema", "eha-check/1"},
+                      {"file", command.file},
+                      {"kind", "controller"},
+                      {"name", controller.name},
+                      {"feedback", kind}});
+  console.print(fmt::format("{}: a valid controller file, \"{}\": {} for {}, to {}, tick {:g} s{}", command.file,
+                            controller.name, kind, controller.provenance.rig, controller.purpose, s.tick_s, on_rig));
+  console.next_step("eha report " + shell_word(command.file));
+}
+
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
                        const std::optional<config::RigConfig>& rig, const std::optional<Rehearsal>& rehearsal,
                        Console& console) {
@@ -78,7 +109,12 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
 
 ExitCode execute(const CheckCommand& command, Console& console) {
   const std::string text = config::read_config_file(command.file);
-  if (config::kind_of(text, command.file) == config::FileKind::rig) {
+  const config::FileKind kind = config::kind_of(text, command.file);
+  if (kind == config::FileKind::controller) {
+    report_controller(command, config::parse_controller(text, command.file), console);
+    return ExitCode::ok;
+  }
+  if (kind == config::FileKind::rig) {
     if (command.rig_file)
       throw UsageError(fmt::format("{}: is itself a rig file; --rig is for experiments", command.file));
     report_rig(command, config::parse_rig(text, command.file), console);
@@ -106,10 +142,10 @@ ExitCode execute(const CheckCommand& command, Console& console) {
 }  // namespace
 
 void add_check(CLI::App& app, ParsedLine& line) {
-  CLI::App* sub = app.add_subcommand("check", "Check a rig or experiment file and report every fault");
+  CLI::App* sub = app.add_subcommand("check", "Check a rig, experiment or controller file and report every fault");
   sub->footer(kCheckFooter);
   auto& check = options_of<CheckCommand>(*sub, line);
-  sub->add_option("file", check.file, "rig.toml or experiment.toml")->required()->type_name("FILE");
+  sub->add_option("file", check.file, "rig.toml, experiment.toml or controller.toml")->required()->type_name("FILE");
   CLI::Option* rig =
       sub->add_option("--rig", check.rig_file, "Rig file to check an experiment against")->type_name("RIG");
   sub->add_option("--at", check.place, "Where the rod stands, such as 2.95in (default: mid-travel)")

@@ -6,15 +6,18 @@
 #include <string>
 #include <system_error>
 
+#include "config/controller_config.hpp"
 #include "core/code_text.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/record_export.hpp"
+#include "ident/export/controller_formats.hpp"
 #include "ident/export/model_formats.hpp"
 #include "ident/model/model_file.hpp"
 
@@ -32,6 +35,9 @@ std::string export_footer() {
   std::string text = "\nFormats of a model:\n";
   for (const ident::ModelFormat& format : ident::model_formats())
     text += fmt::format("  {:<7} {}\n", format.name, format.what);
+  text += "Formats of a controller:\n";
+  for (const ident::ControllerFormat& format : ident::controller_formats())
+    text += fmt::format("  {:<8} {}\n", format.name, format.what);
   text += "Formats of a run or another record:\n";
   for (const record::RecordFormat& format : record::record_formats()) {
     text += fmt::format("  {:<7} {}\n", format.name, format.what);
@@ -64,6 +70,9 @@ ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& fo
   if (is_folder(command.source)) {
     throw UsageError(fmt::format("{} is a folder; --format {} exports a model: name one of {}/models/*.json",
                                  command.source, format.name, command.source));
+  }
+  if (format.is_binary && !command.output) {
+    throw UsageError(fmt::format("--format {} needs a file: -o NAME.{}", format.name, format.name));
   }
   const ident::Model model = read_model(command.source);
   ident::ExportedModel exported;
@@ -109,6 +118,42 @@ ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& fo
   return ExitCode::ok;
 }
 
+ExitCode export_controller(const ExportCommand& command, Console& console) {
+  const auto* format = named(ident::controller_formats(), command.format);
+  if (format == nullptr) {
+    std::string names;
+    for (const ident::ControllerFormat& f : ident::controller_formats())
+      names += (names.empty() ? "" : ", ") + std::string(f.name);
+    throw UsageError(
+        fmt::format("{} is a controller; --format: expected one of {}, got {}", command.source, names, command.format));
+  }
+  const config::ControllerConfig controller = config::load_controller(command.source);
+  ident::ExportedController exported{.coefficients = ident::coefficients(controller.settings), .notes = {}};
+  exported.notes = ident::controller_notes(exported.coefficients, controller.name);
+  std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + controller.name);
+  // The texts have numbers of their own.
+  for (const auto& [name, value] : ident::controller_numbers(exported.coefficients)) {
+    if (function == name) function += "_controller";
+  }
+  const std::string text = format->text(exported, function);
+  if (command.output) os::write_file_atomically(*command.output, text);
+  if (console.json()) {
+    nlohmann::ordered_json document{{"schema", "eha-export-result/1"},
+                                    {"source", command.source},
+                                    {"format", format->name},
+                                    {"name", function},
+                                    {"notes", exported.notes}};
+    document[command.output ? "file" : "text"] = command.output ? command.output->string() : text;
+    console.print_json(document);
+  } else if (!command.output) {
+    console.print_content(text);
+  } else {
+    console.print(fmt::format("written: {} ({}, call it every {:g} s)", command.output->string(), function,
+                              controller.settings.tick_s));
+  }
+  return ExitCode::ok;
+}
+
 ExitCode export_record(const ExportCommand& command, const record::RecordFormat& format, Console& console) {
   const bool to_file = command.output.has_value();
   if (!to_file && (format.name != "csv" || console.json())) {
@@ -133,21 +178,31 @@ ExitCode export_record(const ExportCommand& command, const record::RecordFormat&
 }
 
 ExitCode execute(const ExportCommand& command, Console& console) {
+  if (is_controller_file(command.source)) return export_controller(command, console);
   if (const auto* format = named(ident::model_formats(), command.format))
     return export_model(command, *format, console);
-  return export_record(command, *named(record::record_formats(), command.format), console);
+  if (const auto* format = named(record::record_formats(), command.format))
+    return export_record(command, *format, console);
+  throw UsageError(fmt::format("--format {} is for controllers, as `eha tune` writes them; {} is none", command.format,
+                               command.source));
 }
 
 }  // namespace
 
 void add_export(CLI::App& app, ParsedLine& line) {
-  CLI::App* sub = app.add_subcommand("export", "Write a model for another program, or a record as CSV, MAT or HDF5");
+  CLI::App* sub = app.add_subcommand(
+      "export", "Write a model or a controller for another program, or a record as CSV, MAT or HDF5");
   sub->footer(export_footer());
   auto& command = options_of<ExportCommand>(*sub, line);
-  sub->add_option("source", command.source, "Model file, run folder or record")->required()->type_name("MODEL|RUN");
+  sub->add_option("source", command.source, "Model file, controller file, run folder or record")
+      ->required()
+      ->type_name("MODEL|CONTROLLER|RUN");
   std::vector<std::string> names;
   for (const ident::ModelFormat& format : ident::model_formats()) names.emplace_back(format.name);
   for (const record::RecordFormat& format : record::record_formats()) names.emplace_back(format.name);
+  for (const ident::ControllerFormat& format : ident::controller_formats()) {
+    if (std::find(names.begin(), names.end(), format.name) == names.end()) names.emplace_back(format.name);
+  }
   sub->add_option("--format", command.format, "Form of the file")
       ->required()
       ->type_name(fmt::format("{}", fmt::join(names, "|")))

@@ -15,6 +15,7 @@
 #include "core/text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/controller_argument.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
@@ -24,6 +25,7 @@
 #include "daemon/report/display.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/subject.hpp"
+#include "daemon/tune/controller_page.hpp"
 
 namespace eha::cli {
 namespace {
@@ -33,16 +35,17 @@ namespace fs = std::filesystem;
 constexpr const char* kPlotFooter = R"(
 A run: measured output, its best models, errors and input over time. A record or another table of eha: its columns over
 the first one. A model file: gain and phase with 95 % bounds, over the measured response if frequency_response.csv is
-beside it. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
+beside it. A controller file: step, trapezoids, sine and hold on its twin. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
 Exit code 69: gnuplot is missing or failed.
 
 Examples:
   eha plot runs/latest
   eha plot models/io.json -o bode.svg
-  eha plot record.csv -o record.png)";
+  eha plot record.csv -o record.png
+  eha plot axis.toml -o step.svg)";
 
 struct PlotCommand {
-  std::string source;                                ///< run folder, CSV file or model file
+  std::string source;                                ///< run folder, CSV, model or controller file
   std::optional<std::filesystem::path> output = {};  ///< none: in characters on standard output
 };
 
@@ -86,6 +89,15 @@ plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
   const report::Subject subject = report::in_unit(report::load_models({file}), unit);
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
   return report::bode_figure({&subject.models.front()}, response, subject.name);
+}
+
+plot::Figure of_controller(const std::string& file) {
+  const tune::ControllerSubject subject = controller_subject(file);
+  if (!subject.trace) {
+    throw DataError(
+        file + ": nothing to plot; its model or its rig file is not where it was, or has changed since `eha tune`");
+  }
+  return tune::motion_figure(*subject.trace, subject.controller.name + ": step, trapezoids, sine, hold");
 }
 
 /// A panel for each unit, in the order of the columns; the first column is x.
@@ -143,6 +155,7 @@ bool is_own_table(const std::string& file) {
 plot::Figure figure_of(const std::string& source, const Console& console) {
   std::error_code ignored;
   if (fs::is_directory(source, ignored)) return of_run(source, console);
+  if (is_controller_file(source)) return of_controller(source);
   if (fs::path(source).extension() == ".json") return of_model(source, console.unit());
   if (is_own_table(source)) return of_table(record::read_number_table(source), source, console.unit());
   ident::Record record = identify::load_source(source, std::nullopt).record;
@@ -178,12 +191,13 @@ ExitCode execute(const PlotCommand& command, Console& console) {
 }  // namespace
 
 void add_plot(CLI::App& app, ParsedLine& line) {
-  CLI::App* sub = app.add_subcommand("plot", "Plot a run, a record or a model, on the terminal or into a file");
+  CLI::App* sub =
+      app.add_subcommand("plot", "Plot a run, a record, a model or a controller, on the terminal or into a file");
   sub->footer(kPlotFooter);
   auto& plot = options_of<PlotCommand>(*sub, line);
-  sub->add_option("source", plot.source, "Run folder, CSV file or model file (JSON)")
+  sub->add_option("source", plot.source, "Run folder, CSV file, model file (JSON) or controller file")
       ->required()
-      ->type_name("RUN|CSV|MODEL");
+      ->type_name("RUN|CSV|MODEL|CONTROLLER");
   sub->add_option("-o,--output", plot.output, "Picture to write; its name ends in .png, .svg or .pdf")
       ->type_name("FILE");
 }

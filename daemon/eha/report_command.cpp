@@ -7,6 +7,7 @@
 #include "core/os/files.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/controller_argument.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
@@ -53,6 +54,7 @@ report::Subject load(const ReportCommand& command) {
 
 ExitCode execute(const ReportCommand& command, Console& console) {
   const bool is_run = is_folder(command.sources.front());
+  const bool is_controller = command.sources.size() == 1 && is_controller_file(command.sources.front());
   fs::path path = command.output.value_or(is_run ? fs::path(command.sources.front()) / report::kReportFile
                                                  : fs::path(report::kReportFile));
   std::string of_rig;
@@ -61,7 +63,18 @@ ExitCode execute(const ReportCommand& command, Console& console) {
   }
   const DisplayUnit unit = console.unit(of_rig);
   std::vector<std::string> missing;
-  if (is_run && !command.output && command.sources.size() == 1) {
+  if (is_controller) {
+    if (!command.output) path = fs::path(command.sources.front()).replace_extension(".html");
+    const tune::ControllerSubject subject = controller_subject(command.sources.front());
+    if (!subject.inputs) {
+      console.warning(
+          fmt::format("{}: its model or rig file is no longer there, or has changed; the plots are left out",
+                      command.sources.front()));
+    }
+    const report::Page page = tune::controller_page(subject);
+    os::write_file_atomically(path, page.html);
+    missing = page.missing;
+  } else if (is_run && !command.output && command.sources.size() == 1) {
     missing = report::write_into_run(command.sources.front(), unit);
   } else {
     const report::Page page = report::page_of(report::in_unit(load(command), unit));

@@ -18,6 +18,8 @@ constexpr std::array kFormats{
     ModelFormat{"python", "module with one function, needs NumPy alone", &python_text},
     ModelFormat{"c", "C99 source without allocation, one call a row", &c_text},
     ModelFormat{"ss", "state space as matrices A, B, C, D for Octave or MATLAB", &state_space_text},
+    ModelFormat{"tf", "transfer function for MATLAB's or Octave's control toolbox", &tf_text},
+    ModelFormat{"fmu", "FMI 2.0 for co-simulation, sources inside", &fmu_bytes, true},
     ModelFormat{"json", "state space and lines for FOMCON and CRONE as JSON", &json_text}};
 
 constexpr std::size_t kLongestReason = 200;

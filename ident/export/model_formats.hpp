@@ -15,6 +15,7 @@ struct ModelFormat {
   std::string_view what;  ///< for --help
   /// The file's text, ending in a newline. @param function  an eha::identifier(); the name to call it by
   std::string (*text)(const ExportedModel& model, const std::string& function);
+  bool is_binary = false;  ///< bytes, for a file only
 };
 
 [[nodiscard]] std::span<const ModelFormat> model_formats();
@@ -24,6 +25,9 @@ struct ModelFormat {
 [[nodiscard]] std::string python_text(const ExportedModel& model, const std::string& function);
 [[nodiscard]] std::string c_text(const ExportedModel& model, const std::string& function);
 [[nodiscard]] std::string state_space_text(const ExportedModel& model, const std::string& function);
+[[nodiscard]] std::string tf_text(const ExportedModel& model, const std::string& function);
+/// The ZIP archive of fmu_files(): bytes, not text.
+[[nodiscard]] std::string fmu_bytes(const ExportedModel& model, const std::string& function);
 [[nodiscard]] std::string json_text(const ExportedModel& model, const std::string& function);
 
 /// The description of the model in every format, line by line: equation, units, accuracy, verdict, and how FOMCON and

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "config/file_kind.hpp"
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/command.hpp"
+#include "daemon/eha/commands.hpp"
+#include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/next_command.hpp"
+#include "daemon/eha/option_values.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/text_table.hpp"
+#include "daemon/identify/thread_executor.hpp"
+#include "daemon/record/sha256.hpp"
+#include "daemon/tune/controller_page.hpp"
+#include "daemon/tune/tune_inputs.hpp"
+
+namespace eha::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kTuneFooter = R"(
+Makes a controller of the axis from a model: reference generator within limits, feed-forward, inverse of the valve map,
+feedback with limits on margin and noise. Margins hold for 95 % of 200 draws of the model's parameters. The controller is
+tried on 50 drawn simulated rigs (step, trapezoids, sine, hold of 60 s); one that hunts on any of them is not offered. The
+figures of these trials are its promise. Writes controller.toml, eha-controller(5), and its report beside it (.html).
+Without --kind the least feedback within a tenth of the best is taken, and what the others would gain is shown.
+--twin names a simulated rig that was fitted to a record (`eha replay --calibrate`). Without it a simulated rig is its own
+twin; for another rig one is estimated from model and valve. --sheet takes null, dead band, gains and noise of a run of
+`eha characterise`; without it [following] of the rig file gives them where the model has no valve map.
+Nothing moves.
+
+Examples:
+  eha tune runs/latest/models/integrator_lag_valve.json
+  eha tune models/cylinder_valve.json --rig rig.toml --twin twin.toml --for hold -o hold.toml
+  eha export controller.toml --format st -o axis.st)";
+
+constexpr std::array<Choice<ident::AxisPurpose>, 2> kPurposes{
+    {{"track", ident::AxisPurpose::track}, {"hold", ident::AxisPurpose::hold}}};
+
+constexpr std::array<Choice<std::optional<ident::FeedbackKind>>, 6> kKinds{{{"p", ident::FeedbackKind::p},
+                                                                            {"pi", ident::FeedbackKind::pi},
+                                                                            {"pd", ident::FeedbackKind::pd},
+                                                                            {"pid", ident::FeedbackKind::pid},
+                                                                            {"fopid", ident::FeedbackKind::fopid},
+                                                                            {"auto", std::nullopt}}};
+
+/// Makes a controller from a model.
+struct TuneCommand {
+  std::string model_file;
+  ident::AxisPurpose purpose = ident::AxisPurpose::track;
+  std::optional<ident::FeedbackKind> kind = {};  ///< none: the least that reaches the figures
+  double sensitivity = 1.4;                      ///< greatest max(Ms, Mt)
+  std::optional<std::string> rig_file = {};      ///< none: default_rig_file()
+  std::optional<std::string> twin_file = {};     ///< rig file of a simulated rig
+  std::optional<std::string> sheet_run = {};     ///< run of [characterise]
+  std::optional<double> tick_s = {};             ///< none: the rig's
+  std::filesystem::path output = "controller.toml";
+};
+
+Json json_of(const config::PromisedFigure& f) {
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
+  return {{"value", number(f.value)}, {"lower", number(f.lower)}, {"upper", number(f.upper)}};
+}
+
+Json json_of(const tune::Candidate& c) {
+  return {{"kind", ident::text(c.kind)},
+          {"kp_per_s", c.design.settings.feedback.kp},
+          {"ki_per_s2", c.design.settings.feedback.ki},
+          {"kd", c.design.settings.feedback.kd},
+          {"following_rms_in", c.following_rms_in},
+          {"rest_error_in", c.rest_error_in},
+          {"standing_in", c.standing_in},
+          {"hunts", c.hunts}};
+}
+
+tune::TuneChoices choices_of(const TuneCommand& command) {
+  tune::TuneChoices choices{
+      .purpose = command.purpose, .kind = command.kind, .sensitivity = command.sensitivity, .tick_s = command.tick_s};
+  if (command.twin_file) {
+    const config::RigConfig twin = config::load_rig(*command.twin_file);
+    const auto* sim = std::get_if<hal::SimOptions>(&twin.backend);
+    if (sim == nullptr) {
+      throw UsageError(fmt::format(
+          "--twin {}: expected a simulated rig; make one with `eha replay RUN --calibrate ...`", *command.twin_file));
+    }
+    choices.twin = *sim;
+  }
+  if (command.sheet_run) choices.sheet = sheet::sheet_of_run(*command.sheet_run).sheet;
+  return choices;
+}
+
+ExitCode execute(const TuneCommand& command, Console& console) {
+  const ident::Model model = read_model(command.model_file);
+  const config::RigConfig rig = load_rig_or_default(command.rig_file);
+  if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
+    console.warning(fmt::format("{}: the model was rejected: {}", command.model_file, model.verdict->reasons.front()));
+  }
+  tune::TuneInputs inputs;
+  tune::Tuned tuned;
+  try {
+    inputs = tune::tune_inputs(model, rig, choices_of(command));
+    if (command.twin_file) inputs.twin = *command.twin_file;
+    tuned = tune::tune(inputs.plant, inputs.task, identify::thread_executor());
+  } catch (const DataError& error) {
+    throw DataError(fmt::format("{}: {}", command.model_file, error.what()));
+  }
+
+  const auto record = model.provenance.find("record");
+  config::ControllerProvenance provenance{
+      .model = fs::absolute(command.model_file).lexically_normal().string(),
+      .model_sha256 = record::sha256_of_file(command.model_file),
+      .rig = rig.name,
+      .rig_file = fs::absolute(rig.file_name).lexically_normal().string(),
+      .rig_sha256 = record::sha256_of(std::as_bytes(std::span(rig.text))),
+      .twin = command.twin_file ? fs::absolute(*command.twin_file).lexically_normal().string() : inputs.twin,
+      .run = record != model.provenance.end() && !record->second.empty() ? record->second : "unknown",
+      .made_by = fmt::format("eha {}", EHA_VERSION)};
+  const config::ControllerConfig controller =
+      tune::controller_of(tuned, inputs, std::move(provenance), command.output.stem().string());
+  os::write_file_atomically(command.output, config::controller_text(controller));
+  fs::path page_file = command.output;
+  page_file.replace_extension(".html");
+  const report::Page page = tune::controller_page(
+      {.controller = controller, .inputs = inputs, .trace = tuned.trace, .remarks = tuned.remarks});
+  os::write_file_atomically(page_file, page.html);
+  for (const std::string& sentence : page.missing) console.warning(sentence);
+
+  Json candidates = Json::array();
+  for (const tune::Candidate& c : tuned.candidates) candidates.push_back(json_of(c));
+  const config::ControllerPromise& p = controller.promise;
+  console.print_json({{"schema", "eha-tune/1"},
+                      {"model", command.model_file},
+                      {"rig", rig.file_name},
+                      {"twin", controller.provenance.twin},
+                      {"file", command.output.string()},
+                      {"report", page_file.string()},
+                      {"kind", ident::text(controller.settings.kind)},
+                      {"kp_per_s", controller.settings.feedback.kp},
+                      {"ki_per_s2", controller.settings.feedback.ki},
+                      {"kd", controller.settings.feedback.kd},
+                      {"promise",
+                       {{"twins", p.twins},
+                        {"following_rms_in", json_of(p.following_rms_in)},
+                        {"following_worst_in", json_of(p.following_worst_in)},
+                        {"sine_rms_in", json_of(p.sine_rms_in)},
+                        {"overshoot_in", json_of(p.overshoot_in)},
+                        {"settling_s", json_of(p.settling_s)},
+                        {"rest_error_in", json_of(p.rest_error_in)},
+                        {"standing_in", json_of(p.standing_in)},
+                        {"ms", json_of(p.ms)},
+                        {"mt", json_of(p.mt)},
+                        {"phase_margin_deg", json_of(p.phase_margin_deg)},
+                        {"gain_margin", json_of(p.gain_margin)},
+                        {"delay_margin_s", json_of(p.delay_margin_s)}}},
+                      {"candidates", candidates},
+                      {"remarks", tuned.remarks}});
+  std::string text = fmt::format("{}: {} controller for {}, to {}, tick {:g} s; tried on {} drawn rigs ({})\n\n",
+                                 command.output.string(), ident::text(controller.settings.kind), rig.name,
+                                 controller.purpose, controller.settings.tick_s, p.twins, inputs.twin);
+  text +=
+      text_table({{"promise"}, {"value", Align::right}, {"95 % from", Align::right}, {"to", Align::right}, {"unit"}},
+                 tune::promise_rows(p));
+  text += "\n";
+  for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
+  text += fmt::format("\nReport: {}\n", page_file.string());
+  console.print(text);
+  console.next_step(fmt::format("eha export {} --format c -o axis.c", shell_word(command.output.string())));
+  return ExitCode::ok;
+}
+
+}  // namespace
+
+void add_tune(CLI::App& app, ParsedLine& line) {
+  CLI::App* sub = app.add_subcommand("tune", "Make a controller from a model, and say what it will do");
+  sub->footer(kTuneFooter);
+  auto& command = options_of<TuneCommand>(*sub, line);
+  sub->add_option("model", command.model_file, "Model file, as `eha fit` wrote it")->required()->type_name("MODEL");
+  add_choice(*sub, "--for", command.purpose, kPurposes, "Follow references, or stay in a place (default track)");
+  add_choice(*sub, "--kind", command.kind, kKinds, "Kind of the feedback (default auto)");
+  sub->add_option("--margin", command.sensitivity, "Greatest max(Ms, Mt), 1.1 to 3 (default 1.4)")
+      ->type_name("M")
+      ->check(finite_number("a number from 1.1 to 3", [](double m) { return m >= 1.1 && m <= 3.0; }));
+  sub->add_option("--rig", command.rig_file, "Rig file whose limits and sensor apply (default as `eha run --local`)")
+      ->type_name("RIG");
+  sub->add_option("--twin", command.twin_file, "Rig file of a simulated rig fitted to a record")->type_name("RIG");
+  sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies")
+      ->type_name("RUN");
+  sub->add_option("--tick", command.tick_s, "Period of the controller, 0.0002 to 0.1 s (default the rig's)")
+      ->type_name("SECONDS")
+      ->check(finite_number("seconds from 0.0002 to 0.1", [](double s) { return s >= 0.0002 && s <= 0.1; }));
+  sub->add_option("-o,--output", command.output, "File to write (default controller.toml)")->type_name("FILE");
+}
+
+bool is_controller_file(const std::string& path) {
+  std::error_code ignored;
+  if (fs::path(path).extension() != ".toml" || !fs::is_regular_file(path, ignored)) return false;
+  return config::kind_of(config::read_config_file(path), path) == config::FileKind::controller;
+}
+
+tune::ControllerSubject controller_subject(const std::string& path) {
+  tune::ControllerSubject subject{.controller = config::load_controller(path)};
+  const config::ControllerProvenance& from = subject.controller.provenance;
+  std::error_code ignored;
+  const bool is_there = fs::is_regular_file(from.model, ignored) && fs::is_regular_file(from.rig_file, ignored);
+  if (!is_there || record::sha256_of_file(from.model) != from.model_sha256 ||
+      record::sha256_of_file(from.rig_file) != from.rig_sha256) {
+    return subject;
+  }
+  TuneCommand command;
+  command.purpose = subject.controller.purpose == "hold" ? ident::AxisPurpose::hold : ident::AxisPurpose::track;
+  command.tick_s = subject.controller.settings.tick_s;
+  if (fs::is_regular_file(from.twin, ignored)) command.twin_file = from.twin;
+  subject.inputs = tune::tune_inputs(read_model(from.model), config::load_rig(from.rig_file), choices_of(command));
+  tune::TrialPlan plan = tune::trial_plan(subject.controller.settings);
+  plan.hold_s = 5.0;
+  hal::SimOptions twin = subject.inputs->task.twin;
+  twin.initial_displacement_in = 0.5 * (plan.lowest_in + plan.highest_in);
+  static_cast<void>(
+      tune::axis_trial(twin, ident::coefficients(subject.controller.settings), plan, &subject.trace.emplace()));
+  return subject;
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/tune/controller_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "daemon/report/html.hpp"
+
+namespace eha::tune {
+namespace {
+
+using Complex = std::complex<double>;
+using report::Column;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+/// Every n-th value, so that a plot stays small.
+std::vector<double> thinned(const std::vector<double>& values, std::size_t every) {
+  std::vector<double> result;
+  for (std::size_t i = 0; i < values.size(); i += every) result.push_back(values[i]);
+  return result;
+}
+
+report::Item motion(const ControllerSubject& subject) {
+  report::Item item{.heading = "Step, trapezoids, sine and hold on the twin"};
+  item.figure = motion_figure(*subject.trace, item.heading);
+  const config::ControllerPromise& p = subject.controller.promise;
+  item.remark.seen = fmt::format("The error in trapezoids is promised within {:.2g} in in RMS, {:.2g} in at worst.",
+                                 p.following_rms_in.upper, p.following_worst_in.upper);
+  item.remark.good = "The error is small while the rod moves and at rest, and the command does not swing at rest.";
+  item.remark.to_do = "Compare the rig's own run with this; a larger error says that valve or load have changed.";
+  return item;
+}
+
+struct Curves {
+  std::vector<double> w;
+  std::vector<Complex> nominal;
+  std::vector<std::vector<Complex>> draws;
+};
+
+Curves curves(const ControllerSubject& subject) {
+  const ident::AxisPlant& plant = subject.inputs->plant;
+  const ident::AxisCoefficients c = ident::coefficients(subject.controller.settings);
+  Curves result{.w = {}, .nominal = {}, .draws = {}};
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < plant.grid_rad_s.size(); ++i) {
+    const double w = plant.grid_rad_s[i];
+    const double size = std::abs(ident::sampled_feedback(c, w) * plant.response[i]);
+    if (size < 100.0 && size > 1e-3) used.push_back(i);
+  }
+  const auto loop = [&](const std::vector<Complex>& response) {
+    std::vector<Complex> l;
+    for (const std::size_t i : used) l.push_back(ident::sampled_feedback(c, plant.grid_rad_s[i]) * response[i]);
+    return l;
+  };
+  for (const std::size_t i : used) result.w.push_back(plant.grid_rad_s[i]);
+  result.nominal = loop(plant.response);
+  for (const auto& response : plant.drawn_responses) result.draws.push_back(loop(response));
+  return result;
+}
+
+/// A curve and the band that holds 95 % of the draws.
+template <typename Value>
+void add_band(plot::Panel& panel, const Curves& curves, const Value& value) {
+  plot::Series band{.label = "95 % of the draws", .mark = plot::Mark::band, .style = 2};
+  plot::Series line{.label = "model", .mark = plot::Mark::line, .style = 1};
+  for (std::size_t i = 0; i < curves.w.size(); ++i) {
+    std::vector<double> drawn;
+    for (const auto& draw : curves.draws) drawn.push_back(value(draw[i], curves.nominal[i]));
+    const double nominal = value(curves.nominal[i], curves.nominal[i]);
+    const ident::Interval range = ident::interval(nominal, std::move(drawn));
+    const double f = curves.w[i] / (2.0 * std::numbers::pi);
+    band.x.push_back(f);
+    band.lower.push_back(range.lower);
+    band.upper.push_back(range.upper);
+    line.x.push_back(f);
+    line.y.push_back(nominal);
+  }
+  panel.series.push_back(std::move(band));
+  panel.series.push_back(std::move(line));
+}
+
+double decibels(Complex value) { return 20.0 * std::log10(std::abs(value)); }
+
+/// Phase beside that of the model, which is unwrapped by the caller's order of frequencies: from 0 down to -360.
+double phase_deg(Complex value) {
+  const double phase = std::arg(value) * kDegrees;
+  return phase > 0.0 ? phase - 360.0 : phase;
+}
+
+report::Item bode(const ControllerSubject& subject, const Curves& c) {
+  report::Item item{.heading = "Open loop"};
+  plot::Panel gain{.x_label = "", .y_label = "gain [dB]", .log_x = true};
+  add_band(gain, c, [](Complex value, Complex) { return decibels(value); });
+  gain.rules.push_back({.at = 0.0, .vertical = false});
+  plot::Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
+  add_band(phase, c, [](Complex value, Complex) { return phase_deg(value); });
+  phase.rules.push_back({.at = -180.0, .vertical = false});
+  item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
+  const config::ControllerPromise& p = subject.controller.promise;
+  item.remark.seen =
+      fmt::format("Phase margin {:.0f} degrees ({:.0f} to {:.0f}), gain margin {:.2g} ({:.2g} to {:.2g}).",
+                  p.phase_margin_deg.value, p.phase_margin_deg.lower, p.phase_margin_deg.upper, p.gain_margin.value,
+                  p.gain_margin.lower, p.gain_margin.upper);
+  item.remark.good = "At least 45 degrees where the gain is 0 dB, over the whole band.";
+  item.remark.to_do = "A wide band: make a longer record, then tune again.";
+  return item;
+}
+
+report::Item nyquist(const ControllerSubject& subject, const Curves& c) {
+  report::Item item{.heading = "Nyquist plot of the open loop"};
+  plot::Panel panel{
+      .x_label = "real part", .y_label = "imaginary part", .x_range = {{-2.0, 1.0}}, .y_range = {{-2.0, 1.0}}};
+  const std::size_t every = std::max<std::size_t>(1, c.draws.size() / 20);
+  for (std::size_t d = 0; d < c.draws.size(); d += every) {
+    plot::Series series{.label = "", .style = plot::kGuideStyle};
+    for (const Complex l : c.draws[d]) {
+      series.x.push_back(l.real());
+      series.y.push_back(l.imag());
+    }
+    panel.series.push_back(std::move(series));
+  }
+  plot::Series model{.label = "model", .style = 1};
+  for (const Complex l : c.nominal) {
+    model.x.push_back(l.real());
+    model.y.push_back(l.imag());
+  }
+  panel.series.push_back(std::move(model));
+  const double limit = subject.inputs->task.axis.sensitivity;
+  plot::Series circle{.label = fmt::format("sensitivity {:g}", limit), .style = 2};
+  for (int i = 0; i <= 90; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / 90.0;
+    circle.x.push_back(-1.0 + std::cos(angle) / limit);
+    circle.y.push_back(std::sin(angle) / limit);
+  }
+  panel.series.push_back(std::move(circle));
+  panel.captions.push_back({-1.0, 0.0, "-1"});
+  item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
+  item.remark.seen = fmt::format("Ms {:.3f} ({:.3f} to {:.3f}).", subject.controller.promise.ms.value,
+                                 subject.controller.promise.ms.lower, subject.controller.promise.ms.upper);
+  item.remark.good = "The curves stay outside the circle about -1.";
+  item.remark.to_do = "Nothing, while they do.";
+  return item;
+}
+
+report::Item sensitivity(const Curves& c) {
+  report::Item item{.heading = "Sensitivity 1 / (1 + L)"};
+  plot::Panel panel{.x_label = "frequency [Hz]", .y_label = "gain [dB]", .log_x = true};
+  add_band(panel, c, [](Complex value, Complex) { return decibels(1.0 / (1.0 + value)); });
+  panel.rules.push_back({.at = 0.0, .vertical = false});
+  item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
+  item.remark.seen = "Loads below the frequency where it crosses 0 dB are reduced, those above are not.";
+  item.remark.good = "Low on the left, and a low top.";
+  item.remark.to_do = "Feed-forward follows the reference; this shows what feedback does against loads.";
+  return item;
+}
+
+std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfig& c) {
+  const ident::AxisSettings& s = c.settings;
+  const auto row = [](const char* what, double value, const char* unit) {
+    return std::vector<std::string>{what, fmt::format("{:.6g}", value), unit};
+  };
+  return {row("kp", s.feedback.kp, "1/s"),
+          row("ki", s.feedback.ki, "1/s^2"),
+          row("kd", s.feedback.kd, ""),
+          row("filter", s.feedback.filter_s, "s"),
+          row("null", s.inverse.null, "V"),
+          row("dead band", s.inverse.dead_band, "V"),
+          row("gain extending", s.inverse.gain_positive, "in/(V s)"),
+          row("gain retracting", s.inverse.gain_negative, "in/(V s)"),
+          row("smoothing", s.inverse.smoothing, "in/s"),
+          row("acceleration feed-forward", s.feed_forward.acceleration_s, "s"),
+          row("reference velocity", s.reference.velocity, "in/s"),
+          row("reference acceleration", s.reference.acceleration, "in/s^2"),
+          row("reference jerk", s.reference.jerk, "in/s^3"),
+          row("tick", s.tick_s, "s")};
+}
+
+}  // namespace
+
+plot::Figure motion_figure(const TrialTrace& t, std::string title) {
+  const std::size_t every = std::max<std::size_t>(1, t.time_s.size() / 4000);
+  const std::vector<double> time = thinned(t.time_s, every);
+  std::vector<double> error;
+  for (std::size_t i = 0; i < t.time_s.size(); i += every) error.push_back(t.reference_in[i] - t.rod_in[i]);
+  plot::Panel position{.x_label = "", .y_label = "position [in]"};
+  position.series.push_back({.label = "rod", .x = time, .y = thinned(t.rod_in, every), .style = 0});
+  position.series.push_back({.label = "reference", .x = time, .y = thinned(t.reference_in, every), .style = 1});
+  plot::Panel following{.x_label = "", .y_label = "error [in]"};
+  following.series.push_back({.label = "", .x = time, .y = error, .style = 1});
+  plot::Panel command{.x_label = "time [s]", .y_label = "command [V]"};
+  command.series.push_back({.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1});
+  return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
+}
+
+std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& p) {
+  const auto row = [](const char* what, const config::PromisedFigure& f, const char* unit) {
+    const auto number = [](double value) {
+      return std::abs(value) > 1e8 ? std::string("no limit") : fmt::format("{:.3g}", value);
+    };
+    return std::vector<std::string>{what, number(f.value), number(f.lower), number(f.upper), unit};
+  };
+  return {row("following error, RMS", p.following_rms_in, "in"),
+          row("following error, worst", p.following_worst_in, "in"),
+          row("error on a sine, RMS", p.sine_rms_in, "in"),
+          row("overshoot of a step", p.overshoot_in, "in"),
+          row("settling after the reference", p.settling_s, "s"),
+          row("error at rest, worst", p.rest_error_in, "in"),
+          row("motion at rest, peak to peak", p.standing_in, "in"),
+          row("Ms", p.ms, ""),
+          row("Mt", p.mt, ""),
+          row("phase margin", p.phase_margin_deg, "deg"),
+          row("gain margin", p.gain_margin, ""),
+          row("delay margin", p.delay_margin_s, "s")};
+}
+
+report::Page controller_page(const ControllerSubject& subject) {
+  const config::ControllerConfig& c = subject.controller;
+  std::string lead = fmt::format(
+      "<p class=\"subtitle\">{}</p>\n",
+      report::escaped(fmt::format("{} controller \"{}\" for {}, to {}, tick {:g} s", ident::text(c.settings.kind),
+                                  c.name, c.provenance.rig, c.purpose, c.settings.tick_s)));
+  report::Section promise{.title = "Promise"};
+  promise.items.push_back(
+      {.heading = fmt::format("On {} drawn rigs; margins over 200 draws of the model", c.promise.twins),
+       .html = report::table({{"figure", Column::text},
+                              {"value", Column::number},
+                              {"95 % from", Column::number},
+                              {"to", Column::number},
+                              {"unit", Column::text}},
+                             promise_rows(c.promise)) +
+               report::list(subject.remarks)});
+  report::Section plots{.title = "On the twin"};
+  if (subject.trace) plots.items.push_back(motion(subject));
+  report::Section loop{.title = "Loop"};
+  if (subject.inputs) {
+    const Curves all = curves(subject);
+    loop.items.push_back(bode(subject, all));
+    loop.items.push_back(nyquist(subject, all));
+    loop.items.push_back(sensitivity(all));
+  } else {
+    loop.items.push_back(
+        {.heading = "No plots",
+         .html = report::paragraph("Model or rig file of the controller are no longer there, or have changed since.")});
+  }
+  report::Section settings{.title = "Settings"};
+  settings.items.push_back(
+      {.heading = "Numbers of the file",
+       .html = report::table({{"setting", Column::text}, {"value", Column::number}, {"unit", Column::text}},
+                             setting_rows(c))});
+  settings.items.push_back({.heading = "Made from",
+                            .html = report::table({{"what", Column::text}, {"which", Column::wide_text}},
+                                                  {{"model", c.provenance.model},
+                                                   {"SHA-256", c.provenance.model_sha256},
+                                                   {"rig file", c.provenance.rig_file},
+                                                   {"SHA-256", c.provenance.rig_sha256},
+                                                   {"run", c.provenance.run},
+                                                   {"twin", c.provenance.twin},
+                                                   {"made by", c.provenance.made_by}})});
+  return report::assembled("Controller", lead, {promise, plots, loop, settings});
+}
+
+}  // namespace eha::tune

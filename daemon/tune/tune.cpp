@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/tune/tune.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace eha::tune {
+namespace {
+
+using ident::FeedbackKind;
+
+constexpr std::array kShares{1.0, 0.7, 0.5, 0.35, 0.25, 0.15};
+constexpr std::size_t kTriedShares =
+    3;  // of P and of a kind that was named; the others take the place of one that hunts
+constexpr int kFewTwins = 4;
+constexpr double kFewHold_s = 6.0;
+constexpr double kWiden = 0.25;        // of the twins' range, added on each side: 50 twins are not every rig
+constexpr double kBetter = 0.9;        // an error below this share of another's counts as better
+constexpr double kFaultOfWorst = 4.0;  // following error that is a fault, over the worst promised
+constexpr double kFaultOfSwings = 2.0;
+constexpr double kFreeSwings = 4.0;
+constexpr double kSeenTurn = 0.03;  // phase at the crossover that lags too fast for the model take at most [rad]
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+ident::Interval widened(const std::vector<TrialFigures>& trials, double TrialFigures::*member, double least) {
+  std::vector<double> values;
+  for (const TrialFigures& trial : trials) values.push_back(trial.*member);
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const double more = std::max(kWiden * (*high - *low), least);
+  return {median(values), std::max(0.0, *low - more), *high + more};
+}
+
+std::vector<TrialFigures> tried(const std::vector<hal::SimOptions>& twins, const ident::AxisSettings& settings,
+                                const TrialPlan& plan, const ident::Executor& executor) {
+  const ident::AxisCoefficients controller = ident::coefficients(settings);
+  std::vector<TrialFigures> trials(twins.size());
+  executor(twins.size(), [&](std::size_t i) { trials[i] = axis_trial(twins[i], controller, plan); });
+  return trials;
+}
+
+bool hunts(const TrialFigures& trial, double most_in) { return trial.standing_in > most_in || trial.has_left; }
+
+std::vector<FeedbackKind> kinds_of(const TuneTask& task, const ident::AxisPlant& plant) {
+  if (task.kind) return {*task.kind};
+  // An integrating rod needs no integrator beside a known valve; another plant keeps an error without one.
+  if (plant.order_at_zero > 0.5) return {FeedbackKind::p, FeedbackKind::pi, FeedbackKind::pd, FeedbackKind::pid};
+  return {FeedbackKind::p, FeedbackKind::pi, FeedbackKind::pid};
+}
+
+std::string name_of(FeedbackKind kind) {
+  switch (kind) {
+    case FeedbackKind::p:
+      return "P";
+    case FeedbackKind::pi:
+      return "PI";
+    case FeedbackKind::pd:
+      return "PD";
+    case FeedbackKind::pid:
+      return "PID";
+    case FeedbackKind::fopid:
+      return "FOPID";
+  }
+  return "?";
+}
+
+/// The least kind within a tenth of the best error, both following and at rest.
+std::size_t chosen(const std::vector<Candidate>& candidates, double rest_allowed_in) {
+  double least = std::numeric_limits<double>::infinity();
+  const auto cost = [&](const Candidate& c) {
+    return c.following_rms_in + std::max(0.0, c.rest_error_in - rest_allowed_in);
+  };
+  for (const Candidate& c : candidates) {
+    if (!c.hunts) least = std::min(least, cost(c));
+  }
+  std::size_t best = candidates.size();
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Candidate& c = candidates[i];
+    if (c.hunts || kBetter * cost(c) > least) continue;
+    if (best == candidates.size() || c.kind < candidates[best].kind ||
+        (c.kind == candidates[best].kind && cost(c) < cost(candidates[best]))) {
+      best = i;
+    }
+  }
+  return best;
+}
+
+std::string remark_on_fractional_orders(double gain) {
+  const double percent = std::max(0.0, 100.0 * (1.0 - 1.0 / gain));
+  return gain > ident::kFractionalIsWorth
+             ? fmt::format(
+                   "Fractional orders would lower the error after a load by {:.0f} % of that of a PID of the "
+                   "same margin and noise: worth --kind fopid where an integral is.",
+                   percent)
+             : fmt::format(
+                   "Fractional orders are not worth their effort here: {:.1f} % less error after a load than "
+                   "a PID of the same margin and noise.",
+                   percent);
+}
+
+void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
+  const ident::AxisDesign& d = tuned.design;
+  auto& lines = tuned.remarks;
+  lines.push_back(d.noise_binds
+                      ? "The sensor's noise on the command limits the gain, before the margin: a quieter sensor or a "
+                        "faster valve slew would allow more."
+                      : "The margin limits the gain: less lag of the valve, a shorter tick or a less uncertain model "
+                        "would allow more.");
+  if (!task.kind) {
+    const Candidate* own = nullptr;
+    for (const Candidate& c : tuned.candidates) {
+      if (c.kind == d.settings.kind && !c.hunts && (own == nullptr || c.following_rms_in < own->following_rms_in))
+        own = &c;
+    }
+    for (const FeedbackKind kind : kinds_of(task, plant)) {
+      if (kind == d.settings.kind || own == nullptr) continue;
+      const Candidate* other = nullptr;
+      for (const Candidate& c : tuned.candidates) {
+        if (c.kind == kind && !c.hunts && (other == nullptr || c.following_rms_in < other->following_rms_in))
+          other = &c;
+      }
+      if (other == nullptr) {
+        lines.push_back(fmt::format("{}: no gain keeps the limits without hunting.", name_of(kind)));
+      } else {
+        lines.push_back(
+            fmt::format("{} would follow with {:.3g} in RMS and rest within {:.2g} in, instead of {:.3g} and "
+                        "{:.2g} in with {}.",
+                        name_of(kind), other->following_rms_in, other->rest_error_in, own->following_rms_in,
+                        own->rest_error_in, name_of(own->kind)));
+      }
+    }
+  }
+  if (plant.unseen_delay_s * d.margins.crossover_rad_s > kSeenTurn) {
+    lines.push_back(
+        fmt::format("The model was compared every {:g} s and does not show faster lags; the margins allow {:.2g} s for "
+                    "them. The same record fitted with a smaller --decimate would allow more gain.",
+                    plant.compared_step_s, plant.unseen_delay_s));
+  }
+  if (!plant.has_covariance) {
+    lines.emplace_back("The model file has no covariance: the margins assume 5 % for the gain and 10 % for the lag.");
+  }
+  if (plant.inverse.error_percent > 10.0) {
+    lines.push_back(
+        fmt::format("The feed-forward misses the model's inverse by up to {:.0f} % in its band: fast "
+                    "references are followed less well.",
+                    plant.inverse.error_percent));
+  }
+}
+
+}  // namespace
+
+double most_standing_in(const ident::AxisTask& task) { return 3.0 * task.noise + task.lsb; }
+
+Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Executor& executor) {
+  const double most_in = most_standing_in(task.axis);
+  const std::vector<hal::SimOptions> twins =
+      drawn_twins(task.twin, task.spread, task.axis.lowest, task.axis.highest, task.twins, task.seed);
+  const std::vector<hal::SimOptions> few(twins.begin(),
+                                         twins.begin() + std::min<std::ptrdiff_t>(kFewTwins, task.twins));
+
+  Tuned tuned;
+  std::vector<ident::AxisDesign> designs;
+  const std::vector<FeedbackKind> kinds = kinds_of(task, plant);
+  std::vector<std::optional<ident::AxisDesign>> found(kinds.size());
+  std::optional<double> fractional_gain;
+  // The slowest first.
+  executor(kinds.size(), [&](std::size_t nth) {
+    const std::size_t i = kinds.size() - 1 - nth;
+    found[i] = ident::design_axis(plant, task.axis, kinds[i]);
+    if (!task.kind && kinds[i] == FeedbackKind::pid && found[i]) {
+      fractional_gain = ident::gain_of_fractional_orders(plant, task.axis, *found[i]);
+    }
+  });
+  for (const auto& design : found) {
+    if (!design) continue;
+    // The kinds that are only compared are tried with their full gain.
+    const bool is_compared = !task.kind && design->settings.kind != kinds.front();
+    for (std::size_t i = 0; i < (is_compared ? 1 : kTriedShares); ++i) {
+      Candidate c{.kind = design->settings.kind, .share = kShares.at(i)};
+      c.design = i == 0 ? *design : ident::with_share(*design, plant, task.axis, c.share);
+      if (c.design.margins.peak95 > task.axis.sensitivity) continue;
+      TrialPlan plan = trial_plan(c.design.settings);
+      plan.hold_s = kFewHold_s;
+      plan.trapezoids = 1;
+      std::vector<double> following;
+      for (const TrialFigures& trial : tried(few, c.design.settings, plan, executor)) {
+        following.push_back(trial.following_rms_in);
+        c.rest_error_in = std::max(c.rest_error_in, trial.rest_error_in);
+        c.standing_in = std::max(c.standing_in, trial.standing_in);
+        c.hunts = c.hunts || hunts(trial, most_in);
+      }
+      c.following_rms_in = median(following);
+      tuned.candidates.push_back(std::move(c));
+    }
+  }
+  if (tuned.candidates.empty()) {
+    throw DataError(
+        fmt::format("no feedback keeps max(Ms, Mt) below {:g} and the noise of the command below its limit; "
+                    "a quieter sensor, or a model with smaller intervals, would allow one",
+                    task.axis.sensitivity));
+  }
+
+  const double rest_allowed_in = std::max(2.0 * most_in, 4.0 * task.axis.lsb);
+  while (true) {
+    const std::size_t at = chosen(tuned.candidates, rest_allowed_in);
+    if (at == tuned.candidates.size()) break;
+    Candidate& best = tuned.candidates[at];
+    TrialPlan plan = trial_plan(best.design.settings);
+    plan.hold_s = task.hold_s;
+    std::vector<TrialFigures> trials = tried(twins, best.design.settings, plan, executor);
+    const auto bad =
+        std::count_if(trials.begin(), trials.end(), [&](const TrialFigures& trial) { return hunts(trial, most_in); });
+    if (bad > 0) {
+      best.hunts = true;
+      for (const TrialFigures& trial : trials) best.standing_in = std::max(best.standing_in, trial.standing_in);
+      tuned.remarks.push_back(fmt::format("{} with kp {:.3g} /s hunts on {} of {} drawn rigs: not offered.",
+                                          name_of(best.kind), best.design.settings.feedback.kp, bad, trials.size()));
+      // One more with less gain, if this was the least of its kind.
+      const auto next = std::find_if(kShares.begin(), kShares.end(), [&](double share) { return share < best.share; });
+      const bool is_last = std::none_of(tuned.candidates.begin(), tuned.candidates.end(), [&](const Candidate& c) {
+        return c.kind == best.kind && c.share < best.share;
+      });
+      if (is_last && next != kShares.end()) {
+        Candidate less{.kind = best.kind, .share = *next};
+        less.design = ident::with_share(best.design, plant, task.axis, *next / best.share);
+        less.following_rms_in = best.following_rms_in;
+        if (less.design.margins.peak95 <= task.axis.sensitivity) tuned.candidates.push_back(std::move(less));
+      }
+      continue;
+    }
+    tuned.design = best.design;
+    tuned.share = best.share;
+    tuned.plan = plan;
+    tuned.trials = std::move(trials);
+    const double noise = task.axis.lsb;
+    const auto of = [&](double TrialFigures::*member) { return widened(tuned.trials, member, noise); };
+    const ident::MarginIntervals& margins = tuned.design.margins;
+    tuned.promise = {.following_rms_in = of(&TrialFigures::following_rms_in),
+                     .following_worst_in = of(&TrialFigures::following_worst_in),
+                     .sine_rms_in = of(&TrialFigures::sine_rms_in),
+                     .overshoot_in = of(&TrialFigures::overshoot_in),
+                     .settling_s = widened(tuned.trials, &TrialFigures::settling_s, 10.0 * task.axis.tick_s),
+                     .rest_error_in = of(&TrialFigures::rest_error_in),
+                     .standing_in = of(&TrialFigures::standing_in),
+                     .ms = margins.ms,
+                     .mt = margins.mt,
+                     .phase_margin_deg = margins.phase_deg,
+                     .gain_margin = margins.gain,
+                     .delay_margin_s = margins.delay_s};
+    tuned.fault.following_error_in =
+        kFaultOfWorst * tuned.promise.following_worst_in.upper + 6.0 * task.axis.noise + 2.0 * task.axis.lsb;
+    tuned.fault.swing_V = swing_width_V(tuned.design.settings);
+    double swings = 0.0;
+    for (const TrialFigures& trial : tuned.trials) swings = std::max(swings, trial.swings_per_s);
+    tuned.fault.swings_per_s = kFaultOfSwings * swings + kFreeSwings;
+    hal::SimOptions shown = task.twin;
+    shown.initial_displacement_in = 0.5 * (task.axis.lowest + task.axis.highest);
+    TrialPlan short_plan = plan;
+    short_plan.hold_s = 5.0;
+    static_cast<void>(axis_trial(shown, ident::coefficients(tuned.design.settings), short_plan, &tuned.trace));
+    remark(tuned, task, plant);
+    if (fractional_gain) tuned.remarks.push_back(remark_on_fractional_orders(*fractional_gain));
+    return tuned;
+  }
+  throw DataError(
+      fmt::format("every feedback that keeps the limits hunts on a drawn rig (p-p at rest above {:.2g} in): "
+                  "measure null and dead band again with eha characterise, or name a fitted twin with --twin",
+                  most_in));
+}
+
+}  // namespace eha::tune

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "config/controller_config.hpp"
+#include "config/rig_config.hpp"
+#include "daemon/sheet/run_sheet.hpp"
+#include "daemon/tune/tune.hpp"
+#include "ident/model/model.hpp"
+
+namespace eha::tune {
+
+/// What a controller is made from besides the model and the rig file.
+struct TuneChoices {
+  ident::AxisPurpose purpose = ident::AxisPurpose::track;
+  std::optional<ident::FeedbackKind> kind = {};
+  double sensitivity = 1.4;
+  std::optional<double> tick_s = {};            ///< none: the rig's
+  std::optional<hal::SimOptions> twin = {};     ///< fitted to this rig; none: the rig's own where it is simulated, else
+                                                ///< estimated from model and valve
+  std::optional<ident::ValveSheet> sheet = {};  ///< of eha characterise
+};
+
+/// A plant and the task of its controller.
+struct TuneInputs {
+  ident::AxisPlant plant;
+  TuneTask task;
+  std::string twin;  ///< how it was made, for people
+};
+
+/// @throws DataError  the model's units are not V and a length, or as ident::axis_plant()
+[[nodiscard]] TuneInputs tune_inputs(const ident::Model& model, const config::RigConfig& rig,
+                                     const TuneChoices& choices);
+
+/// The content of a controller file.
+[[nodiscard]] config::ControllerConfig controller_of(const Tuned& tuned, const TuneInputs& inputs,
+                                                     config::ControllerProvenance provenance, std::string name);
+
+}  // namespace eha::tune

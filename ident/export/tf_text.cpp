@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "ident/export/model_formats.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kWholeWithin = 1e-9;
+constexpr int kHighestPower = 20;
+
+/// Coefficients of falling whole powers, or nothing where an order is not whole.
+std::vector<double> falling(const std::vector<Term>& terms) {
+  int highest = 0;
+  for (const Term& t : terms) {
+    if (std::abs(t.order - std::round(t.order)) > kWholeWithin || t.order > kHighestPower) return {};
+    highest = std::max(highest, static_cast<int>(std::lround(t.order)));
+  }
+  std::vector<double> c(static_cast<std::size_t>(highest) + 1, 0.0);
+  for (const Term& t : terms) c[static_cast<std::size_t>(highest - std::lround(t.order))] += t.coefficient;
+  return c;
+}
+
+/// One section as b(s) / d(s), falling powers.
+void fraction(const Section& section, std::vector<double>& numerator, std::vector<double>& denominator) {
+  const std::size_t n = section.denominator.size();
+  denominator = {1.0};
+  numerator.clear();
+  double power = 1.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    power *= section.rate_rad_s;
+    denominator.push_back(section.denominator[i] * power);
+    numerator.push_back(section.numerator[i] * power);
+  }
+}
+
+std::string vector(const std::vector<double>& values) {
+  std::vector<std::string> texts;
+  for (const double value : values) texts.push_back(fmt::format("{}", value));
+  return fmt::format("[{}]", fmt::join(texts, " "));
+}
+
+std::string delay(double delay_s) { return delay_s > 0.0 ? fmt::format(", 'InputDelay', {}", delay_s) : ""; }
+
+}  // namespace
+
+std::string tf_text(const ExportedModel& model, const std::string& function) {
+  std::string text =
+      fmt::format("% {}: transfer function for MATLAB's Control System Toolbox; Octave: pkg load control\n", function);
+  for (const std::string& line : notes(model)) text += "% " + line + "\n";
+  const std::vector<double> numerator = falling(model.transfer_function.numerator);
+  const std::vector<double> denominator = falling(model.transfer_function.denominator);
+  if (!numerator.empty() && !denominator.empty()) {
+    text += fmt::format("num = {};\nden = {};\n", vector(numerator), vector(denominator));
+    text += fmt::format("{} = tf(num, den{});\n", function, delay(model.transfer_function.delay_s));
+    // K / (s^k (T s + 1)): gain and time constants as people write them, from the lowest power that is there.
+    std::size_t last = denominator.size();
+    while (last > 1 && denominator[last - 1] == 0.0) --last;
+    const double unit = denominator[last - 1];
+    const double lowest = numerator.back();
+    if (unit != 0.0 && lowest != 0.0) {
+      text += fmt::format("K = {};  % gain{}\n", lowest / unit,
+                          last < denominator.size() ? " of the integrator" : " at standstill");
+      if (last > 1)
+        text += fmt::format("T = {};  % lag [s]: coefficient of the next power\n", denominator[last - 2] / unit);
+    }
+  } else {
+    // Fractional orders: the sum of the approximation's sections over one denominator.
+    std::vector<std::string> parts;
+    int index = 0;
+    for (const Section& section : model.sections.list) {
+      std::vector<double> n;
+      std::vector<double> d;
+      fraction(section, n, d);
+      ++index;
+      text += fmt::format("g{} = tf({}, {});\n", index, vector(n), vector(d));
+      parts.push_back(fmt::format("g{}", index));
+    }
+    if (model.sections.direct != 0.0 || parts.empty()) parts.push_back(fmt::format("{}", model.sections.direct));
+    text += fmt::format("{} = {};\n", function, fmt::join(parts, " + "));
+    if (model.sections.delay_s > 0.0) text += fmt::format("{}.InputDelay = {};\n", function, model.sections.delay_s);
+  }
+  if (model.input_map) {
+    text += fmt::format("null_V = {}; dead_band_V = {}; negative_gain_ratio = {};  % of the valve before it\n",
+                        model.input_map->null, model.input_map->dead_band, model.input_map->negative_gain_ratio);
+  }
+  return text;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/tune/tune.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "hal/sim/cylinder.hpp"
+
+namespace eha::tune {
+namespace {
+
+ident::Model rod(const hal::SimOptions& rig) {
+  const TwinGains gains = gains_of(rig);
+  ident::Model model;
+  model.name = "rod";
+  model.input_map = ident::ValveMap{-rig.valve_null_offset_V, rig.valve_dead_band_V, gains.negative / gains.positive};
+  model.transfer_function = {{{gains.positive, 0}}, {{0.0065, 2}, {1, 1}}, 0.0};
+  model.initial_output = 2.95;
+  return model;
+}
+
+TuneTask task_for(const hal::SimOptions& rig) {
+  TuneTask task;
+  task.axis.lowest = 0.15;
+  task.axis.highest = 5.75;
+  task.axis.velocity_limit = 8.0;
+  task.axis.noise = rig.sensor_noise_V * rig.scale_in_per_V;
+  task.axis.lsb = rig.scale_in_per_V * 20.0 / 65535.0;
+  task.axis.draws = 40;
+  task.kind = ident::FeedbackKind::p;
+  task.twin = rig;
+  task.twins = 4;
+  task.hold_s = 8.0;
+  return task;
+}
+
+TEST(TwinDraws, HaveTheGainsOfTheSimulatedCylinder) {
+  hal::SimOptions rig;
+  const TwinGains gains = gains_of(rig);
+  for (const double beyond_V : {0.6, -0.6}) {
+    hal::Cylinder cylinder(rig);
+    const double command_V = -rig.valve_null_offset_V + std::copysign(rig.valve_dead_band_V, beyond_V) + beyond_V;
+    cylinder.advance(command_V, hal::Ports::open, 1.0);
+    const double before_m = cylinder.state().displacement_m;
+    cylinder.advance(command_V, hal::Ports::open, 1.0);
+    const double gain = (cylinder.state().displacement_m - before_m) / 0.0254 / beyond_V;
+    EXPECT_NEAR(gain, beyond_V > 0.0 ? gains.positive : gains.negative, 0.05 * gain) << beyond_V;
+  }
+}
+
+TEST(TwinDraws, OfAnEstimatedTwinHaveThePlantsValve) {
+  hal::SimOptions rig;
+  rig.valve_rated_flow_L_per_min = 1.7;
+  rig.valve_dead_band_V = 0.3;
+  rig.rod_mm = 24.0;
+  const TuneTask task = task_for(rig);
+  const ident::AxisPlant plant = ident::axis_plant(rod(rig), task.axis);
+  const hal::SimOptions twin = estimated_twin(plant, hal::SimOptions{});
+  EXPECT_NEAR(gains_of(twin).positive, gains_of(rig).positive, 1e-3 * gains_of(rig).positive);
+  EXPECT_NEAR(gains_of(twin).negative, gains_of(rig).negative, 1e-3 * gains_of(rig).negative);
+  EXPECT_EQ(twin.valve_dead_band_V, 0.3);
+  EXPECT_TRUE(hal::check(twin).empty());
+  for (hal::SimOptions drawn : drawn_twins(twin, spread_about_estimated(plant.valve), 0.15, 5.75, 20, 1)) {
+    drawn.sub_step_us = 1.0;  // trials take steps of their own
+    EXPECT_TRUE(hal::check(drawn).empty());
+    EXPECT_GT(drawn.initial_displacement_in, 0.15);
+    EXPECT_LT(drawn.initial_displacement_in, 5.75);
+  }
+}
+
+TEST(SwingCounter, CountsSwingsOfTheLastSecond) {
+  SwingCounter swings(-0.2, 0.3, 0.01);
+  int most = 0;
+  for (int i = 0; i < 500; ++i) most = std::max(most, swings.step(-0.2 + 0.4 * ((i / 10) % 2 == 0 ? 1.0 : -1.0)));
+  EXPECT_NEAR(most, 10, 1);
+  for (int i = 0; i < 200; ++i) most = swings.step(-0.2 + 0.2 * (i % 2 == 0 ? 1.0 : -1.0));
+  EXPECT_EQ(most, 0);
+}
+
+TEST(Tune, PromisesAFractionOfTheErrorOfAPureGain) {
+  const hal::SimOptions rig;
+  const TuneTask task = task_for(rig);
+  const ident::AxisPlant plant = ident::axis_plant(rod(rig), task.axis);
+  const Tuned tuned = tune(plant, task);
+  EXPECT_LT(tuned.promise.following_rms_in.upper, 0.0015);
+  EXPECT_LT(tuned.promise.standing_in.upper, most_standing_in(task.axis));
+  EXPECT_LE(tuned.promise.ms.upper, 1.42);
+  EXPECT_GT(tuned.fault.following_error_in, tuned.promise.following_worst_in.upper);
+  EXPECT_FALSE(tuned.remarks.empty());
+  EXPECT_EQ(tuned.trials.size(), 4U);
+  EXPECT_GT(tuned.trace.time_s.size(), 1000U);
+
+  // A gain alone: no inverse of the dead band, no feed-forward, the best of several.
+  double best = 1.0;
+  for (const double kp : {5.0, 10.0, 20.0, 40.0, 80.0, 120.0}) {
+    ident::AxisSettings pure = tuned.design.settings;
+    pure.feedback = {.kp = kp};
+    pure.inverse.dead_band = 0.0;
+    pure.inverse.gain_negative = pure.inverse.gain_positive;
+    pure.inverse.null = 0.0;
+    pure.feed_forward = {.velocity_share = 0.0};
+    pure.most_speed = 100.0;
+    TrialPlan plan = trial_plan(tuned.design.settings);
+    plan.hold_s = 2.0;
+    best = std::min(best, axis_trial(rig, ident::coefficients(pure), plan).following_rms_in);
+  }
+  EXPECT_LT(tuned.promise.following_rms_in.value, 0.5 * best);
+}
+
+TEST(Tune, IsTheSameAgain) {
+  const hal::SimOptions rig;
+  const TuneTask task = task_for(rig);
+  const ident::AxisPlant plant = ident::axis_plant(rod(rig), task.axis);
+  const Tuned a = tune(plant, task);
+  const Tuned b = tune(plant, task);
+  EXPECT_EQ(a.design.settings, b.design.settings);
+  EXPECT_EQ(a.promise.following_rms_in.upper, b.promise.following_rms_in.upper);
+}
+
+TEST(Tune, OffersNothingThatHunts) {
+  // The true valve has three times the dead band that the model knows, and much friction: the rod hunts about it.
+  hal::SimOptions rig;
+  TuneTask task = task_for(rig);
+  const ident::AxisPlant plant = ident::axis_plant(rod(rig), task.axis);
+  task.twin.valve_dead_band_V = 0.02;  // the inverse overcompensates
+  task.twin.valve_rated_flow_L_per_min *= 6.0;
+  task.kind = ident::FeedbackKind::pi;
+  try {
+    const Tuned tuned = tune(plant, task);
+    EXPECT_LE(tuned.promise.standing_in.value, most_standing_in(task.axis));
+    for (const TrialFigures& trial : tuned.trials) EXPECT_LE(trial.standing_in, most_standing_in(task.axis));
+  } catch (const DataError& error) {
+    EXPECT_NE(std::string(error.what()).find("hunts"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace eha::tune
