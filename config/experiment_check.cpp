@@ -10,6 +10,7 @@
 #include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::config {
@@ -21,6 +22,10 @@ constexpr double kMostSamples = 1e7;
 constexpr double kTickTolerance = 1e-6;
 /// Relative tolerance of a peak or slope against its limit, for the rounding of the table.
 constexpr double kRounding = 1e-9;
+
+/// Bounds of a controller that is played: of the velocity limit, and of the travel.
+constexpr double kTrackedSpeedShare = 0.5;
+constexpr double kTrackedErrorShare = 0.05;
 
 /// To three digits, never up.
 double rounded_down(double factor) {
@@ -42,7 +47,8 @@ class ConflictSearch {
     check_place("place.displacement_in", experiment_.place_in);
     check_place("start.displacement_in", experiment_.start_in);
     check_hold();
-    if (experiment_.place_in) {
+    check_track();
+    if (experiment_.place_in || experiment_.track) {
       return Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples_per_repetition(experiment_, rig_)));
     }
     if (experiment_.characterises) return characterisation_plan(rig_).table_V;
@@ -103,6 +109,48 @@ class ConflictSearch {
     if (gain && *gain > most) {
       add("hold.gain_V_per_in", fmt::format("at most {:.3g} V/in for the gains of {}", most, rig_.file_name),
           fmt::format("{:g}", *gain));
+    }
+  }
+
+  /// A controller is played on the rig that it was made for.
+  void check_track() {
+    if (!experiment_.track) return;
+    const ControllerConfig& controller = experiment_.track->controller;
+    const ident::AxisSettings& s = controller.settings;
+    const RigLimits& limits = rig_.limits;
+    const auto refuse = [&](const std::string& expected, const std::string& got) {
+      add("track.controller", expected + "; make it anew with eha tune", got);
+    };
+    if (hal::moves_machine(rig_.backend)) {
+      add("track", "a simulated rig: controllers are not played on a machine yet", rig_.name);
+      return;
+    }
+    if (controller.provenance.rig != rig_.name) {
+      refuse(fmt::format("a controller for {}", rig_.name), controller.provenance.rig);
+    }
+    if (std::abs(s.tick_s / tick_s() - 1.0) > kTickTolerance) {
+      refuse(fmt::format("a controller for the tick of {} s", tick_s()), fmt::format("{} s", s.tick_s));
+    }
+    if (s.reference.lowest < limits.travel_min_in || s.reference.highest > limits.travel_max_in) {
+      refuse(fmt::format("travel within {:g} to {:g} in", limits.travel_min_in, limits.travel_max_in),
+             fmt::format("{:g} to {:g} in", s.reference.lowest, s.reference.highest));
+    }
+    if (s.command_min < limits.command_min_V || s.command_max > limits.command_max_V) {
+      refuse(fmt::format("commands within {:g} to {:g} V", limits.command_min_V, limits.command_max_V),
+             fmt::format("{:g} to {:g} V", s.command_min, s.command_max));
+    }
+    if (s.slew_per_s > limits.slew_V_per_s * (1.0 + kRounding)) {
+      refuse(fmt::format("a slew of at most {:g} V/s", limits.slew_V_per_s), fmt::format("{:g} V/s", s.slew_per_s));
+    }
+    if (s.reference.velocity > kTrackedSpeedShare * limits.velocity_limit_in_per_s) {
+      refuse(fmt::format("references of at most {:g} in/s, half the velocity limit",
+                         kTrackedSpeedShare * limits.velocity_limit_in_per_s),
+             fmt::format("{:g} in/s", s.reference.velocity));
+    }
+    const double most_error_in = kTrackedErrorShare * (limits.travel_max_in - limits.travel_min_in);
+    if (controller.fault.following_error_in > most_error_in) {
+      refuse(fmt::format("a fault beyond an error of at most {:.3f} in, a twentieth of the travel", most_error_in),
+             fmt::format("{:g} in", controller.fault.following_error_in));
     }
   }
 

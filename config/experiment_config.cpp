@@ -65,6 +65,43 @@ void read_acceptance(Section& root, ident::AcceptanceLimits& acceptance) {
   section->finish();
 }
 
+constexpr double kTrackHold_s = 20.0;
+constexpr double kLongestHold_s = 600.0;
+
+/// [track]: the controller's file as text, and what of its trial is not as usual.
+void read_track(Section& section, ExperimentConfig& experiment, Document& document) {
+  std::string text;
+  section.text("controller", text);
+  Track track;
+  if (document.issues.clean("track.controller")) {
+    try {
+      track.controller = parse_controller(text, "controller");
+      track.plan = ident::trial_plan(track.controller.settings);
+    } catch (const Error& error) {
+      add_fault(document, "track.controller", "the text of a controller file", error.what());
+    }
+  }
+  track.plan.hold_s = kTrackHold_s;
+  section.number("step_in", track.plan.step, Range::above(0.0), Need::optional);
+  section.number("sine_in", track.plan.sine, Range::above(0.0), Need::optional);
+  section.number("sine_Hz", track.plan.sine_Hz, Range::above(0.0), Need::optional);
+  section.integer("trapezoids", track.plan.trapezoids, 1, 1000, Need::optional);
+  section.number("hold_s", track.plan.hold_s, Range::between(0.0, kLongestHold_s), Need::optional);
+  section.finish();
+  if (!document.issues.clean("track")) return;
+  const ident::AxisSettings& settings = track.controller.settings;
+  const double half_in = 0.5 * (settings.reference.highest - settings.reference.lowest);
+  if (track.plan.step + track.plan.sine > half_in) {
+    add_fault(document, "track.step_in",
+              fmt::format("with sine_in at most half of the controller's travel, {:g} in", half_in),
+              fmt::format("{:g} in", track.plan.step + track.plan.sine));
+    return;
+  }
+  const ident::TrialMotion motion(settings, track.plan, settings.reference.lowest);
+  experiment.duration_s = static_cast<double>(motion.rows()) * settings.tick_s;
+  experiment.track = std::move(track);
+}
+
 /// Where the rod is to be.
 void read_motion(Section& root, ExperimentConfig& experiment) {
   if (auto section = root.section("place", Need::optional)) {
@@ -102,12 +139,19 @@ ExperimentConfig read_experiment(Document& document) {
     for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "model"}) {
       root.forbid(key, "[characterise], which plays what the valve sheet needs");
     }
+  } else if (auto tracked = root.section("track", Need::optional)) {
+    read_track(*tracked, experiment, document);
+    experiment.fit.discard_s = 0.0;
+    experiment.fit.decimation = kSheetDecimation;
+    for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "model"}) {
+      root.forbid(key, "[track], which plays the trial of a controller");
+    }
   } else {
     root.number("duration_s", experiment.duration_s, Range{.low = 0.0, .high = kLongestRun_s, .low_excluded = true});
     root.integer("repetitions", experiment.repetitions, 1, 1000, Need::optional);
   }
   read_motion(root, experiment);
-  if (experiment.characterises) {
+  if (experiment.characterises || document.positions.contains("track")) {
     // Nothing more is asked for.
   } else if (experiment.place_in) {
     for (const char* key : {"excitation", "start", "hold", "model"}) root.forbid(key, "[place], which plays nothing");

@@ -7,10 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "config/controller_config.hpp"
 #include "config/named_files.hpp"
 #include "config/position.hpp"
 #include "config/rig_config.hpp"
 #include "ident/acceptance_limits.hpp"
+#include "ident/control/trial.hpp"
 #include "ident/excitation/excitation.hpp"
 #include "ident/fit_options.hpp"
 #include "ident/structure/structure_options.hpp"
@@ -22,12 +24,19 @@ struct Hold {
   std::optional<double> gain_V_per_in = {};  ///< volts for each inch off the prediction; none: hold_gains().usual
 };
 
+/// Plays a controller's trial: `[track]`.
+struct Track {
+  ControllerConfig controller;
+  ident::TrialPlan plan;
+};
+
 /// A whole experiment.toml.
 struct ExperimentConfig {
   std::string name;
   ident::Excitation excitation;         ///< none is played unless is_fitted()
   std::optional<double> place_in = {};  ///< [place]: moves the rod there, in duration_s at most, and plays nothing [in]
   bool characterises = false;           ///< [characterise]: plays what the valve sheet needs, for kSheetDuration_s
+  std::optional<Track> track = {};      ///< [track]: plays the trial of a controller, in closed loop
   std::optional<double> start_in = {};  ///< [start]: where the rod is moved first [in]
   std::optional<Hold> hold = {};        ///< [hold]
   double duration_s = 0.0;              ///< of one repetition [s]
@@ -41,8 +50,8 @@ struct ExperimentConfig {
   std::string text;       ///< the file's content as read, for the run's manifest
   PositionMap positions;  ///< position of each key in the file
 
-  /// Whether models are fitted to its record; otherwise it places the rod or measures the valve.
-  [[nodiscard]] bool is_fitted() const noexcept { return !place_in && !characterises; }
+  /// Whether models are fitted to its record; otherwise it places the rod, measures the valve or tries a controller.
+  [[nodiscard]] bool is_fitted() const noexcept { return !place_in && !characterises && !track; }
 };
 
 /// Reads an experiment file and the files that it names, and reports everything that is wrong at once, in file order.

@@ -112,6 +112,17 @@ std::string describe_fault(const FaultReport& report) {
           "its "
           "wire and its calibration, then [following] in the rig file",
           value, value < limit ? "at least" : "at most", limit);
+    case Fault::following_error:
+      return fmt::format(
+          "the rod was {:.3f} in from its reference, the controller's file allows {:.3f} in; valve, load or sensor "
+          "have "
+          "changed: measure the valve again (eha characterise), then eha tune",
+          value, limit);
+    case Fault::oscillation:
+      return fmt::format(
+          "the command swung {:.0f} times in a second, {:.0f} are allowed by the controller's file; valve or load have "
+          "changed: measure the valve again (eha characterise), then eha tune",
+          value, limit);
     case Fault::loop_stalled:
       return fmt::format(
           "the loop stood still for {:.3f} s, and the guard switched the hydraulics off; look for a process of a "

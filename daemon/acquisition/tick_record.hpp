@@ -45,6 +45,8 @@ enum class Fault : std::uint8_t {
   not_in_place,        ///< a placing's time is over, and the rod is not at rest in its place
   loop_speed,          ///< a closed loop moves the rod much faster than it means to
   wrong_speed,         ///< in a closed loop the measured speed is not that of the volts
+  following_error,     ///< a controller follows its reference worse than its file allows
+  oscillation,         ///< a controller's command swings more often than in any of its trials
 };
 
 /// Share of a limit beyond which a reading is flagged, reported and shown, although nothing trips.

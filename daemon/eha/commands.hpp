@@ -29,6 +29,7 @@ void add_runs(CLI::App& app, ParsedLine& line);
 void add_doctor(CLI::App& app, ParsedLine& line);
 void add_latency(CLI::App& app, ParsedLine& line);
 void add_tune(CLI::App& app, ParsedLine& line);
+void add_track(CLI::App& app, ParsedLine& line);
 void add_study(CLI::App& app, ParsedLine& line);
 void add_completion(CLI::App& app, ParsedLine& line);
 void add_read(CLI::App& app, ParsedLine& line);
@@ -39,11 +40,31 @@ void add_service_commands(CLI::App& app, ParsedLine& line);  ///< status, arm, d
 void add_web(CLI::App& app, ParsedLine& line);
 
 /// All of them, in the order of the help.
-inline constexpr std::array kCommands{
-    add_run,        add_fit,    add_import,         add_simulate,     add_validate,  add_export,
-    add_compare,    add_replay, add_report,         add_plot,         add_batch,     add_check,
-    add_design,     add_runs,   add_doctor,         add_latency,      add_tune,      add_study,
-    add_completion, add_read,   add_place_commands, add_characterise, add_calibrate, add_service_commands,
-    add_web};
+inline constexpr std::array kCommands{add_run,
+                                      add_fit,
+                                      add_import,
+                                      add_simulate,
+                                      add_validate,
+                                      add_export,
+                                      add_compare,
+                                      add_replay,
+                                      add_report,
+                                      add_plot,
+                                      add_batch,
+                                      add_check,
+                                      add_design,
+                                      add_runs,
+                                      add_doctor,
+                                      add_latency,
+                                      add_tune,
+                                      add_track,
+                                      add_study,
+                                      add_completion,
+                                      add_read,
+                                      add_place_commands,
+                                      add_characterise,
+                                      add_calibrate,
+                                      add_service_commands,
+                                      add_web};
 
 }  // namespace eha::cli

@@ -17,6 +17,7 @@
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/sweep_command.hpp"
+#include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/publish.hpp"
@@ -141,6 +142,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   if (source.run_folder && source.experiment && source.experiment->characterises && !names_models) {
     // What such a run is for.
     return show_valve_sheet(*source.run_folder, SheetFiles::write, console);
+  }
+  if (source.run_folder && source.experiment && source.experiment->track && !names_models) {
+    return show_track(*source.run_folder, TrackFiles::write, console);
   }
   const IdentificationTask task = task_for(command, source);
   print_warnings(source, task.options.decimation, console);

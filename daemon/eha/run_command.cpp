@@ -24,6 +24,7 @@
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/run_service.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/publish.hpp"
@@ -227,6 +228,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
     return {report_incomplete(acquired, console), false};
   }
   if (experiment.characterises) return {show_valve_sheet(run.folder, SheetFiles::write, console), true};
+  if (experiment.track) return {show_track(run.folder, TrackFiles::write, console), true};
   if (run.only_placed) {
     return {report_placed(run, *experiment.place_in, rig.units, read_again(command), console), true};
   }

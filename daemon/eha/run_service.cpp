@@ -26,6 +26,7 @@
 #include "daemon/eha/run_follower.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 
 namespace eha::cli {
@@ -51,13 +52,13 @@ void print_answer_of_service(const Json& entry, const Console& console) {
   print_model_list(record::models_from_json(entry.at("models"), "ehad's answer: models"), console);
 }
 
-/// Whether a run measured the valve; false where its folder may not be read.
-bool is_characterisation(const std::string& folder, const Console& console) {
+/// What a run was for; models where its folder may not be read.
+record::Purpose purpose_of(const std::string& folder, const Console& console) {
   try {
-    return record::purpose_of(record::read_manifest(folder)) == record::Purpose::valve_sheet;
+    return record::purpose_of(record::read_manifest(folder));
   } catch (const Error& error) {
     console.debug(error.what());
-    return false;
+    return record::Purpose::models;
   }
 }
 
@@ -67,9 +68,12 @@ ExitCode report(const Json& entry, const std::string& units, const RunCommand& c
   const std::string folder = entry.value("folder", "");
   const std::string note = entry.value("note", "");
   for (const Json& sentence : entry.value("warnings", Json::array())) console.warning(sentence.get<std::string>());
-  if (code == ExitCode::ok && is_characterisation(folder, console)) {
+  const bool is_done = code == ExitCode::ok || code == ExitCode::model_rejected;
+  const record::Purpose purpose = is_done ? purpose_of(folder, console) : record::Purpose::models;
+  if (code == ExitCode::ok && purpose == record::Purpose::valve_sheet) {
     return show_valve_sheet(folder, SheetFiles::keep, console);
   }
+  if (purpose == record::Purpose::tracking) return show_track(folder, TrackFiles::keep, console);
   if (code != ExitCode::ok && !note.empty()) console.error(note);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && entry.value("outcome", "") != "completed") {

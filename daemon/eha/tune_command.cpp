@@ -224,10 +224,10 @@ tune::ControllerSubject controller_subject(const std::string& path) {
   command.tick_s = subject.controller.settings.tick_s;
   if (fs::is_regular_file(from.twin, ignored)) command.twin_file = from.twin;
   subject.inputs = tune::tune_inputs(read_model(from.model), config::load_rig(from.rig_file), choices_of(command));
-  tune::TrialPlan plan = tune::trial_plan(subject.controller.settings);
+  ident::TrialPlan plan = ident::trial_plan(subject.controller.settings);
   plan.hold_s = 5.0;
   hal::SimOptions twin = subject.inputs->task.twin;
-  twin.initial_displacement_in = 0.5 * (plan.lowest_in + plan.highest_in);
+  twin.initial_displacement_in = 0.5 * (plan.lowest + plan.highest);
   static_cast<void>(
       tune::axis_trial(twin, ident::coefficients(subject.controller.settings), plan, &subject.trace.emplace()));
   return subject;

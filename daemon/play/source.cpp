@@ -9,6 +9,7 @@
 #include "daemon/place/centring_source.hpp"
 #include "daemon/place/hold_source.hpp"
 #include "daemon/place/place_source.hpp"
+#include "daemon/track/track_source.hpp"
 
 namespace eha::play {
 namespace {
@@ -45,7 +46,8 @@ std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
         place::PlaceController(limits, step_s, experiment.start_in.value_or(centring.middle_in)), limits, step_s,
         std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request), learned));
   }
-  std::unique_ptr<CommandSource> excitation = excitation_of(request);
+  std::unique_ptr<CommandSource> excitation =
+      experiment.track ? std::make_unique<track::TrackSource>(*experiment.track, limits) : excitation_of(request);
   if (!experiment.start_in) return excitation;
   // A held rod begins where its motion is about the start.
   const double ahead_in = experiment.hold ? request.predicted_in.front() : 0.0;

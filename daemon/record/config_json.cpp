@@ -137,6 +137,7 @@ Json to_json(const config::ExperimentConfig& experiment) {
           {"excitation", experiment.is_fitted() ? to_json(experiment.excitation) : Json(nullptr)},
           {"place_in", experiment.place_in ? Json(*experiment.place_in) : Json(nullptr)},
           {"characterises", experiment.characterises},
+          {"track", experiment.track ? Json(experiment.track->controller.name) : Json(nullptr)},
           {"start_in", experiment.start_in ? Json(*experiment.start_in) : Json(nullptr)},
           {"hold", std::move(hold)},
           {"duration_s", experiment.duration_s},

@@ -261,6 +261,7 @@ Purpose purpose_of(const Manifest& manifest) {
   if (const auto sheet = found->find("characterises"); sheet != found->end() && *sheet == true) {
     return Purpose::valve_sheet;
   }
+  if (const auto track = found->find("track"); track != found->end() && !track->is_null()) return Purpose::tracking;
   const auto place = found->find("place_in");
   return place != found->end() && place->is_number() ? Purpose::placing : Purpose::models;
 }

@@ -87,7 +87,7 @@ struct Manifest {
 [[nodiscard]] acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source);
 
 /// What a run was made for.
-enum class Purpose { models, placing, valve_sheet };
+enum class Purpose { models, placing, valve_sheet, tracking };
 
 /// From the experiment in the manifest; models if it does not say.
 [[nodiscard]] Purpose purpose_of(const Manifest& manifest);

@@ -31,23 +31,24 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-ident::Interval widened(const std::vector<TrialFigures>& trials, double TrialFigures::*member, double least) {
+ident::Interval widened(const std::vector<ident::TrialFigures>& trials, double ident::TrialFigures::*member,
+                        double least) {
   std::vector<double> values;
-  for (const TrialFigures& trial : trials) values.push_back(trial.*member);
+  for (const ident::TrialFigures& trial : trials) values.push_back(trial.*member);
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   const double more = std::max(kWiden * (*high - *low), least);
   return {median(values), std::max(0.0, *low - more), *high + more};
 }
 
-std::vector<TrialFigures> tried(const std::vector<hal::SimOptions>& twins, const ident::AxisSettings& settings,
-                                const TrialPlan& plan, const ident::Executor& executor) {
+std::vector<ident::TrialFigures> tried(const std::vector<hal::SimOptions>& twins, const ident::AxisSettings& settings,
+                                       const ident::TrialPlan& plan, const ident::Executor& executor) {
   const ident::AxisCoefficients controller = ident::coefficients(settings);
-  std::vector<TrialFigures> trials(twins.size());
+  std::vector<ident::TrialFigures> trials(twins.size());
   executor(twins.size(), [&](std::size_t i) { trials[i] = axis_trial(twins[i], controller, plan); });
   return trials;
 }
 
-bool hunts(const TrialFigures& trial, double most_in) { return trial.standing_in > most_in || trial.has_left; }
+bool hunts(const ident::TrialFigures& trial, double most_in) { return trial.standing_in > most_in || trial.has_left; }
 
 std::vector<FeedbackKind> kinds_of(const TuneTask& task, const ident::AxisPlant& plant) {
   if (task.kind) return {*task.kind};
@@ -187,11 +188,11 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
       Candidate c{.kind = design->settings.kind, .share = kShares.at(i)};
       c.design = i == 0 ? *design : ident::with_share(*design, plant, task.axis, c.share);
       if (c.design.margins.peak95 > task.axis.sensitivity) continue;
-      TrialPlan plan = trial_plan(c.design.settings);
+      ident::TrialPlan plan = ident::trial_plan(c.design.settings);
       plan.hold_s = kFewHold_s;
       plan.trapezoids = 1;
       std::vector<double> following;
-      for (const TrialFigures& trial : tried(few, c.design.settings, plan, executor)) {
+      for (const ident::TrialFigures& trial : tried(few, c.design.settings, plan, executor)) {
         following.push_back(trial.following_rms_in);
         c.rest_error_in = std::max(c.rest_error_in, trial.rest_error_in);
         c.standing_in = std::max(c.standing_in, trial.standing_in);
@@ -213,14 +214,14 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
     const std::size_t at = chosen(tuned.candidates, rest_allowed_in);
     if (at == tuned.candidates.size()) break;
     Candidate& best = tuned.candidates[at];
-    TrialPlan plan = trial_plan(best.design.settings);
+    ident::TrialPlan plan = ident::trial_plan(best.design.settings);
     plan.hold_s = task.hold_s;
-    std::vector<TrialFigures> trials = tried(twins, best.design.settings, plan, executor);
-    const auto bad =
-        std::count_if(trials.begin(), trials.end(), [&](const TrialFigures& trial) { return hunts(trial, most_in); });
+    std::vector<ident::TrialFigures> trials = tried(twins, best.design.settings, plan, executor);
+    const auto bad = std::count_if(trials.begin(), trials.end(),
+                                   [&](const ident::TrialFigures& trial) { return hunts(trial, most_in); });
     if (bad > 0) {
       best.hunts = true;
-      for (const TrialFigures& trial : trials) best.standing_in = std::max(best.standing_in, trial.standing_in);
+      for (const ident::TrialFigures& trial : trials) best.standing_in = std::max(best.standing_in, trial.standing_in);
       tuned.remarks.push_back(fmt::format("{} with kp {:.3g} /s hunts on {} of {} drawn rigs: not offered.",
                                           name_of(best.kind), best.design.settings.feedback.kp, bad, trials.size()));
       // One more with less gain, if this was the least of its kind.
@@ -241,15 +242,15 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
     tuned.plan = plan;
     tuned.trials = std::move(trials);
     const double noise = task.axis.lsb;
-    const auto of = [&](double TrialFigures::*member) { return widened(tuned.trials, member, noise); };
+    const auto of = [&](double ident::TrialFigures::*member) { return widened(tuned.trials, member, noise); };
     const ident::MarginIntervals& margins = tuned.design.margins;
-    tuned.promise = {.following_rms_in = of(&TrialFigures::following_rms_in),
-                     .following_worst_in = of(&TrialFigures::following_worst_in),
-                     .sine_rms_in = of(&TrialFigures::sine_rms_in),
-                     .overshoot_in = of(&TrialFigures::overshoot_in),
-                     .settling_s = widened(tuned.trials, &TrialFigures::settling_s, 10.0 * task.axis.tick_s),
-                     .rest_error_in = of(&TrialFigures::rest_error_in),
-                     .standing_in = of(&TrialFigures::standing_in),
+    tuned.promise = {.following_rms_in = of(&ident::TrialFigures::following_rms_in),
+                     .following_worst_in = of(&ident::TrialFigures::following_worst_in),
+                     .sine_rms_in = of(&ident::TrialFigures::sine_rms_in),
+                     .overshoot_in = of(&ident::TrialFigures::overshoot_in),
+                     .settling_s = widened(tuned.trials, &ident::TrialFigures::settling_s, 10.0 * task.axis.tick_s),
+                     .rest_error_in = of(&ident::TrialFigures::rest_error_in),
+                     .standing_in = of(&ident::TrialFigures::standing_in),
                      .ms = margins.ms,
                      .mt = margins.mt,
                      .phase_margin_deg = margins.phase_deg,
@@ -257,13 +258,13 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
                      .delay_margin_s = margins.delay_s};
     tuned.fault.following_error_in =
         kFaultOfWorst * tuned.promise.following_worst_in.upper + 6.0 * task.axis.noise + 2.0 * task.axis.lsb;
-    tuned.fault.swing_V = swing_width_V(tuned.design.settings);
+    tuned.fault.swing_V = ident::swing_width_V(tuned.design.settings);
     double swings = 0.0;
-    for (const TrialFigures& trial : tuned.trials) swings = std::max(swings, trial.swings_per_s);
+    for (const ident::TrialFigures& trial : tuned.trials) swings = std::max(swings, trial.swings_per_s);
     tuned.fault.swings_per_s = kFaultOfSwings * swings + kFreeSwings;
     hal::SimOptions shown = task.twin;
     shown.initial_displacement_in = 0.5 * (task.axis.lowest + task.axis.highest);
-    TrialPlan short_plan = plan;
+    ident::TrialPlan short_plan = plan;
     short_plan.hold_s = 5.0;
     static_cast<void>(axis_trial(shown, ident::coefficients(tuned.design.settings), short_plan, &tuned.trace));
     remark(tuned, task, plant);

@@ -43,7 +43,7 @@ struct Promise {
 /// Bounds beyond which a run of the controller is a fault.
 struct ControllerFault {
   double following_error_in = 0.0;  ///< size of reference less reading
-  double swing_V = 0.0;             ///< of the command about its null, see SwingCounter
+  double swing_V = 0.0;             ///< of the command about its null, see ident::SwingCounter
   double swings_per_s = 0.0;        ///< more in one second
 };
 
@@ -64,11 +64,11 @@ struct Tuned {
   double share = 1.0;
   Promise promise;
   ControllerFault fault;
-  TrialPlan plan;
-  std::vector<TrialFigures> trials;   ///< one a twin
-  std::vector<Candidate> candidates;  ///< in the order of their trial
-  std::vector<std::string> remarks;   ///< what limits it, and what more would have gained; a sentence each
-  TrialTrace trace;                   ///< on the twin itself
+  ident::TrialPlan plan;
+  std::vector<ident::TrialFigures> trials;  ///< one a twin
+  std::vector<Candidate> candidates;        ///< in the order of their trial
+  std::vector<std::string> remarks;         ///< what limits it, and what more would have gained; a sentence each
+  TrialTrace trace;                         ///< on the twin itself
 };
 
 /// Peak to peak of a rod at rest from which on it hunts: three standard deviations of the readings and one LSB.

@@ -151,8 +151,8 @@ TEST(TuneCampaign, KeepsItsPromisesOnRandomRigs) {
 
     truth.initial_displacement_in = 1.0 + 4.0 * draw.uniform();
     truth.seed += 99;
-    TrialPlan plan = tuned.plan;
-    const TrialFigures did = axis_trial(truth, ident::coefficients(tuned.design.settings), plan);
+    ident::TrialPlan plan = tuned.plan;
+    const ident::TrialFigures did = axis_trial(truth, ident::coefficients(tuned.design.settings), plan);
     std::string broken;
     const auto check = [&](const char* name, const ident::Interval& promised, double value) {
       if (value <= promised.upper) return;
@@ -191,7 +191,7 @@ TEST(TuneCampaign, KeepsItsPromisesOnRandomRigs) {
       pure.inverse.gain_positive = pure.inverse.gain_negative = 0.15;
       pure.feed_forward = {.velocity_share = 0.0};
       pure.most_speed = 100.0;
-      TrialPlan short_plan = plan;
+      ident::TrialPlan short_plan = plan;
       short_plan.hold_s = 0.5;
       best_p = std::min(best_p, axis_trial(truth, ident::coefficients(pure), short_plan).following_rms_in);
     }

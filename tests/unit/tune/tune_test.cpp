@@ -71,7 +71,7 @@ TEST(TwinDraws, OfAnEstimatedTwinHaveThePlantsValve) {
 }
 
 TEST(SwingCounter, CountsSwingsOfTheLastSecond) {
-  SwingCounter swings(-0.2, 0.3, 0.01);
+  ident::SwingCounter swings(-0.2, 0.3, 0.01);
   int most = 0;
   for (int i = 0; i < 500; ++i) most = std::max(most, swings.step(-0.2 + 0.4 * ((i / 10) % 2 == 0 ? 1.0 : -1.0)));
   EXPECT_NEAR(most, 10, 1);
@@ -102,7 +102,7 @@ TEST(Tune, PromisesAFractionOfTheErrorOfAPureGain) {
     pure.inverse.null = 0.0;
     pure.feed_forward = {.velocity_share = 0.0};
     pure.most_speed = 100.0;
-    TrialPlan plan = trial_plan(tuned.design.settings);
+    ident::TrialPlan plan = ident::trial_plan(tuned.design.settings);
     plan.hold_s = 2.0;
     best = std::min(best, axis_trial(rig, ident::coefficients(pure), plan).following_rms_in);
   }
@@ -130,7 +130,7 @@ TEST(Tune, OffersNothingThatHunts) {
   try {
     const Tuned tuned = tune(plant, task);
     EXPECT_LE(tuned.promise.standing_in.value, most_standing_in(task.axis));
-    for (const TrialFigures& trial : tuned.trials) EXPECT_LE(trial.standing_in, most_standing_in(task.axis));
+    for (const ident::TrialFigures& trial : tuned.trials) EXPECT_LE(trial.standing_in, most_standing_in(task.axis));
   } catch (const DataError& error) {
     EXPECT_NE(std::string(error.what()).find("hunts"), std::string::npos);
   }

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/track/track_result.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "config/experiment_config.hpp"
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "daemon/record/run_folder.hpp"
+
+namespace eha::track {
+namespace {
+
+constexpr double kMean_s = 0.05;
+constexpr double kExtremes = 5.0;  // standard deviations that the greatest of some 10^5 values of noise reaches
+
+/// Of a rod at rest, from differences of neighbours.
+double noise_of(const TrackRows& rows, std::size_t from) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (std::size_t i = from + 1; i < rows.rod_in.size(); ++i) {
+    sum += std::pow(rows.rod_in[i] - rows.rod_in[i - 1], 2);
+    count += 1.0;
+  }
+  return count > 0.0 ? std::sqrt(0.5 * sum / count) : 0.0;
+}
+
+/// Means of `width` values about each row; shorter at the ends.
+std::vector<double> means(const std::vector<double>& values, std::size_t width) {
+  std::vector<double> sums(values.size() + 1, 0.0);
+  for (std::size_t i = 0; i < values.size(); ++i) sums[i + 1] = sums[i] + values[i];
+  std::vector<double> result(values.size());
+  const std::size_t half = width / 2;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t reach = std::min({half, i, values.size() - 1 - i});
+    result[i] = (sums[i + reach + 1] - sums[i - reach]) / static_cast<double>(2 * reach + 1);
+  }
+  return result;
+}
+
+constexpr double kSpeed_s = 0.1;  // over which speeds are differences
+constexpr double kMoving_in_per_s = 0.03;
+constexpr double kChange_V = 0.03;     // of null or dead band
+constexpr double kChangeShare = 0.07;  // of a gain
+
+SeenValve valve_of(const TrackRows& rows, const std::vector<double>& rod, double tick_s) {
+  const auto reach = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(0.5 * kSpeed_s / tick_s)));
+  const std::vector<double> volts = means(rows.command_V, 2 * reach);
+  const double span_s = 2.0 * static_cast<double>(reach) * tick_s;
+  std::vector<std::array<double, 6>> used;
+  for (std::size_t i = 2 * reach; i + 2 * reach < rod.size(); i += reach) {
+    const double v = (rod[i + reach] - rod[i - reach]) / span_s;
+    const double before = (rod[i] - rod[i - 2 * reach]) / span_s;
+    const double after = (rod[i + 2 * reach] - rod[i]) / span_s;
+    if (std::min({std::abs(v), std::abs(before), std::abs(after)}) < kMoving_in_per_s || before * after < 0.0) continue;
+    used.push_back(
+        {1.0, v > 0.0 ? 1.0 : -1.0, std::max(v, 0.0), std::min(v, 0.0), (after - before) / span_s, volts[i]});
+  }
+  Eigen::MatrixXd a(static_cast<Eigen::Index>(used.size()), 5);
+  Eigen::VectorXd u(a.rows());
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    const auto& row = used[static_cast<std::size_t>(i)];
+    for (Eigen::Index j = 0; j < 5; ++j) a(i, j) = row[static_cast<std::size_t>(j)];
+    u[i] = row[5];
+  }
+  if (a.rows() < 10) return {};
+  const Eigen::VectorXd x = a.colPivHouseholderQr().solve(u);
+  return {x[0], x[1], 1.0 / x[2], 1.0 / x[3]};
+}
+
+std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseMap& map) {
+  std::vector<std::string> changes;
+  const auto volts = [&](const char* name, double was, double is) {
+    if (std::abs(is - was) > kChange_V)
+      changes.push_back(fmt::format("{} {:.3f} V instead of {:.3f} V", name, is, was));
+  };
+  const auto gain = [&](const char* name, double was, double is) {
+    if (std::abs(is / was - 1.0) > kChangeShare) {
+      changes.push_back(
+          fmt::format("{} {:.4g} in/(V s) instead of {:.4g}, {:+.0f} %", name, is, was, 100.0 * (is / was - 1.0)));
+    }
+  };
+  if (!(seen.gain_positive_in_per_V_s > 0.0 && seen.gain_negative_in_per_V_s > 0.0)) return changes;
+  volts("null", map.null, seen.null_V);
+  volts("dead band", map.dead_band, seen.dead_band_V);
+  gain("gain extending", map.gain_positive, seen.gain_positive_in_per_V_s);
+  gain("gain retracting", map.gain_negative, seen.gain_negative_in_per_V_s);
+  return changes;
+}
+
+}  // namespace
+
+bool TrackResult::is_kept() const noexcept {
+  return std::all_of(figures.begin(), figures.end(), [](const KeptFigure& f) { return f.is_kept(); });
+}
+
+TrackResult track_result(const std::filesystem::path& folder) {
+  const record::LoadedRun run = record::read_run(folder);
+  const config::ExperimentConfig experiment =
+      config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string());
+  if (!experiment.track) {
+    throw DataError(fmt::format("{}: is no run of [track]; `eha track` plays one", folder.string()));
+  }
+  if (run.outcome != acquisition::Outcome::completed) {
+    throw DataError(fmt::format("{}: {}; a controller is judged by a completed run", folder.string(),
+                                acquisition::to_text(run.outcome)));
+  }
+  TrackResult result;
+  result.folder = run.folder;
+  result.controller = experiment.track->controller;
+  const ident::AxisCoefficients c = ident::coefficients(result.controller.settings);
+  const Eigen::VectorXd& y = run.record.output;
+  if (y.size() < 2) throw DataError(fmt::format("{}: it has no row of the controller", folder.string()));
+  const ident::TrialMotion motion(c.settings, experiment.track->plan, y[1]);
+  ident::AxisController controller(c);
+  controller.start(y[1], c.settings.inverse.null);
+  TrackRows& rows = result.rows;
+  for (Eigen::Index k = 1; k < y.size(); ++k) {
+    rows.time_s.push_back(static_cast<double>(k) * c.settings.tick_s);
+    rows.reference_in.push_back(controller.step(motion.set_point(static_cast<std::size_t>(k)), y[k]).reference);
+    rows.rod_in.push_back(y[k]);
+    rows.command_V.push_back(run.record.input[k]);
+  }
+  const auto width = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kMean_s / c.settings.tick_s)));
+  const std::vector<double> reference = means(rows.reference_in, width);
+  const std::vector<double> rod = means(rows.rod_in, width);
+  ident::TrialScore score(motion);
+  std::size_t hold = rod.size();
+  // The means of the first and last rows are of few values.
+  for (std::size_t i = width; i + width < rod.size(); ++i) {
+    score.take(i + 1, reference[i], rod[i]);
+    if (motion.part(i + 1) == ident::TrialMotion::Part::hold) hold = std::min(hold, i);
+  }
+  const ident::TrialFigures did = score.figures();
+  result.noise_in = noise_of(rows, hold);
+  const double noise = result.noise_in / std::sqrt(static_cast<double>(width));
+  const config::ControllerPromise& p = result.controller.promise;
+  const auto rms = [&](double value) { return value - std::sqrt(std::max(0.0, value * value - noise * noise)); };
+  result.figures = {{"following error, RMS", "in", did.following_rms_in, rms(did.following_rms_in), p.following_rms_in},
+                    {"following error, worst", "in", did.following_worst_in, kExtremes * noise, p.following_worst_in},
+                    {"error on a sine, RMS", "in", did.sine_rms_in, rms(did.sine_rms_in), p.sine_rms_in},
+                    {"overshoot of a step", "in", did.overshoot_in, kExtremes * noise, p.overshoot_in},
+                    {"settling after the reference", "s", did.settling_s, kMean_s, p.settling_s},
+                    {"error at rest, worst", "in", did.rest_error_in, kExtremes * noise, p.rest_error_in},
+                    {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
+  result.valve = valve_of(rows, rod, c.settings.tick_s);
+  result.changes = changes_of(result.valve, c.settings.inverse);
+  return result;
+}
+
+std::string track_text(const TrackResult& result) {
+  std::string text = fmt::format("{:<30} {:>10} {:>10} {:>12}  {}\n", "figure", "measured", "noise", "promised to", "");
+  for (const KeptFigure& f : result.figures) {
+    text += fmt::format("{:<30} {:>10.3g} {:>10.2g} {:>12.3g}  {:<4} {}\n", f.name, f.measured, f.noise,
+                        f.promised.upper, f.unit, f.is_kept() ? "kept" : "NOT KEPT");
+  }
+  for (const std::string& change : result.changes) text += fmt::format("The moving rod shows: {}.\n", change);
+  text += result.is_kept() ? fmt::format("{}: the promise is kept.\n", result.controller.name)
+                           : fmt::format(
+                                 "{}: the promise is not kept. Valve, load or sensor differ from what the "
+                                 "controller was made for: eha characterise, then eha tune.\n",
+                                 result.controller.name);
+  return text;
+}
+
+nlohmann::ordered_json to_json(const TrackResult& result) {
+  nlohmann::ordered_json figures = nlohmann::ordered_json::array();
+  for (const KeptFigure& f : result.figures) {
+    figures.push_back({{"figure", f.name},
+                       {"unit", f.unit},
+                       {"measured", f.measured},
+                       {"noise", f.noise},
+                       {"promised", f.promised.value},
+                       {"promised_to", f.promised.upper},
+                       {"kept", f.is_kept()}});
+  }
+  return {{"schema", "eha-track/1"},
+          {"run", result.folder.string()},
+          {"controller", result.controller.name},
+          {"kept", result.is_kept()},
+          {"noise_in", result.noise_in},
+          {"figures", std::move(figures)},
+          {"valve",
+           {{"null_V", result.valve.null_V},
+            {"dead_band_V", result.valve.dead_band_V},
+            {"gain_positive_in_per_V_s", result.valve.gain_positive_in_per_V_s},
+            {"gain_negative_in_per_V_s", result.valve.gain_negative_in_per_V_s}}},
+          {"changes", result.changes}};
+}
+
+void write_track(const TrackResult& result) {
+  os::write_file_atomically(result.folder / kTrackFile, to_json(result).dump(2) + "\n");
+  std::string csv = "time_s,reference_in,displacement_in,error_in,command_V\n";
+  const TrackRows& rows = result.rows;
+  for (std::size_t i = 0; i < rows.time_s.size(); ++i) {
+    csv += fmt::format("{:.6g},{:.7g},{:.7g},{:.4g},{:.6g}\n", rows.time_s[i], rows.reference_in[i], rows.rod_in[i],
+                       rows.reference_in[i] - rows.rod_in[i], rows.command_V[i]);
+  }
+  os::write_file_atomically(result.folder / kTrackRows, csv);
+}
+
+}  // namespace eha::track

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "config/controller_config.hpp"
+#include "ident/control/trial.hpp"
+
+namespace eha::track {
+
+inline constexpr const char* kTrackFile = "track.json";
+inline constexpr const char* kTrackRows = "track.csv";
+
+/// A figure that was promised, and what the rig did.
+struct KeptFigure {
+  std::string name;
+  std::string unit;
+  double measured = 0.0;
+  double noise = 0.0;  ///< what the sensor's noise can have added to it
+  config::PromisedFigure promised;
+  [[nodiscard]] bool is_kept() const noexcept { return measured - noise <= promised.upper; }
+};
+
+/// Rows of the trial, a row a tick from the controller's first.
+struct TrackRows {
+  std::vector<double> time_s;
+  std::vector<double> reference_in;
+  std::vector<double> rod_in;  ///< as read
+  std::vector<double> command_V;
+};
+
+/// The valve as the moving rod shows it, by least squares over the rows in which it moves:
+///   u = null + d dead_band + v / gain(d) + T v'   d the direction of the speed v
+struct SeenValve {
+  double null_V = 0.0;
+  double dead_band_V = 0.0;
+  double gain_positive_in_per_V_s = 0.0;
+  double gain_negative_in_per_V_s = 0.0;
+};
+
+/// What a run of [track] shows.
+struct TrackResult {
+  std::filesystem::path folder;
+  config::ControllerConfig controller;
+  std::vector<KeptFigure> figures;
+  double noise_in = 0.0;  ///< standard deviation of a reading
+  TrackRows rows;
+  SeenValve valve;
+  std::vector<std::string> changes;  ///< of the valve against the controller's, a phrase each
+  [[nodiscard]] bool is_kept() const noexcept;
+};
+
+/// Computes the figures of a completed run of [track]. Errors are means over 50 ms, because a reading's noise is no
+/// error of the rod. The reference is generated again from the readings.
+/// @throws DataError  the run is none of [track], or is not complete
+/// @throws IoError, PermissionError  as record::read_run
+[[nodiscard]] TrackResult track_result(const std::filesystem::path& folder);
+
+/// Measured beside promised, for people.
+[[nodiscard]] std::string track_text(const TrackResult& result);
+[[nodiscard]] nlohmann::ordered_json to_json(const TrackResult& result);
+
+/// Writes track.json and track.csv into the run's folder. @throws IoError, PermissionError
+void write_track(const TrackResult& result);
+
+}  // namespace eha::track

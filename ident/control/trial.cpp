@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/control/trial.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace eha::ident {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kSettle_s = 1.0;  // after each move
+constexpr double kHoldLead_s = 2.0;
+constexpr double kSettledShare = 0.02;  // of the step
+constexpr double kSines = 2.0;
+
+std::size_t ticks(double duration_s, double tick_s) {
+  return static_cast<std::size_t>(std::ceil(duration_s / tick_s * (1.0 - 1e-12)));
+}
+
+/// How long a move of the reference takes at most [s].
+double move_s(const ReferenceLimits& limits, double way) {
+  return std::abs(way) / limits.velocity + limits.velocity / limits.acceleration +
+         2.0 * std::sqrt(std::abs(way) / limits.acceleration) + 4.0 * limits.acceleration / limits.jerk;
+}
+
+}  // namespace
+
+TrialPlan trial_plan(const AxisSettings& settings) {
+  const ReferenceLimits& limits = settings.reference;
+  const double travel = limits.highest - limits.lowest;
+  TrialPlan plan;
+  plan.lowest = limits.lowest;
+  plan.highest = limits.highest;
+  plan.step = std::min(0.5, 0.1 * travel);
+  plan.sine = std::min(0.2, 0.04 * travel);
+  const double w = std::min(0.5 * limits.velocity / plan.sine, std::sqrt(0.5 * limits.acceleration / plan.sine));
+  plan.sine_Hz = w / kTwoPi;
+  return plan;
+}
+
+TrialMotion::TrialMotion(const AxisSettings& settings, const TrialPlan& plan, double home) noexcept
+    : home_(std::clamp(home, plan.lowest, plan.highest)),
+      way_(home_ < 0.5 * (plan.lowest + plan.highest) ? plan.step : -plan.step),
+      sine_(std::copysign(plan.sine, way_)),
+      sine_rad_per_tick_(kTwoPi * plan.sine_Hz * settings.tick_s),
+      tick_s_(settings.tick_s) {
+  move_ = ticks(move_s(settings.reference, plan.step) + kSettle_s, tick_s_);
+  const std::size_t rest = ticks(kSettle_s, tick_s_);
+  const std::size_t period = ticks(1.0 / plan.sine_Hz, tick_s_);
+  const double lead_s = std::min(kHoldLead_s, 0.5 * plan.hold_s);
+  const std::array<std::size_t, kParts> lengths{rest,
+                                                move_,
+                                                move_ * 2 * static_cast<std::size_t>(std::max(0, plan.trapezoids)),
+                                                period,
+                                                ticks((kSines + 1.0) / plan.sine_Hz, tick_s_) - period,
+                                                rest,
+                                                ticks(lead_s, tick_s_),
+                                                ticks(plan.hold_s, tick_s_) - ticks(lead_s, tick_s_)};
+  std::size_t end = 0;
+  for (std::size_t i = 0; i < kParts; ++i) ends_[i] = end += lengths[i];
+}
+
+std::size_t TrialMotion::index(std::size_t row) const noexcept {
+  std::size_t i = 0;
+  while (i < kParts && row >= ends_[i]) ++i;
+  return i;
+}
+
+TrialMotion::Part TrialMotion::part(std::size_t row) const noexcept {
+  constexpr std::array<Part, kParts + 1> kAll{Part::rest,      Part::step, Part::trapezoids,
+                                              Part::sine_lead, Part::sine, Part::rest,
+                                              Part::hold_lead, Part::hold, Part::over};
+  return kAll[index(row)];
+}
+
+std::size_t TrialMotion::since(std::size_t row) const noexcept {
+  const std::size_t i = index(row);
+  return i == 0 ? row : row - ends_[i - 1];
+}
+
+double TrialMotion::set_point(std::size_t row) const noexcept {
+  const std::size_t i = index(row);
+  const double centre = home_ + way_;
+  if (i == kRest) return home_;
+  if (i == kTrapezoids) return since(row) / move_ % 2 == 0 ? home_ : centre;
+  if (i == kSineLead || i == kSine) {
+    const auto k = static_cast<double>(row - ends_[kTrapezoids]);
+    return centre + sine_ * 0.5 * (1.0 - std::cos(sine_rad_per_tick_ * k));
+  }
+  return centre;
+}
+
+void TrialScore::take(std::size_t row, double reference, double rod) noexcept {
+  const double error = reference - rod;
+  const double way = motion_.way();
+  switch (motion_.part(row)) {
+    case TrialMotion::Part::step: {
+      const double t = static_cast<double>(motion_.since(row)) * motion_.tick_s();
+      const double end = motion_.home() + way;
+      figures_.overshoot_in = std::max(figures_.overshoot_in, std::copysign(1.0, way) * (rod - end));
+      if (std::abs(reference - end) < 1e-6 * std::abs(way) && ended_s_ < 0.0) ended_s_ = settled_s_ = t;
+      if (ended_s_ >= 0.0 && std::abs(rod - end) > kSettledShare * std::abs(way)) settled_s_ = t;
+      if (ended_s_ < 0.0) settled_s_ = t;
+      break;
+    }
+    case TrialMotion::Part::trapezoids:
+      trapezoid_square_ += error * error;
+      trapezoid_rows_ += 1.0;
+      figures_.following_worst_in = std::max(figures_.following_worst_in, std::abs(error));
+      break;
+    case TrialMotion::Part::sine:
+      sine_square_ += error * error;
+      sine_rows_ += 1.0;
+      break;
+    case TrialMotion::Part::hold:
+      low_ = std::min(low_, rod);
+      high_ = std::max(high_, rod);
+      figures_.rest_error_in = std::max(figures_.rest_error_in, std::abs(error));
+      figures_.travelled_in += std::abs(rod - last_);
+      break;
+    default:
+      break;
+  }
+  last_ = rod;
+}
+
+TrialFigures TrialScore::figures() const noexcept {
+  TrialFigures f = figures_;
+  f.settling_s = ended_s_ < 0.0 ? settled_s_ : settled_s_ - ended_s_;
+  if (trapezoid_rows_ > 0.0) f.following_rms_in = std::sqrt(trapezoid_square_ / trapezoid_rows_);
+  if (sine_rows_ > 0.0) f.sine_rms_in = std::sqrt(sine_square_ / sine_rows_);
+  f.standing_in = high_ > low_ ? high_ - low_ : 0.0;
+  return f;
+}
+
+int SwingCounter::step(double command_V) noexcept {
+  now_s_ += tick_s_;
+  const double off_V = command_V - null_V_;
+  const int side = off_V > width_V_ ? 1 : off_V < -width_V_ ? -1 : 0;
+  if (side != 0 && side != side_) {
+    if (side_ != 0) {
+      if (count_ == kMost) {
+        first_ = (first_ + 1) % kMost;
+        --count_;
+      }
+      at_s_[(first_ + count_) % kMost] = now_s_;
+      ++count_;
+    }
+    side_ = side;
+  }
+  while (count_ > 0 && now_s_ - at_s_[first_] > 1.0) {
+    first_ = (first_ + 1) % kMost;
+    --count_;
+  }
+  return static_cast<int>(count_);
+}
+
+double swing_width_V(const AxisSettings& s) {
+  return 0.5 * s.inverse.dead_band + s.inverse.steepest() * s.feedback.kp * s.rest_error;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A controller that was tuned for a simulated rig, played on it and on rigs that have changed since, through the loop.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "config/prepared_experiment.hpp"
+#include "core/error.hpp"
+#include "daemon/acquisition/state_machine.hpp"
+#include "daemon/acquisition/stop_request.hpp"
+#include "daemon/play/play.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "daemon/track/track_result.hpp"
+#include "daemon/tune/tune_inputs.hpp"
+#include "hal/sim/sim_rig.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::track {
+namespace {
+
+using acquisition::Fault;
+using acquisition::Outcome;
+
+class Track : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+    const auto& sim = std::get<hal::SimOptions>(rig.backend);
+    const tune::TwinGains gains = tune::gains_of(sim);
+    ident::Model model;
+    model.name = "rod";
+    model.input_unit = "V";
+    model.output_unit = "in";
+    model.input_map = ident::ValveMap{-sim.valve_null_offset_V, sim.valve_dead_band_V, gains.negative / gains.positive};
+    model.transfer_function = {{{gains.positive, 0}}, {{0.0065, 2}, {1, 1}}, 0.0};
+    model.initial_output = 2.95;
+    tune::TuneInputs inputs = tune::tune_inputs(model, rig, {.kind = ident::FeedbackKind::p});
+    inputs.task.twins = 12;
+    const tune::Tuned tuned = tune::tune(inputs.plant, inputs.task);
+    config::ControllerProvenance from{.model = "model.json",
+                                      .model_sha256 = std::string(64, '0'),
+                                      .rig = rig.name,
+                                      .rig_file = "rig.toml",
+                                      .rig_sha256 = std::string(64, '0'),
+                                      .twin = "itself",
+                                      .run = "unknown",
+                                      .made_by = "test"};
+    text_ = config::controller_text(tune::controller_of(tuned, inputs, std::move(from), "axis"));
+  }
+
+  void SetUp() override { rig_ = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml"); }
+  hal::SimOptions& sim() { return std::get<hal::SimOptions>(rig_.backend); }
+
+  [[nodiscard]] config::PreparedExperiment prepared(const std::string& controller, const std::string& more = "") const {
+    return config::parse_prepared_experiment(
+        "schema = 1\nname = \"track\"\n\n[track]\n" + more + "controller = '''\n" + controller + "'''\n", "track.toml",
+        rig_);
+  }
+
+  play::FinishedRun played(const std::string& controller) {
+    const config::PreparedExperiment experiment = prepared(controller, "hold_s = 6.0\ntrapezoids = 1\n");
+    const std::unique_ptr<hal::Rig> rig = hal::open_rig(sim(), rig_.limits.safe_V);
+    acquisition::StateMachine machine;
+    EXPECT_TRUE(machine.reset() && machine.arm());
+    acquisition::StopRequest stop;
+    const play::PlayRequest request{
+        .rig = rig_,
+        .experiment = experiment.config,
+        .table_V = {experiment.table_V.data(), static_cast<std::size_t>(experiment.table_V.size())},
+        .folder = record::create_run_folder(folder_.path() / "runs", "track"),
+        .time_base = acquisition::TimeBase::virtual_time};
+    return play::play(*rig, machine, request, stop);
+  }
+
+  [[nodiscard]] std::string refusal(const std::string& controller) const {
+    try {
+      static_cast<void>(prepared(controller));
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  /// The controller with another value of a key.
+  static std::string with(const std::string& key, const std::string& value) {
+    std::string text = text_;
+    const std::size_t at = text.find("\n" + key + " = ");
+    EXPECT_NE(at, std::string::npos) << key;
+    const std::size_t begin = at + key.size() + 4;
+    return text.replace(begin, text.find('\n', begin) - begin, value);
+  }
+  static double number(const std::string& key) {
+    const std::size_t at = text_.find("\n" + key + " = ");
+    return std::stod(text_.substr(at + key.size() + 4));
+  }
+
+  static std::string text_;
+  config::RigConfig rig_;
+  test::TemporaryFolder folder_;
+};
+
+std::string Track::text_;
+
+TEST_F(Track, KeepsItsPromiseOnItsRig) {
+  const play::FinishedRun run = played(text_);
+  ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
+  const TrackResult result = track_result(run.folder);
+  EXPECT_TRUE(result.is_kept()) << track_text(result);
+  EXPECT_TRUE(result.changes.empty()) << track_text(result);
+  EXPECT_NEAR(result.noise_in, sim().sensor_noise_V * sim().scale_in_per_V, 0.1 * result.noise_in);
+  EXPECT_LT(result.rows.rod_in.size(), 60'000U);
+}
+
+TEST_F(Track, NamesADeadBandThatHasGrown) {
+  sim().valve_dead_band_V += 0.1;
+  const play::FinishedRun run = played(text_);
+  ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
+  const TrackResult result = track_result(run.folder);
+  EXPECT_FALSE(result.is_kept());
+  ASSERT_EQ(result.changes.size(), 1U) << track_text(result);
+  EXPECT_TRUE(result.changes.front().starts_with("dead band")) << result.changes.front();
+  EXPECT_NEAR(result.valve.dead_band_V, sim().valve_dead_band_V, 0.01);
+}
+
+TEST_F(Track, NamesGainsThatHaveFallen) {
+  sim().valve_rated_flow_L_per_min *= 0.8;
+  const play::FinishedRun run = played(text_);
+  ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
+  const TrackResult result = track_result(run.folder);
+  EXPECT_FALSE(result.is_kept());
+  ASSERT_EQ(result.changes.size(), 2U) << track_text(result);
+  for (const std::string& change : result.changes) EXPECT_TRUE(change.starts_with("gain")) << change;
+}
+
+TEST_F(Track, StopsALoopThatOscillates) {
+  const play::FinishedRun run = played(with("kp_per_s", fmt::format("{}", 10.0 * number("kp_per_s"))));
+  EXPECT_EQ(run.report.outcome, Outcome::faulted);
+  EXPECT_TRUE(run.report.fault.fault == Fault::oscillation || run.report.fault.fault == Fault::following_error)
+      << acquisition::describe(run.report);
+}
+
+TEST_F(Track, StopsALoopWhoseRodDoesNotFollow) {
+  sim().valve_rated_flow_L_per_min *= 0.02;
+  const play::FinishedRun run = played(text_);
+  EXPECT_EQ(run.report.outcome, Outcome::faulted);
+  EXPECT_EQ(run.report.fault.fault, Fault::following_error) << acquisition::describe(run.report);
+}
+
+TEST_F(Track, IsRefusedForAnotherRigTickOrTravel) {
+  EXPECT_EQ(refusal(text_), "accepted");
+  EXPECT_NE(refusal(with("rig", "\"other\"")).find("a controller for simulated rig"), std::string::npos);
+  EXPECT_NE(refusal(with("tick_s", "0.002")).find("tick of 0.001 s"), std::string::npos)
+      << refusal(with("tick_s", "0.002"));
+  EXPECT_NE(refusal(with("following_error_in", "0.6")).find("a twentieth of the travel"), std::string::npos);
+  EXPECT_NE(refusal("schema = 7\n").find("the text of a controller file"), std::string::npos);
+  rig_.limits.travel_max_in = 3.0;
+  EXPECT_NE(refusal(text_).find("travel within"), std::string::npos);
+  rig_.limits.slew_V_per_s = 1.0;
+  EXPECT_NE(refusal(text_).find("slew of at most 1 V/s"), std::string::npos);
+}
+
+TEST_F(Track, IsRefusedOnAMachine) {
+  rig_.backend = hal::ComediOptions{};
+  EXPECT_NE(refusal(text_).find("not played on a machine yet"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace eha::track
