@@ -104,7 +104,9 @@ class TomlWriter {
   void integer(std::string_view key, const Integer& value, std::int64_t, std::int64_t, Need = Need::required) {
     put(key, fmt::format("{}", value));
   }
-  void text(std::string_view key, const std::string& value, Need = Need::required) { put(key, quoted(value)); }
+  void text(std::string_view key, const std::string& value, Need need = Need::required) {
+    if (!value.empty() || need == Need::required) put(key, quoted(value));
+  }
 
   static std::string quoted(const std::string& value) {
     std::string result = "\"";

@@ -39,6 +39,7 @@ struct ControllerPromise {
   PromisedFigure phase_margin_deg;
   PromisedFigure gain_margin;
   PromisedFigure delay_margin_s;
+  std::string remarks = {};  ///< what limits it, and what other kinds would gain; a sentence a line
 
   static void visit_keys(auto& self, auto& keys) {
     keys.integer("twins", self.twins, 1, 100000);
@@ -54,6 +55,7 @@ struct ControllerPromise {
     keys.table("phase_margin_deg", self.phase_margin_deg);
     keys.table("gain_margin", self.gain_margin);
     keys.table("delay_margin_s", self.delay_margin_s);
+    keys.text("remarks", self.remarks, Need::optional);
   }
 };
 

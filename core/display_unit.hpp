@@ -26,18 +26,21 @@ class DisplayUnit {
   /// @param name  of kLengthUnits; empty: as the record
   explicit DisplayUnit(std::string name) : name_(std::move(name)) {}
 
-  /// The unit that values in `unit` are shown in: the asked one where both are lengths, else `unit`.
+  /// The unit that values in `unit`, a length or a length per something, are shown in: with the asked length, else `unit`.
   [[nodiscard]] std::string of(const std::string& unit) const {
-    return metres_in(unit) && metres_in(name_) ? name_ : unit;
+    const std::string_view length = length_of(unit);
+    return metres_in(length) && metres_in(name_) ? name_ + unit.substr(length.size()) : unit;
   }
   /// What a value in `unit` is multiplied by.
   [[nodiscard]] double factor(std::string_view unit) const {
-    const auto from = metres_in(unit);
+    const auto from = metres_in(length_of(unit));
     const auto to = metres_in(name_);
     return from && to ? *from / *to : 1.0;
   }
 
  private:
+  /// A length, or the length of a length per something: "in" of "in/(V s)".
+  static std::string_view length_of(std::string_view unit) { return unit.substr(0, unit.find('/')); }
   static std::optional<double> metres_in(std::string_view unit) {
     for (const LengthUnit& length : kLengthUnits) {
       if (length.name == unit) return length.metres;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -17,6 +18,7 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/record_export.hpp"
+#include "daemon/tune/controller_page.hpp"
 #include "ident/export/controller_formats.hpp"
 #include "ident/export/model_formats.hpp"
 #include "ident/model/model_file.hpp"
@@ -38,6 +40,7 @@ std::string export_footer() {
   text += "Formats of a controller:\n";
   for (const ident::ControllerFormat& format : ident::controller_formats())
     text += fmt::format("  {:<8} {}\n", format.name, format.what);
+  text += "  csv      promise and settings as a table\n";
   text += "Formats of a run or another record:\n";
   for (const record::RecordFormat& format : record::record_formats()) {
     text += fmt::format("  {:<7} {}\n", format.name, format.what);
@@ -118,12 +121,35 @@ ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& fo
   return ExitCode::ok;
 }
 
+/// The controller as a table for people: figure, value, interval, unit, in the unit that is asked for.
+ExitCode export_table(const ExportCommand& command, const config::ControllerConfig& controller, Console& console) {
+  std::string text = "figure;value;lower;upper;unit\n";
+  const auto add = [&](const std::vector<std::string>& cells, bool has_interval) {
+    text += has_interval ? fmt::format("{}\n", fmt::join(cells, ";"))
+                         : fmt::format("{};{};;;{}\n", cells[0], cells[1], cells[2]);
+  };
+  for (const auto& cells : tune::promise_rows(controller.promise, console.unit())) add(cells, true);
+  for (const auto& cells : tune::setting_rows(controller, console.unit())) add(cells, false);
+  if (!command.output) {
+    console.print_content(text);
+    return ExitCode::ok;
+  }
+  os::write_file_atomically(*command.output, text);
+  console.print_json({{"schema", "eha-export-result/1"},
+                      {"source", command.source},
+                      {"format", command.format},
+                      {"file", command.output->string()}});
+  console.print(fmt::format("written: {}", command.output->string()));
+  return ExitCode::ok;
+}
+
 ExitCode export_controller(const ExportCommand& command, Console& console) {
+  if (command.format == "csv") return export_table(command, config::load_controller(command.source), console);
   const auto* format = named(ident::controller_formats(), command.format);
   if (format == nullptr) {
     std::string names;
-    for (const ident::ControllerFormat& f : ident::controller_formats())
-      names += (names.empty() ? "" : ", ") + std::string(f.name);
+    for (const ident::ControllerFormat& f : ident::controller_formats()) names += std::string(f.name) + ", ";
+    names += "csv";
     throw UsageError(
         fmt::format("{} is a controller; --format: expected one of {}, got {}", command.source, names, command.format));
   }
@@ -131,6 +157,10 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
   ident::ExportedController exported{.coefficients = ident::coefficients(controller.settings), .notes = {}};
   exported.notes = ident::controller_notes(exported.coefficients, controller.name);
   std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + controller.name);
+  if ((command.format == "octave" || command.format == "simulink") && function == "axis") {
+    console.warning(
+        "axis is a function of Octave and MATLAB, which this file would hide; another name: -o axis_control.m");
+  }
   // The texts have numbers of their own.
   for (const auto& [name, value] : ident::controller_numbers(exported.coefficients)) {
     if (function == name) function += "_controller";

@@ -15,6 +15,7 @@
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/new_folders.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/track_report.hpp"
@@ -117,7 +118,7 @@ std::vector<fs::path> write(const Identification& identification, const FitComma
   return {};
 }
 
-std::string next_step(const FitCommand& command, const Identification& identification,
+std::string next_step(const FitCommand& command, const Source& source, const Identification& identification,
                       const std::vector<fs::path>& written) {
   // The models' files come first. The recommended model, else the first accepted one.
   const std::size_t files = std::min(identification.models.size(), written.size());
@@ -127,6 +128,7 @@ std::string next_step(const FitCommand& command, const Identification& identific
     const bool is_recommended = identification.models[i].result.model.name == identification.recommendation.model;
     if (!best || is_recommended) best = i;
   }
+  if (best && source.run_folder) return fmt::format("eha tune {}", shell_word(written[*best].string()));
   if (best) return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[*best].string());
   return importer::command_with(command.import, command.source, "-o models");
 }
@@ -166,7 +168,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
-  if (code == ExitCode::ok) console.next_step(next_step(command, identification, written));
+  if (code == ExitCode::ok) console.next_step(next_step(command, source, identification, written));
   if (const auto next = identify::next_experiment_file(written)) {
     console.next_step(fmt::format("eha run {}", next->string()));
   }

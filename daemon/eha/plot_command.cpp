@@ -35,7 +35,8 @@ namespace fs = std::filesystem;
 constexpr const char* kPlotFooter = R"(
 A run: measured output, its best models, errors and input over time. A record or another table of eha: its columns over
 the first one. A model file: gain and phase with 95 % bounds, over the measured response if frequency_response.csv is
-beside it. A controller file: step, trapezoids, sine and hold on its twin. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
+beside it. A controller file: a step on its twin; its report
+has trapezoids, sine and hold too. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
 Exit code 69: gnuplot is missing or failed.
 
 Examples:
@@ -91,13 +92,11 @@ plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
   return report::bode_figure({&subject.models.front()}, response, subject.name);
 }
 
+/// The step of a controller's trial.
 plot::Figure of_controller(const std::string& file) {
   const tune::ControllerSubject subject = controller_subject(file);
-  if (!subject.trace) {
-    throw DataError(
-        file + ": nothing to plot; its model or its rig file is not where it was, or has changed since `eha tune`");
-  }
-  return tune::motion_figure(*subject.trace, subject.controller.name + ": step, trapezoids, sine, hold");
+  if (!subject.trace) throw DataError(fmt::format("{}: nothing to plot; {}", file, subject.why_without_plots));
+  return tune::step_figure(*subject.trace, subject.controller);
 }
 
 /// A panel for each unit, in the order of the columns; the first column is x.

@@ -127,11 +127,18 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
 }
 
 /// Reports a run that did not complete or lost its guard: the cause, and the kept record.
-ExitCode report_incomplete(const Acquired& acquired, Console& console) {
+ExitCode report_incomplete(const Acquired& acquired, bool characterises, Console& console) {
   const play::FinishedRun& run = acquired.run;
   if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report));
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
+  using acquisition::Fault;
+  if (characterises &&
+      (run.report.fault.fault == Fault::unexplained_motion || run.report.fault.fault == Fault::not_following)) {
+    console.info(
+        "if [following] of the rig file was not measured yet, comment it out for this run: it is what this run "
+        "measures");
+  }
   if (run.report.fault.fault == acquisition::Fault::travel_limit) explain_trip(folder, console);
   std::error_code unknown;
   if (!fs::exists(run.folder / record::kJournalFile, unknown)) {
@@ -225,7 +232,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
-    return {report_incomplete(acquired, console), false};
+    return {report_incomplete(acquired, experiment.characterises, console), false};
   }
   if (experiment.characterises) return {show_valve_sheet(run.folder, SheetFiles::write, console), true};
   if (experiment.track) return {show_track(run.folder, TrackFiles::write, console), true};

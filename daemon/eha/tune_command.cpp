@@ -20,9 +20,12 @@
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "daemon/tune/tune_inputs.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
@@ -62,8 +65,8 @@ struct TuneCommand {
   std::string model_file;
   ident::AxisPurpose purpose = ident::AxisPurpose::track;
   std::optional<ident::FeedbackKind> kind = {};  ///< none: the least that reaches the figures
-  double sensitivity = 1.4;                      ///< greatest max(Ms, Mt)
-  std::optional<std::string> rig_file = {};      ///< none: default_rig_file()
+  std::optional<double> sensitivity = {};        ///< greatest max(Ms, Mt); none: kTrackMargin or kHoldMargin
+  std::optional<std::string> rig_file = {};      ///< none: that of the model's run, else default_rig_file()
   std::optional<std::string> twin_file = {};     ///< rig file of a simulated rig
   std::optional<std::string> sheet_run = {};     ///< run of [characterise]
   std::optional<double> tick_s = {};             ///< none: the rig's
@@ -86,9 +89,38 @@ Json json_of(const tune::Candidate& c) {
           {"hunts", c.hunts}};
 }
 
+constexpr double kTrackMargin = 1.4;
+constexpr double kHoldMargin = 1.2;
+
+/// A rig file, or the one that a run was played with.
+config::RigConfig rig_of(const fs::path& file_or_run) {
+  std::error_code ignored;
+  if (!fs::is_directory(file_or_run, ignored)) return config::load_rig(file_or_run.string());
+  const record::Manifest manifest = record::read_manifest(file_or_run);
+  const auto rig = manifest.other.find("rig");
+  if (rig == manifest.other.end() || !rig->contains("text")) {
+    throw DataError(file_or_run.string() + ": its run.json holds no rig file; name one with --rig");
+  }
+  return config::parse_rig(rig->at("text").get<std::string>(), (file_or_run / "run.json (rig)").string());
+}
+
+/// The rig file that is meant: the named one, that of the run which the model is from, or the default one.
+fs::path rig_path(const TuneCommand& command) {
+  if (command.rig_file) return *command.rig_file;
+  std::error_code ignored;
+  fs::path folder = fs::canonical(command.model_file, ignored).parent_path();
+  for (int level = 0; level < 3 && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
+    if (record::is_run_folder(folder)) return folder;
+  }
+  return load_rig_or_default(std::nullopt).file_name;
+}
+
 tune::TuneChoices choices_of(const TuneCommand& command) {
-  tune::TuneChoices choices{
-      .purpose = command.purpose, .kind = command.kind, .sensitivity = command.sensitivity, .tick_s = command.tick_s};
+  tune::TuneChoices choices{.purpose = command.purpose,
+                            .kind = command.kind,
+                            .sensitivity = command.sensitivity.value_or(
+                                command.purpose == ident::AxisPurpose::hold ? kHoldMargin : kTrackMargin),
+                            .tick_s = command.tick_s};
   if (command.twin_file) {
     const config::RigConfig twin = config::load_rig(*command.twin_file);
     const auto* sim = std::get_if<hal::SimOptions>(&twin.backend);
@@ -104,7 +136,8 @@ tune::TuneChoices choices_of(const TuneCommand& command) {
 
 ExitCode execute(const TuneCommand& command, Console& console) {
   const ident::Model model = read_model(command.model_file);
-  const config::RigConfig rig = load_rig_or_default(command.rig_file);
+  const fs::path rig_file = fs::canonical(rig_path(command));
+  const config::RigConfig rig = rig_of(rig_file);
   if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
     console.warning(fmt::format("{}: the model was rejected: {}", command.model_file, model.verdict->reasons.front()));
   }
@@ -120,12 +153,12 @@ ExitCode execute(const TuneCommand& command, Console& console) {
 
   const auto record = model.provenance.find("record");
   config::ControllerProvenance provenance{
-      .model = fs::absolute(command.model_file).lexically_normal().string(),
+      .model = fs::canonical(command.model_file).string(),
       .model_sha256 = record::sha256_of_file(command.model_file),
       .rig = rig.name,
-      .rig_file = fs::absolute(rig.file_name).lexically_normal().string(),
+      .rig_file = rig_file.string(),
       .rig_sha256 = record::sha256_of(std::as_bytes(std::span(rig.text))),
-      .twin = command.twin_file ? fs::absolute(*command.twin_file).lexically_normal().string() : inputs.twin,
+      .twin = command.twin_file ? fs::canonical(*command.twin_file).string() : inputs.twin,
       .run = record != model.provenance.end() && !record->second.empty() ? record->second : "unknown",
       .made_by = fmt::format("eha {}", EHA_VERSION)};
   const config::ControllerConfig controller =
@@ -133,8 +166,7 @@ ExitCode execute(const TuneCommand& command, Console& console) {
   os::write_file_atomically(command.output, config::controller_text(controller));
   fs::path page_file = command.output;
   page_file.replace_extension(".html");
-  const report::Page page = tune::controller_page(
-      {.controller = controller, .inputs = inputs, .trace = tuned.trace, .remarks = tuned.remarks});
+  const report::Page page = tune::controller_page({.controller = controller, .inputs = inputs, .trace = tuned.trace});
   os::write_file_atomically(page_file, page.html);
   for (const std::string& sentence : page.missing) console.warning(sentence);
 
@@ -143,7 +175,7 @@ ExitCode execute(const TuneCommand& command, Console& console) {
   const config::ControllerPromise& p = controller.promise;
   console.print_json({{"schema", "eha-tune/1"},
                       {"model", command.model_file},
-                      {"rig", rig.file_name},
+                      {"rig", rig_file.string()},
                       {"twin", controller.provenance.twin},
                       {"file", command.output.string()},
                       {"report", page_file.string()},
@@ -167,17 +199,21 @@ ExitCode execute(const TuneCommand& command, Console& console) {
                         {"delay_margin_s", json_of(p.delay_margin_s)}}},
                       {"candidates", candidates},
                       {"remarks", tuned.remarks}});
-  std::string text = fmt::format("{}: {} controller for {}, to {}, tick {:g} s; tried on {} drawn rigs ({})\n\n",
-                                 command.output.string(), ident::text(controller.settings.kind), rig.name,
-                                 controller.purpose, controller.settings.tick_s, p.twins, inputs.twin);
+  std::string text =
+      fmt::format("{}: {} controller for {} ({}), to {}, tick {:g} s; tried on {} drawn rigs ({})\n\n",
+                  command.output.string(), ident::text(controller.settings.kind), rig.name, rig_file.string(),
+                  controller.purpose, controller.settings.tick_s, p.twins, inputs.twin);
   text +=
       text_table({{"promise"}, {"value", Align::right}, {"95 % from", Align::right}, {"to", Align::right}, {"unit"}},
-                 tune::promise_rows(p));
+                 tune::promise_rows(p, console.unit(rig.units)));
   text += "\n";
   for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
   text += fmt::format("\nReport: {}\n", page_file.string());
   console.print(text);
-  console.next_step(fmt::format("eha export {} --format c -o axis.c", shell_word(command.output.string())));
+  console.next_step(hal::moves_machine(rig.backend)
+                        ? fmt::format("eha export {} --format st -o axis.st", shell_word(command.output.string()))
+                        : fmt::format("eha track {}{} --local --fast", shell_word(command.output.string()),
+                                      command.rig_file ? " --rig " + shell_word(*command.rig_file) : ""));
   return ExitCode::ok;
 }
 
@@ -190,10 +226,11 @@ void add_tune(CLI::App& app, ParsedLine& line) {
   sub->add_option("model", command.model_file, "Model file, as `eha fit` wrote it")->required()->type_name("MODEL");
   add_choice(*sub, "--for", command.purpose, kPurposes, "Follow references, or stay in a place (default track)");
   add_choice(*sub, "--kind", command.kind, kKinds, "Kind of the feedback (default auto)");
-  sub->add_option("--margin", command.sensitivity, "Greatest max(Ms, Mt), 1.1 to 3 (default 1.4)")
+  sub->add_option("--margin", command.sensitivity, "Greatest max(Ms, Mt), 1.1 to 3 (default 1.4, with --for hold 1.2)")
       ->type_name("M")
       ->check(finite_number("a number from 1.1 to 3", [](double m) { return m >= 1.1 && m <= 3.0; }));
-  sub->add_option("--rig", command.rig_file, "Rig file whose limits and sensor apply (default as `eha run --local`)")
+  sub->add_option("--rig", command.rig_file,
+                  "Rig file whose limits and sensor apply (default that of the model's run, else as `eha run --local`)")
       ->type_name("RIG");
   sub->add_option("--twin", command.twin_file, "Rig file of a simulated rig fitted to a record")->type_name("RIG");
   sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies")
@@ -214,16 +251,25 @@ tune::ControllerSubject controller_subject(const std::string& path) {
   tune::ControllerSubject subject{.controller = config::load_controller(path)};
   const config::ControllerProvenance& from = subject.controller.provenance;
   std::error_code ignored;
-  const bool is_there = fs::is_regular_file(from.model, ignored) && fs::is_regular_file(from.rig_file, ignored);
-  if (!is_there || record::sha256_of_file(from.model) != from.model_sha256 ||
-      record::sha256_of_file(from.rig_file) != from.rig_sha256) {
+  const auto again =
+      fmt::format("make the controller anew: eha tune {} --rig {}", shell_word(from.model), shell_word(from.rig_file));
+  if (!fs::is_regular_file(from.model, ignored) || !fs::exists(from.rig_file, ignored)) {
+    subject.why_without_plots = fmt::format(
+        "{} is not there any more; {}", fs::is_regular_file(from.model, ignored) ? from.rig_file : from.model, again);
+    return subject;
+  }
+  const config::RigConfig rig = rig_of(from.rig_file);
+  const bool is_same_rig = record::sha256_of(std::as_bytes(std::span(rig.text))) == from.rig_sha256;
+  if (!is_same_rig || record::sha256_of_file(from.model) != from.model_sha256) {
+    subject.why_without_plots =
+        fmt::format("{} has changed since; {}", is_same_rig ? from.model : from.rig_file, again);
     return subject;
   }
   TuneCommand command;
   command.purpose = subject.controller.purpose == "hold" ? ident::AxisPurpose::hold : ident::AxisPurpose::track;
   command.tick_s = subject.controller.settings.tick_s;
   if (fs::is_regular_file(from.twin, ignored)) command.twin_file = from.twin;
-  subject.inputs = tune::tune_inputs(read_model(from.model), config::load_rig(from.rig_file), choices_of(command));
+  subject.inputs = tune::tune_inputs(read_model(from.model), rig, choices_of(command));
   ident::TrialPlan plan = ident::trial_plan(subject.controller.settings);
   plan.hold_s = 5.0;
   hal::SimOptions twin = subject.inputs->task.twin;

@@ -159,25 +159,14 @@ report::Item sensitivity(const Curves& c) {
   return item;
 }
 
-std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfig& c) {
-  const ident::AxisSettings& s = c.settings;
-  const auto row = [](const char* what, double value, const char* unit) {
-    return std::vector<std::string>{what, fmt::format("{:.6g}", value), unit};
-  };
-  return {row("kp", s.feedback.kp, "1/s"),
-          row("ki", s.feedback.ki, "1/s^2"),
-          row("kd", s.feedback.kd, ""),
-          row("filter", s.feedback.filter_s, "s"),
-          row("null", s.inverse.null, "V"),
-          row("dead band", s.inverse.dead_band, "V"),
-          row("gain extending", s.inverse.gain_positive, "in/(V s)"),
-          row("gain retracting", s.inverse.gain_negative, "in/(V s)"),
-          row("smoothing", s.inverse.smoothing, "in/s"),
-          row("acceleration feed-forward", s.feed_forward.acceleration_s, "s"),
-          row("reference velocity", s.reference.velocity, "in/s"),
-          row("reference acceleration", s.reference.acceleration, "in/s^2"),
-          row("reference jerk", s.reference.jerk, "in/s^3"),
-          row("tick", s.tick_s, "s")};
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    lines.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return lines;
 }
 
 }  // namespace
@@ -197,12 +186,29 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title) {
   return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
 }
 
-std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& p) {
-  const auto row = [](const char* what, const config::PromisedFigure& f, const char* unit) {
+plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller) {
+  const ident::AxisSettings& settings = controller.settings;
+  const ident::TrialMotion motion(settings, ident::trial_plan(settings), settings.reference.lowest);
+  std::size_t rows = 0;
+  while (rows < trace.time_s.size() &&
+         (motion.part(rows) == ident::TrialMotion::Part::rest || motion.part(rows) == ident::TrialMotion::Part::step)) {
+    ++rows;
+  }
+  const auto first = [&](const std::vector<double>& values) {
+    return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rows));
+  };
+  return motion_figure({first(trace.time_s), first(trace.reference_in), first(trace.rod_in), first(trace.command_V)},
+                       fmt::format("{}: a step on the simulated rig", controller.name));
+}
+
+std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& p, const DisplayUnit& display) {
+  const auto row = [&](const char* what, const config::PromisedFigure& f, const std::string& unit) {
+    const double factor = display.factor(unit);
     const auto number = [](double value) {
       return std::abs(value) > 1e8 ? std::string("no limit") : fmt::format("{:.3g}", value);
     };
-    return std::vector<std::string>{what, number(f.value), number(f.lower), number(f.upper), unit};
+    return std::vector<std::string>{what, number(factor * f.value), number(factor * f.lower), number(factor * f.upper),
+                                    display.of(unit)};
   };
   return {row("following error, RMS", p.following_rms_in, "in"),
           row("following error, worst", p.following_worst_in, "in"),
@@ -216,6 +222,27 @@ std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromi
           row("phase margin", p.phase_margin_deg, "deg"),
           row("gain margin", p.gain_margin, ""),
           row("delay margin", p.delay_margin_s, "s")};
+}
+
+std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfig& c, const DisplayUnit& display) {
+  const ident::AxisSettings& s = c.settings;
+  const auto row = [&](const char* what, double value, const std::string& unit) {
+    return std::vector<std::string>{what, fmt::format("{:.6g}", value * display.factor(unit)), display.of(unit)};
+  };
+  return {row("kp", s.feedback.kp, "1/s"),
+          row("ki", s.feedback.ki, "1/s^2"),
+          row("kd", s.feedback.kd, ""),
+          row("filter", s.feedback.filter_s, "s"),
+          row("null", s.inverse.null, "V"),
+          row("dead band", s.inverse.dead_band, "V"),
+          row("gain extending", s.inverse.gain_positive, "in/(V s)"),
+          row("gain retracting", s.inverse.gain_negative, "in/(V s)"),
+          row("smoothing", s.inverse.smoothing, "in/s"),
+          row("acceleration feed-forward", s.feed_forward.acceleration_s, "s"),
+          row("reference velocity", s.reference.velocity, "in/s"),
+          row("reference acceleration", s.reference.acceleration, "in/s^2"),
+          row("reference jerk", s.reference.jerk, "in/s^3"),
+          row("tick", s.tick_s, "s")};
 }
 
 report::Page controller_page(const ControllerSubject& subject) {
@@ -233,7 +260,7 @@ report::Page controller_page(const ControllerSubject& subject) {
                               {"to", Column::number},
                               {"unit", Column::text}},
                              promise_rows(c.promise)) +
-               report::list(subject.remarks)});
+               report::list(lines_of(c.promise.remarks))});
   report::Section plots{.title = "On the twin"};
   if (subject.trace) plots.items.push_back(motion(subject));
   report::Section loop{.title = "Loop"};
@@ -244,14 +271,13 @@ report::Page controller_page(const ControllerSubject& subject) {
     loop.items.push_back(sensitivity(all));
   } else {
     loop.items.push_back(
-        {.heading = "No plots",
-         .html = report::paragraph("Model or rig file of the controller are no longer there, or have changed since.")});
+        {.heading = "No plots", .html = report::paragraph(report::escaped(subject.why_without_plots))});
   }
   report::Section settings{.title = "Settings"};
   settings.items.push_back(
       {.heading = "Numbers of the file",
        .html = report::table({{"setting", Column::text}, {"value", Column::number}, {"unit", Column::text}},
-                             setting_rows(c))});
+                             setting_rows(c, DisplayUnit("in")))});
   settings.items.push_back({.heading = "Made from",
                             .html = report::table({{"what", Column::text}, {"which", Column::wide_text}},
                                                   {{"model", c.provenance.model},

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/controller_config.hpp"
+#include "core/display_unit.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/tune/tune_inputs.hpp"
 
@@ -16,7 +17,7 @@ struct ControllerSubject {
   config::ControllerConfig controller;
   std::optional<TuneInputs> inputs = {};  ///< none: the model or the rig file is no longer there, or has changed
   std::optional<TrialTrace> trace = {};   ///< on the twin as it is
-  std::vector<std::string> remarks = {};  ///< what limits it and what more would gain; of a tuning just done
+  std::string why_without_plots = {};     ///< which file is gone or has changed, and what to type
 };
 
 /// The controller as one HTML page: promise, step and tracking on the twin, Bode and Nyquist plots of the open loop
@@ -26,7 +27,14 @@ struct ControllerSubject {
 /// Rows for people: figure, value, interval.
 /// Rod beside reference, error and command of a trial.
 [[nodiscard]] plot::Figure motion_figure(const TrialTrace& trace, std::string title);
+/// The first second and the step of it.
+[[nodiscard]] plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller);
 
-[[nodiscard]] std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& promise);
+[[nodiscard]] std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& promise,
+                                                                 const DisplayUnit& unit = DisplayUnit("in"));
+
+/// The same for the settings: what, value, unit.
+[[nodiscard]] std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfig& controller,
+                                                                 const DisplayUnit& unit = DisplayUnit("in"));
 
 }  // namespace eha::tune

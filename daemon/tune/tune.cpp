@@ -24,6 +24,7 @@ constexpr double kBetter = 0.9;        // an error below this share of another's
 constexpr double kFaultOfWorst = 4.0;  // following error that is a fault, over the worst promised
 constexpr double kFaultOfSwings = 2.0;
 constexpr double kFreeSwings = 4.0;
+constexpr double kValveAgrees_V = 0.03;
 constexpr double kSeenTurn = 0.03;  // phase at the crossover that lags too fast for the model take at most [rad]
 
 double median(std::vector<double> values) {
@@ -132,7 +133,8 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
         lines.push_back(fmt::format("{}: no gain keeps the limits without hunting.", name_of(kind)));
       } else {
         lines.push_back(
-            fmt::format("{} would follow with {:.3g} in RMS and rest within {:.2g} in, instead of {:.3g} and "
+            fmt::format("In short trials on four drawn rigs {} follows with {:.3g} in RMS and rests within {:.2g} in, "
+                        "instead of {:.3g} and "
                         "{:.2g} in with {}.",
                         name_of(kind), other->following_rms_in, other->rest_error_in, own->following_rms_in,
                         own->rest_error_in, name_of(own->kind)));
@@ -145,6 +147,22 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                     "them. The same record fitted with a smaller --decimate would allow more gain.",
                     plant.compared_step_s, plant.unseen_delay_s));
   }
+  if (plant.replaced && (std::abs(plant.replaced->null - plant.valve.null) > kValveAgrees_V ||
+                         std::abs(plant.replaced->dead_band - plant.valve.dead_band) > kValveAgrees_V)) {
+    lines.push_back(
+        fmt::format("The valve sheet has null {:.3f} V and dead band {:.3f} V, the model {:.3f} and {:.3f} V; "
+                    "the sheet applies. Did the valve change between the two?",
+                    plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band));
+  }
+  if (d.settings.feedback.ki > 0.0) {
+    lines.push_back(
+        fmt::format("The integral stands still within {:.2g} in of the reference, where noise and friction "
+                    "would make the rod hunt.",
+                    d.settings.rest_error));
+  }
+  lines.push_back(
+      fmt::format("References move at up to {:.3g} in/s and {:.3g} in/s^2, as valve and slew of the rig allow.",
+                  d.settings.reference.velocity, d.settings.reference.acceleration));
   if (!plant.has_covariance) {
     lines.emplace_back("The model file has no covariance: the margins assume 5 % for the gain and 10 % for the lag.");
   }

@@ -91,6 +91,7 @@ TuneInputs tune_inputs(const ident::Model& given, const config::RigConfig& rig, 
   axis.noise = noise_in(model, rig, choices, axis.lsb);
   if (choices.sheet) {
     axis.valve = numbers_of(*choices.sheet);
+    axis.valve_is_measured = true;
   } else if (rig.limits.following) {
     axis.valve = numbers_of(*rig.limits.following);
   }
@@ -139,6 +140,8 @@ config::ControllerConfig controller_of(const Tuned& tuned, const TuneInputs& inp
                .phase_margin_deg = figure(p.phase_margin_deg),
                .gain_margin = figure(p.gain_margin),
                .delay_margin_s = figure(p.delay_margin_s)};
+  for (const std::string& sentence : tuned.remarks)
+    c.promise.remarks += (c.promise.remarks.empty() ? "" : "\n") + sentence;
   c.fault = {.following_error_in = tuned.fault.following_error_in,
              .swing_V = tuned.fault.swing_V,
              .swings_per_s = tuned.fault.swings_per_s};

@@ -64,7 +64,8 @@ double quantile(const std::vector<double>& sorted, double share) {
 Interval interval(double value, std::vector<double> draws) {
   if (draws.empty()) return {value, value, value};
   std::sort(draws.begin(), draws.end());
-  return {value, quantile(draws, 1.0 - kUpper), quantile(draws, kUpper)};
+  // The draws have a dead time that the model as it is lacks: it may lie at their edge.
+  return {value, std::min(value, quantile(draws, 1.0 - kUpper)), std::max(value, quantile(draws, kUpper))};
 }
 
 ReferenceLimits reference_limits(const AxisPlant& plant, const AxisTask& task) {

@@ -45,6 +45,7 @@ struct AxisTask {
   double lsb = 0.0;             ///< of a reading [in]
   /// Of the valve where the model has no map of it; its gains also where the model's are of another kind.
   std::optional<ValveNumbers> valve = {};
+  bool valve_is_measured = false;  ///< by a valve sheet: it also takes the place of the model's map
   int draws = 200;
   std::uint64_t seed = 1;
 };
@@ -76,11 +77,12 @@ struct AxisPlant {
   double order_at_zero = 0.0;
   InverseExpansion inverse;  ///< of g
   ValveNumbers valve;
-  double rest = 0.0;                    ///< position at which a plant that does not integrate rests [in]
-  std::vector<TransferFunction> draws;  ///< of g, by the covariance of the model's parameters
-  double compared_step_s = 0.0;         ///< of the model's fit; 0: not known
-  double unseen_delay_s = 0.0;          ///< standard deviation of the dead time that the draws have beside the model's
-  bool has_covariance = false;          ///< false: 5 % of the gain and 10 % of the lag are assumed
+  std::optional<ValveMap> replaced = {};  ///< the model's map, where the sheet has taken its place
+  double rest = 0.0;                      ///< position at which a plant that does not integrate rests [in]
+  std::vector<TransferFunction> draws;    ///< of g, by the covariance of the model's parameters
+  double compared_step_s = 0.0;           ///< of the model's fit; 0: not known
+  double unseen_delay_s = 0.0;  ///< standard deviation of the dead time that the draws have beside the model's
+  bool has_covariance = false;  ///< false: 5 % of the gain and 10 % of the lag are assumed
   // Sampled at the tick, computing delay included: one tick for the model as it is, 0 to 1 tick for the draws.
   std::vector<double> grid_rad_s;
   std::vector<std::complex<double>> response;

@@ -177,7 +177,10 @@ AxisPlant axis_plant(const Model& model, const AxisTask& task) {
   if (plant.order_at_zero > 1.5) refuse("it integrates more than once, which no valve and rod do");
   plant.rest = model.initial_output;
 
-  if (model.input_map) {
+  if (task.valve && task.valve_is_measured) {
+    plant.valve = *task.valve;
+    plant.replaced = model.input_map;
+  } else if (model.input_map) {
     const ValveMap& map = *model.input_map;
     if (!(map.negative_gain_ratio > 0.0)) refuse("its valve map has no positive gain ratio");
     plant.valve = {.null = map.null,
