@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <thread>
 #include <utility>
 
 #include "core/error.hpp"
@@ -103,6 +104,18 @@ std::optional<ChildEnd> ChildProcess::poll() noexcept {
   if (got == 0) return std::nullopt;
   pid_ = -1;
   return got > 0 ? ChildEnd{status} : ChildEnd{};
+}
+
+std::optional<ChildEnd> ChildProcess::wait_for(std::chrono::milliseconds limit) noexcept {
+  const auto deadline = std::chrono::steady_clock::now() + limit;
+  for (;;) {
+    // The time comes before the look, so that a late look still finds the end.
+    const bool is_last = std::chrono::steady_clock::now() >= deadline;
+    if (std::optional<ChildEnd> end = poll()) return end;
+    if (is_last) return std::nullopt;
+    // No pidfd: a process out of descriptors has to wait, too.
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 }
 
 ChildEnd ChildProcess::wait() noexcept {

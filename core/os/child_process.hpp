@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,9 @@ class ChildProcess {
 
   /// Waits for its end. A second call returns an empty status at once.
   ChildEnd wait() noexcept;
+
+  /// Waits for its end, but not longer than this. @returns nothing if it goes on. Do not call again after its end.
+  [[nodiscard]] std::optional<ChildEnd> wait_for(std::chrono::milliseconds limit) noexcept;
 
  private:
   pid_t pid_ = -1;

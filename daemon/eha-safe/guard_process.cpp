@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,8 @@ namespace {
 
 /// Starting a program and reading a small file takes milliseconds; this long means that it hangs.
 constexpr int kStartLimit_ms = 10'000;
+/// A guard that was told that the rig is safe ends in milliseconds; this long means that it hangs.
+constexpr std::chrono::milliseconds kEndLimit{5'000};
 
 [[noreturn]] void fail(const std::filesystem::path& program, const std::string& cause) {
   throw DeviceError(program.string() + ": the guard of the rig does not start: " + cause +
@@ -113,9 +116,18 @@ void GuardProcess::done() {
   const std::string line = "done\n";
   const ssize_t sent = send(stream_.get(), line.data(), line.size(), MSG_NOSIGNAL);
   const bool was_sent = sent == static_cast<ssize_t>(line.size());
-  const os::ChildEnd end = finish();
-  if (!was_sent || end.status != 0) {
-    throw DeviceError("the guard of the rig did not watch to the end: " + describe(end));
+  stream_.close();
+  // A stopped guard could not end.
+  process_->signal(SIGCONT);
+  const std::optional<os::ChildEnd> end = process_->wait_for(kEndLimit);
+  if (!end) {
+    // The rig is safe, so the guard has nothing left to do.
+    process_->signal(SIGKILL);
+    process_->wait();
+    throw DeviceError("the guard of the rig did not end within 5 s of the end of the run and has been killed");
+  }
+  if (!was_sent || end->status != 0) {
+    throw DeviceError("the guard of the rig did not watch to the end: " + describe(*end));
   }
 }
 

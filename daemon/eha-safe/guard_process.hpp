@@ -38,9 +38,9 @@ class GuardProcess {
   /// Without done(): the guard acts, and this waits for its end. Close the rig first: the guard waits for its locks.
   ~GuardProcess();
 
-  /// Tells the guard that the rig is safe and waits for its end; continues it first if it is stopped. Does nothing the
-  /// second time.
-  /// @throws DeviceError  the guard had ended before, or ended with an error
+  /// Tells the guard that the rig is safe and waits for its end; continues it first if it is stopped, and kills it
+  /// after 5 s. Does nothing the second time.
+  /// @throws DeviceError  the guard had ended before, ended with an error, or had to be killed
   void done();
 
   /// Gives the guard the journal of the run that begins, whose lock it then shares until the page says that the journal

@@ -48,6 +48,7 @@ struct Entry {
   std::string user;
   bool fast = false;                ///< virtual time
   bool accept_travel_risk = false;  ///< played whatever a rehearsal says
+  bool only_places = false;         ///< moves the rod to a place: held by its user only, not by a disarming
   std::string submitted;            ///< UTC
   std::string experiment;           ///< TOML; empty once it is over
   std::string run;                  ///< name of the run folder; empty before

@@ -52,6 +52,16 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
                entry.note.empty() ? completed : entry.note);
 }
 
+/// Ends a move that was still to come: with a rig that must be armed again it would begin when nobody expects it.
+void settle_waiting(Entry& entry) {
+  if (!only_places(entry)) return;
+  entry.state = EntryState::over;
+  entry.exit_code = static_cast<int>(ExitCode::permission);
+  entry.outcome = "refused";
+  entry.note = "ehad ended before it began; a move to a place is never held: eha arm, then again";
+  entry.experiment.clear();
+}
+
 /// Concludes an experiment whose fit had ended before the program died; the others are fitted again.
 void settle_fitting(Entry& entry, const fs::path& runs_folder) {
   const fs::path folder = runs_folder / entry.run;
@@ -89,6 +99,7 @@ void settle(std::vector<Entry>& entries, const fs::path& runs_folder) {
   for (Entry& entry : entries) {
     if (entry.state == EntryState::running) settle_running(entry, runs_folder);
     if (entry.state == EntryState::fitting) settle_fitting(entry, runs_folder);
+    if (entry.state == EntryState::waiting || entry.state == EntryState::held) settle_waiting(entry);
   }
 }
 

@@ -16,7 +16,7 @@ namespace eha::service {
 void recover_runs(const std::filesystem::path& runs_folder, const std::function<void()>& before_each);
 
 /// Closes the entries of experiments that were running when the program died. None is played again; a finished fit is
-/// not repeated. Call after recover_runs.
+/// not repeated; a move to a place that had not begun is refused. Call after recover_runs.
 void settle(std::vector<Entry>& entries, const std::filesystem::path& runs_folder);
 
 /// The models in a run's manifest: [{"name", "accepted", ...}]; empty when there are none or it cannot be read.

@@ -130,7 +130,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
   if (lease_.holder() && !was_held) {
     spdlog::warn("the lease of {} is taken over by {} (uid {}, pid {})", lease_.holder()->user, peer.user, peer.uid,
                  peer.pid);
-    queue_.hold_waiting();
+    hold_waiting(fmt::format("the lease was taken over by {}", peer.user));
   }
   lease_.grant({peer.uid, peer.user}, Clock::now());
   if (active_ || rig_.is_armed()) {
@@ -185,7 +185,7 @@ void Supervisor::disarm_rig(const std::string& why, LeaseFate lease) {
   if (lease == LeaseFate::released) lease_.release();
   rig_.cancel_arming();
   rig_.disarm();
-  queue_.hold_waiting();
+  hold_waiting("the rig was disarmed before it began: " + why);
   const std::size_t held = queue_.count(EntryState::held);
   spdlog::info("disarmed: {}{}{}", why, kept, held > 0 ? fmt::format("; {} experiments are held", held) : "");
 }

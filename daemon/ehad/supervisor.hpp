@@ -152,6 +152,9 @@ class Supervisor {
   void end_submission(const Submission& submission);
   void remove_check_folder(const std::filesystem::path& folder);
   void hold_for_lost_client(Entry& entry);
+  /// Holds every waiting experiment; a waiting move to a place is refused instead.
+  void hold_waiting(const std::string& why);
+  void refuse_move(Entry& entry, const std::string& why);
   void refuse(const Submission& submission);
   /// A held move must not begin later, when somebody arms for another purpose.
   /// @throws PermissionError

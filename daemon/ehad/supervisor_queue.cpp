@@ -62,7 +62,8 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
           // Faults of the text itself are found here, at once, and no file that it names is read.
           const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file);
           entry.name = experiment.name;
-          submission->moves_at_once = submission->moves_at_once || experiment.place_in.has_value();
+          entry.only_places = experiment.place_in.has_value();
+          submission->moves_at_once = submission->moves_at_once || entry.only_places;
         }
         for (const Entry& entry : submission->entries) {
           write_checked_files(folder / std::to_string(entry.id), entry.experiment, *submission->rig);
@@ -167,6 +168,15 @@ void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
         end_submission(*submission);
         submission->answer([&]() -> Json {
           saved.get();
+          try {
+            // The rig may have been disarmed during the check.
+            require_arming_of_placing(*submission);
+          } catch (const Error&) {
+            for (const Entry& entry : submission->entries) {
+              disk_thread_.ask([this, id = entry.id] { store_.remove(id); }, [](std::future<void>) {});
+            }
+            throw;
+          }
           std::vector<EntryId> ids;
           for (Entry& entry : submission->entries) {
             Entry& added = queue_.add(std::move(entry));
@@ -197,10 +207,31 @@ void Supervisor::client_gone(control::ClientId client) {
 void Supervisor::hold_for_lost_client(Entry& entry) {
   entry.client = 0;
   if (!is_queued(entry)) return;
+  const std::string why = "the connection of the command that submitted it was lost before it began";
+  if (entry.only_places) {
+    refuse_move(entry, why);
+    return;
+  }
   entry.state = EntryState::held;
-  entry.note = "the connection of the command that submitted it was lost before it began";
+  entry.note = why;
   spdlog::warn("experiment {}: held: {}", entry.id, entry.note);
   save(entry);
+}
+
+void Supervisor::refuse_move(Entry& entry, const std::string& why) {
+  spdlog::warn("experiment {}: not run: {}", entry.id, why);
+  entry.outcome = "refused";
+  entry.note = fmt::format("{}; a move to a place is never held: eha arm, then again", why);
+  close_entry(entry, ExitCode::permission);
+}
+
+void Supervisor::hold_waiting(const std::string& why) {
+  std::vector<EntryId> moves;
+  for (const auto& [id, entry] : queue_.entries()) {
+    if (entry.state == EntryState::waiting && entry.only_places) moves.push_back(id);
+  }
+  for (const EntryId id : moves) refuse_move(*queue_.find(id), why);
+  queue_.hold_waiting();
 }
 
 void Supervisor::require_room_in_queue(const Peer& peer, std::size_t wanted) const {

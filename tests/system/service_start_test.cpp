@@ -121,6 +121,8 @@ TEST_F(ServiceStart, RehearsesAgainInAnotherOrder) {
   const std::int64_t extends = submit_checked(kExtends);
   const std::int64_t far = submit(*client_, placing_text(kFar_in));
   client_->call("move", {{"entry", far}, {"to", 1}});
+  // A move that only waits would be refused by the stop.
+  client_->call("hold");
   client_->call("stop");
   follow(daemon_, on);
   client_->call("arm");
@@ -241,6 +243,32 @@ TEST_F(ServiceStart, HoldsWhatItsClientLeftWhileItWasChecked) {
   const Json queue = client_->call("queue");
   ASSERT_EQ(queue.at("entries").size(), 1U);
   EXPECT_EQ(queue.at("entries").at(0).at("state"), "held");
+}
+
+TEST_F(ServiceStart, RefusesAMoveInsteadOfHoldingIt) {
+  client_->call("arm");
+  const std::int64_t on = submit(*client_, quiet_experiment_text("on", 600.0), false);
+  const std::int64_t waits = submit(*client_, placing_text(3.2), false);
+  client_->call("stop");
+  const Json over = follow(daemon_, waits);
+  EXPECT_EQ(over.at("outcome"), "refused");
+  EXPECT_NE(over.at("note").get<std::string>().find("a move to a place is never held"), std::string::npos) << over;
+  EXPECT_EQ(follow(daemon_, on).at("outcome"), "interrupted");
+}
+
+TEST_F(ServiceStart, RefusesAMoveWhoseRigIsDisarmedDuringItsCheck) {
+  for (int i = 0; i < 10; ++i) {
+    client_->call("arm");
+    const BareConnection bare(daemon_);
+    bare.say({{"id", 1}, {"method", "submit"}, {"params", {{"experiment", placing_text(3.2)}, {"detach", true}}}});
+    // In any order: before it is read, during its check, before it begins.
+    client_->call("stop");
+    bare.wait_for_answers(1);
+    for (const Json& entry : client_->call("queue").at("entries")) {
+      EXPECT_EQ(entry.at("state"), "over") << i << ": " << entry;
+      EXPECT_NE(entry.at("outcome"), "completed") << i << ": " << entry;
+    }
+  }
 }
 
 TEST_F(ServiceStart, HoldsWhatAKilledCommandHadQueued) {

@@ -69,6 +69,17 @@ TEST(ChildProcess, IsPolledUntilASignalEndsIt) {
   EXPECT_FALSE(child.runs());
 }
 
+TEST(ChildProcess, IsWaitedForWithALimit) {
+  ChildProcess stays({.words = {"/bin/sleep", "1000"}});
+  EXPECT_FALSE(stays.wait_for(std::chrono::milliseconds(20)));
+  EXPECT_TRUE(stays.runs());
+  stays.signal(SIGKILL);
+  ChildProcess ends({.words = {"/bin/sh", "-c", "exit 7"}});
+  const std::optional<ChildEnd> end = ends.wait_for(std::chrono::minutes(1));
+  ASSERT_TRUE(end && end->status);
+  EXPECT_EQ(WEXITSTATUS(*end->status), 7);
+}
+
 TEST(ChildProcess, DoesNotRunWhileItIsStopped) {
   ChildProcess child({.words = {"/bin/sleep", "1000"}});
   EXPECT_TRUE(child.runs());
