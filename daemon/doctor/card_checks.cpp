@@ -107,8 +107,8 @@ std::vector<Check> check_lines(const hal::ComediOptions& options) {
       check_line("enable", "nothing switches the hydraulics off when the program or the valve amplifier fails", "one",
                  options.enable),
       check_line("heartbeat",
-                 "a call that hangs in the card's driver, or a kernel that hangs, leaves the hydraulics on; no "
-                 "program can switch them off then",
+                 "a call that hangs in the card's driver, or a kernel that hangs, leaves the hydraulics on, and so "
+                 "do a run with --local and its guard that are killed together; no program can switch them off then",
                  "a relay that drops the hydraulics' contactor when the line stops toggling (its longest drop time: "
                  "docs/safety.md)",
                  options.heartbeat)};

@@ -51,9 +51,8 @@ class SafeCard {
   /// @returns whether it is open and the snapshot's board
   bool keep_open() noexcept;
 
-  /// Switches the enable line off and writes the safe code, trying again every 10 ms for at most `patience`: while
-  /// another process holds a lock, the device is busy or the system is short of memory or descriptors; and whatever the
-  /// cause if the card was open once. One that fails does not keep the other from being tried.
+  /// Switches the enable line off and writes the safe code, trying again every 10 ms for at most `patience`,
+  /// whatever the cause. One that fails does not keep the other from being tried.
   /// @throws DeviceError      still not safe, or the board is another one; says which line is not safe
   /// @throws PermissionError  the device node may not be opened
   void make_safe(std::chrono::milliseconds patience);
@@ -68,7 +67,6 @@ class SafeCard {
 
   SafeSnapshot snapshot_;
   std::unique_ptr<ComediDevice> device_;
-  bool was_open_ = false;
 };
 
 }  // namespace eha::hal
