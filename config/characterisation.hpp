@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "config/rig_config.hpp"
 #include "ident/valve/sheet_plan.hpp"
@@ -18,6 +19,8 @@ struct Centring {
   double free_in = 0.0;
   double wall_V_per_in = 0.0;
   double most_V = 0.0;
+  /// Without [following]: to each side of the middle, explored slowly before, and left by nothing that is played [in]
+  std::optional<double> window_in = {};
 
   /// Real-time safe. @returns [V]
   [[nodiscard]] double correction_V(double displacement_in) const noexcept {
@@ -28,7 +31,8 @@ struct Centring {
 };
 
 /// Of a rig: 0.28 of half the command range at the travel's ends; from 0.3 of the travel on either side of its middle
-/// as much again within a tenth of the travel, four times over; at most 0.6 of half the range.
+/// as much again within a tenth of the travel, four times over; at most 0.6 of half the range. Without [following] both
+/// lie within a window of 0.3 of the travel on either side, at most 2 in, whose outer fifth stays free.
 [[nodiscard]] Centring centring_of(const RigLimits& limits) noexcept;
 
 /// What is played to characterise the rig's valve: about the null of [following] and beyond its dead band; without

@@ -94,7 +94,7 @@ std::string describe_fault(const FaultReport& report) {
       return fmt::format(
           "the rod moved {:.3f} in where {:.3f} in were due; check the sensor, that the hydraulics are on, their "
           "pressure "
-          "and the valve's plug, then [following] in the rig file",
+          "and the valve's plug, that the rod is not at an end stop (calibration), then [following] in the rig file",
           value, limit);
     case Fault::not_in_place:
       return fmt::format(

@@ -1,45 +1,118 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cmath>
+#include <iostream>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "core/error.hpp"
+#include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/drive_options.hpp"
+#include "daemon/eha/length_argument.hpp"
+#include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/rig/trusted_file.hpp"
 #include "daemon/sheet/run_sheet.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 constexpr const char* kCharacteriseFooter = R"(
 Measures the valve through the rod: moves the rod to mid-travel, then plays slow triangles and sines for 130 s, while a
-slow loop keeps the rod about the middle; at most 180 s in all. It is a run like any other: you must have armed the rig, a
-real actuator is moved only after your confirmation, every limit of the rig file holds, Ctrl-C ramps out.
+slow loop keeps the rod about the middle; at most 180 s with [following]. It is a run like any other: you must have
+armed the rig, a real actuator is moved only after your confirmation, every limit of the rig file holds, Ctrl-C ramps
+out.
 Prints the sheet in the terms of ISO 10770-1 (null, dead band, velocity gain each way, hysteresis, response at 5, 10 and
 25 % amplitude, natural frequency, noise), each with its 95 % interval or "not observed", and the lines for rig and
 experiment files; writes valve_sheet.json and report.html into the run folder.
-With [following] in the rig file, the volts are centred on its null and go beyond its dead band; without, they are
-centred on the safe voltage. If the following check stops the run because [following] is wrong, comment [following] out
-for this run.
+With [following] in the rig file, the volts are centred on its null and go beyond its dead band. Without it the middle
+of the travel is explored first, at 0.028 in/s, which takes some three minutes more; before a real actuator moves, the
+sensor is compared with a ruler's reading (--ruler, or typed in). If the following check stops the run because
+[following] is wrong, comment [following] out for this run.
 With RUN, the sheet of an earlier run is computed again; nothing moves.
 
 Examples:
   eha arm && eha characterise
   eha characterise --local --fast
+  eha characterise --ruler 74mm
   eha characterise runs/20260101T120000Z-characterise)";
 
 struct CharacteriseCommand : DriveOptions {
-  std::optional<std::string> run = {};  ///< shows the sheet of this run; nothing moves
+  std::optional<std::string> run = {};    ///< shows the sheet of this run; nothing moves
+  std::optional<std::string> ruler = {};  ///< position of the rod, a length with its unit; none: asked for where needed
 };
 
 /// To which the following check wants the null known, see FOLLOWING in eha-rig(5) [V].
 constexpr double kWantedNull_V = 0.03;
+
+/// By which the sensor may differ from the ruler [in].
+constexpr double kRulerTolerance_in = 0.1;
+
+/// Where the sensor shows the rod [in]; none: the rig moves no machine, or its file has [following].
+std::optional<double> place_without_following(const CharacteriseCommand& command) {
+  if (command.local) {
+    const config::RigConfig config = load_rig_or_default(command.rig_file);
+    if (config.limits.following || !hal::moves_machine(config.backend)) return std::nullopt;
+    require_local_rig_file(config);
+    hal::RigReading reading;
+    if (hal::open(config.backend, config.limits.safe_V)->read(0, reading) != hal::RigStatus::ok) {
+      throw DeviceError("the rig cannot be read; eha doctor says more");
+    }
+    return reading.displacement_in;
+  }
+  control::Client client(command.socket);
+  const nlohmann::ordered_json status = status_with_rod(client);
+  if (status.at("rig").at("moves") != true || status.at("rig").value("characterised", true)) return std::nullopt;
+  const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
+  if (!rod.is_object()) throw DeviceError("the service has not read the rod yet; try again");
+  if (rod.at("error").is_string()) throw DeviceError(rod.at("error").get<std::string>());
+  return rod.at("displacement_in").get<double>();
+}
+
+std::string asked_ruler() {
+  if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1) {
+    throw UsageError(
+        "the rig file has no [following], so that nothing shows a wrong calibration of the sensor before the rod "
+        "moves: "
+        "read its position off a ruler and add --ruler LENGTH, or calibrate first (eha calibrate)");
+  }
+  std::cerr << "The rig file has no [following]. Position of the rod by a ruler, such as 2.95in or 75mm: "
+            << std::flush;
+  std::string line;
+  std::getline(std::cin, line);
+  return line;
+}
+
+/// Before the first motion of a rig of which nothing is known: does the sensor agree with a ruler?
+void require_agreement_with_ruler(const CharacteriseCommand& command, const Console& console) {
+  const std::optional<double> shown_in = place_without_following(command);
+  if (!shown_in) return;
+  const std::string text = command.ruler ? *command.ruler : asked_ruler();
+  const std::optional<double> ruler_in = inches_of(text);
+  if (!ruler_in) throw UsageError(fmt::format("\"{}\": expected a length with its unit, such as 2.95in or 75mm", text));
+  if (std::abs(*ruler_in - *shown_in) > kRulerTolerance_in) {
+    throw ConfigError(
+        fmt::format("the sensor shows the rod at {:.3f} in, the ruler at {:.3f} in; they may differ by {:g} in: "
+                    "calibrate the sensor "
+                    "(eha calibrate) before the rod moves",
+                    *shown_in, *ruler_in, kRulerTolerance_in));
+  }
+  console.info(
+      fmt::format("the sensor shows the rod at {:.3f} in, the ruler at {:.3f} in; a scale that is wrong shows "
+                  "only away from here: the first minutes are slow, watch the rod and the ruler",
+                  *shown_in, *ruler_in));
+}
 
 }  // namespace
 
@@ -74,6 +147,7 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
 
 ExitCode execute(const CharacteriseCommand& command, Console& console) {
   if (command.run) return show_valve_sheet(*command.run, SheetFiles::keep, console);
+  require_agreement_with_ruler(command, console);
   RunCommand run{command};
   run.experiment_file = "characterise";
   run.text = "schema = 1\nname = \"characterise\"\n\n[characterise]\n";
@@ -85,6 +159,9 @@ void add_characterise(CLI::App& app, ParsedLine& line) {
   sub->footer(kCharacteriseFooter);
   auto& characterise = options_of<CharacteriseCommand>(*sub, line);
   sub->add_option("run", characterise.run, "Run folder of a characterisation: show its sheet again")->type_name("RUN");
+  sub->add_option("--ruler", characterise.ruler,
+                  "Where a ruler shows the rod, such as 2.95in or 75mm; needed without [following]")
+      ->type_name("LENGTH");
   add_drive_options(*sub, characterise);
 }
 

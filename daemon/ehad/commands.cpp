@@ -79,6 +79,7 @@ Json Supervisor::status() const {
                    {"file", options_.rig_file},
                    {"backend", hal::name_of(rig.backend)},
                    {"moves", rig_.moves_machine()},
+                   {"characterised", rig.limits.following.has_value()},
                    {"units", rig.units.empty() ? "in" : rig.units},
                    {"limits",
                     {{"travel_min_in", rig.limits.travel_min_in},

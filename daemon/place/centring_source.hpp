@@ -30,10 +30,13 @@ class CentringSource final : public acquisition::CommandSource {
     if (learned_ && has_begun_) learned_->note(command_V_, last.displacement_in);
     has_begun_ = true;
     const double correction_V = centring_.correction_V(last.displacement_in);
-    command_V_ = table_.voltage_V(row, last) + correction_V;
+    command_V_ = table_.voltage_V(row, last) + shift_V_ + correction_V;
     monitor_.note(command_V_, std::abs(correction_V) >= centring_.most_V, last);
     return command_V_;
   }
+  /// Adds this to every voltage: the valve's null was found. Call before the first row.
+  void shift_by(double volts) noexcept { shift_V_ = volts; }
+
   [[nodiscard]] acquisition::Breach breach() const noexcept override {
     if (learned_ && learned_->breach().fault != acquisition::Fault::none) return learned_->breach();
     return monitor_.breach();
@@ -44,6 +47,7 @@ class CentringSource final : public acquisition::CommandSource {
   config::Centring centring_;
   LoopMonitor monitor_;
   std::optional<LearnedMonitor> learned_;
+  double shift_V_ = 0.0;
   double command_V_ = 0.0;
   bool has_begun_ = false;
 };

@@ -7,6 +7,7 @@
 #include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
 #include "daemon/place/centring_source.hpp"
+#include "daemon/place/exploring_source.hpp"
 #include "daemon/place/hold_source.hpp"
 #include "daemon/place/place_source.hpp"
 #include "daemon/track/track_source.hpp"
@@ -40,11 +41,12 @@ std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
   }
   if (experiment.characterises) {
     const config::Centring centring = config::centring_of(limits);
-    std::optional<place::LearnedMonitor> learned;
-    if (!limits.following) learned.emplace(limits, step_s);
+    if (centring.window_in) {
+      return std::make_unique<place::ExploringSource>(request.table_V, centring, limits, step_s);
+    }
     return std::make_unique<place::StartingSource>(
         place::PlaceController(limits, step_s, experiment.start_in.value_or(centring.middle_in)), limits, step_s,
-        std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request), learned));
+        std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request), std::nullopt));
   }
   std::unique_ptr<CommandSource> excitation =
       experiment.track ? std::make_unique<track::TrackSource>(*experiment.track, limits) : excitation_of(request);

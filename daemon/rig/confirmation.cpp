@@ -14,9 +14,10 @@ std::optional<std::string> confirmation_text(const config::RigConfig& rig, const
                        *experiment.place_in);
   }
   if (experiment.characterises) {
-    return fmt::format("This moves the actuator on {} about the middle of its travel, {:g}..{:g} in, for {:g} s.",
+    return fmt::format("This moves the actuator on {} about the middle of its travel, {:g}..{:g} in, for {:g} s{}.",
                        hal::describe(rig.backend), rig.limits.travel_min_in, rig.limits.travel_max_in,
-                       experiment.duration_s);
+                       experiment.duration_s,
+                       rig.limits.following ? "" : ", after some minutes in which the rod explores it slowly");
   }
   return fmt::format("This moves the actuator on {}: \"{}\", {:g} s, within {:g}..{:g} V.", hal::describe(rig.backend),
                      experiment.name, experiment.duration_s * experiment.repetitions, rig.limits.command_min_V,

@@ -8,6 +8,7 @@
 #include <ostream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "tests/system/daemon.hpp"
@@ -66,6 +67,31 @@ TEST_F(ServiceArming, DrivesNothingWithAStoppedGuardAndStartsAnother) {
     EXPECT_NE(child_of(daemon_.pid()), guard);
     EXPECT_EQ(client_->call("disarm").at("state"), "idle");
   }
+}
+
+TEST_F(ServiceArming, AsksForARulersReadingBeforeTheFirstMotionWithoutFollowing) {
+  std::string text = DrivenRig::rig_text(std::nullopt);
+  const std::size_t following = text.find("\n[following]");
+  text.erase(following, text.find("\n[", following + 1) - following);
+  std::ofstream(daemon_.rig_file()) << text;
+  for (const std::string& variable : rig_.environment()) daemon_.set_environment(variable);
+  daemon_.start();
+  Client(daemon_.socket()).call("arm");
+  const auto characterised = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"characterise", "--yes", "--socket", daemon_.socket()});
+    return run_eha(words, daemon_.folder());
+  };
+  const Ended unasked = characterised({});
+  EXPECT_EQ(unasked.code, static_cast<int>(ExitCode::usage));
+  EXPECT_NE(unasked.err.find("--ruler LENGTH"), std::string::npos) << unasked.err;
+  const Ended differs = characterised({"--ruler", "1.2in"});
+  EXPECT_EQ(differs.code, static_cast<int>(ExitCode::configuration));
+  EXPECT_NE(differs.err.find("eha calibrate"), std::string::npos) << differs.err;
+  EXPECT_EQ(rig_.card().enabled_ns, 0);
+  const Ended begun = interrupt_eha(
+      {"characterise", "--yes", "--ruler", "74.9mm", "--socket", daemon_.socket()}, daemon_.folder(),
+      [&] { return rig_.card().is_enabled(); }, SIGINT);
+  EXPECT_EQ(begun.code, static_cast<int>(ExitCode::interrupted)) << begun.err;
 }
 
 /// A line of a rig file that leaves a machine without protection, and the value that would do.

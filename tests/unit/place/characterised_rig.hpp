@@ -13,6 +13,7 @@
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/place/centring_source.hpp"
+#include "daemon/place/exploring_source.hpp"
 #include "daemon/place/place_source.hpp"
 #include "hal/sim/sim_rig.hpp"
 #include "ident/valve/valve_sheet.hpp"
@@ -36,12 +37,15 @@ inline CharacterisedRig characterised(const config::RigConfig& rig, const hal::S
   const config::RigLimits& limits = rig.limits;
   const double step_s = rig.realtime.sample_period_s;
   const config::Centring centring = config::centring_of(limits);
-  StartingSource source(
-      PlaceController(limits, step_s, centring.middle_in), limits, step_s,
-      std::make_unique<CentringSource>(
-          std::span<const double>(plan.table_V.data(), static_cast<std::size_t>(plan.table_V.size())), centring,
-          LoopMonitor(loop_bounds(limits), step_s),
-          limits.following ? std::nullopt : std::optional<LearnedMonitor>(std::in_place, limits, step_s)));
+  const std::span<const double> table_V(plan.table_V.data(), static_cast<std::size_t>(plan.table_V.size()));
+  std::unique_ptr<acquisition::CommandSource> source;
+  if (centring.window_in) {
+    source = std::make_unique<ExploringSource>(table_V, centring, limits, step_s);
+  } else {
+    source = std::make_unique<StartingSource>(
+        PlaceController(limits, step_s, centring.middle_in), limits, step_s,
+        std::make_unique<CentringSource>(table_V, centring, LoopMonitor(loop_bounds(limits), step_s), std::nullopt));
+  }
   const std::unique_ptr<hal::Rig> plant = hal::open_rig(options, 0.0);
   hal::AppliedCommand applied;
   hal::RigReading reading;
@@ -62,19 +66,19 @@ inline CharacterisedRig characterised(const config::RigConfig& rig, const hal::S
     if (following.check(at_ns, reading.displacement_in, command_V).fault != acquisition::Fault::none) {
       played.trips_following = true;
     }
-    const double wanted_V = std::clamp(source.voltage_V(row, reading), limits.command_min_V, limits.command_max_V);
+    const double wanted_V = std::clamp(source->voltage_V(row, reading), limits.command_min_V, limits.command_max_V);
     command_V += std::clamp(wanted_V - command_V, -most_V, most_V);
     plant->command(command_V, applied);
     played.lowest_in = std::min(played.lowest_in, reading.displacement_in);
     played.highest_in = std::max(played.highest_in, reading.displacement_in);
   };
-  while (source.stage() == acquisition::CommandSource::Stage::preparing && played.is_in_place) {
+  while (source->stage() == acquisition::CommandSource::Stage::preparing && played.is_in_place) {
     play(0);
-    played.is_in_place = source.breach().fault == acquisition::Fault::none;
+    played.is_in_place = source->breach().fault == acquisition::Fault::none;
   }
   for (Eigen::Index k = 0; k < plan.table_V.size() && played.is_in_place; ++k) {
     play(static_cast<std::uint32_t>(k));
-    if (source.breach().fault != acquisition::Fault::none) played.trips_following = true;
+    if (source->breach().fault != acquisition::Fault::none) played.trips_following = true;
     played.record.output[k] = reading.displacement_in;
     played.record.input[k] = applied.applied_V;
   }

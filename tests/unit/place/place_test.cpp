@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "daemon/place/place_source.hpp"
@@ -134,6 +136,32 @@ TEST(Place, FindsASlopeThatHalvesOnItsWay) {
       return play.report.fault.fault;
     };
     EXPECT_EQ(tripped({.kind = hal::FaultKind::scaled_sensor, .amount = 0.5}), Fault::wrong_speed) << flow;
+  }
+}
+
+TEST(Place, FindsASensorThatLagsByTwoSeconds) {
+  const hal::Conversion conversion = hal::SimOptions{}.conversion();
+  for (const double flow : {1.2, 10.0}) {
+    hal::SimOptions options;
+    options.valve_rated_flow_L_per_min = flow;
+    options.initial_displacement_in = 1.0;
+    const std::unique_ptr<hal::Rig> plant = hal::open_rig(options, 0.0);
+    LongPlay play;
+    play.used_limits.following->gain_positive_in_per_V_s *= flow / 1.2;
+    play.used_limits.following->gain_negative_in_per_V_s *= flow / 1.2;
+    hal::FaultRig rig(*plant,
+                      {{.kind = hal::FaultKind::lagging_sensor,
+                        .first_tick = 100,
+                        .ticks = hal::InjectedFault::kAlways,
+                        .amount = 2000.0}},
+                      hal::spin_for, conversion);
+    play.move(rig, 5.0);
+    hal::RigReading rests;
+    plant->read(static_cast<std::int64_t>(play.rows.size()) * 1'000'000, rests);
+    std::printf("lag of 2 s: %s after %.2f s and %.3f in\n", std::string(to_text(play.report.fault.fault)).c_str(),
+                static_cast<double>(play.report.fault.at_ns) * 1e-9, rests.displacement_in - 1.0);
+    EXPECT_EQ(play.report.outcome, Outcome::faulted) << flow;
+    EXPECT_LT(rests.displacement_in - 1.0, 1.0) << flow;
   }
 }
 
