@@ -53,11 +53,13 @@ Errors errors_of(const identify::FitTable& table, const identify::FitColumn& col
 
 /// Whether the verdict found an error far above the noise that differs between the record's periods.
 bool misses_more_than_noise(const ident::Model& model) {
-  return model.verdict && std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(),
-                                      [](const ident::Criterion& criterion) {
-                                        return criterion.kind == ident::CriterionKind::error_over_noise &&
-                                               has_failed(criterion);
-                                      });
+  return model.verdict &&
+         std::any_of(
+             model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const ident::Criterion& criterion) {
+               using Kind = ident::CriterionKind;
+               return (criterion.kind == Kind::error_over_noise || criterion.kind == Kind::far_error_over_noise) &&
+                      has_failed(criterion);
+             });
 }
 
 Remark remark_on(const Subject& subject, const ident::Model& model, const identify::FitColumn& column,

@@ -445,7 +445,8 @@ class DefaultFit {
     model.estimation->compared_step_s = compared_step_s;
     if (what == Reported::everything) {
       model.bode = bode_curve(model, bode_frequencies(scale_.duration_s, compared_step_s), result.covariance);
-      fill_validation(result, record_, rows_.comparison);
+      fill_validation(result, record_, rows_.comparison,
+                      options_.intervals == IntervalMethod::profile ? Effects::include : Effects::leave_out);
       fill_noise(result, chosen.noise.has_value());
     } else {
       const Eigen::VectorXd& measured = compared_.measured();

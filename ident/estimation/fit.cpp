@@ -176,7 +176,7 @@ ValidationReport validate(const Model& model, const Record& record, const FitOpt
   const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
                                               static_cast<std::size_t>(options.decimation), discard);
   if (comparison.count < 2) throw DataError("record: too few rows are left to score the model on");
-  fill_validation(result, record, comparison);
+  fill_validation(result, record, comparison, Effects::include);
   return *result.model.validation;
 }
 

@@ -24,6 +24,10 @@ namespace {
 constexpr int kCorrelationLags = 20;
 constexpr Eigen::Index kShortestStay = 5;
 constexpr double kBulgeOverNoise = 3.0;
+constexpr double kBeyond = 0.5;  // of the estimating range: a linear model has no other gain there
+constexpr double kBeyondWithMap = 0.1;
+constexpr double kSameLevel = 0.02;  // of the input's range
+constexpr double kElsewhere = 0.05;  // of the rows
 
 /// Value of a parameter of a model whose terms stand by rising order.
 double value_in(const Model& model, const ParameterKey& key) {
@@ -96,11 +100,25 @@ double saturated_percent(const Eigen::VectorXd& measured, const Eigen::VectorXd&
   return 100.0 * static_cast<double>(count) / static_cast<double>(measured.size());
 }
 
+/// The values of an input that is nearly always at one of two; nothing of another.
+std::optional<InputLevels> few_levels(const Eigen::VectorXd& input) {
+  const InputLevels levels{input.minCoeff(), input.maxCoeff()};
+  const double near = kSameLevel * (levels.upper - levels.lower);
+  const auto at = [&](double level) { return ((input.array() - level).abs() <= near).count(); };
+  if (!(levels.upper > levels.lower)) return levels;
+  // A record that begins at rest has a third level for a while.
+  const Eigen::Index elsewhere = input.size() - at(levels.lower) - at(levels.upper);
+  if (static_cast<double>(elsewhere) > kElsewhere * static_cast<double>(input.size())) return {};
+  return levels;
+}
+
 /// Share of the samples after the first `estimated` whose input lies outside the range of those [%].
-double extrapolated_percent(const Eigen::VectorXd& input, Eigen::Index estimated) {
+/// @param beyond  what of that range may be exceeded at either end
+double extrapolated_percent(const Eigen::VectorXd& input, Eigen::Index estimated, double beyond) {
   const Eigen::Index rest = input.size() - estimated;
-  const double lower = input.head(estimated).minCoeff();
-  const double upper = input.head(estimated).maxCoeff();
+  const double range = input.head(estimated).maxCoeff() - input.head(estimated).minCoeff();
+  const double lower = input.head(estimated).minCoeff() - beyond * range;
+  const double upper = input.head(estimated).maxCoeff() + beyond * range;
   const auto outside = (input.tail(rest).array() < lower || input.tail(rest).array() > upper).count();
   return 100.0 * static_cast<double>(outside) / static_cast<double>(rest);
 }
@@ -205,7 +223,7 @@ LinearPart as_reported(const LocalOptimum& optimum, const TransferFunction& g, L
   return linear;
 }
 
-void fill_validation(FitResult& result, const Record& record, const Comparison& comparison) {
+void fill_validation(FitResult& result, const Record& record, const Comparison& comparison, Effects effects) {
   OutputOnRecord outputs(record, comparison);
   const ModelOutput output = outputs.of(result.model);
   result.measured = picked(record.output, comparison);
@@ -227,12 +245,15 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   if (output.free.cols() > 0) tail.free = output.free.bottomRows(rest);
   report.offset_reestimated = score(measured, tail.total(with_offset_fitted(result.model, tail, measured)));
   const ParameterCovariance& known = result.covariance.parameters.empty() ? stored : result.covariance;
-  report.tests =
-      residual_tests(tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known));
+  report.tests = residual_tests(
+      tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known, effects));
+  report.input_levels = few_levels(record.input);
   report.saturated_percent = saturated_percent(result.measured, result.simulated);
   const std::optional<ValveMap>& map = result.model.input_map;
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
-  if (estimated > 0) report.extrapolated_percent = extrapolated_percent(input, estimated);
+  if (estimated > 0) {
+    report.extrapolated_percent = extrapolated_percent(input, estimated, map ? kBeyondWithMap : kBeyond);
+  }
   result.model.validation = report;
 }
 

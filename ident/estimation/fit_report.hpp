@@ -7,6 +7,7 @@
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/fit_choice.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/validation/residual_tests.hpp"
 
 namespace eha::ident {
 
@@ -46,7 +47,7 @@ struct Normalised {
 
 /// Simulates result.model over the compared rows and scores it: the estimating ones into `estimation`, the rest into
 /// `validation`.
-void fill_validation(FitResult& result, const Record& record, const Comparison& comparison);
+void fill_validation(FitResult& result, const Record& record, const Comparison& comparison, Effects effects);
 
 /// Stores the noise of the compared samples: its colour from the validating part, or from the estimating one where all
 /// samples estimate.

@@ -16,10 +16,15 @@ enum class CriterionKind : std::uint8_t {
   max_abs_error,
   residual_input,
   residual_whiteness,
+  nonlinearity,     ///< of the residual, see nonlinear_effects()
+  future_input,     ///< correlation of the residual with the input that follows
+  predicted_error,  ///< of the noise-free output of a fresh input of the same kind
   residual_drift,
+  input_levels,  ///< distinct values of the record's input
   saturated,
   extrapolated,
   error_over_noise,
+  far_error_over_noise,  ///< the same where the error is so great that the model is wrong
   stability_margin,
   excitation_order,
   order_error,           ///< standard error of a free order

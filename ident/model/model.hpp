@@ -117,12 +117,40 @@ struct ResidualDrift {
   double expected = 0.0;  ///< the most that noise and the parameters' errors make of it [output unit]
 };
 
-/// Two joint tests in which the errors of the estimated parameters are allowed for.
+/// How a plant may differ from a linear one, see nonlinear_effects().
+enum class NonlinearKind { level, direction, motion, position };
+
+/// "level", "direction", "motion" or "position", as in model files.
+[[nodiscard]] std::string_view text(NonlinearKind kind);
+
+/// The residual's dependence on what only a nonlinear plant does.
+struct NonlinearityTest {
+  ResidualTest test;                          ///< all kinds together
+  NonlinearKind kind = NonlinearKind::level;  ///< the one of which the residual holds most
+};
+
+/// Root mean square of the noise-free output less the model's, as far as this part of the record tells, over the
+/// output's standard deviation [%].
+struct PredictedError {
+  double lower = 0.0;  ///< what input and nonlinear effects explain of the residual
+  double upper = 0.0;  ///< that and what they may hide, or all of a residual that need not be noise
+};
+
+/// Joint tests in which the errors of the estimated parameters are allowed for.
 struct ResidualTests {
   std::size_t ar_order = 0;  ///< of the residual's model
   ResidualTest input;        ///< no correlation with the input at lags 0..20
   ResidualTest whiteness;    ///< no correlation of what the model leaves at lags 1..20
   std::optional<ResidualDrift> drift = {};
+  std::optional<NonlinearityTest> nonlinearity = {};  ///< none where it was not asked for
+  std::optional<ResidualTest> future_input = {};      ///< no correlation with the input at lags -1..-10
+  std::optional<PredictedError> error = {};
+};
+
+/// The values of an input that takes two at most [input unit].
+struct InputLevels {
+  double lower = 0.0;
+  double upper = 0.0;  ///< as lower for a constant input
 };
 
 /// The model held against the part of the record that did not estimate.
@@ -133,13 +161,15 @@ struct ValidationReport {
   Correlation ccf;                          ///< residual against input, lags -20..20
   double ljung_box_p = 0.0;                 ///< p value of the portmanteau test on 20 lags
   std::optional<ResidualTests> tests;       ///< none where the samples are too few
-  /// Samples whose input lies outside what the estimating part saw [%]; none on another record.
+  /// Samples whose input lies outside what the estimating part saw by half its range, by a tenth behind a map [%]; none
+  /// on another record.
   std::optional<double> extrapolated_percent;
   /// Samples, estimating ones included, at which the output stays at its greatest or least value while the model goes
   /// on beyond it [%].
   std::optional<double> saturated_percent = {};
   /// The order of the input to G at all compared samples, see excitation_order(); none for a constant input.
   std::optional<std::size_t> excitation_order = {};
+  std::optional<InputLevels> input_levels = {};  ///< none where the input takes more than two values
 };
 
 /// A statistic of one number by its name in model files, whose reader and writer take all of them from this list.

@@ -165,13 +165,29 @@ EstimationReport read_estimation(const Node& node) {
   return report;
 }
 
-ResidualTest read_test(const Node& node) {
-  const Node object = node.object({"statistic", "degrees", "p"});
-  ResidualTest test;
+void read_into(const Node& object, ResidualTest& test) {
   object.read("statistic", test.statistic);
   object.read("degrees", test.degrees);
   object.read("p", test.p);
+}
+
+ResidualTest read_test(const Node& node) {
+  ResidualTest test;
+  read_into(node.object({"statistic", "degrees", "p"}), test);
   return test;
+}
+
+NonlinearityTest read_nonlinearity(const Node& node) {
+  const Node object = node.object({"statistic", "degrees", "p", "kind"});
+  NonlinearityTest nonlinearity;
+  read_into(object, nonlinearity.test);
+  std::string kind;
+  object.read("kind", kind);
+  for (const NonlinearKind known :
+       {NonlinearKind::level, NonlinearKind::direction, NonlinearKind::motion, NonlinearKind::position}) {
+    if (kind == text(known)) nonlinearity.kind = known;
+  }
+  return nonlinearity;
 }
 
 ValidationReport read_validation(const Node& node) {
@@ -187,6 +203,7 @@ ValidationReport read_validation(const Node& node) {
                                      "extrapolated_percent",
                                      "saturated_percent",
                                      "excitation_order",
+                                     "input_levels",
                                      "offset_reestimated"};
   for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
   const Node object = node.object(keys);
@@ -196,7 +213,9 @@ ValidationReport read_validation(const Node& node) {
   if (object.has("ccf")) report.ccf = read_correlation(object.at("ccf"));
   for (const NamedStatistic& statistic : kValidationStatistics) object.read(statistic.name, report.*statistic.value);
   if (object.has("residual_tests")) {
-    const Node tests = object.at("residual_tests").object({"ar_order", "input", "whiteness", "drift"});
+    const Node tests =
+        object.at("residual_tests")
+            .object({"ar_order", "input", "whiteness", "drift", "future_input", "nonlinearity", "error_percent"});
     report.tests.emplace();
     tests.read("ar_order", report.tests->ar_order);
     if (tests.has("input")) report.tests->input = read_test(tests.at("input"));
@@ -206,10 +225,22 @@ ValidationReport read_validation(const Node& node) {
       drift.read("change", report.tests->drift.emplace().change);
       drift.read("expected", report.tests->drift->expected);
     }
+    if (tests.has("future_input")) report.tests->future_input = read_test(tests.at("future_input"));
+    if (tests.has("nonlinearity")) report.tests->nonlinearity = read_nonlinearity(tests.at("nonlinearity"));
+    if (tests.has("error_percent")) {
+      std::vector<double> error;
+      tests.read("error_percent", error);
+      if (error.size() == 2) report.tests->error = PredictedError{error[0], error[1]};
+    }
   }
   if (object.has("extrapolated_percent")) object.read("extrapolated_percent", report.extrapolated_percent.emplace());
   if (object.has("saturated_percent")) object.read("saturated_percent", report.saturated_percent.emplace());
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
+  if (object.has("input_levels")) {
+    std::vector<double> levels;
+    object.read("input_levels", levels);
+    if (levels.size() == 2) report.input_levels = InputLevels{levels[0], levels[1]};
+  }
   if (object.has("offset_reestimated")) {
     report.offset_reestimated =
         read_score(object.at("offset_reestimated")

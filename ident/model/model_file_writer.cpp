@@ -120,10 +120,21 @@ OrderedJson validation_to_json(const ValidationReport& report) {
     if (const auto& drift = report.tests->drift) {
       object["residual_tests"]["drift"] = {{"change", drift->change}, {"expected", drift->expected}};
     }
+    if (const auto& future = report.tests->future_input) {
+      object["residual_tests"]["future_input"] = test_to_json(*future);
+    }
+    if (const auto& nonlinearity = report.tests->nonlinearity) {
+      object["residual_tests"]["nonlinearity"] = test_to_json(nonlinearity->test);
+      object["residual_tests"]["nonlinearity"]["kind"] = text(nonlinearity->kind);
+    }
+    if (const auto& error = report.tests->error) {
+      object["residual_tests"]["error_percent"] = {error->lower, error->upper};
+    }
   }
   if (report.extrapolated_percent) object["extrapolated_percent"] = *report.extrapolated_percent;
   if (report.saturated_percent) object["saturated_percent"] = *report.saturated_percent;
   if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
+  if (const auto& levels = report.input_levels) object["input_levels"] = {levels->lower, levels->upper};
   if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);
   return object;
 }

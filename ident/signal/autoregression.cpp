@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/signal/autoregression.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -11,22 +12,49 @@ namespace {
 
 constexpr double kTiny = 1e-300;
 
+/// Adds sum_k c[k - i] c[k - j], i, j = 0 .. highest, over the rows k from kHighestAutoregression on.
+void add_lagged_products(const Eigen::Ref<const Eigen::VectorXd>& c, Eigen::MatrixXd& sums) {
+  const Eigen::Index first = kHighestAutoregression;
+  const Eigen::Index n = c.size() - first;
+  const Eigen::Index count = sums.cols();
+  Eigen::MatrixXd products(count, count);
+  for (Eigen::Index j = 0; j < count; ++j) products(0, j) = products(j, 0) = c.tail(n).dot(c.segment(first - j, n));
+  for (Eigen::Index i = 1; i < count; ++i) {
+    for (Eigen::Index j = i; j < count; ++j) {
+      products(i, j) = products(j, i) =
+          products(i - 1, j - 1) + c[first - i] * c[first - j] - c[c.size() - i] * c[c.size() - j];
+    }
+  }
+  sums += products;
+}
+
+/// R with R'R the matrix, which is not negative but for rounding.
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& matrix) {
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(matrix);
+  const Eigen::MatrixXd upper = ldlt.matrixU();
+  return ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal() * (upper * ldlt.transpositionsP());
+}
+
 }  // namespace
 
-Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken) {
+Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken, Eigen::Index further) {
   const Eigen::Index n = residual.size() - kHighestAutoregression;
   const Eigen::Index highest = std::clamp<Eigen::Index>(n / 3, 0, kHighestAutoregression);
-  const Eigen::Index series = 1 + taken.cols();
-  Eigen::VectorXd target(series * n);
-  Eigen::MatrixXd past(series * n, highest);
-  const auto put = [&](const auto& column, Eigen::Index at) {
-    target.segment(at, n) = column.tail(n);
-    for (Eigen::Index lag = 1; lag <= highest; ++lag) {
-      past.col(lag - 1).segment(at, n) = column.segment(kHighestAutoregression - lag, n);
-    }
-  };
-  put(residual, 0);
-  for (Eigen::Index k = 0; k < taken.cols(); ++k) put(taken.col(k), (k + 1) * n);
+  // The rows of the residual, then as few as have the lagged products of what was taken.
+  const Eigen::Index more = taken.cols() > 0 ? highest + 1 : 0;
+  Eigen::VectorXd target(n + more);
+  Eigen::MatrixXd past(n + more, highest);
+  target.head(n) = residual.tail(n);
+  for (Eigen::Index lag = 1; lag <= highest; ++lag) {
+    past.col(lag - 1).head(n) = residual.segment(kHighestAutoregression - lag, n);
+  }
+  if (more > 0) {
+    Eigen::MatrixXd products = Eigen::MatrixXd::Zero(more, more);
+    for (const auto& column : taken.colwise()) add_lagged_products(column, products);
+    const Eigen::MatrixXd root = root_of(products);
+    target.tail(more) = root.col(0);
+    past.bottomRows(more) = root.rightCols(highest);
+  }
   // One factorisation serves every order: what the first p columns leave of the target is the tail of Q'y.
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(past);
   const Eigen::VectorXd rotated = qr.householderQ().adjoint() * target;
@@ -41,8 +69,9 @@ Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::Matr
     if (p > 0 && !(bic < least)) continue;
     least = bic;
     order = p;
-    model.variance = variance;
   }
+  order = std::min(order + further, highest);
+  model.variance = rotated.tail(target.size() - order).squaredNorm() / samples;
   model.coefficients =
       qr.matrixQR().topLeftCorner(order, order).triangularView<Eigen::Upper>().solve(rotated.head(order));
   return model;

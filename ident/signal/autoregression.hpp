@@ -22,8 +22,10 @@ struct Autoregression {
 /// @param residual  more than kHighestAutoregression rows
 /// @param taken     as many rows: what an estimation took from the noise, J R with R R' the covariance of its
 ///                  parameters. The correlations of these columns are added to those of the residual, which lacks them.
+/// @param further   orders beyond that one, up to the highest
 /// Cost O(n). Schwarz, Ann. Stat. 6 (1978).
-[[nodiscard]] Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken = {});
+[[nodiscard]] Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken = {},
+                                            Eigen::Index further = 0);
 
 /// The rows from kHighestAutoregression on with each column's past taken off: of the residual, w.
 [[nodiscard]] Eigen::MatrixXd whitened(const Eigen::MatrixXd& columns, const Autoregression& model);

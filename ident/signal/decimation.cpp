@@ -5,6 +5,7 @@
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace eha::ident {
 namespace {
@@ -41,6 +42,16 @@ Comparison compare_every(std::size_t samples, std::size_t every, std::size_t dis
   comparison.first = keep_every(every, std::max(discard, half)).first;
   if (comparison.first + half < samples) comparison.count = (samples - 1 - half - comparison.first) / every + 1;
   return comparison;
+}
+
+std::vector<double> filtered_noise_correlation(const Comparison& comparison) {
+  std::vector<double> correlation;
+  const std::vector<double>& taps = comparison.taps;
+  for (std::size_t shift = 0; shift < taps.size(); shift += comparison.every) {
+    correlation.push_back(
+        std::inner_product(taps.begin() + static_cast<std::ptrdiff_t>(shift), taps.end(), taps.begin(), 0.0));
+  }
+  return correlation;
 }
 
 Eigen::VectorXd picked(const Eigen::Ref<const Eigen::VectorXd>& signal, const Comparison& comparison) {

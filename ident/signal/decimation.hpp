@@ -49,4 +49,8 @@ struct Comparison {
 /// The filtered rows themselves: count values. Cost O(count taps).
 [[nodiscard]] Eigen::VectorXd picked(const Eigen::Ref<const Eigen::VectorXd>& signal, const Comparison& comparison);
 
+/// Autocovariance of white noise of variance 1 at the compared rows, behind the filter, at lags 0, 1, ..., 16; empty
+/// without a filter.
+[[nodiscard]] std::vector<double> filtered_noise_correlation(const Comparison& comparison);
+
 }  // namespace eha::ident

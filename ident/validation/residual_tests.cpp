@@ -6,12 +6,16 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <vector>
 
 #include "ident/linear_algebra/spectra.hpp"
 #include "ident/signal/autoregression.hpp"
+#include "ident/signal/decimation.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/output_derivatives.hpp"
+#include "ident/validation/separated_noise.hpp"
 
 namespace eha::ident {
 namespace {
@@ -19,7 +23,10 @@ namespace {
 constexpr Eigen::Index kLags = 20;
 constexpr double kDriftOverNoise = 3.0;
 constexpr double kDriftOverError = 2.0;
-constexpr double kLagRank = 1e-6;  // lags of a slow input run together
+constexpr Eigen::Index kFutureLags = 10;
+constexpr double kLeastBeside = 1e-4;  // of a column that is nearly a combination of others
+constexpr double kEffectRank = 1e-3;   // weaker combinations explain noise
+constexpr double kLagRank = 1e-6;      // lags of a slow input run together
 
 Eigen::MatrixXd centred(const Eigen::MatrixXd& columns) { return columns.rowwise() - columns.colwise().mean(); }
 
@@ -36,41 +43,134 @@ ResidualTest judged(double statistic, Eigen::Index degrees) {
   return test;
 }
 
-/// @param freedom  rows that the noise's variance was estimated from, less what was estimated beside it
-ResidualTest input_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& input, const Eigen::MatrixXd& error,
-                        double variance, double freedom) {
-  if (input.colwise().norm().maxCoeff() <= 0.0 || !(variance > 0.0)) return {};
-  const ThinSvd svd = thin_svd(input);
-  const Eigen::Index rank = (svd.values.array() > kLagRank * svd.values[0]).count();
-  const Eigen::MatrixXd q = svd.left.leftCols(rank);
-  const Eigen::MatrixXd seen = q.transpose() * error;
+/// An orthonormal basis of the columns, those left out that are nearly combinations of others.
+Eigen::MatrixXd basis_of(const Eigen::MatrixXd& columns) {
+  const Eigen::VectorXd norms = columns.colwise().norm();
+  if (columns.cols() == 0 || !(norms.maxCoeff() > 0.0)) return Eigen::MatrixXd(columns.rows(), 0);
+  const ThinSvd svd = thin_svd(columns);
+  return svd.left.leftCols((svd.values.array() > kLagRank * svd.values[0]).count());
+}
+
+/// Columns of unit norm without what lies along an orthonormal basis; none where hardly anything is left.
+Eigen::MatrixXd beside(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& basis) {
+  Eigen::MatrixXd left(columns.rows(), columns.cols());
+  Eigen::Index count = 0;
+  for (const auto& column : columns.colwise()) {
+    const double norm = column.norm();
+    if (!(norm > 0.0)) continue;
+    const Eigen::VectorXd rest = column / norm - basis * (basis.transpose() * column / norm);
+    if (rest.norm() > kLeastBeside) left.col(count++) = rest / rest.norm();
+  }
+  return left.leftCols(count);
+}
+
+/// Innovations, and what is known of them.
+struct Innovations {
+  Eigen::VectorXd w;
+  Eigen::MatrixXd error;  ///< what the parameters' errors make of them, a root of its covariance
+  double variance;        ///< of the noise
+  double freedom;         ///< rows that it was estimated from, less what was estimated beside it
+};
+
+/// Whether the innovations lie along an orthonormal basis more than noise and the parameters' errors do.
+ResidualTest test_along(const Innovations& of, const Eigen::MatrixXd& q) {
+  if (q.cols() == 0 || !(of.variance > 0.0)) return {};
+  const Eigen::MatrixXd seen = q.transpose() * of.error;
   Eigen::MatrixXd covariance = seen * seen.transpose();
-  covariance.diagonal().array() += variance;
-  const Eigen::VectorXd z = q.transpose() * w;
-  ResidualTest test = judged(z.dot(covariance.llt().solve(z)), rank);
-  if (rank > 0 && std::isfinite(test.statistic) && freedom > 1.0) {
-    const auto degrees = static_cast<double>(rank);
+  covariance.diagonal().array() += of.variance;
+  const Eigen::VectorXd z = q.transpose() * of.w;
+  ResidualTest test = judged(z.dot(covariance.llt().solve(z)), q.cols());
+  const auto degrees = static_cast<double>(q.cols());
+  if (std::isfinite(test.statistic) && of.freedom > 1.0) {
     test.p = boost::math::cdf(
-        boost::math::complement(boost::math::fisher_f(degrees, freedom), std::max(0.0, test.statistic) / degrees));
+        boost::math::complement(boost::math::fisher_f(degrees, of.freedom), std::max(0.0, test.statistic) / degrees));
   }
   return test;
 }
 
-ResidualTest whiteness_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& error, Eigen::Index order) {
+/// Ljung and Box's test of innovations. @param unknown  as of SeparatedNoise, whitened
+ResidualTest whiteness_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& unknown, Eigen::Index order) {
   const auto n = static_cast<double>(w.size());
-  const auto added = [&](Eigen::Index lag) {
-    double sum = 0.0;
-    for (const auto& column : error.colwise()) sum += lagged_product(column, lag);
+  const auto expected = [&](Eigen::Index lag) {
+    double sum = lagged_product(w, lag);
+    for (const auto& column : unknown.colwise()) sum += lagged_product(column, lag);
     return sum;
   };
-  const double power = w.squaredNorm() - added(0);
+  const double power = expected(0);
   if (!(power > 0.0)) return {};
   double sum = 0.0;
   for (Eigen::Index lag = 1; lag <= kLags; ++lag) {
-    const double r = (lagged_product(w, lag) - added(lag)) / power;
+    const double r = expected(lag) / power;
     sum += r * r / (n - static_cast<double>(lag));
   }
   return judged(n * (n + 2.0) * sum, kLags - order);
+}
+
+using Whiten = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
+
+/// @param past  an orthonormal basis of the input's lags, whose effect is another test's
+NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& innovations, const Eigen::MatrixXd& past,
+                                   const Whiten& white) {
+  NonlinearityTest found;
+  double least = std::numeric_limits<double>::infinity();
+  Eigen::MatrixXd all(past.rows(), 0);
+  for (const NonlinearEffects& effects : part.effects) {
+    const Eigen::MatrixXd columns = beside(white(effects.columns), past);
+    const ResidualTest one = test_along(innovations, basis_of(columns));
+    if (one.degrees > 0 && one.p < least) {
+      least = one.p;
+      found.kind = effects.kind;
+    }
+    all.conservativeResize(Eigen::NoChange, all.cols() + columns.cols());
+    all.rightCols(columns.cols()) = columns;
+  }
+  found.test = test_along(innovations, basis_of(all));
+  return found;
+}
+
+/// The input's lags and the nonlinear effects, each column of unit norm and without its mean.
+Eigen::MatrixXd all_effects(const TestedPart& part) {
+  Eigen::MatrixXd columns = centred(part.past_input);
+  for (const NonlinearEffects& effects : part.effects) {
+    columns.conservativeResize(Eigen::NoChange, columns.cols() + effects.columns.cols());
+    columns.rightCols(effects.columns.cols()) = centred(effects.columns);
+  }
+  for (auto column : columns.colwise()) column /= std::max(column.norm(), std::numeric_limits<double>::min());
+  return columns;
+}
+
+/// The noise's model when the residual may also hold what a test looks for. Estimated without that, the noise's model
+/// makes an effect that is stronger than the noise itself, and hides it.
+/// @param e, error  without the filter's colour   @param start  the noise's model without effects
+Autoregression noise_beside_effects(const TestedPart& part, const Eigen::VectorXd& e, const Eigen::MatrixXd& error,
+                                    const Autoregression& start) {
+  const Eigen::MatrixXd columns = without_filter(all_effects(part), part.filter_correlation);
+  const ThinSvd svd = thin_svd(columns);
+  const Eigen::Index rank = (svd.values.array() > kEffectRank * svd.values[0]).count();
+  Eigen::MatrixXd known(e.size(), error.cols() + rank);
+  // Any of these may make all of the residual.
+  known << error, e.norm() * svd.left.leftCols(rank);
+  return separated_noise(e, known, &start).model;
+}
+
+/// @param order  of the noise, 0: white
+PredictedError predicted_error(const TestedPart& part, const Innovations& innovations, Eigen::Index order,
+                               const Whiten& white) {
+  const Eigen::MatrixXd columns = all_effects(part);
+  const ThinSvd svd = thin_svd(white(columns));
+  const Eigen::Index rank = (svd.values.array() > kEffectRank * svd.values[0]).count();
+  const Eigen::MatrixXd made = columns * svd.right.leftCols(rank) * svd.values.head(rank).cwiseInverse().asDiagonal();
+  const auto n = static_cast<double>(part.residual.size());
+  const double all = centred(part.residual).squaredNorm() / n;
+  const double of_noise = innovations.variance * made.squaredNorm() / n;
+  const double found = (made * (svd.left.leftCols(rank).transpose() * innovations.w)).squaredNorm() / n - of_noise;
+  const double effect = std::max(0.0, found);
+  const double share = of_noise / std::max(1.0, static_cast<double>(rank));
+  const double uncertain = 2.0 * std::sqrt(2.0 * share * of_noise + 4.0 * share * effect);
+  const double parameters = part.parameter_error.squaredNorm() / n;
+  const double most = order == 0 ? std::min(all, effect + uncertain + parameters) : all;
+  const double scale = part.output_std > 0.0 ? 100.0 / part.output_std : 0.0;
+  return {scale * std::sqrt(std::min(most, std::max(0.0, effect - uncertain))), scale * std::sqrt(most)};
 }
 
 ResidualDrift drift_of(const Eigen::VectorXd& e, const Eigen::MatrixXd& error) {
@@ -88,37 +188,67 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
   if (rows < 3 * kLags) return {};
   const Eigen::VectorXd e = centred(part.residual);
   if (!(e.squaredNorm() > 0.0) || !e.allFinite()) return {};
-  const Autoregression noise = autoregression(e);
-  const Eigen::VectorXd w = centred(whitened(e, noise));
-  const Eigen::MatrixXd input = centred(whitened(centred(part.past_input), noise));
-  const Eigen::MatrixXd error = centred(whitened(centred(part.parameter_error), noise));
+  const auto unfiltered = [&](const Eigen::MatrixXd& columns) {
+    return without_filter(centred(columns), part.filter_correlation);
+  };
+  const Eigen::VectorXd unfiltered_e = unfiltered(e);
+  const Eigen::MatrixXd unfiltered_error = unfiltered(part.parameter_error);
+  const SeparatedNoise noise = separated_noise(unfiltered_e, unfiltered_error);
   ResidualTests tests;
-  tests.ar_order = static_cast<std::size_t>(noise.coefficients.size());
-  const auto n = static_cast<double>(noise.samples);
-  const double freedom = n - static_cast<double>(noise.coefficients.size()) - 1.0;
-  tests.input = input_test(w, input, error, noise.variance * n / std::max(1.0, freedom), freedom);
-  tests.whiteness = whiteness_test(w, error, noise.coefficients.size());
+  const Autoregression& tested = noise.tested;
+  tests.ar_order = static_cast<std::size_t>(tested.coefficients.size());
+  tests.whiteness = whiteness_test(centred(whitened(noise.clean, tested)), centred(whitened(noise.unknown, tested)),
+                                   tested.coefficients.size());
+  const Autoregression model = noise_beside_effects(part, unfiltered_e, unfiltered_error, noise.model);
+  const auto order = model.coefficients.size();
+  const auto white = [&](const Eigen::MatrixXd& columns) { return centred(whitened(columns, model)); };
+  const Whiten white_and_unfiltered = [&](const Eigen::MatrixXd& columns) { return white(unfiltered(columns)); };
+  const auto n = static_cast<double>(model.samples);
+  const double freedom = n - static_cast<double>(order) - 1.0;
+  const Innovations innovations{white(unfiltered_e), white(unfiltered_error),
+                                model.variance * n / std::max(1.0, freedom), freedom};
+  const Eigen::MatrixXd past = basis_of(white_and_unfiltered(part.past_input));
+  tests.input = test_along(innovations, past);
+  if (part.future_input.cols() > 0) {
+    tests.future_input = test_along(innovations, basis_of(beside(white_and_unfiltered(part.future_input), past)));
+  }
+  if (!part.effects.empty()) {
+    tests.nonlinearity = nonlinearity_test(part, innovations, past, white_and_unfiltered);
+    tests.error = predicted_error(part, innovations, order, white_and_unfiltered);
+  }
   tests.drift = drift_of(e, part.parameter_error);
   return tests;
 }
 
 TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t first, const Eigen::VectorXd& residual,
-                       const ParameterCovariance& known) {
+                       const ParameterCovariance& known, Effects effects) {
   TestedPart part;
   const Comparison& comparison = outputs.comparison();
   const auto begin = std::max(static_cast<Eigen::Index>(first), kLags);
   const Eigen::Index rows = static_cast<Eigen::Index>(comparison.count) - begin;
   if (rows < 1 || residual.size() < rows) return part;
   part.residual = residual.tail(rows);
+  part.filter_correlation = filtered_noise_correlation(comparison);
   const Eigen::VectorXd input = picked(outputs.record().input, comparison);
   part.past_input.resize(rows, kLags + 1);
   for (Eigen::Index lag = 0; lag <= kLags; ++lag) part.past_input.col(lag) = input.segment(begin - lag, rows);
 
+  part.future_input.resize(rows, kFutureLags);
+  for (Eigen::Index lag = 1; lag <= kFutureLags; ++lag) {
+    // Beyond the record its last input holds.
+    const Eigen::Index known_rows = std::max<Eigen::Index>(0, rows - lag);
+    part.future_input.col(lag - 1).setConstant(input[input.size() - 1]);
+    part.future_input.col(lag - 1).head(known_rows) = input.segment(begin + lag, known_rows);
+  }
   const Eigen::MatrixXd derivatives = output_derivatives(with_rising_terms(model), outputs, known).bottomRows(rows);
   // A model written by hand, or fitted by the paper's procedure, has no covariance.
   part.parameter_error =
       derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * covariance_root(known.matrix)) : derivatives;
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
+  if (effects == Effects::leave_out) return part;
+  part.effects = nonlinear_effects(model, outputs.record(), comparison, static_cast<std::size_t>(begin));
+  const Eigen::VectorXd output = picked(outputs.record().output, comparison).tail(rows);
+  part.output_std = std::sqrt((output.array() - output.mean()).square().mean());
   return part;
 }
 

@@ -15,7 +15,13 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kResidualLevel = 0.01;       // of each residual test
+constexpr double kResidualLevel = 0.01;  // of each residual test
+constexpr double kFarOverNoise = 10.0;   // times the noise, which rejects a fit below the next
+constexpr double kCloseFit_percent = 95.0;
+constexpr double kNonlinearLevel = 0.002;     // of the test for nonlinear effects
+constexpr double kFeedbackLevel = 0.001;      // of the test of the residual with future input
+constexpr double kMostError_percent = 5.0;    // of the output's standard deviation
+constexpr double kFewestLevels = 3.0;         // of an input that tells of other amplitudes
 constexpr double kGreatestOrderError = 0.15;  // standard error of a free order
 constexpr double kLeastRise = 10.0;           // of AR-BIC, without an order's term
 constexpr double kMostExtrapolated_percent = 5.0;
@@ -85,6 +91,29 @@ bool can_notice(const ResidualTest& input, std::size_t samples) {
   return boost::math::cdf(boost::math::complement(missing, limit)) >= kNoticedChance;
 }
 
+/// Whether the plant is what the structure can be, and how far off the model is.
+void judge_plant(const ResidualTests& tests, Judgement& judgement) {
+  const auto fails_none_before = [&, nonlinear = tests.nonlinearity] {
+    return tests.input.p >= kResidualLevel && (!nonlinear || nonlinear->test.p >= kNonlinearLevel);
+  };
+  if (tests.nonlinearity && tests.nonlinearity->test.degrees > 0) {
+    const double p = tests.nonlinearity->test.p;
+    judgement.criterion(Kind::nonlinearity, p, kNonlinearLevel, p >= kNonlinearLevel);
+  }
+  // What the plant makes of past input may look like feedback.
+  if (tests.future_input && tests.future_input->degrees > 0 && fails_none_before()) {
+    const double p = tests.future_input->p;
+    judgement.criterion(Kind::future_input, p, kFeedbackLevel, p >= kFeedbackLevel);
+  }
+  if (!tests.error) return;
+  const auto [lower, upper] = *tests.error;
+  if (upper <= kMostError_percent || lower > kMostError_percent) {
+    judgement.criterion(Kind::predicted_error, lower, kMostError_percent, lower <= kMostError_percent);
+  } else {
+    judgement.not_judged(Kind::predicted_error, upper, kMostError_percent);
+  }
+}
+
 /// Whether the residual holds a part of the plant, and is noise.
 void judge_tests(const ValidationReport& validation, Judgement& judgement) {
   if (!validation.tests) {
@@ -101,6 +130,7 @@ void judge_tests(const ValidationReport& validation, Judgement& judgement) {
   }
   const double whiteness = validation.tests->whiteness.p;
   judgement.criterion(Kind::residual_whiteness, whiteness, kResidualLevel, whiteness >= kResidualLevel);
+  judge_plant(*validation.tests, judgement);
   if (const auto& drift = validation.tests->drift) {
     judgement.criterion(Kind::residual_drift, drift->change, drift->expected, drift->change <= drift->expected);
   }
@@ -108,6 +138,9 @@ void judge_tests(const ValidationReport& validation, Judgement& judgement) {
 
 void judge_validation(const ValidationReport& validation, const RecordFacts& facts, Judgement& judgement) {
   judge_tests(validation, judgement);
+  if (const auto& levels = validation.input_levels) {
+    judgement.not_judged(Kind::input_levels, levels->lower < levels->upper ? 2.0 : 1.0, kFewestLevels);
+  }
   const auto at_most = [&](Kind kind, const std::optional<double>& share, double limit) {
     if (share) judgement.criterion(kind, *share, limit, *share <= limit);
   };
@@ -115,7 +148,12 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
   at_most(Kind::extrapolated, validation.extrapolated_percent, kMostExtrapolated_percent);
   if (facts.noise_std && *facts.noise_std > 0.0) {
     // The noise that the record's own repetitions show.
-    at_most(Kind::error_over_noise, std::sqrt(validation.score.mse) / *facts.noise_std, kGreatestErrorOverNoise);
+    const double ratio = std::sqrt(validation.score.mse) / *facts.noise_std;
+    if (ratio > kFarOverNoise && !(validation.score.fit_percent >= kCloseFit_percent)) {
+      judgement.criterion(Kind::far_error_over_noise, ratio, kFarOverNoise, false);
+    } else {
+      at_most(Kind::error_over_noise, ratio, kGreatestErrorOverNoise);
+    }
   } else if (facts.lacks_periods) {
     judgement.not_judged(Kind::error_over_noise, kUnknown, kGreatestErrorOverNoise);
   }

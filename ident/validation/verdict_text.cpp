@@ -49,6 +49,29 @@ bool leads(const Correlation& ccf) {
   return future > ccf.bound99 && future > past;
 }
 
+/// What the residual of a plant with this effect depends on, and such a plant.
+std::string_view effect_of(NonlinearKind kind) {
+  switch (kind) {
+    case NonlinearKind::level:
+      return "level of the input: the plant's gain changes with it";
+    case NonlinearKind::direction:
+      return "direction of the input: the plant has play, hysteresis or a limited rate";
+    case NonlinearKind::motion:
+      return "direction of motion: the plant has dry friction";
+    case NonlinearKind::position:
+      break;
+  }
+  return "position: the plant's gain or the sensor's changes with it";
+}
+
+/// "+-1.5 V", "0 and 2 V" or "2 V".
+std::string text(const InputLevels& levels, const std::string& unit) {
+  const double range = levels.upper - levels.lower;
+  if (!(range > 0.0)) return fmt::format("{:.4g} {}", levels.upper, unit);
+  if (std::abs(levels.lower + levels.upper) <= 1e-3 * range) return fmt::format("+-{:.4g} {}", 0.5 * range, unit);
+  return fmt::format("{:.4g} and {:.4g} {}", levels.lower, levels.upper, unit);
+}
+
 class Reasons {
  public:
   Reasons(const Model& model, const Verdict& verdict) : model_(model), verdict_(verdict) {}
@@ -59,10 +82,11 @@ class Reasons {
     if (!model_.estimation && !model_.validation) {
       rejections_.emplace_back("The model was neither estimated nor validated here.");
     }
-    about({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::residual_whiteness, Kind::residual_drift,
-           Kind::saturated, Kind::extrapolated});
+    about({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity,
+           Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::saturated,
+           Kind::extrapolated});
     note_low_r2();
-    about({Kind::error_over_noise});
+    about({Kind::error_over_noise, Kind::far_error_over_noise});
     if (model_.estimation && !model_.validation) {
       notes_.emplace_back(
           "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
@@ -111,6 +135,23 @@ class Reasons {
         return fmt::format(
             "The residual is no autoregressive noise of order {} (p = {:.2g} for lags 1 to 20 together).",
             model_.validation && model_.validation->tests ? model_.validation->tests->ar_order : 0, c.value);
+      case Kind::nonlinearity:
+        if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
+        return fmt::format(
+            "The residual depends on the {}, which the structure lacks (p = {:.2g}). At another amplitude the error is "
+            "another one.",
+            effect_of(model_.validation->tests->nonlinearity->kind), c.value);
+      case Kind::future_input:
+        return fmt::format(
+            "The residual correlates with the input that follows (p = {:.2g}): a controller closes the loop, and the "
+            "model may be biased.",
+            c.value);
+      case Kind::predicted_error:
+        if (!model_.validation || !model_.validation->tests || !model_.validation->tests->error) return {};
+        return fmt::format(
+            "The noise-free output of a fresh input of the same kind is predicted to differ by {:.2g} to {:.2g} % of "
+            "its standard deviation, more than {:g} %.",
+            c.value, model_.validation->tests->error->upper, c.limit);
       case Kind::residual_drift:
         return fmt::format(
             "The residual drifts by {:.3g} {} over the validation part, more than the {:.3g} {} that noise and the "
@@ -123,10 +164,11 @@ class Reasons {
             c.value, c.limit);
       case Kind::extrapolated:
         return fmt::format(
-            "{:.3g} % of the validating samples have an input outside the range that the model was estimated on, more "
-            "than {:.3g} %.",
+            "{:.3g} % of the validating samples have an input far outside the range that the model was estimated on, "
+            "more than {:.3g} %.",
             c.value, c.limit);
-      case Kind::error_over_noise: {
+      case Kind::error_over_noise:
+      case Kind::far_error_over_noise: {
         if (!model_.validation) return {};
         const double error = std::sqrt(model_.validation->score.mse);
         return fmt::format(
@@ -152,6 +194,7 @@ class Reasons {
         return fmt::format("{}: compatible with 0, its 95 % interval is {:.3g} to {:.3g}.", estimate(c.parameter),
                            p->lower95, p->upper95);
       }
+      case Kind::input_levels:
       case Kind::other:
         break;
     }
@@ -172,11 +215,29 @@ class Reasons {
           "likely miss than detect one that makes {:.0f} % of the residual's power; record longer.",
           samples, 100.0 * kNoticedShare);
     }
+    if (c.kind == Kind::predicted_error && model_.validation && model_.validation->tests &&
+        model_.validation->tests->error) {
+      return fmt::format(
+          "Not judged whether the error is noise: on a fresh input of the same kind the model is off by {:.2g} to "
+          "{:.2g} % of the output's standard deviation; periods that repeat would tell noise from error.",
+          model_.validation->tests->error->lower, c.value);
+    }
+    if (c.kind == Kind::input_levels && model_.validation && model_.validation->input_levels) {
+      return fmt::format("{} for inputs of {} as recorded; no statement about other amplitudes: play more levels.",
+                         passes_the_rest() ? "Good" : "Judged",
+                         text(*model_.validation->input_levels, model_.input_unit));
+    }
     if (c.kind == Kind::error_over_noise) {
       return "Not judged whether the error is noise: the record holds too few periods of its excitation to measure the "
              "noise from; play more repetitions.";
     }
     return {};
+  }
+
+  /// Whether every criterion passed but that of the input's levels.
+  [[nodiscard]] bool passes_the_rest() const {
+    return std::all_of(verdict_.criteria.begin(), verdict_.criteria.end(),
+                       [](const Criterion& c) { return c.passed || c.kind == Kind::input_levels; });
   }
 
   [[nodiscard]] std::string unstable(const Criterion& c) const {

@@ -42,8 +42,11 @@ const Model* named(const Climb& climbed, const std::string& name) {
 }
 
 bool fails_a_test(const Model& model) {
-  return std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(),
-                     [](const Criterion& c) { return c.judged && !c.passed && name_of(c).starts_with("residual"); });
+  return std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const Criterion& c) {
+    using Kind = CriterionKind;
+    const bool tests = c.kind == Kind::nonlinearity || c.kind == Kind::future_input || c.kind == Kind::predicted_error;
+    return has_failed(c) && (tests || name_of(c).starts_with("residual"));
+  });
 }
 
 /// @param number  of the record, which seeds it

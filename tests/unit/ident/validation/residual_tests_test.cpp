@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "ident/estimation/fit.hpp"
+#include "ident/signal/decimation.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -57,6 +60,53 @@ TEST(ResidualTests, AlarmAtTheirLevelInWhiteAndColouredNoise) {
   }
 }
 
+TEST(ResidualTests, AlarmAtTheirLevelBesideParametersThatAreHardlyKnown) {
+  // The errors of five parameters that move the output slowly, ten times as much as the noise does.
+  std::mt19937_64 draw(25);
+  int input = 0;
+  int whiteness = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    TestedPart part = unrelated(0.0, draw);
+    part.parameter_error.resize(kRows, 5);
+    for (Eigen::Index k = 0; k < kRows; ++k) {
+      for (Eigen::Index p = 0; p < 5; ++p) {
+        part.parameter_error(k, p) = 10.0 * std::cos(0.02 * static_cast<double>((p + 1) * k) + static_cast<double>(p));
+      }
+    }
+    for (Eigen::Index p = 0; p < 5; ++p) part.residual += normal(draw) * part.parameter_error.col(p);
+    const auto tests = residual_tests(part);
+    ASSERT_TRUE(tests);
+    input += tests->input.p < 0.01 ? 1 : 0;
+    whiteness += tests->whiteness.p < 0.01 ? 1 : 0;
+  }
+  EXPECT_NEAR(input, 0.01 * kRuns, 0.01 * kRuns);
+  EXPECT_NEAR(whiteness, 0.0125 * kRuns, 0.0075 * kRuns);
+}
+
+TEST(ResidualTests, AlarmAtTheirLevelInNoiseThatADecimationFilterPassed) {
+  constexpr std::size_t kEvery = 8;
+  const Comparison comparison = compare_every(kEvery * 634, kEvery, 0);
+  std::mt19937_64 draw(26);
+  for (const double correlation : {0.0, 0.99}) {
+    int whiteness = 0;
+    for (int run = 0; run < kRuns; ++run) {
+      TestedPart part = unrelated(0.0, draw);
+      Eigen::VectorXd noise(static_cast<Eigen::Index>(kEvery) * 634);
+      double e = normal(draw);
+      for (double& sample : noise) {
+        sample = e;
+        e = correlation * e + std::sqrt(1.0 - correlation * correlation) * normal(draw);
+      }
+      part.residual = picked(noise, comparison).head(kRows);
+      part.filter_correlation = filtered_noise_correlation(comparison);
+      const auto tests = residual_tests(part);
+      ASSERT_TRUE(tests);
+      whiteness += tests->whiteness.p < 0.01 ? 1 : 0;
+    }
+    EXPECT_NEAR(whiteness, 0.0125 * kRuns, 0.0075 * kRuns) << correlation;
+  }
+}
+
 TEST(ResidualTests, FindWhatThePastInputDoes) {
   std::mt19937_64 draw(22);
   for (int run = 0; run < 20; ++run) {
@@ -81,6 +131,79 @@ TEST(ResidualTests, AreTakenOfAModelThatKnowsNoErrors) {
   const ValidationReport report = validate(by_hand, record_of(by_hand, 0.05, 0.01, 3), {});
   ASSERT_TRUE(report.tests);
   EXPECT_GE(report.tests->input.p, 0.01);
+}
+
+/// Levels of random height, each held for 0.1 s to 1.5 s.
+Eigen::VectorXd levels(std::mt19937_64& draw) {
+  Eigen::VectorXd u(600);
+  for (Eigen::Index k = 0; k < u.size();) {
+    const double level = 4.0 * uniform(draw) - 2.0;
+    const auto end = std::min(u.size(), k + 2 + static_cast<Eigen::Index>(28.0 * uniform(draw)));
+    while (k < end) u[k++] = level;
+  }
+  return u;
+}
+
+/// The tests of a linear model on a record of it whose input a plant bends first.
+ResidualTests tested_on(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& bent, std::mt19937_64& draw) {
+  const Model model = fractional(0.3, 2.0, 1.0, 0.8, 1.0);
+  Record record;
+  record.step_s = 0.05;
+  record.input = levels(draw);
+  record.output = simulate(model, bent(record.input), record.step_s);
+  for (double& y : record.output) y += 0.01 * normal(draw);
+  return validate(model, record, {}).tests.value();
+}
+
+TEST(ResidualTests, FindAPlantThatIsNotLinear) {
+  std::mt19937_64 draw(27);
+  const auto saturated = [](const Eigen::VectorXd& u) { return Eigen::VectorXd(u.cwiseMin(1.6).cwiseMax(-1.6)); };
+  const auto with_play = [](const Eigen::VectorXd& u) {
+    Eigen::VectorXd v(u.size());
+    double now = 0.0;
+    for (Eigen::Index k = 0; k < u.size(); ++k) v[k] = now = std::clamp(now, u[k] - 0.1, u[k] + 0.1);
+    return v;
+  };
+  for (int run = 0; run < 10; ++run) {
+    const ResidualTests level = tested_on(saturated, draw);
+    EXPECT_LT(level.nonlinearity.value().test.p, 1e-6) << run;
+    EXPECT_EQ(level.nonlinearity->kind, NonlinearKind::level) << run;
+    EXPECT_GT(level.error.value().upper, level.error->lower) << run;
+    const ResidualTests play = tested_on(with_play, draw);
+    EXPECT_LT(play.nonlinearity.value().test.p, 1e-6) << run;
+    EXPECT_EQ(play.nonlinearity->kind, NonlinearKind::direction) << run;
+  }
+}
+
+TEST(ResidualTests, RarelyTakeALinearPlantForAnother) {
+  constexpr int kRecords = 400;
+  std::mt19937_64 draw(28);
+  int nonlinear = 0;
+  int feedback = 0;
+  for (int run = 0; run < kRecords; ++run) {
+    const ResidualTests tests = tested_on([](const Eigen::VectorXd& u) { return u; }, draw);
+    nonlinear += tests.nonlinearity.value().test.p < 0.01 ? 1 : 0;
+    feedback += tests.future_input.value().p < 0.01 ? 1 : 0;
+    EXPECT_LT(tests.error.value().lower, 1.0) << run;
+  }
+  EXPECT_LE(nonlinear, 0.02 * kRecords);
+  EXPECT_LE(feedback, 0.02 * kRecords);
+}
+
+TEST(ResidualTests, FindThatTheOutputComesBeforeTheInput) {
+  std::mt19937_64 draw(29);
+  const Model plant = fractional(0.3, 2.0, 1.0, 0.8, 1.0);
+  Record record;
+  record.step_s = 0.05;
+  record.input = levels(draw);
+  Eigen::VectorXd noise(record.input.size());
+  for (double& e : noise) e = 0.05 * normal(draw);
+  // A controller that answers what it measured a row before.
+  for (Eigen::Index k = 1; k < noise.size(); ++k) record.input[k] -= 2.0 * noise[k - 1];
+  record.output = simulate(plant, record.input, record.step_s) + noise;
+  const ResidualTests tests = validate(plant, record, {}).tests.value();
+  EXPECT_LT(tests.future_input.value().p, 1e-6);
+  EXPECT_GT(tests.input.p, 0.01);
 }
 
 TEST(ResidualTests, NeedThreeSamplesForEachLag) {

@@ -206,6 +206,58 @@ TEST(Verdict, DoesNotJudgeAnErrorWhoseNoiseIsNotKnown) {
   EXPECT_NE(verdict.reasons.at(0).find("too few periods"), std::string::npos);
 }
 
+TEST(Verdict, RejectsAnErrorFarAboveTheNoiseUnlessTheFitIsClose) {
+  Model model = good_model();
+  model.validation->score.mse = 0.04;
+  model.validation->score.fit_percent = 94.0;
+  EXPECT_EQ(judge(model, {}, {.noise_std = 0.019}).grade, Grade::rejected);
+  EXPECT_EQ(judge(model, {}, {.noise_std = 0.021}).grade, Grade::usable);
+  model.validation->score.fit_percent = 96.0;
+  EXPECT_EQ(judge(model, {}, {.noise_std = 0.019}).grade, Grade::usable);
+}
+
+TEST(Verdict, SaysWhatKindOfPlantTheResidualShows) {
+  Model model = good_model();
+  ResidualTests& tests = model.validation->tests.value();
+  tests.nonlinearity = NonlinearityTest{{80.0, 30, 1e-3}, NonlinearKind::direction};
+  Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_NE(verdict.reasons.at(0).find("play, hysteresis or a limited rate"), std::string::npos) << verdict.reasons[0];
+  tests.nonlinearity->test.p = 0.003;
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+  tests.future_input = ResidualTest{40.0, 10, 1e-5};
+  verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_NE(verdict.reasons.at(0).find("a controller closes the loop"), std::string::npos) << verdict.reasons[0];
+}
+
+TEST(Verdict, GradesByTheErrorOnAFreshInput) {
+  Model model = good_model();
+  ResidualTests& tests = model.validation->tests.value();
+  tests.error = PredictedError{0.5, 4.9};
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+  tests.error = PredictedError{5.1, 8.0};
+  EXPECT_FALSE(criterion_of(judge(model, {}), "predicted_error_percent").passed);
+  tests.error = PredictedError{0.5, 8.0};
+  const Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_FALSE(criterion_of(verdict, "predicted_error_percent").judged);
+}
+
+TEST(Verdict, SaysThatTwoLevelsTellNothingOfOtherAmplitudes) {
+  Model model = good_model();
+  model.validation->input_levels = InputLevels{-1.5, 1.5};
+  Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_EQ(verdict.reasons.at(0),
+            "Good for inputs of +-1.5 V as recorded; no statement about other amplitudes: play more levels.");
+  model.validation->input_levels = InputLevels{0.0, 2.0};
+  model.validation->extrapolated_percent = 100.0;
+  verdict = judge(model, {});
+  EXPECT_EQ(verdict.reasons.at(0),
+            "Judged for inputs of 0 and 2 V as recorded; no statement about other amplitudes: play more levels.");
+}
+
 TEST(Verdict, GradesExtrapolationAsUsable) {
   Model model = good_model();
   model.validation->extrapolated_percent = 5.1;

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/nonlinear_effects.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "ident/fractional/simulate.hpp"
+#include "ident/fractional/stability.hpp"
+#include "ident/model/model_output.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kChange = 1e-6;  // of the range: less is rounding
+constexpr std::array<Eigen::Index, 3> kInputLags = {0, 1, 2};
+constexpr std::array<Eigen::Index, 3> kOutputLags = {0, 1, 3};
+
+Eigen::VectorXd about_mean(const Eigen::VectorXd& signal) { return signal.array() - signal.mean(); }
+
+/// The sign of the last change of a signal that was more than rounding; 0 before the first.
+Eigen::VectorXd direction(const Eigen::VectorXd& signal) {
+  const double least = kChange * (signal.maxCoeff() - signal.minCoeff());
+  Eigen::VectorXd sign = Eigen::VectorXd::Zero(signal.size());
+  double held = signal[0];
+  double now = 0.0;
+  for (Eigen::Index k = 0; k < signal.size(); ++k) {
+    if (std::abs(signal[k] - held) > least) {
+      now = signal[k] > held ? 1.0 : -1.0;
+      held = signal[k];
+    }
+    sign[k] = now;
+  }
+  return sign;
+}
+
+/// Collects columns at the compared rows.
+class Columns {
+ public:
+  Columns(const Model& model, const Record& record, const Comparison& comparison, Eigen::Index first)
+      : model_(model), record_(record), comparison_(comparison), first_(first) {}
+
+  /// The signal's rows, each delayed by a lag.
+  template <typename Lags>
+  void add(const Eigen::VectorXd& signal, const Lags& lags) {
+    const Eigen::VectorXd compared = picked(signal, comparison_);
+    const Eigen::Index rows = compared.size() - first_;
+    for (const Eigen::Index lag : lags) push(compared.segment(first_ - lag, rows));
+  }
+  /// What the model's G makes of the signal.
+  void add_through_plant(const Eigen::VectorXd& signal) {
+    const Eigen::VectorXd output =
+        picked(simulate(model_.transfer_function, about_mean(signal), record_.step_s), comparison_);
+    push(output.tail(output.size() - first_));
+  }
+  [[nodiscard]] NonlinearEffects taken(NonlinearKind kind) {
+    NonlinearEffects effects{kind, std::move(columns_)};
+    columns_.resize(0, 0);
+    return effects;
+  }
+
+ private:
+  void push(const Eigen::VectorXd& column) {
+    columns_.conservativeResize(column.size(), columns_.cols() + 1);
+    columns_.rightCols(1) = column;
+  }
+
+  const Model& model_;
+  const Record& record_;
+  const Comparison& comparison_;
+  Eigen::Index first_;
+  Eigen::MatrixXd columns_;
+};
+
+}  // namespace
+
+std::string_view text(NonlinearKind kind) {
+  switch (kind) {
+    case NonlinearKind::level:
+      return "level";
+    case NonlinearKind::direction:
+      return "direction";
+    case NonlinearKind::motion:
+      return "motion";
+    case NonlinearKind::position:
+      break;
+  }
+  return "position";
+}
+
+std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record& record, const Comparison& comparison,
+                                                std::size_t first) {
+  if (grows(model.transfer_function)) return {};
+  const Eigen::VectorXd v = about_mean(model.input_map ? mapped(*model.input_map, record.input) : record.input);
+  const Eigen::VectorXd y = about_mean(simulate(model, record.input, record.step_s));
+  const Eigen::VectorXd d = direction(v);
+  Columns columns(model, record, comparison, static_cast<Eigen::Index>(first));
+  std::vector<NonlinearEffects> all;
+  for (const Eigen::VectorXd& level : {Eigen::VectorXd(v.cwiseAbs()), Eigen::VectorXd(v.cwiseProduct(v.cwiseAbs())),
+                                       Eigen::VectorXd(v.array().cube())}) {
+    columns.add_through_plant(level);
+    columns.add(level, kInputLags);
+  }
+  all.push_back(columns.taken(NonlinearKind::level));
+  columns.add_through_plant(d);
+  columns.add(d, kInputLags);
+  all.push_back(columns.taken(NonlinearKind::direction));
+  columns.add(direction(y), kOutputLags);
+  all.push_back(columns.taken(NonlinearKind::motion));
+  columns.add_through_plant(v.cwiseProduct(y));
+  columns.add(y.array().square().matrix(), kOutputLags);
+  columns.add(y.array().cube().matrix(), kOutputLags);
+  all.push_back(columns.taken(NonlinearKind::position));
+  return all;
+}
+
+}  // namespace eha::ident

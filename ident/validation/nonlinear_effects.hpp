@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "ident/model/model.hpp"
+#include "ident/record.hpp"
+#include "ident/signal/decimation.hpp"
+
+namespace eha::ident {
+
+/// What a linear model lacks of a plant that is not linear, at the compared rows: n by m.
+struct NonlinearEffects {
+  NonlinearKind kind;
+  Eigen::MatrixXd columns;
+};
+
+/// With v the input behind the model's map, about its mean, d the direction of its last change, G the model's transfer
+/// function and y its output, about its mean:
+///   level:     G |v|, G v|v|, G v^3, and |v|, v|v|, v^3 at lags 0, 1, 2: a gain or an opening that changes with v;
+///   direction: G d, and d at lags 0, 1, 2: play, hysteresis, a limited rate;
+///   motion:    the sign of y's change at lags 0, 1, 3: dry friction;
+///   position:  G(v y), and y^2, y^3 at lags 0, 1, 3: a gain that changes with the position, a bent sensor.
+/// Lags are compared rows. Only the model's own output enters, so that noise does not.
+/// @param first  first compared row wanted, at least 3
+[[nodiscard]] std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record& record,
+                                                              const Comparison& comparison, std::size_t first);
+
+}  // namespace eha::ident
