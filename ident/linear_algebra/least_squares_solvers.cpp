@@ -22,7 +22,12 @@ Eigen::VectorXd solve_ranked(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
   qr.setThreshold(threshold);
   qr.compute(a);
   if (orthonormal != nullptr) *orthonormal = qr.householderQ() * Eigen::MatrixXd::Identity(a.rows(), qr.rank());
-  return qr.solve(b);
+  // qr.solve() would divide by all pivots that are not 0, whatever the threshold.
+  const Eigen::Index rank = qr.rank();
+  const Eigen::VectorXd rotated = qr.householderQ().adjoint() * b;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(a.cols());
+  x.head(rank) = qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(rotated.head(rank));
+  return qr.colsPermutation() * x;
 }
 
 Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {

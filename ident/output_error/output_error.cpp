@@ -12,8 +12,9 @@
 namespace eha::ident {
 namespace {
 
-// A column this small beside the others it depends on is not solved for.
-constexpr double kRankThreshold = 1e-10;
+// A column that differs by this little from others is not solved for: of the responses to a constant input, to a step
+// and of the free response one is the sum of the rest, but for the error of their simulation (1e-10 to 1e-9).
+constexpr double kRankThreshold = 1e-8;
 constexpr double kNyquist = std::numbers::pi * (1.0 + 1e-9);  // [rad a sample]
 // G must fall off: the sampled response of a model with a direct part that moves is not differentiable.
 constexpr double kLeastExcess = 1e-3;

@@ -54,7 +54,7 @@ Outcome outcome_of(const std::string& kind, bool is_inside, std::uint64_t number
   Draw draw(number);
   const Truth truth = is_inside ? inside(kind, draw) : outside(kind, kPeak, draw);
   const Input shape = !is_inside || uniform(draw) < 0.7 ? Input::levels : Input::tones;
-  const auto rows = static_cast<Eigen::Index>(log_between(500.0, 1500.0, draw));
+  const auto rows = static_cast<Eigen::Index>(log_between(300.0, 3000.0, draw));
   const Noise noise = uniform(draw) < 0.7 ? Noise::white : Noise::coloured;
   const double share = log_between(0.001, 0.02, draw);
   const Record record = record_of(truth.plant, input(shape, kPeak, rows, draw), noise, share, draw);

@@ -118,6 +118,26 @@ TEST(InitialState, IsEstimatedUnderAConstantInput) {
   EXPECT_NEAR(value(fitted, "a0"), 0.5, 0.03);
 }
 
+TEST(InitialState, ReachesTheOptimumOfALightlyDampedFreeResponse) {
+  // One of the responses to the constant input, to a step and of the state is the sum of the rest.
+  const Model model = fractional(1.866, 2.0, 1.0, 18826.0, 3000.0);
+  Eigen::VectorXd whole = Eigen::VectorXd::Zero(1985);
+  whole.tail(1785).setConstant(90.0);
+  Record record;
+  record.step_s = 0.003;
+  record.input = whole.tail(1785);
+  record.output = simulate(model, whole, record.step_s).tail(1785);
+  std::mt19937_64 generator(9);
+  for (double& y : record.output) y += normal(generator);
+  StructureOptions asked = asked_for(structures::io());
+  asked.initial_state = InitialState::estimated;
+  FitOptions options;
+  options.split = 1.0;
+  const Model fitted = fit(record, asked, options).model;
+  EXPECT_LT(std::abs(value(fitted, "K")), 1e7);
+  EXPECT_NEAR(fitted.estimation->score.mse, 1.0, 0.1);
+}
+
 TEST(PastInput, OfAnotherRecordExplainsNothing) {
   Model model = fractional(0.6, 1.75, 0.9, 0.04, 1e-6);
   model.past_input = {{-1.0, 0.0, 1e5}, {-9.0, -1.0, -1e5}};
