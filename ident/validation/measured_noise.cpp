@@ -7,7 +7,22 @@
 
 namespace eha::ident {
 
-double measured_noise(const Eigen::Ref<const Eigen::VectorXd>& output, const Periods& periods, int decimation) {
+namespace {
+
+constexpr std::size_t kFewest = 2;
+
+/// Without the one in which the plant leaves its rest: the transient differs from the other periods, and is no noise.
+Periods settled(Periods periods) {
+  if (periods.count <= kFewest || periods.first >= periods.length) return periods;
+  periods.first += periods.length;
+  --periods.count;
+  return periods;
+}
+
+}  // namespace
+
+double measured_noise(const Eigen::Ref<const Eigen::VectorXd>& output, const Periods& all, int decimation) {
+  const Periods periods = settled(all);
   const PeriodicSignal signal = average_periods(output, periods, Drift::remove);
   // The mean period has taken a share of the noise.
   const auto count = static_cast<double>(periods.count);

@@ -8,7 +8,8 @@
 namespace eha::ident {
 
 /// Standard deviation of what differs between the periods of an output, after the anti-alias filter and at every
-/// `decimation`th row, as a model is compared with it. Drift is removed; white and coloured noise are both measured.
+/// `decimation`th row, as a model is compared with it. Drift is removed; white and coloured noise are both measured. Of
+/// three or more periods the record's first is left out: the plant's transient inflates the noise up to 20 times.
 /// @param output  N samples [output unit], at least periods.first + length count
 /// @returns [output unit]; 0 where too few rows are left behind the filter
 /// @throws DataError  as average_periods(). Cost O(N).

@@ -114,13 +114,19 @@ using Whiten = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
 NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& innovations, const Eigen::MatrixXd& past,
                                    const Whiten& white) {
   NonlinearityTest found;
-  double least = std::numeric_limits<double>::infinity();
+  double most = -std::numeric_limits<double>::infinity();
+  // A model that is wrong has other parameters than a right one, which level and position would explain in part.
+  Eigen::MatrixXd linear(past.rows(), past.cols() + innovations.error.cols());
+  linear << past, innovations.error;
+  const Eigen::MatrixXd linear_basis = basis_of(linear);
   Eigen::MatrixXd all(past.rows(), 0);
   for (const NonlinearEffects& effects : part.effects) {
     const Eigen::MatrixXd columns = beside(white(effects.columns), past);
-    const ResidualTest one = test_along(innovations, basis_of(columns));
-    if (one.degrees > 0 && one.p < least) {
-      least = one.p;
+    const ResidualTest one = test_along(innovations, basis_of(beside(columns, linear_basis)));
+    // BIC of what each kind explains; the probabilities of strong effects are all 0.
+    const double gain = one.statistic - static_cast<double>(one.degrees) * std::log(innovations.freedom);
+    if (one.degrees > 0 && gain > most) {
+      most = gain;
       found.kind = effects.kind;
     }
     all.conservativeResize(Eigen::NoChange, all.cols() + columns.cols());

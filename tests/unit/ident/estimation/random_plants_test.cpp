@@ -30,7 +30,7 @@ struct Outcome {
   bool found = false;      ///< within 1 %, or 3 times the error of the truth's own structure
   bool lost = false;       ///< the truth's own structure is rejected
   bool too_good = false;   ///< good, and far off on a fresh input
-  bool warned = false;     ///< a residual test failed
+  bool warned = false;     ///< a residual test of a model that is right failed
   bool misjudged = false;  ///< of fractional order for a truth of integer order
 };
 
@@ -75,7 +75,7 @@ Outcome outcome_of(const std::string& kind, bool is_inside, std::uint64_t number
   const double half = error(recommended, 0.5);
   outcome.found = same <= std::max(1.0, 3.0 * (own != nullptr ? error(own, 1.0) : 0.0));
   outcome.lost = own != nullptr && !own->verdict->accepted && noise == Noise::white;
-  outcome.warned = recommended != nullptr && fails_a_test(*recommended);
+  outcome.warned = outcome.found && recommended != nullptr && fails_a_test(*recommended);
   outcome.too_good =
       recommended != nullptr && recommended->verdict->grade == Grade::good && (same > 5.0 || half > 10.0);
   outcome.misjudged = recommended != nullptr && has_estimated_order(*recommended) && truth.family != "fo" &&

@@ -35,6 +35,14 @@ TEST(MeasuredNoise, IsWhatDiffersBetweenThePeriods) {
   EXPECT_NEAR(measured_noise(periodic_output(0.0, 0.0), {0, kLength, kCount}, 1), 0.0, 1e-10);
 }
 
+TEST(MeasuredNoise, IsNotTheTransientOfTheFirstPeriod) {
+  Eigen::VectorXd y = periodic_output(0.05, 0.0);
+  for (Eigen::Index k = 0; k < y.size(); ++k) y[k] += 4.0 * std::exp(-static_cast<double>(k) / 250.0);
+  EXPECT_NEAR(measured_noise(y, {0, kLength, kCount}, 1), 0.05, 0.004);
+  // Two periods that begin later are both kept.
+  EXPECT_NEAR(measured_noise(y, {kLength, kLength, kCount - 1}, 1), 0.05, 0.004);
+}
+
 TEST(MeasuredNoise, OfDecimatedRowsIsThatBehindTheFilter) {
   // White noise loses power in proportion to the band that the filter leaves; slow noise keeps it.
   EXPECT_NEAR(measured_noise(periodic_output(0.05, 0.0), {0, kLength, kCount}, 10), 0.05 / std::sqrt(10.0), 0.002);

@@ -107,6 +107,37 @@ std::vector<Wrong> wrong_models() {
     for (Eigen::Index k = 0; k < kRows; ++k) u[k] = 2.0 * std::cos(1.2 * kStep_s * static_cast<double>(k) + 0.4);
     return record_with(fractional(0.3, 1.7, 0.9, 0.5, 0.5), u, seed);
   };
+  const auto behind = [](const std::function<double(double held, double u)>& next) {
+    return [next](std::uint64_t seed) {
+      Record record = record_with(two_poles(), many_levels(seed), seed);
+      Eigen::VectorXd v = record.input;
+      double held = 0.0;
+      for (double& u : v) u = held = next(held, u);
+      record.output = record_with(two_poles(), v, seed).output;
+      return record;
+    };
+  };
+  const auto limited = behind([](double, double u) { return std::clamp(u, -1.4, 1.4); });
+  const auto with_play = behind([](double held, double u) { return std::clamp(held, u - 0.2, u + 0.2); });
+  const auto bent_sensor = [](std::uint64_t seed) {
+    Record record = record_with(two_poles(), many_levels(seed), seed);
+    record.output = (record.output.array() + 0.1 * record.output.array().cube()).matrix();
+    return record;
+  };
+  const auto two_levels = [](std::uint64_t seed) {
+    const Eigen::VectorXd u = many_levels(seed).unaryExpr([](double level) { return level < 0.0 ? -1.5 : 1.5; });
+    return record_with(two_poles(), u, seed);
+  };
+  const auto closed_loop = [](std::uint64_t seed) {
+    // A controller takes the noise of the sensor for motion and answers a row later.
+    Record record = record_with(two_poles(), many_levels(seed), seed);
+    std::mt19937_64 draw(seed + 100);
+    Eigen::VectorXd noise(kRows);
+    for (double& e : noise) e = 0.02 * normal(draw);
+    record.input.tail(kRows - 1) -= 8.0 * noise.head(kRows - 1);
+    record.output = simulate(two_poles(), record.input, kStep_s) + noise;
+    return record;
+  };
   const std::string input = "correlates with past input";
   return {
       {"HiddenDelay", with_delay, structures::io(), "residual_input_p", input, Grade::usable, 10},
@@ -115,6 +146,13 @@ std::vector<Wrong> wrong_models() {
       {"DriftingSensor", drifting_by(0.4), structures::io(), "validation_r2_percent", "drifts", Grade::rejected, 10},
       {"SlowlyDriftingSensor", drifting_by(0.15), structures::io(), "residual_drift", "drifts", Grade::usable, 8},
       {"ExchangedColumns", exchanged, structures::io(), "validation_r2_percent", "may be exchanged", Grade::rejected,
+       10},
+      {"LimitedInput", limited, structures::io(), "nonlinearity_p", "gain changes with it", Grade::usable, 10},
+      {"Play", with_play, structures::io(), "nonlinearity_p", "play, hysteresis or a limited rate", Grade::usable, 10},
+      {"BentSensor", bent_sensor, structures::io(), "nonlinearity_p", "the sensor's changes", Grade::usable, 10},
+      {"TwoLevels", two_levels, structures::io(), "input_levels",
+       "for inputs of +-1.5 V as recorded; no statement about other amplitudes", Grade::usable, 10},
+      {"ClosedLoop", closed_loop, structures::io(), "future_input_p", "a controller closes the loop", Grade::usable,
        10},
       {"TooLittleExcitation", one_tone, structures::fo(), "excitation_order", "too little excitation", Grade::usable,
        10}};
