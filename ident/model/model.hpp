@@ -129,8 +129,8 @@ struct NonlinearityTest {
   NonlinearKind kind = NonlinearKind::level;  ///< the one of which the residual holds most
 };
 
-/// Root mean square of the noise-free output less the model's, as far as this part of the record tells, over the
-/// output's standard deviation [%].
+/// Root mean square of the noise-free output less the model's on a fresh input of the same kind, as far as this part of
+/// the record tells, over the output's standard deviation [%].
 struct PredictedError {
   double lower = 0.0;  ///< what input and nonlinear effects explain of the residual
   double upper = 0.0;  ///< that and what they may hide, or all of a residual that need not be noise

@@ -29,10 +29,13 @@ struct TestedPart {
 /// and J the input's lags and the derivatives filtered alike, all without their means, and Q an orthonormal basis of U:
 ///   input:     (Q'w)' (s^2 I + Q'J P J'Q)^-1 Q'w, rank(U) times an F of rank(U) and as many degrees of freedom as
 ///              rows less those of A and the mean are left;
-///   whiteness: n (n + 2) sum_k r_k^2 / (n - k), k = 1..20, chi-squared with 20 less the order of A; r_k is the
-///              autocorrelation of w less J times the mean of z given e, with what the covariance of z given e adds.
+///   whiteness: n (n + 2) sum_k r_k^2 / (n - k), k = 1..20, chi-squared with 20 less the order of A, which is three
+///              above that of BIC; r_k is the autocorrelation of w less J times the mean of z given e, with what the
+///              covariance of z given e adds.
 ///   future input: as input, with the lags -1..-10 and what they have beside the lags 0..20;
 ///   nonlinearity: the same with the nonlinear effects.
+/// For all but whiteness A is estimated beside the input's lags and the effects, with which z has no bound: a model of
+/// the whole residual would take a strong effect for noise.
 /// The predicted error is what a regression of w on the input's lags and the effects makes of e.
 /// A line through e is a drift when it changes by more than three standard deviations of what it leaves and two of what
 /// the parameters' errors make of it; three hold for noise of a correlation time up to a 30th of the rows.
