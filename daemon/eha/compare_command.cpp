@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/change_text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/option_values.hpp"
@@ -48,49 +49,12 @@ struct CompareCommand {
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
 
-std::string with_unit(const std::string& number, const std::string& unit) {
-  return unit.empty() ? number : number + " " + unit;
-}
-
-/// "dead_band moved by 0.1 V, joint +- 0.003 V (0.148 to 0.248)"
-std::string sentence(const ParameterChange& p, const ident::Model& model) {
-  const std::string unit = ident::unit_of(p.role, model);
-  return fmt::format("{} moved by {}, joint +- {} ({:.4g} to {:.4g})", p.name,
-                     with_unit(fmt::format("{:.3g}", p.after - p.before), unit),
-                     with_unit(fmt::format("{:.2g}", p.half_width), unit), p.before, p.after);
-}
-
-Json to_json(const ident::PlantChange& change, const ident::Model& model) {
-  Json parameters = Json::array();
-  for (const ParameterChange& p : change.parameters) {
-    parameters.push_back({{"name", p.name},
-                          {"unit", ident::unit_of(p.role, model)},
-                          {"before", p.before},
-                          {"after", p.after},
-                          {"difference", p.after - p.before},
-                          {"std", p.std},
-                          {"joint_half_width", p.half_width},
-                          {"changed", p.changed}});
-  }
-  return {{"changed", change.changed}, {"parameters", parameters}, {"undetermined", change.undetermined}};
-}
-
-/// Sentences of the parameters that changed, and of what is not determined.
-std::string described(const ident::PlantChange& change, const ident::Model& model) {
-  std::string text;
-  for (const ParameterChange& p : change.parameters) {
-    if (p.changed) text += "  " + sentence(p, model) + "\n";
-  }
-  for (const std::string& name : change.undetermined) text += "  " + name + " is not determined by both records\n";
-  return text;
-}
-
 std::string table_of(const ident::PlantChange& change, const ident::Model& model) {
   std::vector<std::vector<std::string>> rows;
   for (const ParameterChange& p : change.parameters) {
     rows.push_back({p.name, fmt::format("{:.4g}", p.before), fmt::format("{:.4g}", p.after),
                     fmt::format("{:.3g}", p.after - p.before), fmt::format("{:.2g}", p.half_width),
-                    ident::unit_of(p.role, model), p.changed ? "yes" : "no"});
+                    ident::unit_of(p, model), p.changed ? "yes" : "no"});
   }
   return text_table({{"parameter"},
                      {"before", Align::right},
@@ -130,14 +94,6 @@ struct Compared {
   std::vector<report::ComparedSubject> subjects;  ///< for the report
 };
 
-ident::PlantChange scaled(ident::PlantChange change, double factor) {
-  for (ParameterChange& p : change.parameters) {
-    if (!ident::scales_with_output(p.role)) continue;
-    for (double* value : {&p.before, &p.after, &p.std, &p.half_width}) *value *= factor;
-  }
-  return change;
-}
-
 /// A comparison for people to read.
 identify::RunComparison converted(identify::RunComparison comparison, const DisplayUnit& unit) {
   for (identify::ComparedRun& run : comparison.runs) {
@@ -145,7 +101,7 @@ identify::RunComparison converted(identify::RunComparison comparison, const Disp
     run.fit.model = in_unit(std::move(run.fit.model), unit);
     run.fit.measured *= factor;
     run.fit.simulated *= factor;
-    if (run.change) run.change = scaled(*run.change, factor);
+    if (run.change) run.change = in_output_unit(*run.change, factor);
   }
   return comparison;
 }
@@ -162,13 +118,13 @@ identify::ScoredModel converted(identify::ScoredModel scored, const DisplayUnit&
   }
   scored.rms_error *= factor;
   scored.refit_rms_error *= factor;
-  if (scored.change) scored.change = scaled(*scored.change, factor);
+  if (scored.change) scored.change = in_output_unit(*scored.change, factor);
   return scored;
 }
 
 void add_changes(std::vector<std::string>& sentences, const ident::PlantChange& change, const ident::Model& model) {
   for (const ParameterChange& p : change.parameters) {
-    if (p.changed) sentences.push_back(sentence(p, model));
+    if (p.changed) sentences.push_back(change_sentence(p, model));
   }
 }
 
@@ -190,7 +146,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                             i == 0 ? "before" : "after ", sources[i].name, model.name, score.r2_percent,
                             std::sqrt(score.mse), model.output_unit, score.samples);
     Json entry{{"source", sources[i].name}, {"model", Json::parse(ident::to_text(model))}};
-    if (run.change) entry["change"] = to_json(*run.change, model);
+    if (run.change) entry["change"] = change_json(*run.change, model);
     runs.push_back(std::move(entry));
   }
   bool any_changed = false;
@@ -199,7 +155,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const ident::Model& model = comparison.runs[i].fit.model;
     out.text += fmt::format("\n{}: {}\n", sources[i].name,
                             change.changed ? "the plant has changed" : "no change of the plant found");
-    out.text += described(change, model) + table_of(change, model);
+    out.text += change_sentences(change, model) + table_of(change, model);
     any_changed = any_changed || change.changed;
     add_changes(out.findings.sentences, change, model);
   }
@@ -253,14 +209,14 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                {"rms_error", one.rms_error},
                {"plant", plant_of(one)}};
     if (one.refit) entry["refit_rms_error"] = one.refit_rms_error;
-    if (one.change) entry["change"] = to_json(*one.change, models[i]);
+    if (one.change) entry["change"] = change_json(*one.change, models[i]);
     entries.push_back(std::move(entry));
     if (!one.of_another_plant) continue;
     sentences += fmt::format(
         "{}: a model of another plant, although it scores R2 {:.2f} %: its error is {:.1f} times that of its structure "
         "fitted to {}\n",
         files[i], best.r2_percent, one.rms_error / one.refit_rms_error, source.name);
-    sentences += described(*one.change, models[i]);
+    sentences += change_sentences(*one.change, models[i]);
   }
   out.findings.title = fmt::format("Models on {}", source.name);
   const auto of_another =
@@ -302,8 +258,8 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
                             change.parameters.empty() ? "no parameter of both is estimated"
                             : change.changed          ? "the parameters differ"
                                                       : "no difference found");
-    if (!change.parameters.empty()) out.text += described(change, models[i]) + table_of(change, models[i]);
-    entries.push_back({{"file", files[i]}, {"change", to_json(change, models[i])}});
+    if (!change.parameters.empty()) out.text += change_sentences(change, models[i]) + table_of(change, models[i]);
+    entries.push_back({{"file", files[i]}, {"change", change_json(change, models[i])}});
   }
   out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";
   out.text += "Named with a record, the models are also scored on it.\n";

@@ -11,9 +11,11 @@
 
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/usable_band.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
@@ -75,7 +77,7 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
   row.push_back(again ? fmt::format("{:.2f}", again->r2_percent) : "-");
   row.push_back(again ? fmt::format("{:.2f}", again->fit_percent) : "-");
   row.emplace_back(stability_text(model));
-  row.emplace_back(model.verdict ? text(model.verdict->grade) : "-");
+  row.emplace_back(model.verdict ? verdict_word(*model.verdict) : "-");
   row.push_back(model.estimation ? fmt::format("{:.2f}", model.estimation->seconds) : "-");
   return row;
 }
@@ -120,6 +122,7 @@ std::string notes_on(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
   const std::string name = model.name + mark;
   std::string text = fmt::format("{}: {}\n", name, formula(model));
+  if (const std::string form = ident::engineering_form(model); !form.empty()) text += fmt::format("  {}.\n", form);
   if (model.verdict) {
     for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);
     if (model.verdict->accepted) text += fmt::format("  {}\n", usable_band_text(model));

@@ -16,8 +16,10 @@
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/run_header.hpp"
+#include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
@@ -35,15 +37,20 @@ std::string line(const char* label, const std::string& text) {
   return fmt::format("{:<{}}{}\n", label, kLabel, wrapped(text, kLabel));
 }
 
-/// What estimated nothing, or all where nothing was left out.
-std::optional<Score> unseen(const Model& model) {
-  return model.validation ? std::optional(model.validation->score) : std::nullopt;
+/// Whether a part of the record did not estimate the model.
+bool has_unseen(const Model& model) { return model.validation.has_value(); }
+
+/// On the part that estimated nothing; on all samples where there is no such part.
+std::optional<Score> shown_score(const Model& model) {
+  if (has_unseen(model)) return model.validation->score;
+  return model.estimation ? std::optional(model.estimation->score) : std::nullopt;
 }
 
 std::string fit_text(const Model& model) {
-  const auto score = unseen(model);
-  if (!score) return "no part of the record was left unseen (--split 1)";
+  const auto score = shown_score(model);
+  if (!score) return "no figures";
   std::string text = fmt::format("fit {:.1f} %, R2 {:.2f} %", score->fit_percent, score->r2_percent);
+  if (!has_unseen(model)) return text + "; nothing was left unseen (--split 1)";
   const auto& again = model.validation->offset_reestimated;
   if (again && std::abs(again->fit_percent - score->fit_percent) > kSameFit) {
     text += fmt::format(" (fit {:.1f} % with the offset estimated anew)", again->fit_percent);
@@ -52,7 +59,7 @@ std::string fit_text(const Model& model) {
 }
 
 std::optional<double> largest_error(const Model& model) {
-  const auto score = unseen(model);
+  const auto score = shown_score(model);
   if (!score) return std::nullopt;
   return std::max(std::abs(score->error_min), std::abs(score->error_max));
 }
@@ -68,7 +75,7 @@ std::string band_text(const Model& model) {
 }
 
 std::string grade_text(const Model& model) {
-  return model.verdict ? std::string(ident::text(model.verdict->grade)) : "-";
+  return model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "-";
 }
 
 std::string reasons_of(const Model& model) {
@@ -86,7 +93,8 @@ std::string reasons_of(const Model& model) {
 std::string recommended_text(const Model& model, const ident::Recommendation& recommendation) {
   std::string text = line("recommended", fmt::format("{} ({})", model.name, grade_text(model)));
   text += line("equation", equation(model, 1.0, model.output_unit));
-  text += line("on unseen data", fit_text(model));
+  if (const std::string form = ident::engineering_form(model); !form.empty()) text += line("in figures", form);
+  text += line(has_unseen(model) ? "on unseen data" : "on its own data", fit_text(model));
   if (const auto error = largest_error(model))
     text += line("largest error", fmt::format("{:.3g} {}", *error, model.output_unit));
   text += line("usable band", band_text(model));
@@ -98,7 +106,7 @@ std::string recommended_text(const Model& model, const ident::Recommendation& re
 }
 
 std::vector<std::string> row_for(const Model& model, const std::string& name) {
-  const auto score = unseen(model);
+  const auto score = shown_score(model);
   const auto error = largest_error(model);
   const ident::FrequencyInterval* band = band_of(model);
   return {name,
@@ -107,6 +115,18 @@ std::vector<std::string> row_for(const Model& model, const std::string& name) {
           error ? fmt::format("{:.3g}", *error) : "-",
           band ? fmt::format("{:.2g}..{:.2g}", band->lowest_Hz, band->highest_Hz) : "-",
           grade_text(model)};
+}
+
+/// The recommended model first, then by their verdicts.
+std::vector<Model> sorted(std::vector<Model> models, const std::string& recommended) {
+  const auto rank = [&](const Model& model) {
+    if (model.name == recommended) return 0;
+    if (!model.verdict) return 4;
+    if (ident::verdict_word(*model.verdict) != ident::text(model.verdict->grade)) return 3;
+    return model.verdict->grade == ident::Grade::rejected ? 4 : model.verdict->grade == ident::Grade::usable ? 2 : 1;
+  };
+  std::stable_sort(models.begin(), models.end(), [&](const Model& a, const Model& b) { return rank(a) < rank(b); });
+  return models;
 }
 
 /// The answer with every length in the unit, also in the sentence of a model that the recommendation quotes at its end.
@@ -203,8 +223,12 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;
   std::vector<std::vector<std::string>> rows;
-  for (const Model& model : answer.models) rows.push_back(row_for(model, model.name));
+  const std::vector<Model> models = sorted(answer.models, recommendation.model);
+  for (const Model& model : models) rows.push_back(row_for(model, model.name));
   for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)"));
+  const bool on_unseen = has_unseen((answer.models.empty() ? answer.paper : answer.models).front());
+  const bool has_not_needed =
+      std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.back() == "not needed"; });
   return text + "\n" +
          text_table({{"model", Align::left},
                      {"fit %", Align::right},
@@ -213,7 +237,9 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
                      {"band Hz", Align::right},
                      {"verdict", Align::left}},
                     rows) +
-         "fit, R2, error: on unseen data. -v: every figure. Terms: eha(1)\n";
+         fmt::format("fit, R2, error: on {}. -v: every figure. Terms: eha(1)\n",
+                     on_unseen ? "unseen data" : "the samples that estimated the model") +
+         (has_not_needed ? "not needed: not wrong, but the record does without it.\n" : "");
 }
 
 }  // namespace eha::cli

@@ -7,11 +7,13 @@
 #include <utility>
 
 #include "core/os/files.hpp"
+#include "daemon/eha/change_text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
+#include "daemon/identify/comparison.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
@@ -26,6 +28,8 @@ namespace {
 constexpr const char* kValidateFooter = R"(
 Scores a model on a record it has not seen, with its offset kept and with the offset estimated anew. Shows the residual's
 correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after --discard seconds is scored.
+Fits the model's structure to the record as well, as `eha compare` does: a model whose parameters differ from that fit's
+and whose error is more than 1.5 times its error is of another plant, and rejected.
 Exit code 0: accepted; 3: rejected.
 
 Examples:
@@ -73,14 +77,15 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   model = identify::in_units_of(source, std::move(model), command.model_file);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
   options = with(options, command.record);
-  ident::ValidationReport validation;
+  identify::ScoredModel scored_here;
   try {
-    validation = ident::validate(model, source.record, options);
+    scored_here = identify::score_model(model, source, options);
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{}: {}", command.model_file, error.what()));
   } catch (const DataError& error) {
     throw DataError(fmt::format("{}: {}", command.source, error.what()));
   }
+  const ident::ValidationReport& validation = scored_here.validation;
   if (!model.stability) model.stability = ident::stability(model.transfer_function);
   model.validation = validation;
   // Another record starts at another position, so its offset says nothing about the model.
@@ -89,11 +94,17 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};
   // The band belongs to the record that the model was estimated on.
   const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
-  model.verdict = ident::judge(judged, limits, {.interpolated_percent = identify::interpolated_percent(source)});
+  ident::RecordFacts facts{.interpolated_percent = identify::interpolated_percent(source)};
+  if (scored_here.change && scored_here.change->changed && scored_here.refit_rms_error > 0.0) {
+    facts.error_over_refit = scored_here.rms_error / scored_here.refit_rms_error;
+  }
+  model.verdict = ident::judge(judged, limits, facts);
   model.verdict->usable_band = band;
 
   nlohmann::ordered_json document{{"schema", "eha-validation/1"}, {"source", command.source}};
   document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));
+  if (scored_here.refit) document["refit_rms_error"] = scored_here.refit_rms_error;
+  if (scored_here.change) document["change"] = change_json(*scored_here.change, model);
   console.print_json(document);
 
   const ident::Model shown = in_unit(model, console.unit(source.units));
@@ -105,6 +116,10 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   text += correlation_line("residual with input", validation.ccf, 0);
   text += fmt::format("{}: {}\n", model.name, ident::text(model.verdict->grade));
   for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
+  if (scored_here.of_another_plant) {
+    const double factor = console.unit(source.units).factor(model.output_unit);
+    text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);
+  }
   console.print(text);
   if (!model.verdict->accepted) return ExitCode::model_rejected;
   console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", command.model_file));

@@ -8,18 +8,23 @@
 #include <cstddef>
 
 #include "daemon/identify/thread_executor.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::identify {
 namespace {
 
 constexpr double kSameStep = 1e-6;
 
-ident::FitOptions options_of(const Source& source) {
-  ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
+/// To fit a whole record.
+ident::FitOptions whole(ident::FitOptions options) {
   options.procedure = ident::Procedure::standard;
   options.intervals = ident::IntervalMethod::straight;
   options.split = 1.0;
   return options;
+}
+
+ident::FitOptions options_of(const Source& source) {
+  return whole(source.experiment ? source.experiment->fit : ident::FitOptions{});
 }
 
 ident::FitResult fit_named(const Source& source, const ident::StructureOptions& structure,
@@ -48,8 +53,16 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
   }
   scored.refit_rms_error = std::sqrt(scored.refit->model.estimation->score.mse);
   scored.change = ident::compare_parameters(model, scored.refit->model, level);
-  scored.of_another_plant =
-      scored.change->changed && scored.rms_error > kAnotherPlant * std::max(scored.refit_rms_error, 0.0);
+  scored.of_another_plant = scored.change->changed &&
+                            scored.rms_error > ident::kGreatestErrorOverRefit * std::max(scored.refit_rms_error, 0.0);
+}
+
+ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level) {
+  ScoredModel one;
+  one.validation = ident::validate(model, source.record, options);
+  one.rms_error = std::sqrt(one.validation.offset_reestimated.value_or(one.validation.score).mse);
+  compare_with_refit(one, model, source, options, level);
+  return one;
 }
 
 }  // namespace
@@ -102,14 +115,12 @@ std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, c
   const ident::FitOptions options = options_of(source);
   const double level = kFalseAlarm / static_cast<double>(models.size());
   std::vector<ScoredModel> all;
-  for (const ident::Model& model : models) {
-    ScoredModel scored;
-    scored.validation = ident::validate(model, source.record, options);
-    scored.rms_error = std::sqrt(scored.validation.offset_reestimated.value_or(scored.validation.score).mse);
-    compare_with_refit(scored, model, source, options, level);
-    all.push_back(std::move(scored));
-  }
+  for (const ident::Model& model : models) all.push_back(scored(model, source, options, level));
   return all;
+}
+
+ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options) {
+  return scored(model, source, whole(std::move(options)), kFalseAlarm);
 }
 
 }  // namespace eha::identify

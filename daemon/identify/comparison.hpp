@@ -14,9 +14,6 @@ namespace eha::identify {
 /// Probability that a comparison names a change where nothing changed, for all parameters, runs and models together.
 inline constexpr double kFalseAlarm = 0.01;
 
-/// A model on a record that it has not seen and this far worse than one fitted to that record is of another plant.
-inline constexpr double kAnotherPlant = 1.5;
-
 /// One run compared with the first.
 struct ComparedRun {
   ident::FitResult fit;
@@ -44,11 +41,15 @@ struct ScoredModel {
   std::optional<ident::FitResult> refit;
   double refit_rms_error = 0.0;
   std::optional<ident::PlantChange> change;  ///< from the model to its refit
-  bool of_another_plant = false;             ///< parameters changed, and the error is kAnotherPlant times the refit's
+  bool of_another_plant =
+      false;  ///< parameters changed, and the error is ident::kGreatestErrorOverRefit times the refit's
 };
 
 /// Scores every model on the whole record with the same samples and criteria.
 /// @throws as ident::validate
 [[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source);
+
+/// The same of one model, with the record prepared as `options` say.
+[[nodiscard]] ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options);
 
 }  // namespace eha::identify

@@ -20,9 +20,9 @@ constexpr double kMostShown = 10.0;  // joint half widths to both sides
 std::string changes_table(const ident::PlantChange& change, const ident::Model& model) {
   std::vector<std::vector<std::string>> rows;
   for (const ident::ParameterChange& p : change.parameters) {
-    rows.push_back({p.name, ident::unit_of(p.role, model), fmt::format("{:.4g}", p.before),
-                    fmt::format("{:.4g}", p.after), fmt::format("{:.3g}", p.after - p.before),
-                    fmt::format("{:.2g}", p.half_width), p.changed ? "yes" : "no"});
+    rows.push_back({p.name, ident::unit_of(p, model), fmt::format("{:.4g}", p.before), fmt::format("{:.4g}", p.after),
+                    fmt::format("{:.3g}", p.after - p.before), fmt::format("{:.2g}", p.half_width),
+                    p.changed ? "yes" : "no"});
   }
   return table({{"parameter"},
                 {"unit"},

@@ -29,6 +29,22 @@ Series curve(std::span<const double> x, std::span<const double> y, const std::st
   return {.label = label, .x = std::move(points.x), .y = std::move(points.y), .mark = Mark::line, .style = style};
 }
 
+/// The same with each value held until the next.
+Series held(const Series& series) {
+  Series steps = series;
+  steps.x.clear();
+  steps.y.clear();
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    if (i > 0) {
+      steps.x.push_back(series.x[i]);
+      steps.y.push_back(series.y[i - 1]);
+    }
+    steps.x.push_back(series.x[i]);
+    steps.y.push_back(series.y[i]);
+  }
+  return steps;
+}
+
 std::vector<double> residual(const identify::FitTable& table, const identify::FitColumn& column) {
   std::vector<double> values(table.measured.size());
   std::transform(table.measured.begin(), table.measured.end(), column.simulated.begin(), values.begin(),
@@ -115,7 +131,7 @@ plot::Figure record_figure(const ident::Record& record, const std::string& title
   Panel output{.x_label = "", .y_label = axis_label(record.output_channel)};
   output.series.push_back(curve(time_s, all(record.output), "measured output", 1));
   Panel input{.x_label = "time [s]", .y_label = axis_label(record.input_channel)};
-  input.series.push_back(curve(time_s, all(record.input), "input", 1));
+  input.series.push_back(held(curve(time_s, all(record.input), "input", 1)));
   return {.title = title, .panels = {std::move(output), std::move(input)}};
 }
 
@@ -134,7 +150,7 @@ plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::
     ++style;
   }
   error.rules.push_back({.at = 0.0, .vertical = false});
-  input.series.push_back(curve(table.time_s, table.applied, "input", 1));
+  input.series.push_back(held(curve(table.time_s, table.applied, "input", 1)));
   if (split_s) {
     for (Panel* panel : {&output, &error, &input}) panel->rules.push_back({.at = *split_s, .vertical = true});
   }
@@ -182,7 +198,12 @@ std::size_t outside99(const ident::Correlation& correlation, int first_lag) {
 }
 
 plot::Figure pole_figure(const ident::Model& model) {
-  const ident::Poles poles = ident::poles(model.transfer_function);
+  ident::Poles poles = ident::poles(model.transfer_function);
+  // Those of whole orders in Hz, as frequencies are everywhere.
+  const bool is_in_Hz = poles.is_commensurate && std::abs(poles.base_order - 1.0) < 1e-9;
+  if (is_in_Hz) {
+    for (auto& value : poles.values) value /= 2.0 * pi;
+  }
   const Decades decades = decades_of(poles.values);
   constexpr double kReach = 1.12;
   Panel panel{.x_label = "",
@@ -199,7 +220,7 @@ plot::Figure pole_figure(const ident::Model& model) {
     panel.series.back().label = "";
     panel.captions.push_back({.x = radius * std::cos(away),
                               .y = radius * std::sin(away),
-                              .text = fmt::format("{:g}", std::pow(10.0, decade))});
+                              .text = fmt::format("{:g}{}", std::pow(10.0, decade), is_in_Hz ? " Hz" : "")});
   }
   Series points{.label = "poles of " + model.name, .mark = Mark::points, .style = 1};
   for (const auto& value : poles.values) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 
 namespace eha::report {
@@ -118,6 +119,7 @@ std::string equation(const Model& model) {
   std::string html =
       fmt::format("<p class=\"equation\">G(s) = ({}) / ({})", polynomial(g.numerator), polynomial(g.denominator));
   if (g.delay_s > 0.0) html += fmt::format(" e<sup>&minus;{:.4g} s</sup>", g.delay_s);
+  if (const std::string form = ident::engineering_form(model); !form.empty()) html += "<br>" + escaped(form);
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {
     html += fmt::format(

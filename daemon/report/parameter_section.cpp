@@ -6,6 +6,7 @@
 
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
+#include "ident/model/engineering_form.hpp"
 
 namespace eha::report {
 namespace {
@@ -91,10 +92,11 @@ std::string end_of(double value) { return std::isfinite(value) ? fmt::format("{:
 std::string parameter_table(const Model& model) {
   std::vector<std::vector<std::string>> rows;
   for (const ParameterEstimate& parameter : model.parameters) {
+    const std::string unit = ident::unit_of(parameter, model);
     if (parameter.fixed) {
-      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), "held", "", ""});
+      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), unit, "held", "", ""});
     } else {
-      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value),
+      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), unit,
                       parameter.std > 0.0 ? fmt::format("{:.2g}", parameter.std) : "not known",
                       parameter.std > 0.0 ? end_of(parameter.lower95) : "",
                       parameter.std > 0.0 ? end_of(parameter.upper95) : ""});
@@ -102,6 +104,7 @@ std::string parameter_table(const Model& model) {
   }
   return table({{"parameter"},
                 {"value", Column::number},
+                {"unit"},
                 {"standard error", Column::number},
                 {"lower 95 %", Column::number},
                 {"upper 95 %", Column::number}},

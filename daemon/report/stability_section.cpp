@@ -10,6 +10,7 @@
 #include "daemon/report/section.hpp"
 #include "ident/fractional/poles.hpp"
 #include "ident/fractional/stability.hpp"
+#include "ident/model/engineering_form.hpp"
 
 namespace eha::report {
 namespace {
@@ -34,8 +35,12 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
       model.stability ? *model.stability : ident::stability(model.transfer_function);
   const double limit_deg = 90.0 * poles.base_order;
   Remark remark;
+  const std::string figures = ident::engineering_form(model);
   remark.seen =
-      poles.is_commensurate
+      !figures.empty()
+          ? fmt::format("{}: {} (T of a real pole, f0 and damping D of a pair; unstable is the right half).",
+                        model.name, figures)
+      : poles.is_commensurate
           ? fmt::format("{} has {} pole{} in the plane of w = s^{:.4g}; unstable is |arg w| below {:.4g} deg.",
                         model.name, poles.values.size(), poles.values.size() == 1 ? "" : "s", poles.base_order,
                         limit_deg)
@@ -45,8 +50,8 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
                              stability.margin_rad * kDegrees);
   if (!poles.is_complete) remark.seen += " Not every pole could be located; the margin counts them all.";
   remark.good =
-      fmt::format("No cross within the shaded sector, and a margin above {:.2g} deg. Circles are decades of |w|.",
-                  kSmallMargin_rad * kDegrees);
+      fmt::format("No cross within the shaded sector, and a margin above {:.2g} deg. Circles are decades of {}.",
+                  kSmallMargin_rad * kDegrees, figures.empty() ? "|w|" : "f0");
   const double slowest = slowest_s(poles);
   const double duration_s = subject.fit.time_s.empty() ? 0.0 : subject.fit.time_s.back() - subject.fit.time_s.front();
   if (poles.order_at_zero > 0.0 && stability.margin_rad > -1e-9) {

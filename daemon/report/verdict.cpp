@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/verdict.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -113,7 +115,7 @@ Section models_section(const Subject& subject) {
     const ident::Score* unseen = unseen_score(model);
     const bool has_criterion = model.estimation && model.estimation->information;
     rows.push_back(
-        {model.name, model.verdict ? std::string(ident::text(model.verdict->grade)) : "not judged",
+        {model.name, model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "not judged",
          model.estimation ? number("{:.2f}", model.estimation->score.r2_percent) : "-",
          unseen != nullptr ? number("{:.2f}", unseen->r2_percent) : "-",
          unseen != nullptr ? number("{:.2f}", unseen->fit_percent) : "-",
@@ -143,7 +145,7 @@ Section models_section(const Subject& subject) {
   section.items.push_back(std::move(overview));
   for (const ReportedModel& reported : subject.models) {
     const Model& model = reported.model;
-    Item item{.heading = model.name + (model.verdict ? ": " + std::string(ident::text(model.verdict->grade)) : "")};
+    Item item{.heading = model.name + (model.verdict ? ": " + std::string(ident::verdict_word(*model.verdict)) : "")};
     const bool is_first = &reported == &subject.models.front();
     // The first one's equation and reasons are in the box above.
     if (!is_first) item.html = equation(model) + (model.verdict ? list(model.verdict->reasons) : "");

@@ -15,6 +15,7 @@
 #include "ident/uncertainty/stored_covariance.hpp"
 #include "ident/validation/correlation.hpp"
 #include "ident/validation/excitation_order.hpp"
+#include "ident/validation/record_findings.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/score.hpp"
 
@@ -248,7 +249,11 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   report.tests = residual_tests(
       tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known, effects));
   report.input_levels = few_levels(record.input);
-  report.saturated_percent = saturated_percent(result.measured, result.simulated);
+  const ComparedRows rows{result.time_s, input, result.measured, result.simulated};
+  report.end_stop = end_stop(rows);
+  report.jump = report.end_stop ? std::nullopt : error_jump(rows);
+  report.saturated_percent =
+      std::max(saturated_percent(result.measured, result.simulated), report.end_stop ? report.end_stop->percent : 0.0);
   const std::optional<ValveMap>& map = result.model.input_map;
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
   if (estimated > 0) {

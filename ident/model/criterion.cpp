@@ -28,6 +28,7 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
     {Kind::extrapolated, "extrapolated_percent", "", Unit::percent, Weight::lowers},
     {Kind::error_over_noise, "error_over_noise", "", Unit::none, Weight::lowers},
     {Kind::far_error_over_noise, "far_error_over_noise", "", Unit::none, Weight::rejects},
+    {Kind::error_over_refit, "error_over_refit", "", Unit::none, Weight::rejects},
     {Kind::stability_margin, "stability_margin_rad", "", Unit::radian, Weight::rejects},
     {Kind::excitation_order, "excitation_order", "", Unit::none, Weight::lowers},
     {Kind::order_error, "std_", "", Unit::none, Weight::rejects},

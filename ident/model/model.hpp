@@ -153,6 +153,22 @@ struct InputLevels {
   double upper = 0.0;  ///< as lower for a constant input
 };
 
+/// The output stood at its greatest or least value while the input asked for more: a rod on its end stop.
+struct EndStop {
+  double level = 0.0;    ///< where it stood [output unit]
+  double from_s = 0.0;   ///< begin of the first stay, time of the record
+  double percent = 0.0;  ///< rows of all stays
+  /// The longest stretch without a stay; none: from the beginning, to the end.
+  std::optional<double> clean_from_s = {};
+  std::optional<double> clean_to_s = {};
+};
+
+/// A sudden change of the error that stays.
+struct ErrorJump {
+  double time_s = 0.0;  ///< of the record
+  double change = 0.0;  ///< [output unit]
+};
+
 /// The model held against the part of the record that did not estimate.
 struct ValidationReport {
   Score score;                              ///< bias and offset kept
@@ -167,6 +183,8 @@ struct ValidationReport {
   /// Samples, estimating ones included, at which the output stays at its greatest or least value while the model goes
   /// on beyond it [%].
   std::optional<double> saturated_percent = {};
+  std::optional<EndStop> end_stop = {};  ///< of all compared samples
+  std::optional<ErrorJump> jump = {};    ///< of all compared samples
   /// The order of the input to G at all compared samples, see excitation_order(); none for a constant input.
   std::optional<std::size_t> excitation_order = {};
   std::optional<InputLevels> input_levels = {};  ///< none where the input takes more than two values

@@ -191,20 +191,11 @@ NonlinearityTest read_nonlinearity(const Node& node) {
 }
 
 ValidationReport read_validation(const Node& node) {
-  std::vector<std::string_view> keys{"r2_percent",
-                                     "mse",
-                                     "fit_percent",
-                                     "error_min",
-                                     "error_max",
-                                     "samples",
-                                     "acf",
-                                     "ccf",
-                                     "residual_tests",
-                                     "extrapolated_percent",
-                                     "saturated_percent",
-                                     "excitation_order",
-                                     "input_levels",
-                                     "offset_reestimated"};
+  std::vector<std::string_view> keys{
+      "r2_percent",        "mse",      "fit_percent", "error_min",        "error_max",
+      "samples",           "acf",      "ccf",         "residual_tests",   "extrapolated_percent",
+      "saturated_percent", "end_stop", "jump",        "excitation_order", "input_levels",
+      "offset_reestimated"};
   for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
   const Node object = node.object(keys);
   ValidationReport report;
@@ -235,6 +226,20 @@ ValidationReport read_validation(const Node& node) {
   }
   if (object.has("extrapolated_percent")) object.read("extrapolated_percent", report.extrapolated_percent.emplace());
   if (object.has("saturated_percent")) object.read("saturated_percent", report.saturated_percent.emplace());
+  if (object.has("end_stop")) {
+    const Node stop = object.at("end_stop").object({"level", "from_s", "percent", "clean_from_s", "clean_to_s"});
+    EndStop& read = report.end_stop.emplace();
+    stop.read("level", read.level);
+    stop.read("from_s", read.from_s);
+    stop.read("percent", read.percent);
+    if (stop.has("clean_from_s")) stop.read("clean_from_s", read.clean_from_s.emplace());
+    if (stop.has("clean_to_s")) stop.read("clean_to_s", read.clean_to_s.emplace());
+  }
+  if (object.has("jump")) {
+    const Node jump = object.at("jump").object({"time_s", "change"});
+    jump.read("time_s", report.jump.emplace().time_s);
+    jump.read("change", report.jump->change);
+  }
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("input_levels")) {
     std::vector<double> levels;

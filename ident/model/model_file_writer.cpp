@@ -133,6 +133,13 @@ OrderedJson validation_to_json(const ValidationReport& report) {
   }
   if (report.extrapolated_percent) object["extrapolated_percent"] = *report.extrapolated_percent;
   if (report.saturated_percent) object["saturated_percent"] = *report.saturated_percent;
+  if (const auto& stop = report.end_stop) {
+    OrderedJson written = {{"level", stop->level}, {"from_s", stop->from_s}, {"percent", stop->percent}};
+    if (stop->clean_from_s) written["clean_from_s"] = *stop->clean_from_s;
+    if (stop->clean_to_s) written["clean_to_s"] = *stop->clean_to_s;
+    object["end_stop"] = std::move(written);
+  }
+  if (report.jump) object["jump"] = {{"time_s", report.jump->time_s}, {"change", report.jump->change}};
   if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
   if (const auto& levels = report.input_levels) object["input_levels"] = {levels->lower, levels->upper};
   if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);

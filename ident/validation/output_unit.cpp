@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/output_unit.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "ident/validation/verdict.hpp"
 
@@ -68,6 +71,8 @@ Model in_output_unit(Model model, const std::string& unit, double factor) {
   if (auto& validation = model.validation) {
     rescale(validation->score, factor);
     if (validation->offset_reestimated) rescale(*validation->offset_reestimated, factor);
+    if (validation->end_stop) validation->end_stop->level *= factor;
+    if (validation->jump) validation->jump->change *= factor;
     if (validation->tests && validation->tests->drift) {
       validation->tests->drift->change *= factor;
       validation->tests->drift->expected *= factor;
@@ -92,6 +97,14 @@ Model in_output_unit(Model model, const std::string& unit, double factor) {
   return model;
 }
 
+PlantChange in_output_unit(PlantChange change, double factor) {
+  for (ParameterChange& p : change.parameters) {
+    if (!scales_with_output(p.role)) continue;
+    for (double* value : {&p.before, &p.after, &p.std, &p.half_width}) *value *= factor;
+  }
+  return change;
+}
+
 Model in_unit(Model model, const DisplayUnit& unit) {
   const std::string shown = unit.of(model.output_unit);
   if (shown == model.output_unit) return model;
@@ -100,11 +113,20 @@ Model in_unit(Model model, const DisplayUnit& unit) {
 }
 
 std::string requoted(std::string text, const Model& before, const Model& after) {
-  if (!before.verdict || before.verdict->reasons.empty() || !after.verdict || after.verdict->reasons.empty())
-    return text;
-  const std::string& quoted = before.verdict->reasons.front();
-  if (!quoted.empty() && text.ends_with(quoted)) {
-    text.replace(text.size() - quoted.size(), quoted.size(), after.verdict->reasons.front());
+  if (!before.verdict || !after.verdict) return text;
+  const std::vector<std::string>& reasons = before.verdict->reasons;
+  const std::vector<std::string>& shown = after.verdict->reasons;
+  for (std::size_t i = 0; i < std::min(reasons.size(), shown.size()); ++i) {
+    const auto without_point = [](std::string sentence) {
+      if (sentence.ends_with('.')) sentence.pop_back();
+      return sentence;
+    };
+    const std::string quoted = without_point(reasons[i]);
+    if (quoted.empty()) continue;
+    const std::string instead = without_point(shown[i]);
+    for (std::size_t at = text.find(quoted); at != std::string::npos; at = text.find(quoted, at + instead.size())) {
+      text.replace(at, quoted.size(), instead);
+    }
   }
   return text;
 }

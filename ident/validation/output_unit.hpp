@@ -6,6 +6,7 @@
 #include "core/display_unit.hpp"
 #include "ident/model/model.hpp"
 #include "ident/structure/parameter_role.hpp"
+#include "ident/validation/parameter_change.hpp"
 
 namespace eha::ident {
 
@@ -16,11 +17,14 @@ namespace eha::ident {
 /// verdict. @param factor  what an output in the model's unit is multiplied by, positive
 [[nodiscard]] Model in_output_unit(Model model, const std::string& unit, double factor);
 
+/// The same of a change's figures.
+[[nodiscard]] PlantChange in_output_unit(PlantChange change, double factor);
+
 /// The model with its output in a unit for people, where that is a length.
 [[nodiscard]] Model in_unit(Model model, const DisplayUnit& unit);
 
-/// A text that ends with the first reason of a verdict, as recommendations do, with the reason of the same model in
-/// another unit in its place; other texts unchanged.
+/// A text with each reason of a model's verdict that it quotes, as recommendations do, replaced by the same reason of
+/// the model in another unit.
 [[nodiscard]] std::string requoted(std::string text, const Model& before, const Model& after);
 
 }  // namespace eha::ident

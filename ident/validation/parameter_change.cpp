@@ -5,6 +5,8 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
+#include "ident/model/engineering_form.hpp"
+
 namespace eha::ident {
 namespace {
 
@@ -22,6 +24,44 @@ double degrees_of_freedom(const Model& model) {
 bool is_of_plant(ParameterRole role) {
   return role != ParameterRole::initial_output && role != ParameterRole::initial_state &&
          role != ParameterRole::past_input;
+}
+
+bool is_of_map(ParameterRole role) {
+  return role == ParameterRole::valve_null || role == ParameterRole::dead_band ||
+         role == ParameterRole::negative_gain_ratio;
+}
+
+/// What one more of `cause` makes of the estimate of `name`, all else following: their covariance over the variance of
+/// `cause`; 0 where the model does not know it.
+double slope_in(const Model& model, const std::string& name, const std::string& cause) {
+  if (!model.estimation || !model.estimation->correlation) return 0.0;
+  const ParameterCorrelation& known = *model.estimation->correlation;
+  const auto index = [&](const std::string& wanted) {
+    return static_cast<std::size_t>(std::find(known.names.begin(), known.names.end(), wanted) - known.names.begin());
+  };
+  const auto std_of = [&](const std::string& wanted) {
+    const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                 [&](const ParameterEstimate& p) { return p.name == wanted; });
+    return at == model.parameters.end() ? 0.0 : at->std;
+  };
+  const std::size_t i = index(name);
+  const std::size_t k = index(cause);
+  const double cause_std = std_of(cause);
+  if (i >= known.matrix.size() || k >= known.matrix.size() || !(cause_std > 0.0)) return 0.0;
+  const double slope = known.matrix[i].at(k) * std_of(name) / cause_std;
+  return std::isfinite(slope) ? slope : 0.0;
+}
+
+/// Shift of a parameter that the changes of the map make, by either model's correlations.
+double shift_by_map(const PlantChange& change, const std::string& name, const Model& before, const Model& after) {
+  double shift = 0.0;
+  for (const ParameterChange& cause : change.parameters) {
+    if (!is_of_map(cause.role) || !cause.changed) continue;
+    const double slope =
+        std::max(std::abs(slope_in(before, name, cause.name)), std::abs(slope_in(after, name, cause.name)));
+    shift += slope * std::abs(cause.after - cause.before);
+  }
+  return shift;
 }
 
 }  // namespace
@@ -46,6 +86,10 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
   for (ParameterChange& p : change.parameters) {
     p.half_width = factor * p.std;
     p.changed = std::abs(p.after - p.before) > p.half_width;
+  }
+  for (ParameterChange& p : change.parameters) {
+    if (!is_of_map(p.role)) p.half_width += shift_by_map(change, p.name, before, after);
+    p.changed = std::abs(p.after - p.before) > p.half_width;
     change.changed = change.changed || p.changed;
   }
   const auto outside = [](const ParameterChange& p) {
@@ -57,17 +101,8 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
   return change;
 }
 
-std::string unit_of(ParameterRole role, const Model& model) {
-  switch (role) {
-    case ParameterRole::input_bias:
-    case ParameterRole::valve_null:
-    case ParameterRole::dead_band:
-      return model.input_unit;
-    case ParameterRole::delay:
-      return "s";
-    default:
-      return "";
-  }
+std::string unit_of(const ParameterChange& change, const Model& model) {
+  return unit_of(ParameterEstimate{.name = change.name, .role = change.role}, model);
 }
 
 }  // namespace eha::ident

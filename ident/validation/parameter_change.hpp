@@ -30,10 +30,13 @@ struct PlantChange {
 /// The intervals are joint: with `level` the probability that any of them excludes 0 although nothing changed is at
 /// most `level` (Bonferroni), each by Student's t with the fewer effective samples of the two. Standard errors of
 /// independent records add in squares; a parameter without one counts as known.
+/// A map of straight lines stands for a curved valve. Where a parameter of the map changed, the joint interval of each
+/// parameter beside it also includes the shift that its estimated correlation with the changed one makes of that
+/// change: a dead band that grew is not named as a change of the gain too.
 /// @param level  0 < level < 1, for all parameters together
 [[nodiscard]] PlantChange compare_parameters(const Model& before, const Model& after, double level);
 
-/// The unit of a parameter: the input's, seconds, or none for a coefficient or an order.
-[[nodiscard]] std::string unit_of(ParameterRole role, const Model& model);
+/// Unit of a changed parameter of a model, as of any of its parameters.
+[[nodiscard]] std::string unit_of(const ParameterChange& change, const Model& model);
 
 }  // namespace eha::ident

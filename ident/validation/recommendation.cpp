@@ -98,7 +98,8 @@ std::string better_but_rejected(const Model& picked, const Models& all, const Mo
     if (gain < kFractionalGain || is_accepted(*model) || model == named) continue;
     std::string reason = first_reason(*model);
     if (reason.ends_with('.')) reason.pop_back();
-    text += fmt::format("; {}, {:.1f} better, is rejected: {}", model->name, gain, reason);
+    text += fmt::format("; {}, {:.1f} better, is {}: {}", model->name, gain,
+                        model->verdict ? verdict_word(*model->verdict) : "rejected", reason);
   }
   return text;
 }

@@ -222,6 +222,10 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   } else {
     judgement.lower(Grade::rejected);
   }
+  if (facts.error_over_refit) {
+    judgement.criterion(Kind::error_over_refit, *facts.error_over_refit, kGreatestErrorOverRefit,
+                        *facts.error_over_refit <= kGreatestErrorOverRefit);
+  }
   judge_stability(model, limits, judgement);
   judge_parameters(model, judgement);
   Verdict verdict = judgement.verdict();

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ident/acceptance_limits.hpp"
@@ -16,6 +17,10 @@ inline constexpr double kMostInterpolated_percent = 1.0;
 /// A validating residual above this many times the measured noise shows a part of the plant that the model lacks.
 inline constexpr double kGreatestErrorOverNoise = 3.0;
 
+/// A model whose parameters differ from those of its structure fitted to another record, and whose error there is more
+/// than this many times the refit's, is of another plant, whatever its R2.
+inline constexpr double kGreatestErrorOverRefit = 1.5;
+
 /// Share of the residual's power that past input makes, which the residual's test has to notice.
 inline constexpr double kNoticedShare = 0.1;
 
@@ -27,30 +32,38 @@ struct RecordFacts {
   std::optional<double> noise_std = {};
   /// Its excitation repeats, but the record holds too few periods to measure the noise from.
   bool lacks_periods = false;
+  /// On a record that the model has not seen, the rms error over that of the structure fitted to it; none where no
+  /// parameter differs.
+  std::optional<double> error_over_refit = {};
 };
 
 /// Compares a fitted model with the experiment's limits and with the information in its own record.
-/// Rejects for: a fit that did not converge; an R2 below or an error above its limit; a model that is unstable or too
-/// near to it, a pole at 0 that its structure declares apart; a free order whose standard error exceeds 0.15 or whose
-/// term costs less than 10 of AR-BIC to leave out; a free coefficient whose 95 % interval does not exclude 0; an error
-/// of more than ten times the noise unless the fit is 95 %; a record of which more than kMostInterpolated_percent was
-/// not measured, as an interpolated sample agrees with any smooth model. A model that is not rejected is good when it
-/// passes the rest too, else usable: each residual test at 1 %, no drift of the residual, no nonlinear effect in it
-/// (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a fresh input of at most 5 %,
-/// at most 1 % of samples at which the output is at its limit and the model is not, a validating error (rms) of at most
-/// kGreatestErrorOverNoise times the noise, at most 5 % of the validating samples with an input beyond the estimating
-/// ones, and an input of an excitation order no less than the parameters of G. A criterion that a short record does not
-/// determine is not judged, and the model is usable: the residual tests on fewer than some 70 samples or where passing
-/// says little (see kNoticedShare), a predicted error whose interval holds 5 %, other amplitudes than those of an input
-/// of two levels, the noise of an excitation that repeats without two periods. Every criterion that applied is listed
-/// with value and limit; each that failed or was not judged has a sentence, those of a rejection first. A model without
-/// validation (the whole record estimated) is judged by its estimation figures, and usable; a sentence says so. Never
-/// throws on a model's content; a figure that is not finite does not pass.
+/// Rejects for: a fit that did not converge; an R2 below or an error above its limit; a model of another plant; one
+/// that is unstable or too near to it, a pole at 0 that its structure declares apart; a free order whose standard error
+/// exceeds 0.15 or whose term costs less than 10 of AR-BIC to leave out; a free coefficient whose 95 % interval does
+/// not exclude 0; an error of more than ten times the noise unless the fit is 95 %; a record of which more than
+/// kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth model. A model that is
+/// not rejected is good when it passes the rest too, else usable: each residual test at 1 %, no drift of the residual,
+/// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a
+/// fresh input of at most 5 %, at most 1 % of samples at which the output is at its limit and the model is not, a
+/// validating error (rms) of at most kGreatestErrorOverNoise times the noise, at most 5 % of the validating samples
+/// with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of G. A
+/// criterion that a short record does not determine is not judged, and the model is usable: the residual tests on fewer
+/// than some 70 samples or where passing says little (see kNoticedShare), a predicted error whose interval holds 5 %,
+/// other amplitudes than those of an input of two levels, the noise of an excitation that repeats without two periods.
+/// Every criterion that applied is listed with value and limit; each that failed or was not judged has a sentence,
+/// those of a rejection first. A model without validation (the whole record estimated) is judged by its estimation
+/// figures, and usable; a sentence says so. Never throws on a model's content; a figure that is not finite does not
+/// pass.
 [[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts = {});
 
 /// The sentences of a verdict in the unit of the model's output: one for each criterion that failed or was not judged,
 /// and notes. Those of a rejection first.
 /// @param verdict  of this model; its stored sentences are not read
 [[nodiscard]] std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict);
+
+/// The verdict in one word for tables: its grade, but "not needed" for a rejected model that is wrong in nothing, of
+/// which the record only leaves parameters undetermined or shows that it does without them.
+[[nodiscard]] std::string_view verdict_word(const Verdict& verdict);
 
 }  // namespace eha::ident

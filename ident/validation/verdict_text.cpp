@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -86,7 +87,7 @@ class Reasons {
            Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::saturated,
            Kind::extrapolated});
     note_low_r2();
-    about({Kind::error_over_noise, Kind::far_error_over_noise});
+    about({Kind::error_over_noise, Kind::far_error_over_noise, Kind::error_over_refit});
     if (model_.estimation && !model_.validation) {
       notes_.emplace_back(
           "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
@@ -95,8 +96,11 @@ class Reasons {
     about({Kind::stability_margin, Kind::excitation_order, Kind::order_error, Kind::left_out,
            Kind::coefficient_interval});
     note_wide_intervals();
-    rejections_.insert(rejections_.end(), notes_.begin(), notes_.end());
-    return std::move(rejections_);
+    std::vector<std::string> all = causes();
+    for (std::vector<std::string>* sentences : {&rejections_, &notes_}) {
+      all.insert(all.end(), sentences->begin(), sentences->end());
+    }
+    return all;
   }
 
  private:
@@ -110,95 +114,171 @@ class Reasons {
     }
   }
 
+  /// What is wrong, the figure, what to do.
   [[nodiscard]] std::string failed(const Criterion& c) const {
     const std::string& unit = model_.output_unit;
     switch (c.kind) {
       case Kind::interpolated:
         return fmt::format(
-            "{:.3g} % of the record was not measured but interpolated, which is above the limit of {:.3g} %.", c.value,
-            c.limit);
+            "Part of the record was not measured: {:.3g} % of its rows are interpolated, more than {:.3g} %; record "
+            "again.",
+            c.value, c.limit);
       case Kind::converged:
         if (!model_.estimation) return {};
-        return fmt::format("The estimation did not converge: it ended after {} evaluations with \"{}\".",
-                           model_.estimation->evaluations, model_.estimation->termination);
+        return fmt::format(
+            "The search found no best parameters: after {} evaluations it ended with \"{}\"; fit a simpler model, or "
+            "record longer.",
+            model_.estimation->evaluations, model_.estimation->termination);
       case Kind::r2:
-        return fmt::format("The {} R2 of {:.4g} % is below the limit of {:.4g} %.", c.parameter, c.value, c.limit);
+        return fmt::format(
+            "The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; look at the "
+            "error "
+            "over time in the report, {}.",
+            c.parameter, c.value, c.limit, remedy());
       case Kind::max_abs_error:
-        return fmt::format("The greatest {} error of {:.4g} {} is above the limit of {:.4g} {}.", c.parameter, c.value,
-                           unit, c.limit, unit);
+        return fmt::format(
+            "The model is too far off at one place: the greatest {} error of {:.4g} {} is above the limit of {:.4g} "
+            "{}; "
+            "look there in the report, and cut a disturbance with --from or --to.",
+            c.parameter, c.value, unit, c.limit, unit);
       case Kind::residual_input:
         return fmt::format(
-            "The residual correlates with past input (p = {:.2g} for lags 0 to 20 together): the model may miss a part "
-            "of the plant.",
-            c.value);
+            "The input still moves what the model leaves over (p = {:.2g} for lags 0 to 20): a part of the plant may "
+            "be "
+            "missing; {}, or ignore it {}.",
+            c.value, remedy(), where_it_matters());
       case Kind::residual_whiteness:
         return fmt::format(
-            "The residual is no autoregressive noise of order {} (p = {:.2g} for lags 1 to 20 together).",
-            model_.validation && model_.validation->tests ? model_.validation->tests->ar_order : 0, c.value);
+            "Something that is not the input moves the output, such as friction, hum or vibration: what the model "
+            "leaves "
+            "over is no plain noise (p = {:.2g} for lags 1 to 20, beyond order {}); ignore it {}, else record longer.",
+            c.value, model_.validation && model_.validation->tests ? model_.validation->tests->ar_order : 0,
+            where_it_matters());
       case Kind::nonlinearity:
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
         return fmt::format(
-            "The residual depends on the {}, which the structure lacks (p = {:.2g}). At another amplitude the error is "
-            "another one.",
+            "The plant bends where the structure is straight: the residual depends on the {} (p = {:.2g}), and at "
+            "another "
+            "amplitude the error is another one; use the model at the recorded amplitudes, or try a valve map.",
             effect_of(model_.validation->tests->nonlinearity->kind), c.value);
       case Kind::future_input:
         return fmt::format(
-            "The residual correlates with the input that follows (p = {:.2g}): a controller closes the loop, and the "
-            "model may be biased.",
+            "The output moves the input: the residual correlates with the input that follows (p = {:.2g}), a "
+            "controller "
+            "closes the loop, and the model may be biased; record with the loop open.",
             c.value);
       case Kind::predicted_error:
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->error) return {};
         return fmt::format(
-            "The noise-free output of a fresh input of the same kind is predicted to differ by {:.2g} to {:.2g} % of "
-            "its standard deviation, more than {:g} %.",
+            "The model is not exact enough: on a fresh input of the same kind it is predicted to be off by {:.2g} to "
+            "{:.2g} % of the output's standard deviation, more than {:g} %; record longer.",
             c.value, model_.validation->tests->error->upper, c.limit);
       case Kind::residual_drift:
         return fmt::format(
-            "The residual drifts by {:.3g} {} over the validation part, more than the {:.3g} {} that noise and the "
-            "parameters' errors explain: the sensor or an offset drifts.",
+            "The sensor or an offset drifts: by {:.3g} {} over the validation part, more than the {:.3g} {} that noise "
+            "and the parameters' errors explain; record when the oil is warm, or shorter.",
             c.value, unit, c.limit, unit);
       case Kind::saturated:
+        if (model_.validation && model_.validation->end_stop) return {};  // a note says it, with the time
         return fmt::format(
-            "The output stays at its greatest or least value for {:.3g} % of the samples while the model goes on, more "
-            "than {:.3g} %: sensor or actuator saturate.",
+            "Sensor or actuator saturate: the output stays at its greatest or least value for {:.3g} % of the samples "
+            "while the model goes on, more than {:.3g} %; record with smaller amplitudes, or cut with --from and --to.",
             c.value, c.limit);
       case Kind::extrapolated:
         return fmt::format(
-            "{:.3g} % of the validating samples have an input far outside the range that the model was estimated on, "
-            "more than {:.3g} %.",
+            "The model is tried beyond what it has seen: {:.3g} % of the validating samples have an input outside the "
+            "estimating ones, more than {:.3g} %; record both parts with the same amplitudes.",
             c.value, c.limit);
       case Kind::error_over_noise:
       case Kind::far_error_over_noise: {
         if (!model_.validation) return {};
         const double error = std::sqrt(model_.validation->score.mse);
         return fmt::format(
-            "The validation error of {:.3g} {} (rms) is {:.3g} times the noise of {:.3g} {} that differs between the "
-            "record's periods, more than {:.3g}: the model misses a part of the plant.",
-            error, unit, c.value, error / c.value, unit, c.limit);
+            "The model misses a part of the plant: its validation error of {:.3g} {} (rms) is {:.3g} times the noise "
+            "of "
+            "{:.3g} {} that differs between the record's periods, more than {:.3g}; {}, or ignore it {}.",
+            error, unit, c.value, error / c.value, unit, c.limit, remedy(), where_it_matters());
       }
+      case Kind::error_over_refit:
+        return fmt::format(
+            "It is a model of another plant, or the plant has changed: its error is {:.3g} times that of its structure "
+            "fitted to this record, more than {:.3g}, and parameters differ; `eha compare` with both names them; fit a "
+            "new model.",
+            c.value, c.limit);
       case Kind::stability_margin:
         return unstable(c);
       case Kind::excitation_order:
         return fmt::format(
-            "The input is persistently exciting of order {:g} only (a tone gives 2), less than the {:g} estimated "
-            "parameters of G: too little excitation to test the model.",
+            "The input tests the model too little: it is persistently exciting of order {:g} (a tone gives 2), less "
+            "than the {:g} estimated parameters of G; record with more tones or levels.",
             c.value, c.limit);
       case Kind::order_error:
-        return fmt::format("{}: its standard error of {:.2g} exceeds {}.", estimate(c.parameter), c.value, c.limit);
+        return undetermined_order(c);
       case Kind::left_out:
-        return fmt::format("{}: leaving its term out costs {:.1f} of AR-BIC, less than {}.", estimate(c.parameter),
-                           c.value, c.limit);
+        return fmt::format(
+            "The record does not need the term of order {}: without it the model is as good (AR-BIC rises by {:.1f}, "
+            "less than {}); use the model without it.",
+            estimate(c.parameter), c.value, c.limit);
       case Kind::coefficient_interval: {
         const ParameterEstimate* p = find(c.parameter);
         if (p == nullptr) return {};
-        return fmt::format("{}: compatible with 0, its 95 % interval is {:.3g} to {:.3g}.", estimate(c.parameter),
-                           p->lower95, p->upper95);
+        return fmt::format(
+            "The record does not need {}: it may be 0, its 95 % interval is {:.3g} to {:.3g}; use the model without "
+            "it, "
+            "or record longer.",
+            c.parameter, p->lower95, p->upper95);
       }
       case Kind::input_levels:
       case Kind::other:
         break;
     }
     return {};
+  }
+
+  /// One width, the greater of the interval's and the one that the standard error gives.
+  [[nodiscard]] std::string undetermined_order(const Criterion& c) const {
+    const ParameterEstimate* p = find(c.parameter);
+    const double half_width = std::max(kInterval95 * c.value, p == nullptr ? 0.0 : half_width95(*p));
+    const std::string value = p == nullptr ? c.parameter : fmt::format("{} = {:.3g}", c.parameter, p->value);
+    return fmt::format(
+        "The record hardly determines the order {}: its 95 % interval is +- {:.2g}, more than +- {:.2g}; use a model "
+        "of "
+        "fewer parameters, or record longer.",
+        value, half_width, kInterval95 * c.limit);
+  }
+
+  /// What may describe more of the plant.
+  [[nodiscard]] std::string remedy() const {
+    return model_.input_map ? "try another structure" : "try the valve map (--input-map valve)";
+  }
+  /// "where an error of 0.012 in does not matter"
+  [[nodiscard]] std::string where_it_matters() const {
+    if (!model_.validation) return "where the error does not matter";
+    return fmt::format("where an error of {:.2g} {} (rms) does not matter", std::sqrt(model_.validation->score.mse),
+                       model_.output_unit);
+  }
+
+  /// Causes that lie in the record, with the command that cuts them off. They come first.
+  [[nodiscard]] std::vector<std::string> causes() const {
+    std::vector<std::string> found;
+    if (!model_.validation) return found;
+    const std::string& unit = model_.output_unit;
+    if (const auto& stop = model_.validation->end_stop) {
+      std::string cut;
+      if (stop->clean_from_s) cut += fmt::format(" --from {:.4g}", *stop->clean_from_s);
+      if (stop->clean_to_s) cut += fmt::format(" --to {:.4g}", *stop->clean_to_s);
+      found.push_back(fmt::format(
+          "The rod stands on an end stop, at {:.4g} {} from {:.4g} s, in {:.2g} % of the samples: no model follows it "
+          "there; cut with{}, or record nearer to mid-travel.",
+          stop->level, unit, stop->from_s, stop->percent, cut));
+    }
+    if (const auto& jump = model_.validation->jump) {
+      found.push_back(fmt::format(
+          "The error jumps by {:.3g} {} at {:.4g} s: the sensor slipped, the load changed or rows are missing there; "
+          "cut with --to {:.4g} or --from {:.4g}.",
+          jump->change, unit, jump->time_s, jump->time_s, jump->time_s));
+    }
+    return found;
   }
 
   [[nodiscard]] std::string not_judged(const Criterion& c) const {
@@ -244,21 +324,29 @@ class Reasons {
     if (!model_.stability) return "The model's stability was not determined, and the limits require it.";
     const StabilityReport& stability = *model_.stability;
     if (stability.stable) {
-      return fmt::format("The stability margin of {:.4g} rad is below the limit of {:.4g} rad.", c.value, c.limit);
+      return fmt::format(
+          "The model is nearly unstable: its stability margin of {:.4g} rad is below the limit of {:.4g} rad; record "
+          "longer, or lower min_stability_margin_rad in [acceptance].",
+          c.value, c.limit);
     }
     if (only_integrates(model_.transfer_function)) {
       return "The model integrates, and the limits require a stable one; [acceptance] require_stable = false of an "
              "experiment file allows it.";
     }
-    return fmt::format("The model is unstable (test: {}, margin {:.4g} rad), and the limits require a stable one.",
-                       stability.test, stability.margin_rad);
+    return fmt::format(
+        "The model is unstable (test: {}, margin {:.4g} rad), and the limits require a stable one; record longer, or "
+        "fit "
+        "a simpler model.",
+        stability.test, stability.margin_rad);
   }
 
   void note_flat_ridge() {
     if (!model_.estimation || !model_.estimation->converged) return;
     if (model_.estimation->termination != text(Termination::flat_ridge)) return;
     notes_.emplace_back(
-        "The cost is flat along a ridge: the estimates compensate each other there, the output hardly changes.");
+        "Several parameters compensate each other: the cost is flat along a ridge, and the output hardly changes; use "
+        "the "
+        "model as a whole, no single value of it.");
   }
 
   void note_low_r2() {
@@ -267,13 +355,16 @@ class Reasons {
     if (!model_.validation || r2 == verdict_.criteria.end() || !(r2->value < r2->limit)) return;
     if (leads(model_.validation->ccf)) {
       notes_.emplace_back(
-          "The residual correlates with future input more than with past input: input and output may be exchanged, or "
-          "a controller closes the loop.");
+          "Input and output may be exchanged, or a controller closes the loop: the residual correlates with future "
+          "input more than with past input; check --input and --output, or record in open loop.");
     }
     if (!model_.validation->offset_reestimated) return;
     const double anew = model_.validation->offset_reestimated->r2_percent;
     notes_.push_back(fmt::format("With the offset estimated anew on the validation part R2 is {:.4g} %{}.", anew,
-                                 anew >= r2->limit ? ": the sensor or an offset drifts between the two parts" : ""));
+                                 anew >= r2->limit
+                                     ? ": the sensor or an offset drifts between the two parts; record when the "
+                                       "oil is warm, or shorter"
+                                     : ""));
   }
 
   void note_allowed_instability() {
@@ -289,8 +380,9 @@ class Reasons {
     for (const ParameterEstimate& p : model_.parameters) {
       if (p.fixed || is_offset(p.role) || is_order(p.role) || is_coefficient(p.role)) continue;
       if (!std::isfinite(p.std) || !(p.upper95 - p.lower95 > 2.0 * std::abs(p.value))) continue;
-      notes_.push_back(fmt::format("The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}.", p.name,
-                                   p.lower95, p.upper95));
+      notes_.push_back(fmt::format(
+          "The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}; record longer to know it.", p.name,
+          p.lower95, p.upper95));
     }
   }
 
@@ -312,6 +404,20 @@ class Reasons {
 };
 
 }  // namespace
+
+std::string_view verdict_word(const Verdict& verdict) {
+  const auto rejects = [](const Criterion& c) {
+    return has_failed(c) && traits_of(c.kind).weight == CriterionWeight::rejects;
+  };
+  const auto asks_too_much = [](const Criterion& c) {
+    return c.kind == Kind::order_error || c.kind == Kind::left_out || c.kind == Kind::coefficient_interval;
+  };
+  const auto& all = verdict.criteria;
+  const bool is_not_needed =
+      verdict.grade == Grade::rejected && std::any_of(all.begin(), all.end(), rejects) &&
+      std::all_of(all.begin(), all.end(), [&](const Criterion& c) { return !rejects(c) || asks_too_much(c); });
+  return is_not_needed ? "not needed" : text(verdict.grade);
+}
 
 std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict) {
   return Reasons(model, verdict).all();

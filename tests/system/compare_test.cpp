@@ -52,6 +52,9 @@ TEST_F(TwoRuns, CompareNamesTheDeadBand) {
   const json change = json::parse(ended.out).at("runs").at(1).at("change");
   EXPECT_TRUE(change.at("changed").get<bool>());
   EXPECT_EQ(change.at("parameters").at(0).at("name"), "dead_band");
+  for (const json& parameter : change.at("parameters")) {
+    EXPECT_EQ(parameter.at("changed").get<bool>(), parameter.at("name") == "dead_band") << parameter;
+  }
   EXPECT_NEAR(change.at("parameters").at(0).at("difference").get<double>(), 0.07, 0.005);
 }
 
@@ -85,6 +88,19 @@ TEST_F(TwoRuns, CompareScoresModelsOnARecord) {
   const json model = json::parse(there.out).at("models").at(0);
   EXPECT_EQ(model.at("plant"), "another") << there.out;
   EXPECT_GT(model.at("r2_reestimated_percent").get<double>(), 95.0);
+}
+
+TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
+  const Ended fitted =
+      run_eha({"fit", before_, "--model", "io", "--input-map", "valve", "-o", "v", "-q"}, folder_->path());
+  ASSERT_TRUE(std::filesystem::exists(folder_->path() / "v/io_valve.json")) << fitted.err;
+  const Ended here = run_eha({"validate", "v/io_valve.json", before_}, folder_->path());
+  EXPECT_EQ(here.code, 0) << here.out << here.err;
+  const Ended there = run_eha({"validate", "v/io_valve.json", after_}, folder_->path());
+  EXPECT_EQ(there.code, static_cast<int>(ExitCode::model_rejected)) << there.out;
+  EXPECT_NE(there.out.find("It is a model of another plant, or the plant has changed"), std::string::npos) << there.out;
+  EXPECT_NE(there.out.find("dead_band moved by 0.0"), std::string::npos) << there.out;
+  EXPECT_NE(there.out.find("R2 99."), std::string::npos) << "a good score does not hide it\n" << there.out;
 }
 
 TEST_F(TwoRuns, ReplayOnItsOwnRigLeavesTheSensorsNoise) {

@@ -71,6 +71,45 @@ TEST(ShortReport, GivesAReasonInTheAskedUnitAlone) {
   EXPECT_NE(text.find("6.35"), std::string::npos) << text;
 }
 
+/// A model of this name whose only failed criterion is of a kind.
+ident::Model rejected_for(const std::string& name, ident::CriterionKind kind) {
+  ident::Model model = model_that(Came::accepted).result.model;
+  model.name = name;
+  ident::Verdict& verdict = model.verdict.emplace();
+  verdict.criteria = {{kind, "a0", 0.0, 0.0, false}};
+  return model;
+}
+
+TEST(ShortReport, BeginsWithTheRecommendedModelAndCallsNoModelWrongThatIsNot) {
+  Answer answer = answer_with("");
+  answer.models.insert(answer.models.begin(), rejected_for("bigger", ident::CriterionKind::coefficient_interval));
+  answer.models.insert(answer.models.begin(), rejected_for("wrong", ident::CriterionKind::r2));
+  const std::string text = short_report(answer, {});
+  const std::size_t table = text.find("\nmodel ");
+  const std::size_t recommended = text.find("\n" + answer.models.back().name + " ", table);
+  const std::size_t bigger = text.find("\nbigger ", table);
+  const std::size_t wrong = text.find("\nwrong ", table);
+  ASSERT_NE(wrong, std::string::npos) << text;
+  EXPECT_LT(recommended, bigger) << text;
+  EXPECT_LT(bigger, wrong) << text;
+  EXPECT_NE(text.substr(bigger, wrong - bigger).find("not needed"), std::string::npos) << text;
+  EXPECT_NE(text.substr(wrong, 80).find("rejected"), std::string::npos) << text;
+}
+
+TEST(ShortReport, ShowsTheEstimationsFiguresWhereNothingWasLeftUnseen) {
+  Answer answer = answer_with("");
+  answer.models[0].validation.reset();
+  ident::Score score;
+  score.fit_percent = 97.25;
+  score.r2_percent = 99.92;
+  answer.models[0].estimation.emplace().score = score;
+  const std::string text = short_report(answer, {});
+  EXPECT_NE(text.find("\non its own data  fit 97.2 %, R2 99.92 %; nothing was left unseen (--split 1)"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("fit, R2, error: on the samples that estimated the model."), std::string::npos) << text;
+}
+
 TEST(Wrapped, BreaksBetweenWordsAndIndents) {
   const std::string word(30, 'a');
   EXPECT_EQ(wrapped(word + " " + word + " " + word, 4), word + " " + word + "\n    " + word);

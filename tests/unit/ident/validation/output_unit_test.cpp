@@ -66,7 +66,9 @@ TEST(OutputUnit, ScalesScoresIntervalsAndTheBodePlot) {
 TEST(OutputUnit, BuildsTheSentencesInTheShownUnit) {
   const Model shown = in_output_unit(model_in_inches(), "mm", kMillimetres);
   EXPECT_EQ(shown.verdict->reasons,
-            std::vector<std::string>{"The greatest validation error of 12.7 mm is above the limit of 6.35 mm."});
+            std::vector<std::string>{
+                "The model is too far off at one place: the greatest validation error of 12.7 mm is above the "
+                "limit of 6.35 mm; look there in the report, and cut a disturbance with --from or --to."});
   Model without = model_in_inches();
   without.verdict->criteria.clear();
   EXPECT_EQ(in_output_unit(without, "mm", kMillimetres).verdict->reasons[0], "A sentence of the file, 0.5 in.")

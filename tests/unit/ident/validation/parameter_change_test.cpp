@@ -40,6 +40,30 @@ TEST(ParameterChange, NamesWhatMovedFirst) {
   EXPECT_FALSE(change.parameters[2].changed);
 }
 
+TEST(ParameterChange, DoesNotNameWhatAChangedMapShifts) {
+  // Gain and dead band compensate each other: 1 V more of the one is worth 0.05 in/(V s) of the other.
+  const auto related = [](Model model) {
+    model.estimation.emplace().correlation =
+        ParameterCorrelation{{"K", "null", "dead_band"}, {{1.0, 0.0, 0.1}, {0.0, 1.0, 0.0}, {0.1, 0.0, 1.0}}, {}};
+    model.parameters[0].std = 0.0002;
+    model.parameters[2].std = 0.0004;
+    return model;
+  };
+  const Model before = related(with(-0.2, 0.15, 0.148));
+  PlantChange change = compare_parameters(before, related(with(-0.2, 0.21, 0.1505)), 0.01);
+  ASSERT_EQ(change.parameters[0].name, "dead_band");
+  EXPECT_TRUE(change.parameters[0].changed);
+  for (const ParameterChange& p : change.parameters) EXPECT_EQ(p.changed, p.name == "dead_band") << p.name;
+  // A gain that changed by more is named; so is the same change beside an unchanged map.
+  for (const Model& after : {related(with(-0.2, 0.21, 0.158)), related(with(-0.2, 0.15, 0.1505))}) {
+    change = compare_parameters(before, after, 0.01);
+    for (const ParameterChange& p : change.parameters) {
+      if (p.name != "K") continue;
+      EXPECT_TRUE(p.changed) << p.half_width;
+    }
+  }
+}
+
 TEST(ParameterChange, SaysWhatARecordDoesNotDetermine) {
   Model after = with(-0.2, 0.15, 0.13);
   after.parameters[0].std = std::numeric_limits<double>::infinity();

@@ -43,7 +43,7 @@ TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
   const Verdict verdict = judge(good_model(), {}, {.interpolated_percent = 62.1});
   EXPECT_FALSE(verdict.accepted);
   EXPECT_EQ(verdict.reasons.front(),
-            "62.1 % of the record was not measured but interpolated, which is above the limit of 1 %.");
+            "Part of the record was not measured: 62.1 % of its rows are interpolated, more than 1 %; record again.");
 }
 
 TEST(Verdict, LowersWhatErrsMoreThanTheMeasuredNoise) {
@@ -52,9 +52,11 @@ TEST(Verdict, LowersWhatErrsMoreThanTheMeasuredNoise) {
   EXPECT_EQ(judge(model, {}, {.noise_std = 0.07}).grade, Grade::good);
   const Verdict verdict = judge(model, {}, {.noise_std = 0.05});
   EXPECT_EQ(verdict.grade, Grade::usable);
-  EXPECT_EQ(verdict.reasons.front(),
-            "The validation error of 0.2 in (rms) is 4 times the noise of 0.05 in that differs between the record's "
-            "periods, more than 3: the model misses a part of the plant.");
+  EXPECT_EQ(
+      verdict.reasons.front(),
+      "The model misses a part of the plant: its validation error of 0.2 in (rms) is 4 times the noise of 0.05 in "
+      "that differs between the record's periods, more than 3; try the valve map (--input-map valve), or ignore "
+      "it where an error of 0.2 in (rms) does not matter.");
   EXPECT_EQ(judge(model, {}).grade, Grade::good) << "without a measured noise nothing is compared";
 }
 
@@ -73,15 +75,18 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
   EXPECT_EQ(
       verdict.reasons,
       (std::vector<std::string>{
-          "The estimation did not converge: it ended after 20 evaluations with \"evaluation limit\".",
-          "The validation R2 of 85.12 % is below the limit of 90 %.",
-          "The greatest validation error of 0.75 in is above the limit of 0.5 in.",
-          "The model is unstable (test: argument_principle, margin -0.25 rad), and the limits require a stable one.",
-          "The residual correlates with future input more than with past input: input and output may be exchanged, or "
-          "a "
-          "controller closes the loop.",
+          "The search found no best parameters: after 20 evaluations it ended with \"evaluation limit\"; fit a simpler "
+          "model, or record longer.",
+          "The model does not follow the record: the validation R2 of 85.12 % is below the limit of 90 %; look at the "
+          "error over time in the report, try the valve map (--input-map valve).",
+          "The model is too far off at one place: the greatest validation error of 0.75 in is above the limit of 0.5 "
+          "in; look there in the report, and cut a disturbance with --from or --to.",
+          "The model is unstable (test: argument_principle, margin -0.25 rad), and the limits require a stable one; "
+          "record longer, or fit a simpler model.",
+          "Input and output may be exchanged, or a controller closes the loop: the residual correlates with future "
+          "input more than with past input; check --input and --output, or record in open loop.",
           "With the offset estimated anew on the validation part R2 is 91.2 %: the sensor or an offset drifts "
-          "between the two parts."}));
+          "between the two parts; record when the oil is warm, or shorter."}));
 }
 
 TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
@@ -125,8 +130,10 @@ TEST(Verdict, RejectsAMarginBelowItsLimitAndAStabilityNobodyDetermined) {
   Model model = good_model();
   AcceptanceLimits limits;
   limits.min_stability_margin_rad = 0.6;
-  EXPECT_EQ(judge(model, limits).reasons,
-            (std::vector<std::string>{"The stability margin of 0.5 rad is below the limit of 0.6 rad."}));
+  EXPECT_EQ(
+      judge(model, limits).reasons,
+      (std::vector<std::string>{"The model is nearly unstable: its stability margin of 0.5 rad is below the limit of "
+                                "0.6 rad; record longer, or lower min_stability_margin_rad in [acceptance]."}));
   EXPECT_FALSE(judge(model, limits).accepted);
   model.stability.reset();
   EXPECT_EQ(judge(model, AcceptanceLimits{}).reasons,
@@ -166,9 +173,12 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
   EXPECT_EQ(verdict.grade, Grade::usable);
   EXPECT_EQ(verdict.reasons,
             (std::vector<std::string>{
-                "The residual correlates with past input (p = 0.009 for lags 0 to 20 together): the model may miss a "
-                "part of the plant.",
-                "The residual is no autoregressive noise of order 1 (p = 1e-05 for lags 1 to 20 together)."}));
+                "The input still moves what the model leaves over (p = 0.009 for lags 0 to 20): a part of the plant "
+                "may be missing; try the valve map (--input-map valve), or ignore it where an error of 0.1 in (rms) "
+                "does not matter.",
+                "Something that is not the input moves the output, such as friction, hum or vibration: what the model "
+                "leaves over is no plain noise (p = 1e-05 for lags 1 to 20, beyond order 1); ignore it where an error "
+                "of 0.1 in (rms) does not matter, else record longer."}));
 }
 
 const Criterion& criterion_of(const Verdict& verdict, const std::string& name) {
@@ -189,7 +199,7 @@ TEST(Verdict, DoesNotJudgeResidualsByTooFewSamples) {
   model.validation->tests->input.p = 0.001;
   verdict = judge(model, {});
   EXPECT_TRUE(criterion_of(verdict, "residual_input_p").judged);
-  EXPECT_NE(verdict.reasons[0].find("correlates with past input"), std::string::npos);
+  EXPECT_NE(verdict.reasons[0].find("still moves what the model leaves over"), std::string::npos);
   model.validation->tests.reset();
   verdict = judge(model, {});
   EXPECT_EQ(verdict.grade, Grade::usable);
@@ -283,21 +293,25 @@ TEST(Verdict, NamesTheOrderThatARecordDoesNotDetermine) {
   model.parameters[1].std = 0.70;
   Verdict verdict = judge(model, {});
   EXPECT_FALSE(verdict.accepted);
-  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{"n2 = 2.49 +- 0.30: its standard error of 0.7 exceeds 0.15."}));
+  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{
+                                 "The record hardly determines the order n2 = 2.49: its 95 % interval is +- 1.4, more "
+                                 "than +- 0.29; use a model of fewer parameters, or record longer."}));
   model = identified_model();
   model.estimation->information->left_out[1].rise = -3.21;
   verdict = judge(model, {});
   EXPECT_EQ(verdict.grade, Grade::rejected);
-  EXPECT_EQ(
-      verdict.reasons,
-      (std::vector<std::string>{"n1 = 0.900 +- 0.020: leaving its term out costs -3.2 of AR-BIC, less than 10."}));
+  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{
+                                 "The record does not need the term of order n1 = 0.900 +- 0.020: without it the model "
+                                 "is as good (AR-BIC rises by -3.2, less than 10); use the model without it."}));
 }
 
 TEST(Verdict, RejectsACoefficientThatMayBe0) {
   Model model = identified_model();
   model.parameters[0].lower95 = 0.0;
   EXPECT_EQ(judge(model, {}).grade, Grade::rejected);
-  EXPECT_EQ(judge(model, {}).reasons.front(), "a2 = 0.60 +- 0.31: compatible with 0, its 95 % interval is 0 to 0.62.");
+  EXPECT_EQ(judge(model, {}).reasons.front(),
+            "The record does not need a2: it may be 0, its 95 % interval is 0 to 0.62; use the model without it, or "
+            "record longer.");
   // A coefficient that the structure or a request holds is not asked.
   model.parameters[0].fixed = true;
   EXPECT_EQ(judge(model, {}).grade, Grade::good);

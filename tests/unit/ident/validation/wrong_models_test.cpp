@@ -138,7 +138,7 @@ std::vector<Wrong> wrong_models() {
     record.output = simulate(two_poles(), record.input, kStep_s) + noise;
     return record;
   };
-  const std::string input = "correlates with past input";
+  const std::string input = "still moves what the model leaves over";
   return {
       {"HiddenDelay", with_delay, structures::io(), "residual_input_p", input, Grade::usable, 10},
       {"TwoResonances", two_resonances, structures::io(), "residual_input_p", input, Grade::usable, 10},
@@ -154,8 +154,8 @@ std::vector<Wrong> wrong_models() {
        "for inputs of +-1.5 V as recorded; no statement about other amplitudes", Grade::usable, 10},
       {"ClosedLoop", closed_loop, structures::io(), "future_input_p", "a controller closes the loop", Grade::usable,
        10},
-      {"TooLittleExcitation", one_tone, structures::fo(), "excitation_order", "too little excitation", Grade::usable,
-       10}};
+      {"TooLittleExcitation", one_tone, structures::fo(), "excitation_order", "tests the model too little",
+       Grade::usable, 10}};
 }
 
 class WrongModel : public testing::TestWithParam<Wrong> {};

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/model/engineering_form.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+#include "ident/fractional/poles.hpp"
+#include "ident/structure/structure.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kWhole = 1e-9;  // an order is a whole number
+
+bool is_whole(const std::vector<Term>& terms) {
+  return std::all_of(terms.begin(), terms.end(),
+                     [](const Term& term) { return std::abs(term.order - std::round(term.order)) <= kWhole; });
+}
+
+/// By rising order, without terms of no size.
+std::vector<Term> present(std::vector<Term> terms) {
+  std::erase_if(terms, [](const Term& term) { return !(std::abs(term.coefficient) > 0.0); });
+  std::sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
+  return terms;
+}
+
+/// output/input s^power: "in/(V s)", "in/V", "in s/V".
+std::string gain_unit(const Model& model, double power) {
+  const std::string& out = model.output_unit;
+  const std::string& in = model.input_unit;
+  if (out.empty() || in.empty()) return "";
+  if (std::abs(power) <= kWhole) return fmt::format("{}/{}", out, in);
+  const double size = std::abs(power);
+  const std::string seconds = std::abs(size - 1.0) <= kWhole ? "s" : fmt::format("s^{:.4g}", size);
+  return power < 0.0 ? fmt::format("{}/({} {})", out, in, seconds) : fmt::format("{} {}/{}", out, seconds, in);
+}
+
+/// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
+std::string roots_text(const std::vector<Term>& terms, const char* real, const char* pair) {
+  const ReducedPolynomial polynomial = reduced(terms);
+  if (polynomial.terms.size() < 2) return {};
+  std::string text;
+  for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
+    const double size = std::abs(root);
+    if (std::abs(root.imag()) <= 1e-7 * size) {
+      text += fmt::format("; {} = {:.4g} s", real, -1.0 / root.real());
+    } else if (root.imag() > 0.0) {
+      text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}", pair, size / (2.0 * std::numbers::pi), -root.real() / size);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string engineering_form(const Model& model) {
+  const TransferFunction& g = model.transfer_function;
+  if (!is_whole(g.numerator) || !is_whole(g.denominator)) return {};
+  const std::vector<Term> numerator = present(g.numerator);
+  const std::vector<Term> denominator = present(g.denominator);
+  if (numerator.empty() || denominator.empty()) return {};
+  const double power = numerator.front().order - denominator.front().order;
+  const std::string unit = gain_unit(model, power);
+  std::string text = fmt::format("K = {:.4g}{}", numerator.front().coefficient / denominator.front().coefficient,
+                                 unit.empty() ? "" : " " + unit);
+  if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
+  text += roots_text(denominator, "T", "f0") + roots_text(numerator, "TD", "zeros at");
+  if (g.delay_s > 0.0) text += fmt::format("; dead time {:.3g} ms", 1e3 * g.delay_s);
+  return text;
+}
+
+std::string unit_of(const ParameterEstimate& parameter, const Model& model) {
+  const auto by_order = [](std::vector<Term> terms) {
+    std::stable_sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
+    return terms;
+  };
+  const std::vector<Term> numerator = by_order(model.transfer_function.numerator);
+  const std::vector<Term> denominator = by_order(model.transfer_function.denominator);
+  const std::size_t index = key_of(parameter.name, numerator.size()).index;
+  const double normalised = denominator.empty() ? 0.0 : denominator[normalised_index(denominator.size())].order;
+  switch (parameter.role) {
+    case ParameterRole::numerator_coefficient:
+      return index < numerator.size() ? gain_unit(model, numerator[index].order - normalised) : "";
+    case ParameterRole::denominator_coefficient: {
+      if (index >= denominator.size()) return "";
+      const double power = denominator[index].order - normalised;
+      if (std::abs(power) <= kWhole) return "";
+      return std::abs(power - 1.0) <= kWhole ? "s" : fmt::format("s^{:.4g}", power);
+    }
+    case ParameterRole::delay:
+      return "s";
+    case ParameterRole::input_bias:
+    case ParameterRole::valve_null:
+    case ParameterRole::dead_band:
+    case ParameterRole::past_input:
+      return model.input_unit;
+    case ParameterRole::initial_output:
+    case ParameterRole::initial_state:
+      return model.output_unit;
+    case ParameterRole::negative_gain_ratio:
+    case ParameterRole::numerator_order:
+    case ParameterRole::denominator_order:
+    case ParameterRole::base_order:
+      break;
+  }
+  return "";
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/record_findings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace eha::ident {
+namespace {
+
+using Eigen::Index;
+
+constexpr Index kFewestRows = 60;
+constexpr Index kShortestWindow = 5;
+constexpr Index kWindows = 200;         // that a record is split into
+constexpr double kBandOfRange = 0.002;  // in which a rod on its end stop stays
+constexpr double kBandOfNoise = 8.0;    // standard deviations, from least to greatest sample
+constexpr double kWidestBand = 0.02;    // of the range
+constexpr double kAskedOverBand = 3.0;  // motion that the input asks for beyond the stop
+constexpr double kSameInput = 0.1;      // of the input's range
+constexpr double kIntegrates = 0.6;     // R2 of the motion by the input
+constexpr std::size_t kFewestWindows = 20;
+constexpr std::size_t kFewestAlike = 3;
+constexpr double kStdOfMad = 1.4826;  // of a normal distribution, in its median absolute deviations
+constexpr Index kJumpRows = 4;        // the filter of a decimation spreads a jump
+constexpr Index kBesideJump = 25;
+constexpr double kJumpOverUsual = 8.0;
+constexpr double kJumpExplains = 0.8;  // of the error's variance beside it
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Mean input and motion over a few rows.
+struct Window {
+  double input = 0.0;
+  double motion = 0.0;
+};
+
+/// Rows first .. last, in which the output stands at an extreme.
+struct Stay {
+  Index first = 0;
+  Index last = 0;
+  double side = 1.0;  ///< 1: the greatest value, -1: the least
+};
+
+class Search {
+ public:
+  explicit Search(const ComparedRows& rows)
+      : rows_(rows), window_(std::max(kShortestWindow, rows.measured.size() / kWindows)) {
+    const Eigen::VectorXd& y = rows.measured;
+    const double range = y.maxCoeff() - y.minCoeff();
+    band_ = std::clamp(kBandOfNoise * noise(), kBandOfRange * range, kWidestBand * range);
+    input_range_ = rows.input.maxCoeff() - rows.input.minCoeff();
+    for (const double side : {1.0, -1.0}) find_candidates(side);
+    for (Index k = 0; k + window_ < y.size(); k += window_) {
+      const bool stands = std::any_of(candidates_.begin(), candidates_.end(),
+                                      [&](const Stay& stay) { return k + window_ >= stay.first && k <= stay.last; });
+      if (!stands) moving_.push_back(at(k));
+    }
+  }
+
+  [[nodiscard]] std::optional<EndStop> found() const {
+    if (!(band_ > 0.0) || !(input_range_ > 0.0) || !integrates()) return std::nullopt;
+    std::vector<Stay> stays;
+    std::copy_if(candidates_.begin(), candidates_.end(), std::back_inserter(stays),
+                 [&](const Stay& stay) { return is_held(stay); });
+    if (stays.empty()) return std::nullopt;
+    std::sort(stays.begin(), stays.end(), [](const Stay& a, const Stay& b) { return a.first < b.first; });
+    Index count = 0;
+    for (const Stay& stay : stays) count += stay.last - stay.first + 1;
+    const Stay& first = stays.front();
+    EndStop stop;
+    stop.level = rows_.measured.segment(first.first, first.last - first.first + 1).mean();
+    stop.from_s = time(first.first);
+    stop.percent = 100.0 * static_cast<double>(count) / static_cast<double>(rows_.measured.size());
+    // The longest stretch without a stay.
+    Index begin = 0;
+    Index longest = first.first;
+    stop.clean_to_s = time(first.first);
+    for (std::size_t i = 0; i < stays.size(); ++i) {
+      begin = stays[i].last + 1;
+      const Index end = i + 1 < stays.size() ? stays[i + 1].first : rows_.measured.size();
+      if (end - begin <= longest) continue;
+      longest = end - begin;
+      stop.clean_from_s = time(begin);
+      stop.clean_to_s = i + 1 < stays.size() ? std::optional(time(end)) : std::nullopt;
+    }
+    return stop;
+  }
+
+ private:
+  [[nodiscard]] double time(Index k) const { return rows_.time_s[k]; }
+
+  [[nodiscard]] Window at(Index k) const {
+    return {rows_.input.segment(k, window_).mean(), rows_.measured[k + window_] - rows_.measured[k]};
+  }
+
+  /// Standard deviation of the output about a line, in the quietest tenth of the windows.
+  [[nodiscard]] double noise() const {
+    const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(window_, -0.5, 0.5);
+    std::vector<double> all;
+    for (Index k = 0; k + window_ <= rows_.measured.size(); k += window_) {
+      Eigen::VectorXd y = rows_.measured.segment(k, window_);
+      y.array() -= y.mean();
+      y -= line * (line.dot(y) / line.squaredNorm());
+      all.push_back(std::sqrt(y.squaredNorm() / static_cast<double>(window_ - 2)));
+    }
+    const auto tenth = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 10);
+    std::nth_element(all.begin(), tenth, all.end());
+    return *tenth;
+  }
+
+  void find_candidates(double side) {
+    const Eigen::VectorXd y = side * rows_.measured;
+    const double lowest = y.maxCoeff() - band_;
+    for (Index k = 0; k < y.size();) {
+      Index end = k;
+      while (end < y.size() && y[end] >= lowest) ++end;
+      if (end - k > window_) candidates_.push_back({k, end - 1, side});
+      k = std::max(end, k + 1);
+    }
+  }
+
+  /// Whether the motion of the rows that move follows their input.
+  [[nodiscard]] bool integrates() const {
+    if (moving_.size() < kFewestWindows) return false;
+    double u = 0.0;
+    double y = 0.0;
+    for (const Window& w : moving_) {
+      u += w.input / static_cast<double>(moving_.size());
+      y += w.motion / static_cast<double>(moving_.size());
+    }
+    double uu = 0.0;
+    double uy = 0.0;
+    double yy = 0.0;
+    for (const Window& w : moving_) {
+      uu += (w.input - u) * (w.input - u);
+      uy += (w.input - u) * (w.motion - y);
+      yy += (w.motion - y) * (w.motion - y);
+    }
+    return uu > 0.0 && yy > 0.0 && uy > 0.0 && uy * uy > kIntegrates * uu * yy;
+  }
+
+  /// Motion of other rows with this input; none where there are too few.
+  [[nodiscard]] std::optional<double> usual_motion(double input) const {
+    std::vector<double> motions;
+    for (const Window& w : moving_) {
+      if (std::abs(w.input - input) <= kSameInput * input_range_) motions.push_back(w.motion);
+    }
+    if (motions.size() < kFewestAlike) return std::nullopt;
+    return median_of(std::move(motions));
+  }
+
+  /// Whether input and model ask for a motion beyond the stop.
+  [[nodiscard]] bool is_held(const Stay& stay) const {
+    double asked = 0.0;
+    double most = 0.0;
+    for (Index k = stay.first; k + window_ <= stay.last; k += window_) {
+      const auto motion = usual_motion(at(k).input);
+      if (!motion) continue;
+      asked = std::max(0.0, asked + stay.side * *motion);
+      most = std::max(most, asked);
+    }
+    const Eigen::VectorXd model = stay.side * rows_.simulated.segment(stay.first, stay.last - stay.first + 1);
+    double lowest = model[0];
+    double beyond = 0.0;
+    for (const double y : model) {
+      lowest = std::min(lowest, y);
+      beyond = std::max(beyond, y - lowest);
+    }
+    return most > kAskedOverBand * band_ && beyond > kAskedOverBand * band_;
+  }
+
+  const ComparedRows& rows_;
+  Index window_;
+  double band_ = 0.0;
+  double input_range_ = 0.0;
+  std::vector<Stay> candidates_;
+  std::vector<Window> moving_;
+};
+
+bool is_usable(const ComparedRows& rows) {
+  const Index n = rows.measured.size();
+  return n >= kFewestRows && rows.simulated.size() == n && rows.input.size() == n && rows.time_s.size() == n &&
+         rows.measured.allFinite() && rows.simulated.allFinite();
+}
+
+double spread(const Eigen::Ref<const Eigen::VectorXd>& x) { return (x.array() - x.mean()).square().sum(); }
+
+}  // namespace
+
+std::optional<EndStop> end_stop(const ComparedRows& rows) {
+  return is_usable(rows) ? Search(rows).found() : std::nullopt;
+}
+
+std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
+  if (!is_usable(rows)) return std::nullopt;
+  const Eigen::VectorXd e = rows.measured - rows.simulated;
+  const Index count = e.size() - kJumpRows;
+  const Eigen::VectorXd change = e.tail(count) - e.head(count);
+  std::vector<double> sizes(change.begin(), change.end());
+  for (double& size : sizes) size = std::abs(size);
+  const double usual = kStdOfMad * median_of(std::move(sizes));
+  Index at = 0;
+  const double largest = change.cwiseAbs().maxCoeff(&at);
+  if (!(largest > kJumpOverUsual * usual)) return std::nullopt;
+  for (Index k = 0; k < count; ++k) {
+    if (std::abs(k - at) > 3 * kJumpRows && std::abs(change[k]) > 0.6 * largest) return std::nullopt;
+  }
+  const Index middle = at + kJumpRows / 2;
+  const Index first = std::max<Index>(0, middle - kBesideJump);
+  const Index last = std::min(e.size(), middle + kBesideJump);
+  if (middle - first < kShortestWindow || last - middle <= kShortestWindow) return std::nullopt;
+  const auto before = e.segment(first, middle - first);
+  const auto after = e.segment(middle, last - middle);
+  const double all = spread(e.segment(first, last - first));
+  if (!(spread(before) + spread(after) < (1.0 - kJumpExplains) * all)) return std::nullopt;
+  return ErrorJump{rows.time_s[middle], after.mean() - before.mean()};
+}
+
+}  // namespace eha::ident

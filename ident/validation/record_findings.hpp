@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "ident/model/model.hpp"
+
+namespace eha::ident {
+
+/// The compared rows of a record and a model's output there, N samples each.
+struct ComparedRows {
+  const Eigen::VectorXd& time_s;
+  const Eigen::VectorXd& input;
+  const Eigen::VectorXd& measured;
+  const Eigen::VectorXd& simulated;
+};
+
+/// Finds a rod that stands on an end stop: the output of a plant that integrates stays within its noise of its greatest
+/// or least value, while the model goes on beyond it and while other rows with the same input, elsewhere, move.
+/// @returns none where no such stay is found, where the plant does not integrate, or on fewer than 60 rows. Cost
+/// O(N log N).
+[[nodiscard]] std::optional<EndStop> end_stop(const ComparedRows& rows);
+
+/// Finds one sudden change of the error (measured less simulated) that stays: within five rows more than eight times
+/// the usual change, and no other like it.
+/// @returns none on fewer than 60 rows. Cost O(N log N).
+[[nodiscard]] std::optional<ErrorJump> error_jump(const ComparedRows& rows);
+
+}  // namespace eha::ident

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/model/engineering_form.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace eha::ident {
+namespace {
+
+Model model_of(TransferFunction g) {
+  Model model;
+  model.transfer_function = std::move(g);
+  return model;
+}
+
+TEST(EngineeringForm, GivesGainFrequencyAndDampingOfACylinder) {
+  // 0.148 / (s (s^2/w^2 + 2 D s/w + 1)), 12 Hz, 0.3
+  const double w = 2.0 * std::numbers::pi * 12.0;
+  Model model = model_of({{{0.148, 0.0}}, {{1.0 / (w * w), 3.0}, {0.6 / w, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0063});
+  EXPECT_EQ(engineering_form(model), "K = 0.148 in/(V s), integrating; f0 = 12 Hz, D = 0.3; dead time 6.3 ms");
+  model.output_unit = "mm";
+  EXPECT_EQ(engineering_form(model).rfind("K = 0.148 mm/(V s)", 0), 0U);
+}
+
+TEST(EngineeringForm, GivesTimeConstantsOfRealPolesAndZeros) {
+  // 2 (0.5 s + 1) / ((0.1 s + 1)(3 s + 1))
+  const std::string text =
+      engineering_form(model_of({{{1.0, 1.0}, {2.0, 0.0}}, {{0.3, 2.0}, {3.1, 1.0}, {1.0, 0.0}}, 0.0}));
+  EXPECT_EQ(text.rfind("K = 2 in/V; ", 0), 0U) << text;
+  for (const char* part : {"; T = 0.1 s", "; T = 3 s", "; TD = 0.5 s"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+  }
+}
+
+TEST(EngineeringForm, IsNoneForAFractionalOrder) {
+  EXPECT_EQ(engineering_form(model_of({{{1.0, 0.0}}, {{0.5, 1.75}, {1.0, 0.9}, {0.1, 0.0}}, 0.0})), "");
+}
+
+TEST(UnitOfParameter, FollowsFromTheOrders) {
+  const Model model = model_of({{{0.13, 0.0}}, {{0.6, 1.75}, {1.0, 0.9}, {0.04, 0.0}}, 0.0});
+  const auto unit = [&](const char* name, ParameterRole role) {
+    return unit_of(ParameterEstimate{.name = name, .role = role}, model);
+  };
+  EXPECT_EQ(unit("K", ParameterRole::numerator_coefficient), "in/(V s^0.9)");
+  EXPECT_EQ(unit("a2", ParameterRole::denominator_coefficient), "s^0.85");
+  EXPECT_EQ(unit("a0", ParameterRole::denominator_coefficient), "s^-0.9");
+  EXPECT_EQ(unit("n2", ParameterRole::denominator_order), "");
+  EXPECT_EQ(unit("dead_band", ParameterRole::dead_band), "V");
+  EXPECT_EQ(unit("initial_output", ParameterRole::initial_output), "in");
+}
+
+}  // namespace
+}  // namespace eha::ident

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Rods on an end stop and jumps of the error, told from what looks like them.
+#include "ident/validation/record_findings.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "ident/estimation/fit.hpp"
+#include "ident/validation/verdict.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+using namespace synthetic;
+
+constexpr double kStep_s = 0.04;
+constexpr Eigen::Index kRows = 2500;
+constexpr double kNoise = 0.0008;  // 0.02 mm
+
+/// A rod y' = 0.15 u between end stops, from mid-travel, with an input that swings about a bias.
+Record rod(double highest, double bias, std::uint64_t seed) {
+  Record record;
+  record.step_s = kStep_s;
+  record.input.resize(kRows);
+  record.output.resize(kRows);
+  std::mt19937_64 draw(seed);
+  double y = 3.0;
+  double u = 0.0;
+  for (Eigen::Index k = 0; k < kRows; ++k) {
+    if (k % 20 == 0) u = bias + 1.5 * std::sin(0.05 * static_cast<double>(k)) + 0.3 * normal(draw);
+    record.output[k] = y + kNoise * normal(draw);
+    record.input[k] = u;
+    y = std::min(highest, y + kStep_s * 0.15 * u);
+  }
+  return record;
+}
+
+ValidationReport report_on(const Record& record, const Structure& structure) {
+  return fit(record, asked_for(structure), {}).model.validation.value();
+}
+
+TEST(EndStopTest, IsFoundWithItsPlaceAndTimeDespiteNoise) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    // Drifts towards the stop and stays there in the end.
+    const Record record = rod(5.0, 0.18, seed);
+    const Eigen::VectorXd& y = record.output;
+    Eigen::Index first = 0;
+    while (y[first] < 5.0 - 4.0 * kNoise) ++first;
+    const ValidationReport report = report_on(record, structures::integrator_lag());
+    ASSERT_TRUE(report.end_stop) << seed;
+    EXPECT_NEAR(report.end_stop->level, 5.0, 0.005) << seed;
+    EXPECT_NEAR(report.end_stop->from_s, kStep_s * static_cast<double>(first), 2.0) << seed;
+    EXPECT_GT(report.end_stop->percent, 1.0) << seed;
+    EXPECT_FALSE(report.jump) << seed;
+  }
+}
+
+TEST(EndStopTest, IsNotSeenWhereTheRodTurnsBackByItself) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const ValidationReport report = report_on(rod(100.0, 0.0, seed), structures::integrator_lag());
+    EXPECT_FALSE(report.end_stop) << seed << " at " << report.end_stop->from_s;
+    EXPECT_FALSE(report.jump) << seed;
+  }
+}
+
+TEST(EndStopTest, IsNotSeenWhereALagHasSettled) {
+  Record record;
+  record.step_s = kStep_s;
+  record.input.resize(kRows);
+  record.output.resize(kRows);
+  std::mt19937_64 draw(3);
+  double y = 0.0;
+  for (Eigen::Index k = 0; k < kRows; ++k) {
+    const double u = (k / 200) % 2 == 0 ? 1.0 : -0.5;
+    record.input[k] = u;
+    record.output[k] = y + kNoise * normal(draw);
+    y += kStep_s * 2.0 * (u - y);
+  }
+  for (const Structure& structure : {structures::io1(), structures::integrator_lag()}) {
+    EXPECT_FALSE(report_on(record, structure).end_stop);
+  }
+}
+
+TEST(EndStopTest, IsNotSeenWhereTheRodRestsInTheDeadBand) {
+  // Steps out, back into the dead band, in, and again: it rests at its greatest value with 0.1 V on the valve.
+  Record record;
+  record.step_s = kStep_s;
+  record.input.resize(kRows);
+  record.output.resize(kRows);
+  std::mt19937_64 draw(4);
+  double y = 3.0;
+  for (Eigen::Index k = 0; k < kRows; ++k) {
+    const Eigen::Index phase = (k / 100) % 4;
+    const double u = phase == 0 ? 0.8 : phase == 2 ? -0.8 : 0.1;
+    const double v = std::abs(u) <= 0.15 ? 0.0 : u - std::copysign(0.15, u);
+    record.input[k] = u;
+    record.output[k] = y + kNoise * normal(draw);
+    y += kStep_s * 0.15 * v;
+  }
+  EXPECT_FALSE(report_on(record, structures::integrator_lag()).end_stop);
+}
+
+TEST(ErrorJumpTest, IsFoundAtItsTime) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Record record = rod(100.0, 0.0, seed);
+    const auto at = static_cast<Eigen::Index>(1700 + 20 * seed);
+    record.output.tail(kRows - at).array() += 0.05;
+    const FitResult result = fit(record, asked_for(structures::integrator_lag()), {});
+    const ValidationReport& report = result.model.validation.value();
+    ASSERT_TRUE(report.jump) << seed;
+    EXPECT_NEAR(report.jump->time_s, kStep_s * static_cast<double>(at), 0.2) << seed;
+    EXPECT_NEAR(report.jump->change, 0.05, 0.01) << seed;
+    const Verdict verdict = judge(result.model, {});
+    EXPECT_EQ(verdict.reasons.front().rfind("The error jumps by 0.0", 0), 0U) << verdict.reasons.front();
+  }
+}
+
+TEST(ErrorJumpTest, IsNotAPulseNorNoise) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Record record = rod(100.0, 0.0, seed);
+    record.output[1800] += 0.05;
+    EXPECT_FALSE(report_on(record, structures::integrator_lag()).jump) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace eha::ident
