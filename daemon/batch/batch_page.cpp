@@ -145,6 +145,9 @@ std::string lead_of(const Table& table, std::size_t failed) {
     sentences.push_back(fmt::format("Nothing was compared: that needs {} records.", kFewestForOutliers));
   } else if (apart == 0)
     sentences.push_back("No record lies apart from the others.");
+  if (const std::string changes = resolution_text(table); !changes.empty()) {
+    sentences.push_back(fmt::format("The smallest change that these records can show: {}.", changes));
+  }
   const char* kind = apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 ? "all" : "some";
   return fmt::format("<section class=\"verdict {}\"><h2>Result</h2>\n", kind) + report::list(sentences) +
          "</section>\n";

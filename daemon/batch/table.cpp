@@ -27,6 +27,11 @@ const Json* model_of(const Json& fit, const std::string& name) {
   return nullptr;
 }
 
+bool is_accepted(const Json& model) {
+  const auto verdict = model.find("verdict");
+  return verdict == model.end() || verdict->value("accepted", true);
+}
+
 std::string recommended_in(const Json& fit) {
   const auto found = fit.find("recommendation");
   if (found == fit.end() || !found->contains("model") || !found->at("model").is_string()) return "none";
@@ -87,8 +92,10 @@ double median_of(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-void mark_outliers(std::vector<Row>& rows, const std::string& model) {
+/// Names the records that lie apart. @returns what could have been named
+std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string& model) {
   const std::vector<Parameter> parameters = parameters_of(rows, model);
+  std::vector<Resolution> resolutions;
   std::size_t comparisons = 0;
   for (const Parameter& parameter : parameters) comparisons += parameter.estimates.size();
   for (const Parameter& parameter : parameters) {
@@ -100,13 +107,24 @@ void mark_outliers(std::vector<Row>& rows, const std::string& model) {
     const boost::math::students_t student(static_cast<double>(count - 1));
     const double share = kOutlierLevel / (2.0 * static_cast<double>(comparisons));
     const double t = boost::math::quantile(boost::math::complement(student, share));
+    Resolution resolution{.parameter = parameter.name, .median = parameter.median};
+    double furthest = -1.0;  // in half widths
     for (const Estimate& one : parameter.estimates) {
       const double half_width = t * std::max(one.std, spread);
-      if (std::abs(one.value - parameter.median) > half_width) {
+      const double distance = std::abs(one.value - parameter.median);
+      if (resolution.change <= 0.0 || half_width < resolution.change) resolution.change = half_width;
+      if (half_width > 0.0 && distance / half_width > furthest) {
+        furthest = distance / half_width;
+        resolution.furthest_row = one.row;
+        resolution.furthest = one.value;
+      }
+      if (distance > half_width) {
         rows[one.row].outliers.push_back({parameter.name, one.value, parameter.median, half_width});
       }
     }
+    if (furthest >= 0.0) resolutions.push_back(resolution);
   }
+  return resolutions;
 }
 
 std::vector<Trend> trends_of(const std::vector<Parameter>& parameters) {
@@ -186,7 +204,7 @@ std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::st
   std::vector<Parameter> parameters;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Json* found = model_of(rows[i].fit, model);
-    if (found == nullptr) continue;
+    if (found == nullptr || !is_accepted(*found)) continue;
     for (const Json& p : found->at("parameters")) {
       const std::string name = p.at("name");
       if (p.at("fixed") == true || name == "initial_output" || !p.at("value").is_number() || !p.at("std").is_number()) {
@@ -241,9 +259,18 @@ Table table_of(const BatchFolder& folder) {
     table.rows.push_back(std::move(row));
   }
   table.common_model = common_model_of(table.rows);
-  mark_outliers(table.rows, table.common_model);
+  table.resolutions = mark_outliers(table.rows, table.common_model);
   table.trends = trends_of(parameters_of(table.rows, table.common_model));
   return table;
+}
+
+std::string resolution_text(const Table& table) {
+  std::string text;
+  for (const Resolution& one : table.resolutions) {
+    text += fmt::format("{}{} {:.2g} (furthest: {:.4g} in {}, median {:.4g})", text.empty() ? "" : "; ", one.parameter,
+                        one.change, one.furthest, table.rows[one.furthest_row].record.id, one.median);
+  }
+  return text;
 }
 
 std::string change_text(const Trend& trend) {
@@ -283,8 +310,17 @@ nlohmann::ordered_json to_json(const Table& table) {
   }
   Json trends = Json::array();
   for (const Trend& one : table.trends) trends.push_back({{"parameter", one.parameter}, {"change", one.change}});
-  return {{"schema", "eha-batch-table/1"},      {"records_judged", table.judged}, {"records_missing", table.missing},
-          {"common_model", table.common_model}, {"outlier_level", kOutlierLevel}, {"trends", std::move(trends)},
+  Json resolutions = Json::array();
+  for (const Resolution& one : table.resolutions) {
+    resolutions.push_back({{"parameter", one.parameter}, {"smallest_change", one.change}});
+  }
+  return {{"schema", "eha-batch-table/1"},
+          {"records_judged", table.judged},
+          {"records_missing", table.missing},
+          {"common_model", table.common_model},
+          {"outlier_level", kOutlierLevel},
+          {"trends", std::move(trends)},
+          {"smallest_changes", std::move(resolutions)},
           {"records", std::move(records)}};
 }
 

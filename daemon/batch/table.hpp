@@ -42,10 +42,21 @@ struct Trend {
   double change = 0.0;  ///< from the first record to the last
 };
 
+/// The smallest change of a parameter that these records can show.
+struct Resolution {
+  std::string parameter;
+  double change = 0.0;  ///< distance from the median from which on a record is named; the least of all records
+  /// The record that lies furthest from the median, in its own half widths, named or not.
+  std::size_t furthest_row = 0;
+  double furthest = 0.0;  ///< its value
+  double median = 0.0;
+};
+
 struct Table {
   std::vector<Row> rows;      ///< in the list's order
   std::string common_model;   ///< the model that most records recommend, or the first that all have; may be empty
   std::vector<Trend> trends;  ///< of the common model
+  std::vector<Resolution> resolutions;  ///< of the common model's parameters; none with fewer than kFewestForOutliers
   std::size_t judged = 0;
   std::size_t missing = 0;  ///< without a result
 };
@@ -66,7 +77,8 @@ struct Parameter {
   double median = 0.0;
 };
 
-/// The free parameters of a model, without those of the record's start, in the model's order.
+/// The free parameters of a model, without those of the record's start, in the model's order. Records whose model of
+/// this name is rejected are left out.
 [[nodiscard]] std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model);
 
 /// The verdict's grade of the recommended model; empty without one.
@@ -82,6 +94,9 @@ struct Parameter {
 /// and Sen's line. At least ten records are needed.
 /// @throws as BatchFolder::result
 [[nodiscard]] Table table_of(const BatchFolder& folder);
+
+/// "dead_band 0.05 (furthest: 0.209 in 0005-e, median 0.15)", for each parameter, separated by "; ". Empty without any.
+[[nodiscard]] std::string resolution_text(const Table& table);
 
 /// "rises by 0.16", "falls by 0.16".
 [[nodiscard]] std::string change_text(const Trend& trend);

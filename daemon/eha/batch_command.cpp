@@ -34,7 +34,8 @@ Fits and judges many records under the same rules, each with `eha fit` in a proc
 there are processors. SOURCE is a run folder, a file with a record, a folder of both, or a list: a file *.list with one
 path a line. What follows -- are options of `eha fit`; --experiment makes one experiment's rules apply to all.
 -o DIR holds batch.json (rules and records), records/ID/ (result.json and the models of each), table.csv and table.json.
-After Ctrl-C or a kill the same command continues the batch. Outliers among the records are named.
+After Ctrl-C or a kill the same command continues the batch. Outliers among the records are named ("apart"), rejected
+models left out; "shown" gives the smallest change of each parameter that the records can show.
 --shard I/N fits every N-th record only, for N machines. Parts may share a folder; `eha batch merge` makes their table.
 Exit code 0: every record judged, accepted or not; 10: some cannot be read or fitted, the table's text says why.
 
@@ -132,7 +133,13 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   for (const batch::Trend& one : table.trends) {
     text += fmt::format("trend    {} {} from the first record to the last\n", one.parameter, batch::change_text(one));
   }
-  text += apart + failures;
+  if (apart.empty() && !table.resolutions.empty()) text += "apart    none\n";
+  text += apart;
+  for (const batch::Resolution& one : table.resolutions) {
+    text += fmt::format("shown    a change of {} above {:.2g}; furthest {:.4g} in {}, median {:.4g}\n", one.parameter,
+                        one.change, one.furthest, table.rows[one.furthest_row].record.id, one.median);
+  }
+  text += failures;
   for (const fs::path& file : files) text += fmt::format("written: {}\n", file.string());
   console.print_json(batch::to_json(table));
   console.print(text);

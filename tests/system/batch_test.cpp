@@ -188,7 +188,7 @@ TEST_F(Batch, NamesAParameterThatRises) {
   EXPECT_EQ(trends.front().at("parameter"), "K");
   EXPECT_NEAR(trends.front().at("change").get<double>(), 0.02 * (kRecords - 1), 0.05);
   EXPECT_NE(ended.out.find("trend    K rises by 0.2"), std::string::npos) << ended.out;
-  EXPECT_EQ(ended.out.find("apart "), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.out.find("apart    0"), std::string::npos) << ended.out;
   const json whole = json::parse(content_of(path("whole") / "table.json")).at("trends");
   EXPECT_TRUE(whole.empty()) << whole;
 }

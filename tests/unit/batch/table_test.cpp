@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the records of a batch can show of a parameter.
+#include "daemon/batch/table.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::batch {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A record's fit with one model of a dead band.
+Result fit_with(double dead_band, bool accepted) {
+  Result result;
+  result.fit = Json::parse(fmt::format(
+      R"({{"models": [{{"name": "io_valve", "parameters": [{{"name": "dead_band", "value": {0}, "std": 0.0005,
+          "lower95": {1}, "upper95": {2}, "fixed": false}}], "verdict": {{"accepted": {3}, "grade": "{4}"}}}}],
+          "recommendation": {{"model": {5}}}}})",
+      dead_band, dead_band - 0.001, dead_band + 0.001, accepted, accepted ? "good" : "rejected",
+      accepted ? "\"io_valve\"" : "null"));
+  return result;
+}
+
+Table table_with(const std::vector<double>& accepted, const std::vector<double>& rejected,
+                 const std::filesystem::path& path) {
+  Batch batch{rules_of({}), {}};
+  std::vector<Result> results;
+  const auto add = [&](double dead_band, bool is_accepted) {
+    const std::string id = fmt::format("{:04}", batch.records.size() + 1);
+    batch.records.push_back({.id = id, .source = id + ".csv", .sha256 = id});
+    results.push_back(fit_with(dead_band, is_accepted));
+  };
+  for (const double value : accepted) add(value, true);
+  for (const double value : rejected) add(value, false);
+  BatchFolder folder(path, batch);
+  folder.claim({});
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    (void)folder.work_folder(batch.records[i]);
+    folder.publish(batch.records[i], results[i]);
+  }
+  return table_of(folder);
+}
+
+TEST(BatchTable, SaysTheSmallestChangeThatItsRecordsCanShow) {
+  const test::TemporaryFolder folder;
+  const std::vector<double> few{0.143, 0.148, 0.151, 0.154, 0.209};
+  const Table table = table_with(few, {}, folder.path() / "few");
+  ASSERT_EQ(table.resolutions.size(), 1U);
+  const Resolution& found = table.resolutions.front();
+  // The one that lies furthest is named, with what would have been needed.
+  EXPECT_EQ(found.parameter, "dead_band");
+  EXPECT_EQ(found.furthest_row, 4U);
+  EXPECT_NEAR(found.median, 0.151, 1e-12);
+  for (const Row& row : table.rows) {
+    for (const Outlier& one : row.outliers) EXPECT_GT(std::abs(one.value - one.median), found.change);
+  }
+  EXPECT_EQ(table.rows[4].outliers.empty(), 0.209 - 0.151 <= found.change) << found.change;
+  EXPECT_NE(resolution_text(table).find("(furthest: 0.209 in 0005, median 0.151)"), std::string::npos)
+      << resolution_text(table);
+  // More records show a smaller change.
+  std::vector<double> many = few;
+  for (int i = 0; i < 15; ++i) many.push_back(0.148 + 0.0005 * (i % 7));
+  EXPECT_LT(table_with(many, {}, folder.path() / "many").resolutions.front().change, found.change);
+}
+
+TEST(BatchTable, LeavesRejectedModelsOut) {
+  const test::TemporaryFolder folder;
+  const Table table = table_with({0.150, 0.151, 0.149, 0.150, 0.152}, {0.9, 1.2}, folder.path());
+  ASSERT_EQ(table.common_model, "io_valve");
+  ASSERT_EQ(parameters_of(table.rows, "io_valve").size(), 1U);
+  EXPECT_EQ(parameters_of(table.rows, "io_valve").front().estimates.size(), 5U);
+  for (const Row& row : table.rows) EXPECT_TRUE(row.outliers.empty()) << row.record.id;
+}
+
+}  // namespace
+}  // namespace eha::batch
