@@ -3,55 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "daemon/report/section.hpp"
-#include "ident/model/parameter_text.hpp"
+#include "daemon/report/sheet_comparison.hpp"
 #include "ident/signal/valve_map.hpp"
 
 namespace eha::report {
 namespace {
 
 constexpr double kRareSide_percent = 15.0;  // fewer samples on a side of the dead band determine the map badly
-
-/// The valve's null by the model and by the valve sheet whose lines the rig file had, each with half its 95 % interval.
-struct Nulls {
-  const ident::ParameterEstimate& by_model;
-  double by_sheet = 0.0;
-  double half_width_by_sheet = 0.0;
-};
-
-/// None where either is not known with its interval.
-std::optional<Nulls> nulls_of(const Subject& subject, const ident::Model& model) {
-  const auto at = std::find_if(model.parameters.begin(), model.parameters.end(), [](const auto& parameter) {
-    return parameter.role == ident::ParameterRole::valve_null && !parameter.fixed && parameter.std > 0.0;
-  });
-  const auto& null_V = subject.part("rig", "following", "null_V");
-  const auto& half_width = subject.part("rig", "following", "null_uncertainty_V");
-  if (at == model.parameters.end() || !null_V.is_number() || !half_width.is_number()) return std::nullopt;
-  return Nulls{*at, null_V.get<double>(), half_width.get<double>()};
-}
-
-/// Says whether the two agree, or which to trust.
-void compare(const Nulls& nulls, const std::string& unit, Remark& remark) {
-  const double apart = std::abs(nulls.by_model.value - nulls.by_sheet);
-  const double allowed = std::hypot(ident::half_width95(nulls.by_model), nulls.half_width_by_sheet);
-  const bool agree = apart <= allowed;
-  remark.seen += fmt::format(
-      " The null is {} {} here and {} {} in [following] of the rig file, from its valve sheet (± is half a 95 % "
-      "interval): they {}.",
-      ident::with_interval(nulls.by_model, "±"), unit,
-      ident::with_half_width(nulls.by_sheet, nulls.half_width_by_sheet, "±"), unit,
-      agree ? "agree"
-            : fmt::format("differ by {:.2g} {}, more than the {:.2g} {} that the intervals allow", apart, unit, allowed,
-                          unit));
-  if (agree) return;
-  remark.to_do =
-      "Trust the valve sheet's null for offset_V and [following]: its interval includes the method's error, the "
-      "model's interval only the noise of this record. A null moves with the oil's temperature, so measure it again "
-      "with `eha characterise` before you change anything. " +
-      remark.to_do;
-}
 
 Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   const std::vector<double>& input = subject.fit.applied;
@@ -84,7 +44,10 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
           : fmt::format(
                 "A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative command.",
                 high, unit, low, unit);
-  if (const auto nulls = nulls_of(subject, model)) compare(*nulls, unit, remark);
+  if (const auto sheet = compare_with_sheet(subject, model)) {
+    remark.seen += " " + sheet->seen;
+    remark.to_do = sheet->to_do + remark.to_do;
+  }
   return remark;
 }
 

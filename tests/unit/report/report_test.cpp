@@ -115,12 +115,42 @@ std::string page_with_nulls(double by_sheet_V) {
 
 TEST(Page, ComparesTheNullWithTheValveSheets) {
   const std::string agree = page_with_nulls(0.037);
-  EXPECT_NE(agree.find("The null is 0.0310 ± 0.0020 V here and 0.0370 ± 0.0080 V in [following]"), std::string::npos);
-  EXPECT_NE(agree.find("they agree."), std::string::npos);
+  EXPECT_NE(agree.find("null 0.0310 ± 0.0020 V here and 0.0370 ± 0.0080 V there, they agree."), std::string::npos);
   EXPECT_EQ(agree.find("Trust the valve sheet"), std::string::npos);
-  const std::string apart = page_with_nulls(0.05);
-  EXPECT_NE(apart.find("they differ by 0.019 V, more than the 0.0082 V that the intervals allow."), std::string::npos);
+  const std::string apart = page_with_nulls(0.07);
+  EXPECT_NE(apart.find("they differ by 0.039, more than the 0.023 that the intervals and the straight lines"),
+            std::string::npos);
   EXPECT_NE(apart.find("Trust the valve sheet"), std::string::npos);
+}
+
+TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
+  // A valve whose dead band grew to 0.209 V; a null within its method's error.
+  Subject subject = subject_of("run", ident::Grade::good);
+  ident::Model& model = subject.models[0].model;
+  model.input_unit = "V";
+  model.output_unit = "mm";
+  model.input_map = ident::ValveMap{.null = -0.206, .dead_band = 0.209, .negative_gain_ratio = 0.877};
+  model.transfer_function = {{{25.4 * 0.1511, 0.0}}, {{0.0, 0.0}, {1.0, 1.0}}, 0.0};
+  const auto add = [&](const char* name, double value, ident::ParameterRole role) {
+    model.parameters.push_back({name, value, 0.0004, value - 0.0008, value + 0.0008, false, role});
+  };
+  add("null", -0.206, ident::ParameterRole::valve_null);
+  add("dead_band", 0.209, ident::ParameterRole::dead_band);
+  add("negative_gain_ratio", 0.877, ident::ParameterRole::negative_gain_ratio);
+  add("K", 25.4 * 0.1511, ident::ParameterRole::numerator_coefficient);
+  subject.manifest.emplace();
+  (*subject.manifest)["rig"]["following"] = {{"null_V", -0.2},
+                                             {"null_uncertainty_V", 0.004},
+                                             {"dead_band_V", 0.2},
+                                             {"dead_band_uncertainty_V", 0.004},
+                                             {"gain_positive_in_per_V_s", 0.074},
+                                             {"gain_negative_in_per_V_s", 0.065},
+                                             {"gain_uncertainty_percent", 1.0}};
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("The valve has changed since its sheet, or is another one: dead band."), std::string::npos);
+  EXPECT_NE(html.find("they differ by 0.059"), std::string::npos);
+  EXPECT_EQ(html.find("Trust the valve sheet"), std::string::npos);
+  EXPECT_NE(html.find("mm/(V s) there, they agree"), std::string::npos);
 }
 
 TEST(Page, AdvisesNothingThatItsModelsAlreadyHave) {

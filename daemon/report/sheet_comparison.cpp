@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/report/sheet_comparison.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/display_unit.hpp"
+#include "ident/model/parameter_text.hpp"
+
+namespace eha::report {
+namespace {
+
+constexpr double kRoundedCorner = 0.1;     // of the dead band: straight lines stand for rounded edges
+constexpr double kCurvedGain = 0.05;       // of a gain
+constexpr double kDeadBandSpare_V = 0.05;  // in [following], see eha-rig(5)
+constexpr double kGainOfHalf = 2.0;        // [following] has half of each gain
+
+struct Value {
+  double value = 0.0;
+  double half_width = 0.0;  ///< of its 95 % interval
+};
+
+/// One quantity by the model and by the sheet.
+struct Pair {
+  std::string name = {};
+  std::string unit = {};
+  Value by_model = {};
+  Value by_sheet = {};
+  double rounding = 0.0;  ///< difference that the map's straight lines explain
+  bool is_null = false;
+
+  [[nodiscard]] double apart() const { return std::abs(by_model.value - by_sheet.value); }
+  [[nodiscard]] double allowed() const { return std::hypot(by_model.half_width, by_sheet.half_width) + rounding; }
+  [[nodiscard]] bool agrees() const { return apart() <= allowed(); }
+};
+
+std::optional<Value> by_model(const ident::Model& model, ident::ParameterRole role) {
+  const auto at = std::find_if(model.parameters.begin(), model.parameters.end(), [&](const auto& parameter) {
+    return parameter.role == role && !parameter.fixed && parameter.std > 0.0;
+  });
+  if (at == model.parameters.end()) return std::nullopt;
+  return Value{at->value, ident::half_width95(*at)};
+}
+
+/// Speed per volt of a plant K / (s (...)), or with a pole that is nearly at 0; none for other plants.
+std::optional<Value> gain_of(const ident::Model& model) {
+  const auto gain = by_model(model, ident::ParameterRole::numerator_coefficient);
+  const auto& g = model.transfer_function;
+  const auto first = std::find_if(g.denominator.begin(), g.denominator.end(),
+                                  [](const ident::Term& term) { return std::abs(term.order - 1.0) < 1e-9; });
+  if (!gain || g.numerator.size() != 1 || g.numerator.front().order > 0.0 || first == g.denominator.end()) {
+    return std::nullopt;
+  }
+  if (!(std::abs(first->coefficient) > 0.0)) return std::nullopt;
+  return Value{gain->value / first->coefficient, gain->half_width / std::abs(first->coefficient)};
+}
+
+std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
+  const auto sheet = [&](const char* key) -> std::optional<double> {
+    const auto& value = subject.part("rig", "following", key);
+    return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+  };
+  std::vector<Pair> pairs;
+  const auto add = [&](Pair pair, const std::optional<Value>& of_model, std::optional<double> of_sheet,
+                       std::optional<double> half_width) {
+    if (!of_model || !of_sheet || !half_width) return;
+    pair.by_model = *of_model;
+    pair.by_sheet = {*of_sheet, *half_width};
+    pairs.push_back(std::move(pair));
+  };
+  using Role = ident::ParameterRole;
+  const double rounding = kRoundedCorner * model.input_map->dead_band;
+  add({.name = "null", .unit = model.input_unit, .rounding = rounding, .is_null = true},
+      by_model(model, Role::valve_null), sheet("null_V"), sheet("null_uncertainty_V"));
+  auto dead_band = sheet("dead_band_V");
+  if (dead_band) dead_band = std::max(0.0, *dead_band - kDeadBandSpare_V);
+  add({.name = "dead band", .unit = model.input_unit, .rounding = rounding}, by_model(model, Role::dead_band),
+      dead_band, sheet("dead_band_uncertainty_V"));
+  const auto positive = sheet("gain_positive_in_per_V_s");
+  const auto negative = sheet("gain_negative_in_per_V_s");
+  const auto share = sheet("gain_uncertainty_percent");
+  if (!positive || !negative || !share) return pairs;
+  const double ratio = *negative / *positive;
+  add({.name = "negative gain ratio", .unit = "", .rounding = kCurvedGain * ratio},
+      by_model(model, Role::negative_gain_ratio), ratio, std::sqrt(2.0) * 0.01 * *share * ratio);
+  const double gain = kGainOfHalf * *positive * DisplayUnit(model.output_unit).factor("in");
+  add({.name = "gain",
+       .unit = fmt::format("{}/({} s)", model.output_unit, model.input_unit),
+       .rounding = kCurvedGain * gain},
+      gain_of(model), gain, 0.01 * *share * gain);
+  return pairs;
+}
+
+std::string shown(const Value& value, const std::string& unit) {
+  return ident::with_half_width(value.value, value.half_width, "±") + (unit.empty() ? "" : " " + unit);
+}
+
+}  // namespace
+
+std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const ident::Model& model) {
+  const std::vector<Pair> pairs = pairs_of(subject, model);
+  if (pairs.empty()) return std::nullopt;
+  SheetComparison result;
+  result.seen = "Beside the valve sheet in [following] of the rig file (± is half a 95 % interval):";
+  bool first = true;
+  bool null_differs = false;
+  std::vector<std::string> others;
+  for (const Pair& pair : pairs) {
+    result.seen += fmt::format("{} {} {} here and {} there, ", first ? "" : ";", pair.name,
+                               shown(pair.by_model, pair.unit), shown(pair.by_sheet, pair.unit));
+    result.seen += pair.agrees() ? "they agree"
+                                 : fmt::format(
+                                       "they differ by {:.2g}, more than the {:.2g} that the intervals and the "
+                                       "straight lines of the map allow",
+                                       pair.apart(), pair.allowed());
+    first = false;
+    if (pair.agrees()) continue;
+    if (pair.is_null) {
+      null_differs = true;
+    } else {
+      others.push_back(pair.name);
+    }
+  }
+  result.seen += ".";
+  if (!others.empty()) {
+    result.to_do = fmt::format(
+        "The valve has changed since its sheet, or is another one: {}. Measure it again with `eha characterise` before "
+        "you change anything. ",
+        fmt::join(others, ", "));
+  }
+  if (null_differs) {
+    result.to_do +=
+        "Trust the valve sheet's null for offset_V and [following]: its interval includes the method's error, the "
+        "model's interval only the noise of this record. A null moves with the oil's temperature, so measure it again "
+        "with `eha characterise` before you change anything. ";
+  }
+  return result;
+}
+
+}  // namespace eha::report
