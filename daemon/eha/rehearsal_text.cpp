@@ -56,7 +56,7 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
   const std::string remedy =
       rehearsal->still_offset_V
           ? fmt::format("set offset_V = {:.3f}, which stops the drift, or add [hold]", *rehearsal->still_offset_V)
-          : "lower the amplitudes, move [start] nearer to the middle of the travel, or add [hold]";
+          : "lower the amplitudes, shorten the experiment, move [start] so that there is room, or add [hold]";
   if (rehearsal->chance_of_trip >= kRefusedChanceOfTrip && risk == TravelRisk::refuse) {
     throw ConfigError(fmt::format("{}; {:.0f} % or more is refused: {}; --accept-travel-risk plays it nevertheless",
                                   found, 100.0 * kRefusedChanceOfTrip, remedy));

@@ -99,6 +99,14 @@ bool plays_open_loop(const config::PreparedExperiment& experiment, const config:
   return rig.limits.following && experiment.config.is_fitted() && !experiment.config.hold;
 }
 
+/// Whether the excitation swings about its offset. One that does not, such as a step, moves the rod on purpose.
+bool is_balanced(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
+  constexpr double kOneSided = 0.25;  // mean over peak
+  const Eigen::ArrayXd swing = periodic_part(experiment, rig).array() - experiment.config.excitation.offset_V;
+  const double peak = swing.size() == 0 ? 0.0 : swing.abs().maxCoeff();
+  return peak > 0.0 && std::abs(swing.mean()) <= kOneSided * peak;
+}
+
 /// The excitation's offset_V at which the rod's mean speed is 0; none within the command limits.
 /// @param unexplained  speed that the valve does not explain [in/s]
 std::optional<double> offset_that_stops(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
@@ -120,6 +128,7 @@ std::optional<double> offset_that_stops(const config::PreparedExperiment& experi
 /// offset_that_stops(), if the rod then stays within the limits.
 std::optional<double> offset_that_helps(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                                         double from_in) {
+  if (!is_balanced(experiment, rig)) return std::nullopt;
   const std::optional<double> offset_V = offset_that_stops(experiment, rig, 0.0);
   if (!offset_V) return std::nullopt;
   config::PreparedExperiment other = experiment;
@@ -163,6 +172,7 @@ std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, 
 std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                               const Eigen::Ref<const Eigen::VectorXd>& displacement_in) {
   if (!plays_open_loop(experiment, rig) || displacement_in.size() < 2) return std::nullopt;
+  if (!is_balanced(experiment, rig)) return std::nullopt;
   const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
   const Eigen::VectorXd& table_V = experiment.table_V;
   const double step_s = rig.realtime.sample_period_s;

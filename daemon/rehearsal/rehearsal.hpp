@@ -20,8 +20,8 @@ struct Rehearsal {
   double drift_in_per_s = 0.0;  ///< mean speed of the rod, the valve being as [following] has it; 0 with a hold
   double chance_of_trip =
       0.0;  ///< share of the draws that reach a travel or velocity limit, stopping distance included
-  /// Of the excitation, that would stop the drift; none with a hold, beyond the command limits, or where the rod would
-  /// reach a limit all the same.
+  /// Of the excitation, that would stop the drift; none with a hold, beyond the command limits, where the rod would
+  /// reach a limit all the same, or where another offset would change what the experiment is for (a step).
   std::optional<double> still_offset_V = {};
 };
 
@@ -43,7 +43,8 @@ struct Drift {
 /// Computes the drift of a run from its displacement and its volts: the part that the valve of [following] predicts
 /// from the whole table, and the rest.
 /// @param displacement_in  rows in state running, one a tick, from the first; at least 2
-/// @returns none without [following], with a hold, or when the experiment plays nothing
+/// @returns none without [following], with a hold, when the experiment plays nothing, or where its excitation moves the
+/// rod to one side by itself (a step)
 [[nodiscard]] std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                                             const Eigen::Ref<const Eigen::VectorXd>& displacement_in);
 

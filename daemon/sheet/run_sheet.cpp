@@ -74,9 +74,10 @@ std::string experiment_lines(const RunSheet& run) {
   return fmt::format(
       "[start]\n"
       "displacement_in = {:.3f}  # the middle of the travel\n"
-      "# in the [excitation] that is there; eha check names a better one\n"
-      "offset_V = {:.4f}  # the null\n",
-      0.5 * (limits.travel_min_in + limits.travel_max_in), run.sheet.null_V.value);
+      "# offset_V of its [excitation]: `eha check EXPERIMENT.toml` rehearses it with these numbers and names the one "
+      "at\n"
+      "# which the rod does not drift; it depends on the amplitudes, too.\n",
+      0.5 * (limits.travel_min_in + limits.travel_max_in));
 }
 
 }  // namespace eha::sheet

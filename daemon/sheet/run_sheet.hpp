@@ -36,7 +36,7 @@ struct RunSheet {
 [[nodiscard]] config::Following following_of(const RunSheet& run);
 [[nodiscard]] std::string rig_lines(const RunSheet& run);
 
-/// What an experiment on this rig begins with: `offset_V` at the null, and [start] in mid-travel.
+/// What an experiment on this rig begins with: [start] in mid-travel, and where its `offset_V` comes from.
 [[nodiscard]] std::string experiment_lines(const RunSheet& run);
 
 /// The content of valve_sheet.json, schema eha-valve-sheet/1; lengths in inches.

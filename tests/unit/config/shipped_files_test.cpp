@@ -23,6 +23,7 @@ RigConfig simulated() { return load_rig(kDirectory + "/rigs/sim.toml"); }
 RigConfig card() { return load_rig(kDirectory + "/rigs/pci1716.toml"); }
 ExperimentConfig characterise() { return load_experiment(kDirectory + "/experiments/characterise.toml"); }
 ExperimentConfig paper() { return load_experiment(kDirectory + "/experiments/paper.toml"); }
+ExperimentConfig repeated() { return load_experiment(kDirectory + "/experiments/repeated.toml"); }
 std::string wide_file() { return kDirectory + "/experiments/wide.toml"; }
 
 /// The shipped files are the documentation of their keys.
@@ -41,8 +42,8 @@ void expect_a_comment_on_every_key(const std::string& text) {
 }
 
 TEST(ShippedFiles, ExplainEveryKey) {
-  for (const std::string& text :
-       {simulated().text, card().text, paper().text, characterise().text, load_experiment(wide_file()).text}) {
+  for (const std::string& text : {simulated().text, card().text, paper().text, repeated().text, characterise().text,
+                                  load_experiment(wide_file()).text}) {
     expect_a_comment_on_every_key(text);
   }
 }
@@ -55,6 +56,14 @@ TEST(ShippedFiles, TheWideExperimentComesNearToTheSlewLimitAndItsTonesAreLines) 
   EXPECT_GT(slew_V_per_s, 0.85 * rig.limits.slew_V_per_s);
   EXPECT_TRUE(off_grid_tones(wide.config).empty());
   EXPECT_NEAR((wide.table_V.array() + 0.2).abs().maxCoeff(), 2.05, 0.01) << "as wide.toml says";
+}
+
+TEST(ShippedFiles, RepeatsWholePeriodsOfEveryTone) {
+  // README's tip: the measured response has an interval at each tone, which further repetitions narrow.
+  const ExperimentConfig experiment = repeated();
+  EXPECT_TRUE(off_grid_tones(experiment).empty());
+  EXPECT_GE(experiment.repetitions, 3);
+  EXPECT_GT(prepare(experiment, simulated()).table_V.size(), 0);
 }
 
 TEST(ShippedFiles, WornRigsDifferFromTheSimulatedOneAndTakeItsExperiment) {

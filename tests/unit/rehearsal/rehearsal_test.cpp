@@ -114,6 +114,18 @@ TEST(Rehearsal, IsNoneWithoutTheValveAndForAPlacing) {
   EXPECT_FALSE(rehearse(placing, sim(), 2.95).has_value());
 }
 
+TEST(Rehearsal, DoesNotAdviseTheOffsetThatStopsAStepItself) {
+  const config::PreparedExperiment step = config::parse_prepared_experiment(
+      "schema = 1\nname = \"s\"\nduration_s = 6.0\n[excitation]\nkind = \"step\"\noffset_V = -0.2\namplitude_V = 3.0\n"
+      "hold_s = 1.0\n[record]\ndiscard_s = 0.0\n",
+      "s.toml", sim());
+  const auto found = rehearse(step, sim(), 2.0);
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->drift_in_per_s, 0.1);
+  EXPECT_FALSE(found->still_offset_V) << *found->still_offset_V;
+  EXPECT_FALSE(drift_of(step, sim(), Eigen::VectorXd::LinSpaced(6000, 2.0, 4.0)));
+}
+
 TEST(Drift, NamesTheOffsetThatStopsIt) {
   const config::ValveEstimate valve = config::valve_estimate(*sim().limits.following);
   // The rod's valve has its null 0.1 V away from where the file has it.
