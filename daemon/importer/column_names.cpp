@@ -62,6 +62,7 @@ constexpr std::array kUnits = std::to_array<Spelling>({
     {"secs", "s"},
     {"second", "s"},
     {"seconds", "s"},
+    {"sek", "s"},
     {"sekunden", "s"},
     {"msec", "ms"},
     {"percent", "%"},
@@ -161,7 +162,7 @@ std::optional<std::string> known_unit(std::string_view text) {
   constexpr std::size_t kShortestWord = 3;
   const std::string small = lower(text);
   for (const Spelling& spelling : kUnits) {
-    if (small.size() > kShortestWord && small == spelling.written) return std::string(spelling.unit);
+    if (small.size() >= kShortestWord && small == spelling.written) return std::string(spelling.unit);
   }
   return std::nullopt;
 }

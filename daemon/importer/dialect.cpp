@@ -113,20 +113,27 @@ void take_header(const Reading& reading, std::size_t first, Dialect& dialect) {
     const bool has_comment = line.fields.size() == reading.fields + 1 && line.fields.back() == "Comment";
     return line.fields.size() == reading.fields || line.fields.size() + 1 == reading.fields || has_comment;
   };
-  std::size_t name_row = first;
-  if (first > 0 && is_header(reading.lines[first - 1])) {
-    name_row = first - 1;
-    const Line& last = reading.lines[first - 1];
-    const bool are_units =
-        std::all_of(last.fields.begin(), last.fields.end(), may_be_unit) &&
-        std::any_of(last.fields.begin(), last.fields.end(), [](const std::string& f) { return !f.empty(); });
-    if (first > 1 && are_units && is_header(reading.lines[first - 2])) {
+  const auto is_empty = [](const Line& line) {
+    return std::all_of(line.fields.begin(), line.fields.end(), [](const std::string& f) { return f.empty(); });
+  };
+  // Delimiters alone separate a header from its rows in some programs' files.
+  std::size_t begin = first;
+  while (begin > 0 && is_empty(reading.lines[begin - 1])) --begin;
+  std::size_t name_row = begin;
+  if (begin > 0 && is_header(reading.lines[begin - 1])) {
+    name_row = begin - 1;
+    const Line& last = reading.lines[begin - 1];
+    // dSPACE names its rows: "unit,s,V,mm".
+    const bool says_unit = last.fields.front() == "unit" || last.fields.front() == "units";
+    const bool are_units = std::all_of(last.fields.begin() + (says_unit ? 1 : 0), last.fields.end(), may_be_unit);
+    if (begin > 1 && are_units && is_header(reading.lines[begin - 2])) {
       dialect.units = last.fields;
-      name_row = first - 2;
+      if (says_unit) dialect.units.front().clear();
+      name_row = begin - 2;
     }
   }
-  dialect.skipped_lines = std::min(name_row, first);
-  if (name_row == first) return;
+  dialect.skipped_lines = std::min(name_row, begin);
+  if (name_row == begin) return;
   dialect.names = reading.lines[name_row].fields;
   dialect.header_line = reading.lines[name_row].number;
   if (dialect.names.size() + 1 == reading.fields) dialect.names.insert(dialect.names.begin(), "");

@@ -91,9 +91,22 @@ std::string remark_on_pace(double step_s, const std::filesystem::path& path) {
       path.string(), step_s, step_s < kShortest_s ? "faster" : "slower");
 }
 
+/// For a file whose points may be decimal or separate thousands.
+std::string remark_on_points(const Table& table, const Selection& selection, const Rows& rows,
+                             const std::filesystem::path& path) {
+  if (!rows.ambiguous) return {};
+  const auto& [place, number] = *rows.ambiguous;
+  std::string without = number;
+  std::erase(without, '.');
+  return fmt::format(
+      "{}: {}: {} is read as the decimal number {}; if its point separates thousands ({}), export without separators",
+      path.string(), described(table.columns(), selection.columns[place]), number, number, without);
+}
+
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
-                       const ident::Record& record, std::optional<double> period_s) {
-  const std::string pace = remark_on_pace(record.step_s, path);
+                       const ident::Record& record, std::optional<double> period_s, const std::string& points) {
+  std::string pace = remark_on_pace(record.step_s, path);
+  if (!points.empty()) pace += (pace.empty() ? "" : "\n") + points;
   if (table.is_record_format()) return pace;
   const std::vector<Column>& columns = table.columns();
   const auto shown = [&](std::size_t i) {
@@ -179,12 +192,14 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   check(options, path);
   const std::unique_ptr<Table> table = open_table(path, options);
   const Roles roles = find_record(*table, path, options);
-  Rows rows = table->read(selection_for(*table, roles, path, options), progress);
+  const Selection selection = selection_for(*table, roles, path, options);
+  Rows rows = table->read(selection, progress);
+  const std::string points = remark_on_points(*table, selection, rows, path);
   Imported imported = assembled(rows, roles, path, options);
   const bool own = table->is_record_format();
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
-  imported.guess = guess_text(*table, roles, path, imported.record, options.period_s);
+  imported.guess = guess_text(*table, roles, path, imported.record, options.period_s, points);
   return imported;
 }
 
@@ -193,7 +208,9 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   check(options, path);
   const std::unique_ptr<Table> table = open_table(path, options);
   const Roles roles = find_input(*table, path, options, unit);
-  Rows rows = table->read(selection_for(*table, roles, path, options), progress);
+  const Selection selection = selection_for(*table, roles, path, options);
+  Rows rows = table->read(selection, progress);
+  const std::string points = remark_on_points(*table, selection, rows, path);
   ImportedInput input;
   std::vector<double> time_s = roles.time ? rows.columns[0] : std::vector<double>();
   const Imported imported = assembled(rows, roles, path, options);
@@ -207,7 +224,7 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   input.series.values = record.input;
   input.series.step_s = record.step_s;
   input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
-  input.guess = guess_text(*table, roles, path, record, options.period_s);
+  input.guess = guess_text(*table, roles, path, record, options.period_s, points);
   return input;
 }
 

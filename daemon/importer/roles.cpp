@@ -360,7 +360,14 @@ class Finder {
     // An example that works: what is known, and for the rest the first columns in order.
     if (input && output && *input == *output) output.reset();
     const auto next_free = [&](std::optional<std::size_t> taken) {
-      return *std::find_if(left.begin(), left.end(), [&](std::size_t i) { return taken != i; });
+      const auto is_filled = [&](std::size_t i) {
+        const std::vector<double>& sample = columns_[i].sample;
+        const auto missing = std::count_if(sample.begin(), sample.end(), [](double x) { return std::isnan(x); });
+        return taken != i && 2 * missing <= static_cast<std::ptrdiff_t>(sample.size());
+      };
+      const auto found = std::find_if(left.begin(), left.end(), is_filled);
+      return found != left.end() ? *found
+                                 : *std::find_if(left.begin(), left.end(), [&](std::size_t i) { return taken != i; });
     };
     if (!input) input = next_free(output);
     if (!output) output = next_free(input);

@@ -48,6 +48,9 @@ struct Rows {
   int time_significant = 0;  ///< most significant digits of the time
   bool has_lines = false;    ///< the file is text
   std::size_t header_line = 0;
+  /// A column, in the order of the selection, and a number in it with a point that may separate thousands: 1, "74.989".
+  /// None where some point of the file can only be decimal.
+  std::optional<std::pair<std::size_t, std::string>> ambiguous = {};
   /// (row, line) where the distance between the two changes, ascending.
   std::vector<std::pair<std::size_t, std::size_t>> line_marks;
 

@@ -137,6 +137,12 @@ class TextTable final : public Table {
       mark_line(rows);
       for (std::size_t i = 0; i < values.size(); ++i) rows.columns[i].push_back(values[i]);
     }
+    // One point that can only be decimal says what the others are.
+    const bool is_decided =
+        std::any_of(points_.begin(), points_.end(), [](const Points& points) { return !points.may_be_thousands; });
+    for (std::size_t i = 0; i < points_.size() && !is_decided && !rows.ambiguous; ++i) {
+      if (!points_[i].example.empty()) rows.ambiguous = {i, points_[i].example};
+    }
     if (std::abs(selection.time_unit_s - 1.0) > 0.0) {
       rows.time_decimals -= static_cast<int>(std::floor(std::log10(selection.time_unit_s)));
     }
@@ -247,6 +253,7 @@ class TextTable final : public Table {
     double value = 0.0;
     const NumberKind kind = parse_number(field, dialect_.decimal, value);
     if (kind == NumberKind::finite) {
+      note_point(i, field);
       if (i == 0) {
         const Precision precision = precision_of(field, dialect_.decimal);
         rows.time_decimals = std::max(rows.time_decimals, precision.decimals);
@@ -256,6 +263,21 @@ class TextTable final : public Table {
     }
     if (kind == NumberKind::missing && selection.keep_missing) return value;
     refuse_number(column, field, kind, selection.mend_missing);
+  }
+
+  /// Notes whether all points of a column may separate thousands: one to three digits, no leading 0, then three. A file
+  /// with commas between its columns has points for decimals.
+  void note_point(std::size_t i, std::string_view field) {
+    if (dialect_.decimal != '.' || dialect_.delimiter == ',' || dialect_.is_record_format) return;
+    if (i >= points_.size()) points_.resize(i + 1);
+    Points& points = points_[i];
+    const std::size_t point = field.find('.');
+    if (!points.may_be_thousands || point == std::string_view::npos) return;
+    const std::string_view digits = field.substr(field.find_first_not_of("+-"));
+    const std::size_t before = digits.find('.');
+    points.may_be_thousands = before >= 1 && before <= 3 && digits[0] != '0' && digits.size() == before + 4 &&
+                              digits.find_first_not_of("0123456789.") == std::string_view::npos;
+    if (points.may_be_thousands && points.example.empty()) points.example = field;
   }
 
   [[noreturn]] void refuse_number(std::size_t column, std::string_view field, NumberKind kind,
@@ -312,6 +334,13 @@ class TextTable final : public Table {
     for (auto& column : rows.columns) column.reserve(static_cast<std::size_t>(expected) + 1);
   }
 
+  /// Points in the numbers of one column.
+  struct Points {
+    bool may_be_thousands = true;
+    std::string example = {};  ///< the first number with one
+  };
+
+  std::vector<Points> points_;  ///< in the order of the selection
   std::filesystem::path path_;
   Options options_;
   TextLines lines_;

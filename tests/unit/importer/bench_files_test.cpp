@@ -295,6 +295,25 @@ TEST_F(BenchFile, IsAWorkbook) {
   EXPECT_NE(refusal_of(write("other.xlsx", archive_of({{"a.txt", "1,2,3\n"}}))).find("no workbook"), std::string::npos);
 }
 
+TEST_F(BenchFile, WarnsOnceWhereAPointMayBeDecimalOrSeparateThousands) {
+  const auto with = [&](const std::string& first_time) {
+    std::string text = "Zeit [ms];Spannung [mV];Weg [um]\n" + first_time;
+    for (int k = 1; k < 200; ++k) {
+      const int um = 50'000 + static_cast<int>(10'000.0 * std::sin(0.1 * k));
+      text += fmt::format("{};{};{}.{:03}\n", k, 20 * (k % 7), um / 1000, um % 1000);
+    }
+    return write("weg.txt", text);
+  };
+  const std::string guess = import_record(with("0;0;74.989\n"), {}).guess;
+  const std::size_t at =
+      guess.find("74.989 is read as the decimal number 74.989; if its point separates thousands (74989)");
+  ASSERT_NE(at, std::string::npos) << guess;
+  EXPECT_EQ(guess.find("separates thousands", at + 80), std::string::npos) << guess;
+  // One number whose point can only be decimal decides for the file.
+  EXPECT_EQ(import_record(with("0;0;0.989\n"), {}).guess.find("thousands"), std::string::npos);
+  EXPECT_EQ(import_record(with("0.0;0;74.989\n"), {}).guess.find("thousands"), std::string::npos);
+}
+
 /// As LabVIEW's "Write To Measurement File" makes it, with one column of times for all channels.
 TEST_F(BenchFile, IsAMeasurementOfLabView) {
   std::string text =

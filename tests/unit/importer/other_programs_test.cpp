@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Files laid out as other programs document theirs: each is read as the record that it is, or asked about with a
+// command that reads it.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/importer/import.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::importer {
+namespace {
+
+constexpr int kRows = 200;
+constexpr double kStep_s = 1e-3;
+
+double volts(int k) { return std::sin(0.1 * k); }
+double place(int k) { return 50.0 + 10.0 * std::sin(0.1 * k - 0.5); }
+
+std::string german(std::string text) {
+  std::replace(text.begin(), text.end(), '.', ',');
+  return text;
+}
+
+std::string rows(const std::string& header, const std::function<std::string(int)>& row) {
+  std::string text = header;
+  for (int k = 0; k < kRows; ++k) text += row(k);
+  return text;
+}
+
+/// A file, and the units that it tells; an empty unit is not told.
+struct Program {
+  std::string name;
+  std::string file;
+  std::string text;
+  std::string input_unit;
+  std::string output_unit;
+  double output_factor = 1.0;  ///< of the column over place()
+  Options answer = {};         ///< to the question that is asked; its command must hold `asked`
+  std::string asked = {};      ///< empty: nothing is asked
+};
+
+std::vector<Program> programs() {
+  const auto seconds = [](int k) { return kStep_s * k; };
+  std::vector<Program> all;
+  all.push_back(
+      {"Advantech", "daq.csv",
+       rows("Advantech DAQNavi DataLogger\r\nDevice: PCI-1716,BID#0\r\nSample Rate: 1000 Hz\r\n\r\n"
+            "No.,Time,AI 0 (V),AI 1 (mm)\r\n",
+            [&](int k) { return fmt::format("{},{:.3f},{:.5f},{:.5f}\r\n", k, seconds(k), volts(k), place(k)); }),
+       "V", "mm"});
+  all.push_back(
+      {"ControlDesk", "dspace.csv",
+       rows("descriptor,,,\npath,,Model Root/valve,Model Root/rod\ntrace,time,u,y\nunit,s,V,mm\n",
+            [&](int k) { return fmt::format("trace_values,{:.4f},{:.6f},{:.6f}\n", seconds(k), volts(k), place(k)); }),
+       "V", "mm"});
+  all.push_back({"Mts", "specimen.dat",
+                 rows("MTS793|BTW|ENU|1|2|.|/|:|1|0|0|A\nData Header:\tCyclic\tTime:\t0.5\tSec\nStation Name: bench\n\n"
+                      "Time\tAxial Displacement\tAxial Command\nSec\tmm\tV\n",
+                      [&](int k) { return fmt::format("{:.6f}\t{:.6f}\t{:.6f}\n", seconds(k), place(k), volts(k)); }),
+                 "V", "mm"});
+  all.push_back(
+      {"Instron", "bluehill.csv",
+       rows("\"Specimen 1\"\n\"Test run\",\"23.11.2026\"\n\n\"Time\",\"Command\",\"Extension\"\n"
+            "\"(s)\",\"(V)\",\"(mm)\"\n",
+            [&](int k) { return fmt::format("\"{:.4f}\",\"{:.5f}\",\"{:.5f}\"\n", seconds(k), volts(k), place(k)); }),
+       "V", "mm"});
+  all.push_back(
+      {"PicoScope",
+       "pico.csv",
+       rows("Time,Channel A,Channel B\n(ms),(V),(mV)\n\n",
+            [&](int k) { return fmt::format("{:.8f},{:.8f},{:.8f}\n", 1.0 * k, volts(k), 100.0 * place(k)); }),
+       "V",
+       "mV",
+       100.0,
+       {.input = "2", .output = "3"},
+       "--input 2 --output 3"});
+  all.push_back({"Keysight",
+                 "infiniivision.csv",
+                 rows("x-axis,1,2\nsecond,Volt,Volt\n",
+                      [&](int k) {
+                        return fmt::format("{:+.9E},{:+.6E},{:+.6E}\n", seconds(k) - 0.1, volts(k), 0.1 * place(k));
+                      }),
+                 "V",
+                 "V",
+                 0.1,
+                 {.input = "2", .output = "3"},
+                 "--input 2 --output 3"});
+  all.push_back(
+      {"Catman", "catman.asc",
+       rows("HBM_CATMAN_DATAFILE_50\nDATEI: messung.bin\nT0 = 23.11.2026 10:00:00\nWerte: 200\n"
+            "Zeit \tVentil \tWeg \ns\tV\tmm\n",
+            [&](int k) { return german(fmt::format("{:.6f}\t{:.6f}\t{:.6f}\n", seconds(k), volts(k), place(k))); }),
+       "V", "mm"});
+  all.push_back({"Rigol",
+                 "rigol.csv",
+                 rows("X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1.000000e-01,1.000000e-03,\n",
+                      [&](int k) { return fmt::format("{},{:.4e},{:.4e},,\n", k, volts(k), 0.1 * place(k)); }),
+                 "V",
+                 "V",
+                 0.1,
+                 {.input = "2", .output = "3", .period_s = kStep_s},
+                 "--period SECONDS"});
+  all.push_back({"Tektronix",
+                 "tds.csv",
+                 rows("",
+                      [&](int k) {
+                        const std::vector<std::string> head{
+                            "Record Length,2.000000e+02", "Sample Interval,1.000000e-03", "Trigger Point,1.000000e+02",
+                            "Source,CH1", "Vertical Units,V"};
+                        const auto i = static_cast<std::size_t>(k);
+                        return fmt::format("{},{:.12f},{:.5f},{:.5f},\n", i < head.size() ? head[i] : ",", seconds(k),
+                                           volts(k), 0.1 * place(k));
+                      }),
+                 "",
+                 "",
+                 0.1,
+                 {.time = "3", .input = "4", .output = "5"},
+                 "--time 3 --input 4 --output 5"});
+  all.push_back({"TiaPortal", "trace.csv",
+                 rows("\"Zeitstempel\";\"Ventil_U [V]\";\"Weg [mm]\"\n",
+                      [&](int k) {
+                        return fmt::format("\"23.11.2026 10:00:00,{:03}\";{};{}\n", k,
+                                           german(fmt::format("{:.5f}", volts(k))),
+                                           german(fmt::format("{:.5f}", place(k))));
+                      }),
+                 "V", "mm"});
+  all.push_back({"Canape", "canape.csv",
+                 rows("timestamps,Valve,Rod\nsec,V,mm\n,,\n",
+                      [&](int k) { return fmt::format("{:.6f},{:.6f},{:.6f}\n", seconds(k), volts(k), place(k)); }),
+                 "V", "mm"});
+  all.push_back({"Yokogawa",
+                 "dl850.csv",
+                 rows("\"Model Name\",\"DL850\"\n\"BlockNumber\",1\n\"TraceName\",\"CH1\",\"CH2\"\n"
+                      "\"BlockSize\",200,200\n\"VUnit\",\"V\",\"V\"\n\"HResolution\",0.001,0.001\n\n",
+                      [&](int k) { return fmt::format(",{:.6E},{:.6E}\n", volts(k), 0.1 * place(k)); }),
+                 "",
+                 "",
+                 0.1,
+                 {.input = "2", .output = "3", .period_s = kStep_s},
+                 "--period SECONDS"});
+  return all;
+}
+
+class OtherProgram : public testing::TestWithParam<Program> {
+ protected:
+  void expect_record(const Imported& imported) const {
+    const Program& program = GetParam();
+    const ident::Record& record = imported.record;
+    ASSERT_EQ(record.input.size(), kRows) << imported.guess;
+    EXPECT_NEAR(record.step_s, kStep_s, 1e-9) << imported.guess;
+    for (int k = 0; k < kRows; ++k) {
+      ASSERT_NEAR(record.input[k], volts(k), 1e-4) << k << " " << imported.guess;
+      ASSERT_NEAR(record.output[k], program.output_factor * place(k), 1e-3 * program.output_factor) << k;
+    }
+    if (!program.input_unit.empty()) {
+      EXPECT_EQ(record.input_channel.unit, program.input_unit) << imported.guess;
+    }
+    if (!program.output_unit.empty()) {
+      EXPECT_EQ(record.output_channel.unit, program.output_unit) << imported.guess;
+    }
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_P(OtherProgram, IsReadAsItsRecordOrAskedAbout) {
+  const Program& program = GetParam();
+  const auto path = folder_.write(program.file, program.text);
+  if (program.asked.empty()) {
+    expect_record(import_record(path, {}));
+    return;
+  }
+  try {
+    const Imported imported = import_record(path, {});
+    ADD_FAILURE() << "taken without a question: " << imported.guess;
+  } catch (const DataError& error) {
+    EXPECT_NE(std::string(error.what()).find(program.asked), std::string::npos) << error.what();
+  }
+  expect_record(import_record(path, program.answer));
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, OtherProgram, testing::ValuesIn(programs()),
+                         [](const auto& tested) { return tested.param.name; });
+
+}  // namespace
+}  // namespace eha::importer
