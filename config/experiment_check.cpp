@@ -9,6 +9,7 @@
 
 #include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "hal/backends/backend.hpp"
 #include "ident/excitation/excitation.hpp"
@@ -92,10 +93,12 @@ class ConflictSearch {
     const double lowest_in = rig_.limits.travel_min_in + margin_in;
     const double highest_in = rig_.limits.travel_max_in - margin_in;
     if (*place_in >= lowest_in && *place_in <= highest_in) return;
+    const DisplayUnit unit(rig_.units);
+    const double factor = unit.factor("in");
     add(key,
-        fmt::format("{:.3f} to {:.3f} in, the travel limits of {} less {:.3f} in", lowest_in, highest_in,
-                    rig_.file_name, margin_in),
-        fmt::format("{:.3f} in", *place_in));
+        fmt::format("{0:.4g} to {1:.4g} {4}, the travel limits of {2} less {3:.3g} {4}", factor * lowest_in,
+                    factor * highest_in, rig_.file_name, factor * margin_in, unit.of("in")),
+        fmt::format("{:.4g} {}", factor * *place_in, unit.of("in")));
   }
 
   void check_hold() {

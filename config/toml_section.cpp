@@ -149,7 +149,33 @@ const toml::node* Section::find(std::string_view key, std::string_view expected,
   return node;
 }
 
+void Section::number_in_millimetres(std::string_view key, const MillimetreKey& written, const toml::node& node,
+                                    double& target, const Range& range) {
+  known_.push_back(key);
+  const Position position = place(node.source());
+  document_->positions[path(key)] = document_->positions[path(written.name)] = position;
+  if (table_->contains(key)) {
+    document_->issues.add_text(position, path(written.name),
+                               fmt::format("the same as {}; leave out one of the two", path(key)));
+    return;
+  }
+  const auto value = node.is_number() ? node.value<double>() : std::nullopt;
+  if (value && range.contains(*value * written.factor)) {
+    target = *value * written.factor;
+    return;
+  }
+  Range in_millimetres = range;
+  in_millimetres.low /= written.factor;
+  in_millimetres.high /= written.factor;
+  wrong(written.name, node, describe(in_millimetres));
+}
+
 void Section::number(std::string_view key, double& target, const Range& range, Need need) {
+  if (auto written = millimetre_key(key)) {
+    const toml::node* node = table_->get(written->name);
+    millimetre_keys_.push_back(written->name);
+    if (node != nullptr) return number_in_millimetres(key, *written, *node, target, range);
+  }
   const std::string expected = describe(range);
   const toml::node* node = find(key, expected, need);
   if (node == nullptr) return;
@@ -323,6 +349,7 @@ void Section::finish() {
   for (const auto& [key, node] : *table_) {
     const std::string_view name = key.str();
     if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
+    if (std::find(millimetre_keys_.begin(), millimetre_keys_.end(), name) != millimetre_keys_.end()) continue;
     document_->issues.add(place(key.source()), path(shortened(name, 60)), "a known key" + suggestion(name, known_),
                           "an unknown one");
   }

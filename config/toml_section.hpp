@@ -16,6 +16,7 @@
 #include "config/named_files.hpp"
 #include "config/position.hpp"
 #include "core/keys.hpp"
+#include "core/millimetre_key.hpp"
 #include "core/option_issue.hpp"
 #include "core/volts_file.hpp"
 
@@ -48,6 +49,8 @@ class Section {
   /// Full path of a key.
   [[nodiscard]] std::string path(std::string_view key) const;
 
+  /// A key in inches may be given in millimetres instead, see core/millimetre_key.hpp; `target` and `range` are in
+  /// inches.
   void number(std::string_view key, double& target, const Range& range, Need need = Need::required);
   void boolean(std::string_view key, bool& target, Need need = Need::required);
   /// A string that is not empty.
@@ -125,6 +128,8 @@ class Section {
     Table::visit_keys(target, *this);
     finish();
   }
+  void number_in_millimetres(std::string_view key, const MillimetreKey& written, const toml::node& node, double& target,
+                             const Range& range);
   const toml::node* find(std::string_view key, std::string_view expected, Need need);
   std::optional<std::int64_t> whole_number(std::string_view key, std::int64_t low, std::int64_t high, Need need);
   std::optional<std::size_t> one_of(std::string_view key, const std::vector<std::string_view>& names, Need need);
@@ -134,6 +139,7 @@ class Section {
   std::string path_;
   Document* document_;
   std::vector<std::string_view> known_;
+  std::vector<std::string> millimetre_keys_;  ///< known, too
 };
 
 }  // namespace eha::config

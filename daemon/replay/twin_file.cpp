@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "core/millimetre_key.hpp"
 #include "core/text.hpp"
 
 namespace eha::replay {
@@ -52,7 +53,9 @@ std::string twin_text(std::string_view text, const Calibration& calibration, std
     if (in_sim) {
       const std::string key = trimmed(content.substr(0, content.find('=')));
       for (std::size_t i = 0; i < written.size(); ++i) {
-        if (key != lines_of[i].first) continue;
+        // The old line may have the key in millimetres.
+        const auto other = millimetre_key(lines_of[i].first);
+        if (key != lines_of[i].first && !(other && key == other->name)) continue;
         kept = lines_of[i].second;
         written[i] = true;
       }

@@ -7,11 +7,14 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <functional>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/millimetre_key.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha {
@@ -60,7 +63,18 @@ struct NewValue {
   std::string value;
 };
 
-std::string with_values(const config::RigConfig& rig, const std::string& table, const std::vector<NewValue>& values) {
+/// The values under the keys that the file has: those in inches may stand there in millimetres.
+std::vector<NewValue> as_written(const config::RigConfig& rig, const std::string& table, std::vector<NewValue> values) {
+  for (NewValue& value : values) {
+    const auto written = millimetre_key(value.key);
+    if (!written || !rig.positions.contains(table + "." + written->name)) continue;
+    value = {written->name, fmt::format("{:.6g}", std::strtod(value.value.c_str(), nullptr) / written->factor)};
+  }
+  return values;
+}
+
+std::string with_values(const config::RigConfig& rig, const std::string& table, const std::vector<NewValue>& given) {
+  const std::vector<NewValue> values = as_written(rig, table, given);
   std::string text = rig.text;
   std::map<std::size_t, const NewValue*, std::greater<>> at;  // from the end, so that places stay right
   std::string added;
@@ -144,6 +158,22 @@ std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration&
     values.push_back({"calibration_date", "\"" + date + "\""});
   }
   std::string text = with_values(rig, table, values);
+  static_cast<void>(config::parse_rig(text, rig.file_name));
+  return text;
+}
+
+std::string rig_text_with(const config::RigConfig& rig, const config::Following& following) {
+  std::vector<NewValue> values{{"gain_positive_in_per_V_s", fmt::format("{:.4g}", following.gain_positive_in_per_V_s)},
+                               {"gain_negative_in_per_V_s", fmt::format("{:.4g}", following.gain_negative_in_per_V_s)},
+                               {"null_V", fmt::format("{:.4f}", following.null_V)},
+                               {"dead_band_V", fmt::format("{:.4f}", following.dead_band_V)}};
+  const auto add = [&](const char* key, const std::optional<double>& value) {
+    if (value) values.push_back({key, fmt::format("{:.4f}", *value)});
+  };
+  add("null_uncertainty_V", following.null_uncertainty_V);
+  add("dead_band_uncertainty_V", following.dead_band_uncertainty_V);
+  add("gain_uncertainty_percent", following.gain_uncertainty_percent);
+  std::string text = with_values(rig, "following", values);
   static_cast<void>(config::parse_rig(text, rig.file_name));
   return text;
 }

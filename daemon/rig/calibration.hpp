@@ -41,4 +41,9 @@ struct Calibration {
 [[nodiscard]] std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration& calibration,
                                               const std::string& date);
 
+/// A rig file's text with the numbers of [following] replaced, or with that table added at its end. Everything else
+/// stays. The text is read back as a rig file.
+/// @throws ConfigError  the new file would be wrong
+[[nodiscard]] std::string rig_text_with(const config::RigConfig& rig, const config::Following& following);
+
 }  // namespace eha
