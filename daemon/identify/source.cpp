@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <system_error>
 #include <utility>
@@ -15,15 +16,36 @@ namespace eha::identify {
 
 namespace {
 
-/// Options of an import have no meaning for a run.
+/// Of an import's options a run takes --from and --to only.
 void refuse_options(const std::string& name, const importer::Options& options) {
   const bool any = options.time || options.input || options.output || options.delimiter || options.decimal ||
-                   options.period_s || options.from_s || options.to_s || options.resample;
+                   options.period_s || options.resample;
   if (!any) return;
   throw UsageError(
       fmt::format("{}: a run's columns and times are known; leave out --time, --input, --output, --delimiter, "
-                  "--decimal, --period, --from, --to and --resample",
+                  "--decimal, --period and --resample",
                   name));
+}
+
+/// Leaves out the rows of a run before --from and after --to.
+void cut(Source& source, const importer::Options& options) {
+  if (!options.from_s && !options.to_s) return;
+  ident::Record& record = source.record;
+  const auto row_at = [&](double time_s) {
+    return std::clamp<Eigen::Index>(std::llround((time_s - record.start_s) / record.step_s), 0, record.input.size());
+  };
+  const Eigen::Index first = options.from_s ? row_at(*options.from_s) : 0;
+  const Eigen::Index last = options.to_s ? row_at(*options.to_s) : record.input.size();
+  if (last - first < 2) {
+    throw DataError(fmt::format("{}: {} rows lie between --from and --to; the run has {:.4g} to {:.4g} s", source.name,
+                                std::max<Eigen::Index>(0, last - first), record.start_s,
+                                record.start_s + record.step_s * static_cast<double>(record.input.size() - 1)));
+  }
+  record.input = record.input.segment(first, last - first).eval();
+  record.output = record.output.segment(first, last - first).eval();
+  record.start_s += record.step_s * static_cast<double>(first);
+  // Repetitions are counted from the beginning.
+  if (first > 0) source.repetition_samples = 0;
 }
 
 }  // namespace
@@ -62,6 +84,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   source.units = record::rig_units(run.manifest.other);
   source.interpolated_rows = run.interpolated_rows;
   source.repetition_samples = run.samples_per_repetition;
+  cut(source, options);
   if (!source.experiment) {
     source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name),
                                                  config::NamedFiles::leave);

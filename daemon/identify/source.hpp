@@ -39,7 +39,7 @@ struct Source {
 
 /// Reads a run folder, or a record from a file of any kind that the importer knows.
 /// @param experiment_file  replaces the run's own experiment
-/// @param options          of the import of a file; a run takes none
+/// @param options          of the import of a file; a run takes from_s and to_s, times of its record
 /// @throws DataError, IoError, PermissionError, ConfigError  as record::read_run, import_record, load_experiment
 /// @throws UsageError      as import_record; or import options were given for a run
 [[nodiscard]] Source load_source(const std::string& name, const std::optional<std::string>& experiment_file,
