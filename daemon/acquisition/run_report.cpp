@@ -8,9 +8,12 @@ namespace {
 
 constexpr std::int64_t kBegun_ns = 20'000'000;  // before it, nothing that was commanded has moved the rod
 
-std::string describe_fault(const FaultReport& report) {
+std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
   const double value = report.value;
   const double limit = report.limit;
+  const std::string length = unit.of("in");
+  const double shown_value = unit.factor("in") * value;
+  const double shown_limit = unit.factor("in") * limit;
   const std::string_view status = to_text(report.status);
   switch (report.fault) {
     case Fault::none:
@@ -18,16 +21,17 @@ std::string describe_fault(const FaultReport& report) {
     case Fault::emergency_stop:
       return "the emergency-stop circuit is open; close it and arm again";
     case Fault::travel_limit:
-      return fmt::format("the rod is at, or would not stop before, {:.3f} in, the limit is {:.3f} in; {}", value, limit,
+      return fmt::format("the rod is at, or would not stop before, {0:.3f} {2}, the limit is {1:.3f} {2}; {3}",
+                         shown_value, shown_limit, length,
                          report.at_ns < kBegun_ns
                              ? "it stood there when the run began: move it back by hand with the hydraulics off, or "
                                "correct calibration or limits in the rig file"
                              : "lower the excitation or start further from the end");
     case Fault::velocity_limit:
       return fmt::format(
-          "the rod moved at {:.2f} in/s, the limit is {:.2f} in/s; lower the excitation, or "
+          "the rod moved at {0:.2f} {2}/s, the limit is {1:.2f} {2}/s; lower the excitation, or "
           "check the sensor if the rod did not",
-          value, limit);
+          shown_value, shown_limit, length);
     case Fault::feedback_rail:
       return fmt::format(
           "the displacement converter is at the end of its range ({:.3f} V); check the sensor, its cable and range",
@@ -71,15 +75,17 @@ std::string describe_fault(const FaultReport& report) {
       return fmt::format("the device did not confirm the safe output at the end of the run ({})", status);
     case Fault::not_following:
       return fmt::format(
-          "the sensor shows at least {:.3f} in less motion than the command must have made, the limit is {:.3f} in; "
+          "the sensor shows at least {0:.3f} {2} less motion than the command must have made, the limit is {1:.3f} "
+          "{2}; "
           "check "
           "the sensor, its cable and the hydraulic supply, then [following] in the rig file",
-          value, limit);
+          shown_value, shown_limit, length);
     case Fault::unexplained_motion:
       return fmt::format(
-          "the sensor shows {:.3f} in of motion that the command cannot have made, the limit is {:.3f} in; check the "
+          "the sensor shows {0:.3f} {2} of motion that the command cannot have made, the limit is {1:.3f} {2}; check "
+          "the "
           "sign and wiring of sensor and valve, then [following] in the rig file",
-          value, limit);
+          shown_value, shown_limit, length);
     case Fault::enable_contact:
       return fmt::format(
           "the auxiliary contact of the enable contactor stayed open for {:.3f} s with the enable line on, {:.3f} s "
@@ -92,32 +98,33 @@ std::string describe_fault(const FaultReport& report) {
           value, limit);
     case Fault::no_motion:
       return fmt::format(
-          "the rod moved {:.3f} in where {:.3f} in were due; check the sensor, that the hydraulics are on, their "
+          "the rod moved {0:.3f} {2} where {1:.3f} {2} were due; check the sensor, that the hydraulics are on, their "
           "pressure "
           "and the valve's plug, that the rod is not at an end stop (calibration), then [following] in the rig file",
-          value, limit);
+          shown_value, shown_limit, length);
     case Fault::not_in_place:
       return fmt::format(
-          "the rod was still {:.3f} in from its place at the time-out, {:.3f} in are allowed; look at the way there "
+          "the rod was still {0:.3f} {2} from its place at the time-out, {1:.3f} {2} are allowed; look at the way "
+          "there "
           "(eha plot RUN), and at [following] in the rig file",
-          value, limit);
+          shown_value, shown_limit, length);
     case Fault::loop_speed:
       return fmt::format(
-          "a closed loop moved the rod at {:.2f} in/s, {:.2f} in/s are allowed; check gains, null and dead band of "
+          "a closed loop moved the rod at {0:.2f} {2}/s, {1:.2f} {2}/s are allowed; check gains, null and dead band of "
           "[following] in the rig file, and the calibration of the sensor",
-          value, limit);
+          shown_value, shown_limit, length);
     case Fault::wrong_speed:
       return fmt::format(
-          "for 0.5 s the sensor showed {:.3f} in/s, the volts give {} {:.3f} in/s by [following]; check the sensor, "
+          "for 0.5 s the sensor showed {0:.3f} {3}/s, the volts give {1} {2:.3f} {3}/s by [following]; check the "
+          "sensor, "
           "its "
           "wire and its calibration, then [following] in the rig file",
-          value, value < limit ? "at least" : "at most", limit);
+          shown_value, value < limit ? "at least" : "at most", shown_limit, length);
     case Fault::following_error:
       return fmt::format(
-          "the rod was {:.3f} in from its reference, the controller's file allows {:.3f} in; valve, load or sensor "
-          "have "
-          "changed: measure the valve again (eha characterise), then eha tune",
-          value, limit);
+          "the rod was {0:.3f} {2} from its reference, the controller's file allows {1:.3f} {2}; valve, load or sensor "
+          "have changed: measure the valve again (eha characterise), then eha tune",
+          shown_value, shown_limit, length);
     case Fault::oscillation:
       return fmt::format(
           "the command swung {:.0f} times in a second, {:.0f} are allowed by the controller's file; valve or load have "
@@ -190,11 +197,11 @@ std::vector<std::string> warnings(const RunReport& report) {
   return sentences;
 }
 
-std::string describe(const RunReport& report) {
+std::string describe(const RunReport& report, const DisplayUnit& unit) {
   std::string text;
   if (report.fault.fault != Fault::none) {
     text = fmt::format("{} at {:.3f} s: {}", to_text(report.fault.fault),
-                       static_cast<double>(report.fault.at_ns) * 1e-9, describe_fault(report.fault));
+                       static_cast<double>(report.fault.at_ns) * 1e-9, describe_fault(report.fault, unit));
   } else if (report.outcome == Outcome::interrupted) {
     text = "interrupted by a stop request; the command was ramped out";
   } else if (report.outcome == Outcome::write_failed) {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/display_unit.hpp"
 #include "core/enum_names.hpp"
 #include "core/error.hpp"
 #include "daemon/acquisition/histogram.hpp"
@@ -70,7 +71,8 @@ struct RunReport {
 [[nodiscard]] ExitCode exit_code(const RunReport& report) noexcept;
 
 /// One or more sentences on how the run ended: what, when, value, limit, next step. Empty when it completed.
-[[nodiscard]] std::string describe(const RunReport& report);
+/// @param unit  of lengths; as the rig's limits, in, by default
+[[nodiscard]] std::string describe(const RunReport& report, const DisplayUnit& unit = {});
 
 /// A sentence on ticks that were late or skipped, and one for each limit of which the run used over kWarningShare and
 /// that did not end it.

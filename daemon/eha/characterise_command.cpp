@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -11,16 +12,19 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/length_argument.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/rig/calibration.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 #include "hal/backends/backend.hpp"
@@ -41,9 +45,10 @@ of the travel is explored first, at 0.028 in/s, which takes some three minutes m
 sensor is compared with a ruler's reading (--ruler, or typed in). If the following check stops the run because
 [following] is wrong, comment [following] out for this run.
 With RUN, the sheet of an earlier run is computed again; nothing moves.
+-o RIG.toml writes the rig file with these numbers in [following]; all else, comments too, stays. No file is overwritten.
 
 Examples:
-  eha arm && eha characterise
+  eha arm && eha characterise -o rig-new.toml
   eha characterise --local --fast
   eha characterise --ruler 74mm
   eha characterise runs/20260101T120000Z-characterise)";
@@ -114,9 +119,30 @@ void require_agreement_with_ruler(const CharacteriseCommand& command, const Cons
                   *shown_in, *ruler_in));
 }
 
+/// No rig file is overwritten.
+void require_new(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return;
+  throw UsageError(
+      fmt::format("{}: exists already, and no rig file is overwritten; name another one with -o", path.string()));
+}
+
+/// The rig file of the service that may be running; empty without one.
+std::string rig_file_of_service(const std::filesystem::path& socket, const Console& console) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(socket, ignored)) return {};
+  try {
+    return control::Client(socket).call("status").at("rig").at("file");
+  } catch (const Error& error) {
+    console.debug(error.what());
+    return {};
+  }
+}
+
 }  // namespace
 
-ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted, const Console& console) {
+ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted,
+                          const std::optional<NewRigFile>& rig_file, const Console& console) {
   const sheet::RunSheet run = sheet::sheet_of_run(folder);
   const DisplayUnit unit = console.unit(run.rig.units);
   if (wanted == SheetFiles::write) {
@@ -129,10 +155,17 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
   }
   nlohmann::ordered_json document = sheet::to_json(run);
   document["files"] = files;
+  if (rig_file) {
+    require_new(rig_file->path);
+    os::write_file_atomically(rig_file->path, rig_text_with(run.rig, sheet::following_of(run)));
+    document["rig_file"] = rig_file->path.string();
+  }
   document["exit_code"] = 0;
   console.print_json(document);
   console.print(sheet::sheet_text(run, unit));
-  console.print("For the rig file (if ehad runs: eha disarm, then eha reload):\n\n" + sheet::rig_lines(run));
+  if (!rig_file) {
+    console.print("For the rig file (if ehad runs: eha disarm, then eha reload):\n\n" + sheet::rig_lines(run));
+  }
   console.print("\nFor experiment files:\n\n" + sheet::experiment_lines(run));
   if (run.sheet.null_V.half_width > kWantedNull_V) {
     console.warning(fmt::format(
@@ -141,14 +174,37 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
         run.sheet.null_V.half_width, kWantedNull_V));
   }
   for (const std::string& file : files) console.info(fmt::format("the sheet is in {}", file));
-  console.next_step("eha check RIG.toml");
+  if (!rig_file) {
+    console.next_step("eha characterise " + shell_word(run.folder.string()) + " -o RIG.toml");
+    return ExitCode::ok;
+  }
+  const std::string path = shell_word(rig_file->path.string());
+  console.info(fmt::format("written: {}, the rig file with these numbers", rig_file->path.string()));
+  console.next_step(rig_file->replaces.empty()
+                        ? "eha check " + path
+                        : fmt::format("eha check {0} && eha disarm && sudo cp {0} {1} && eha reload", path,
+                                      shell_word(rig_file->replaces)));
   return ExitCode::ok;
 }
 
 ExitCode execute(const CharacteriseCommand& command, Console& console) {
-  if (command.run) return show_valve_sheet(*command.run, SheetFiles::keep, console);
+  const bool writes_rig = command.output.extension() == ".toml";
+  if (writes_rig) require_new(command.output);
+  if (!writes_rig && !command.local && command.output != DriveOptions{}.output) {
+    throw UsageError(
+        fmt::format("-o {}: expected a new rig file (.toml), or --local with it", command.output.string()));
+  }
+  if (command.run) {
+    std::optional<NewRigFile> rig_file;
+    if (writes_rig) rig_file = NewRigFile{command.output, rig_file_of_service(command.socket, console)};
+    return show_valve_sheet(*command.run, SheetFiles::keep, rig_file, console);
+  }
   require_agreement_with_ruler(command, console);
   RunCommand run{command};
+  if (writes_rig) {
+    run.new_rig_file = command.output;
+    run.output = DriveOptions{}.output;
+  }
   run.experiment_file = "characterise";
   run.text = "schema = 1\nname = \"characterise\"\n\n[characterise]\n";
   return execute(run, console);
@@ -162,7 +218,11 @@ void add_characterise(CLI::App& app, ParsedLine& line) {
   sub->add_option("--ruler", characterise.ruler,
                   "Where a ruler shows the rod, such as 2.95in or 75mm; needed without [following]")
       ->type_name("LENGTH");
-  add_drive_options(*sub, characterise);
+  CLI::Option* local = add_drive_options(*sub, characterise);
+  sub->get_option("--output")->remove_needs(local);
+  sub->get_option("--output")
+      ->description(
+          "Rig file (.toml) to write with these numbers; or, with --local, parent of the run folder (default runs)");
 }
 
 }  // namespace eha::cli

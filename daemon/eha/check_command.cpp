@@ -1,21 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "config/controller_config.hpp"
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
+#include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/service_command.hpp"
 #include "daemon/rig/arming.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -24,7 +29,8 @@ namespace {
 
 constexpr const char* kCheckFooter = R"(
 Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
-the rig that `eha run` would use (--rig, else the default one): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
+the rig that `eha run` would use (--rig, else that of a running service with the place of its rod, else the default
+one): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
 then rehearsed with the rig's valve, and refused if half of the rehearsed rods reach a travel or velocity limit.
 
 Examples:
@@ -34,8 +40,9 @@ Examples:
 struct CheckCommand {
   std::string file;
   std::optional<std::string> rig_file = {};
-  std::optional<std::string> place = {};  ///< length with its unit: where the rod stands
-  bool accept_travel_risk = false;        ///< warn only of what the rehearsal refuses
+  std::optional<std::string> place = {};                     ///< length with its unit: where the rod stands
+  std::filesystem::path socket = control::default_socket();  ///< of the service whose rig is checked against
+  bool accept_travel_risk = false;                           ///< warn only of what the rehearsal refuses
 };
 
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
@@ -44,10 +51,12 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
   const std::string_view backend = hal::name_of(rig.backend);
   console.print_json(
       {{"schema", "eha-check/1"}, {"file", command.file}, {"kind", "rig"}, {"name", rig.name}, {"backend", backend}});
-  console.print(fmt::format(
-      "{}: a valid rig file, \"{}\": backend {}, {:g}..{:g} V, {:g} V/s, {:g}..{:g} in, tick {:g} s", command.file,
-      rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V, rig.limits.slew_V_per_s,
-      rig.limits.travel_min_in, rig.limits.travel_max_in, rig.realtime.sample_period_s));
+  const DisplayUnit unit = console.unit(rig.units);
+  console.print(
+      fmt::format("{}: a valid rig file, \"{}\": backend {}, {:g}..{:g} V, {:g} V/s, {:.6g}..{:.6g} {}, tick {:g} s",
+                  command.file, rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V,
+                  rig.limits.slew_V_per_s, unit.factor("in") * rig.limits.travel_min_in,
+                  unit.factor("in") * rig.limits.travel_max_in, unit.of("in"), rig.realtime.sample_period_s));
   console.next_step("eha check EXPERIMENT.toml --rig " + shell_word(command.file));
 }
 
@@ -83,10 +92,11 @@ void report_controller(const CheckCommand& command, const config::ControllerConf
 
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
                        const std::optional<config::RigConfig>& rig, const std::optional<Rehearsal>& rehearsal,
-                       Console& console) {
+                       const std::optional<std::filesystem::path>& on_service, Console& console) {
   judge_travel(rehearsal, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
   nlohmann::ordered_json document{
       {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
+  document["duration_s"] = experiment.duration_s * experiment.repetitions;
   if (rig) {
     document["rig"] = rig->file_name;
     document["rehearsal"] = rehearsal ? to_json(*rehearsal) : nlohmann::ordered_json(nullptr);
@@ -104,7 +114,31 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   if (rig) warn_if_not_rehearsed(experiment, *rig, command.file, console);
   if (!rig) console.warning("no rig file to check the experiment against; name one with --rig");
-  console.next_step(simulated_run(command.file, command.rig_file));
+  console.next_step(on_service ? through(*on_service, "eha run " + shell_word(command.file))
+                               : simulated_run(command.file, command.rig_file));
+}
+
+/// The rig of a running service and where its rod stands.
+struct ServiceRig {
+  std::string file;
+  std::optional<double> place_in;
+};
+
+/// None where no service answers.
+std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, const Console& console) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(socket, ignored)) return std::nullopt;
+  try {
+    control::Client client(socket);
+    const nlohmann::ordered_json status = client.call("status");
+    ServiceRig found{.file = status.at("rig").at("file"), .place_in = std::nullopt};
+    const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
+    if (rod.is_object() && rod.contains("displacement_in")) found.place_in = rod.at("displacement_in");
+    return found;
+  } catch (const Error& error) {
+    console.debug(error.what());
+    return std::nullopt;
+  }
 }
 
 ExitCode execute(const CheckCommand& command, Console& console) {
@@ -121,21 +155,34 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     return ExitCode::ok;
   }
   std::optional<std::string> rig_file = command.rig_file;
+  std::optional<ServiceRig> service;
+  if (!rig_file) {
+    service = rig_of_service(command.socket, console);
+    if (service && access(service->file.c_str(), R_OK) != 0) service.reset();  // it checks again at the submission
+    if (service) rig_file = service->file;
+  }
+  const auto on_service = service ? std::optional(command.socket) : std::nullopt;
   if (!rig_file) {
     if (const auto found = default_rig_file()) rig_file = found->string();
   }
   if (!rig_file) {
     report_experiment(command, config::parse_experiment(text, command.file, config::NamedFiles::read), std::nullopt,
-                      std::nullopt, console);
+                      std::nullopt, std::nullopt, console);
     return ExitCode::ok;
   }
   const config::RigConfig rig = config::load_rig(*rig_file);
   const config::PreparedExperiment prepared =
       config::parse_prepared_experiment(text, command.file, rig, config::NamedFiles::read);
-  const auto place_in = command.place ? inches_of(*command.place) : start_of(rig);
+  const double here_in = service && service->place_in ? *service->place_in : start_of(rig);
+  const auto place_in = command.place ? inches_of(*command.place) : here_in;
   if (!place_in)
-    throw UsageError(fmt::format("--at {}: expected a length with its unit, such as 2.95in", *command.place));
-  report_experiment(command, prepared.config, rig, rehearse(prepared, rig, *place_in), console);
+    throw UsageError(fmt::format("--at {}: expected a length with its unit, such as 2.95in or 75mm", *command.place));
+  if (service) {
+    const DisplayUnit unit = console.unit(rig.units);
+    console.info(fmt::format("checked with the rig of the service ({}), the rod at {:.3f} {}", rig.file_name,
+                             unit.factor("in") * *place_in, unit.of("in")));
+  }
+  report_experiment(command, prepared.config, rig, rehearse(prepared, rig, *place_in), on_service, console);
   return ExitCode::ok;
 }
 
@@ -148,9 +195,10 @@ void add_check(CLI::App& app, ParsedLine& line) {
   sub->add_option("file", check.file, "rig.toml, experiment.toml or controller.toml")->required()->type_name("FILE");
   CLI::Option* rig =
       sub->add_option("--rig", check.rig_file, "Rig file to check an experiment against")->type_name("RIG");
-  sub->add_option("--at", check.place, "Where the rod stands, such as 2.95in (default: mid-travel)")
+  sub->add_option("--at", check.place, "Where the rod stands, such as 2.95in or 75mm (default: mid-travel)")
       ->type_name("LENGTH")
       ->needs(rig);
+  add_socket_option(*sub, check.socket)->excludes(rig);
   sub->add_flag("--accept-travel-risk", check.accept_travel_risk,
                 "Only warn if half of the rehearsed rods reach a limit");
 }

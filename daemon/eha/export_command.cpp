@@ -22,6 +22,7 @@
 #include "ident/export/controller_formats.hpp"
 #include "ident/export/model_formats.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 namespace {
@@ -77,7 +78,7 @@ ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& fo
   if (format.is_binary && !command.output) {
     throw UsageError(fmt::format("--format {} needs a file: -o NAME.{}", format.name, format.name));
   }
-  const ident::Model model = read_model(command.source);
+  const ident::Model model = in_unit(read_model(command.source), console.unit(rig_units_of_model(command.source)));
   ident::ExportedModel exported;
   try {
     exported = ident::exported(model, command.band);

@@ -143,7 +143,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   const bool names_models = !command.models.families.empty() || !command.models.structure_files.empty();
   if (source.run_folder && source.experiment && source.experiment->characterises && !names_models) {
     // What such a run is for.
-    return show_valve_sheet(*source.run_folder, SheetFiles::write, console);
+    return show_valve_sheet(*source.run_folder, SheetFiles::write, std::nullopt, console);
   }
   if (source.run_folder && source.experiment && source.experiment->track && !names_models) {
     return show_track(*source.run_folder, TrackFiles::write, console);

@@ -3,9 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <system_error>
+
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace eha::cli {
@@ -24,6 +29,21 @@ ident::Model read_model(const std::string& file) {
                     (path.parent_path() / record::kModelsFolder).string()));
   }
   return ident::model_from_text(os::read_file(file), file);
+}
+
+std::string rig_units_of_model(const std::string& file) {
+  // RUN/models/NAME.json or RUN/models/rejected/NAME.json
+  std::error_code ignored;
+  std::filesystem::path folder = std::filesystem::absolute(file, ignored).parent_path();
+  for (int level = 0; level < 3; ++level, folder = folder.parent_path()) {
+    if (!record::is_run_folder(folder)) continue;
+    try {
+      return record::rig_units(record::read_manifest(folder).other);
+    } catch (const Error&) {
+      return {};  // a damaged manifest does not keep the model from being used
+    }
+  }
+  return {};
 }
 
 }  // namespace eha::cli

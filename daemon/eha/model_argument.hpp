@@ -11,4 +11,7 @@ namespace eha::cli {
 /// @throws ConfigError, IoError, PermissionError  as ident::model_from_text, os::read_file
 [[nodiscard]] ident::Model read_model(const std::string& file);
 
+/// The units of the rig file of the run that a model file lies in; empty where it lies in none.
+[[nodiscard]] std::string rig_units_of_model(const std::string& file);
+
 }  // namespace eha::cli

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
@@ -44,8 +46,8 @@ Examples:
 
 /// `eha goto` and `eha jog`: a run whose experiment only moves the rod to a place.
 struct PlaceCommand : DriveOptions {
-  std::string where = {};    ///< a length with its unit
-  bool is_relative = false;  ///< to where the rod is
+  std::vector<std::string> words = {};  ///< a length with its unit, in one word or two
+  bool is_relative = false;             ///< to where the rod is
 };
 
 /// The longest way is some inches at 0.3 in/s or slower; see place::placing_time_s for what a way should take.
@@ -76,10 +78,37 @@ PlaceNow place_now_of_rig(const PlaceCommand& command) {
   return {reading.displacement_in, config.units};
 }
 
+/// Refuses a place beyond the travel limits, in the unit that the user reads.
+void require_within(double target_in, double lowest_in, double highest_in, const std::string& where,
+                    const DisplayUnit& unit) {
+  if (target_in >= lowest_in && target_in <= highest_in) return;
+  const double factor = unit.factor("in");
+  throw ConfigError(
+      fmt::format("{}: {:.4g} {} is beyond the travel limits of the rig, {:.4g} to {:.4g} {}; nothing was "
+                  "moved",
+                  where, factor * target_in, unit.of("in"), factor * lowest_in, factor * highest_in, unit.of("in")));
+}
+
+void require_within_limits(const PlaceCommand& command, double target_in, const std::string& where,
+                           const Console& console) {
+  if (command.local) {
+    const config::RigConfig rig = load_rig_or_default(command.rig_file);
+    require_within(target_in, rig.limits.travel_min_in, rig.limits.travel_max_in, where, console.unit(rig.units));
+    return;
+  }
+  control::Client client(command.socket);
+  const Json rig = client.call("status").at("rig");
+  const Json limits = rig.value("limits", Json());
+  if (!limits.is_object()) return;
+  require_within(target_in, limits.at("travel_min_in"), limits.at("travel_max_in"), where,
+                 console.unit(rig.value("units", "")));
+}
+
 ExitCode execute(const PlaceCommand& command, Console& console) {
-  const std::optional<double> length_in = inches_of(command.where);
+  const std::string where = fmt::format("{}", fmt::join(command.words, " "));
+  const std::optional<double> length_in = inches_of(where);
   if (!length_in) {
-    throw UsageError(fmt::format("\"{}\": expected a length with its unit, such as {}", command.where,
+    throw UsageError(fmt::format("\"{}\": expected a length with its unit, such as {}", where,
                                  command.is_relative ? "+0.2in or -5mm" : "2.95in or 75mm"));
   }
   double target_in = *length_in;
@@ -91,8 +120,9 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
                              unit.factor("in") * target_in, unit.of("in")));
   }
   const char* name = command.is_relative ? "jog" : "goto";
+  require_within_limits(command, target_in, fmt::format("{} {}", name, where), console);
   RunCommand run{command};
-  run.experiment_file = fmt::format("{} {}", name, command.where);
+  run.experiment_file = fmt::format("{} {}", name, where);
   run.text = fmt::format("schema = 1\nname = \"{}\"\nduration_s = {:g}\n\n[place]\ndisplacement_in = {:.4f}\n", name,
                          kTimeOut_s, target_in);
   return execute(run, console);
@@ -103,7 +133,7 @@ void add_placing(CLI::App& app, const char* name, const char* help, const char* 
   CLI::App* sub = app.add_subcommand(name, help);
   sub->footer(footer);
   auto& place = options_of(*sub, line, std::move(defaults));
-  sub->add_option("where", place.where, what)->required()->type_name("LENGTH");
+  sub->add_option("where", place.words, what)->required()->expected(1, 2)->type_name("LENGTH");
   add_drive_options(*sub, place);
 }
 

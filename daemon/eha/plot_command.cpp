@@ -16,6 +16,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/model_argument.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
@@ -155,7 +156,7 @@ plot::Figure figure_of(const std::string& source, const Console& console) {
   std::error_code ignored;
   if (fs::is_directory(source, ignored)) return of_run(source, console);
   if (is_controller_file(source)) return of_controller(source);
-  if (fs::path(source).extension() == ".json") return of_model(source, console.unit());
+  if (fs::path(source).extension() == ".json") return of_model(source, console.unit(rig_units_of_model(source)));
   if (is_own_table(source)) return of_table(record::read_number_table(source), source, console.unit());
   ident::Record record = identify::load_source(source, std::nullopt).record;
   record.output *= console.unit().factor(record.output_channel.unit);

@@ -44,10 +44,9 @@ void RecentSamples::add(const Json& samples) {
   }
 }
 
-std::string RecentSamples::text(const std::string& units) const {
+std::string RecentSamples::text(const DisplayUnit& unit) const {
   const SampleRange rod = range_of(blocks_, kDisplacementMin, kDisplacementMax);
   if (std::isnan(rod.low)) return "not read yet";
-  const DisplayUnit unit(units);
   const double factor = unit.factor("in");
   std::string text = fmt::format("{:.3f} to {:.3f} {}", factor * rod.low, factor * rod.high, unit.of("in"));
   const SampleRange volts = range_of(blocks_, kAppliedMin, kAppliedMax);

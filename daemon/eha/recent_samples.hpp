@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/display_unit.hpp"
+
 namespace eha::cli {
 
 /// What the rod and the command did between two lines of `eha status --watch`: the range over the last second of the
@@ -16,8 +18,8 @@ class RecentSamples {
   void add(const nlohmann::ordered_json& samples);
 
   /// "2.912 to 3.105 in, -1.20 to +1.40 V"; without the volts when nothing drives the rig; "not read yet" without a
-  /// sample. @param units  of lengths shown; empty: in
-  [[nodiscard]] std::string text(const std::string& units) const;
+  /// sample. @param unit  of lengths shown
+  [[nodiscard]] std::string text(const DisplayUnit& unit) const;
 
  private:
   static constexpr std::size_t kKept = 25;  ///< blocks of 40 ms

@@ -127,9 +127,9 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
 }
 
 /// Reports a run that did not complete or lost its guard: the cause, and the kept record.
-ExitCode report_incomplete(const Acquired& acquired, bool characterises, Console& console) {
+ExitCode report_incomplete(const Acquired& acquired, bool characterises, const DisplayUnit& unit, Console& console) {
   const play::FinishedRun& run = acquired.run;
-  if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report));
+  if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report, unit));
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
   using acquisition::Fault;
@@ -232,9 +232,13 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
-    return {report_incomplete(acquired, experiment.characterises, console), false};
+    return {report_incomplete(acquired, experiment.characterises, console.unit(rig.units), console), false};
   }
-  if (experiment.characterises) return {show_valve_sheet(run.folder, SheetFiles::write, console), true};
+  if (experiment.characterises) {
+    std::optional<NewRigFile> rig_file;
+    if (command.new_rig_file) rig_file = NewRigFile{*command.new_rig_file};
+    return {show_valve_sheet(run.folder, SheetFiles::write, rig_file, console), true};
+  }
   if (experiment.track) return {show_track(run.folder, TrackFiles::write, console), true};
   if (run.only_placed) {
     return {report_placed(run, *experiment.place_in, rig.units, read_again(command), console), true};

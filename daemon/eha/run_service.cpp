@@ -62,8 +62,9 @@ record::Purpose purpose_of(const std::string& folder, const Console& console) {
   }
 }
 
-/// @param units  of the rig file
-ExitCode report(const Json& entry, const std::string& units, const RunCommand& command, const Console& console) {
+/// @param rig  as the service's status has it
+ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, const Console& console) {
+  const std::string units = rig.value("units", "");
   const auto code = static_cast<ExitCode>(entry.value("exit_code", static_cast<int>(ExitCode::bug)));
   const std::string folder = entry.value("folder", "");
   const std::string note = entry.value("note", "");
@@ -71,7 +72,9 @@ ExitCode report(const Json& entry, const std::string& units, const RunCommand& c
   const bool is_done = code == ExitCode::ok || code == ExitCode::model_rejected;
   const record::Purpose purpose = is_done ? purpose_of(folder, console) : record::Purpose::models;
   if (code == ExitCode::ok && purpose == record::Purpose::valve_sheet) {
-    return show_valve_sheet(folder, SheetFiles::keep, console);
+    std::optional<NewRigFile> rig_file;
+    if (command.new_rig_file) rig_file = NewRigFile{*command.new_rig_file, rig.value("file", "")};
+    return show_valve_sheet(folder, SheetFiles::keep, rig_file, console);
   }
   if (purpose == record::Purpose::tracking) return show_track(folder, TrackFiles::keep, console);
   if (code != ExitCode::ok && !note.empty()) console.error(note);
@@ -202,7 +205,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   RunFollower follower(command.socket, client, queued, console.unit(units), console);
   if (queued.size() == 1) {
     const auto entry = follower.follow(queued[0], stop, RunFollower::Held::wait);
-    return entry ? report(*entry, units, command, console) : ExitCode::interrupted;
+    return entry ? report(*entry, rig, command, console) : ExitCode::interrupted;
   }
   console.keep_documents();
   ExitCode code = ExitCode::ok;
@@ -221,7 +224,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
       continue;
     }
     console.print(fmt::format("{} \"{}\":", one, entry->value("name", "")));
-    const ExitCode own = report(*entry, units, command, console);
+    const ExitCode own = report(*entry, rig, command, console);
     if (code == ExitCode::ok) code = own;
     goes_on = goes_on && has_completed(*entry);
   }

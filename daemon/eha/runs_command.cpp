@@ -29,7 +29,8 @@ struct RunsListCommand {
 };
 
 struct RunsShowCommand {
-  std::filesystem::path run;
+  std::filesystem::path run;  ///< folder, or its name in ./runs or among the service's
+  std::filesystem::path socket = control::default_socket();
 };
 
 struct RunsRecoverCommand {
@@ -150,7 +151,25 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   return ExitCode::ok;
 }
 
-ExitCode execute(const RunsShowCommand& command, Console& console) {
+/// The folder of a run: as given, in ./runs, or among the service's; as given where it is nowhere.
+fs::path run_folder_of(const RunsShowCommand& command, const Console& console) {
+  std::error_code ignored;
+  const auto is_run = [&](const fs::path& folder) { return fs::exists(folder / record::kManifestFile, ignored); };
+  if (is_run(command.run) || command.run.has_parent_path()) return command.run;
+  if (const fs::path here = "runs" / command.run; is_run(here)) return here;
+  if (!fs::exists(command.socket, ignored)) return command.run;
+  try {
+    const fs::path there = fs::path(runs_of_service(command.socket).folder) / command.run;
+    return is_run(there) ? there : command.run;
+  } catch (const Error& error) {
+    console.debug(error.what());
+    return command.run;
+  }
+}
+
+ExitCode execute(const RunsShowCommand& given, Console& console) {
+  RunsShowCommand command = given;
+  command.run = run_folder_of(given, console);
   const record::Manifest manifest = record::read_manifest(command.run);
   console.print_json(record::to_json(manifest));
   console.print(fmt::format("run      {}", command.run.string()));
@@ -214,7 +233,8 @@ void add_runs(CLI::App& app, ParsedLine& line) {
   add_socket_option(*list, listed.socket);
   CLI::App* show = sub->add_subcommand("show", "Show outcome, models and verdicts of a run");
   auto& shown = options_of<RunsShowCommand>(*show, line);
-  show->add_option("run", shown.run, "Run folder")->required()->type_name("RUN");
+  show->add_option("run", shown.run, "Run folder, or its name")->required()->type_name("RUN");
+  add_socket_option(*show, shown.socket);
   CLI::App* recover = sub->add_subcommand("recover", "Complete runs whose process died, from their journals");
   auto& recovered = options_of<RunsRecoverCommand>(*recover, line);
   recover->add_option("target", recovered.target, "Run folder, or folder of run folders")

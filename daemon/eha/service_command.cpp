@@ -33,7 +33,8 @@ using control::Client;
 
 constexpr const char* kSocketHelp = "Where ehad listens (default $EHA_SOCKET, otherwise /run/ehad/ehad.sock)";
 
-constexpr std::int64_t kLastPosition = 1000;  // more than the queue holds
+constexpr std::int64_t kLastPosition = 1000;                // more than the queue holds
+constexpr const char* kStartedReason = "ehad has started";  // of a rig that nobody has armed yet
 
 constexpr const char* kStatusFooter = R"(
 Shows the state of the rig, the rod (in, V) on a bar between its limits, the holder of the lease and its remaining time
@@ -122,22 +123,33 @@ std::string queue_table(const Json& entries) {
     const std::string said = waits                ? "waits for " + entry->value("waits_for", "")
                              : state == "running" ? std::string()
                                                   : verdict_text(*entry);
-    rows.insert(rows.begin(), {fmt::format("{}", entry->at("entry").get<std::int64_t>()), entry->value("name", ""),
-                               entry->value("user", ""), state, said});
+    const double duration_s = entry->value("duration_s", 0.0);
+    rows.insert(
+        rows.begin(),
+        {fmt::format("{}", entry->at("entry").get<std::int64_t>()), entry->value("name", ""), entry->value("user", ""),
+         state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", entry->value("run", ""), said});
   }
   if (rows.empty()) return "no experiments in the queue\n";
   return text_table({{"number", Align::right},
                      {"experiment", Align::left},
                      {"of", Align::left},
                      {"state", Align::left},
+                     {"s", Align::right},
+                     {"run", Align::left},
                      {"", Align::left}},
                     rows);
+}
+
+/// The state, but "not armed" after a start of the service: nothing has failed then.
+std::string state_word(const Json& status) {
+  const std::string state = status.at("state");
+  return state == "faulted" && status.at("reason") == kStartedReason ? "not armed" : state;
 }
 
 std::string status_text(const Json& status, const Console& console) {
   std::vector<NamedText> lines;
   const Json& reason = status.at("reason");
-  lines.push_back({"state", fmt::format("{}{}", status.at("state").get<std::string>(),
+  lines.push_back({"state", fmt::format("{}{}", state_word(status),
                                         reason.is_string() ? fmt::format(" ({})", reason.get<std::string>()) : "")});
   const Json& rig = status.at("rig");
   lines.push_back(
@@ -177,7 +189,7 @@ ExitCode watch_status(Client& client, Console& console) {
     }
     recent.add(status->at("samples"));
     console.redraw(status_text(*status, console) +
-                   aligned({{"last 1 s", recent.text(console.units())},
+                   aligned({{"last 1 s", recent.text(console.unit(status->at("rig").value("units", "")))},
                             {"queue", fmt::format("{} waiting, {} held", status->at("waiting").get<int>(),
                                                   status->at("held").get<int>())}}));
   }

@@ -12,6 +12,7 @@
 #include "daemon/importer/import.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 namespace {
@@ -41,7 +42,8 @@ constexpr std::array kMethods{Choice<ident::SimulationMethod>{"exact", ident::Si
                               Choice<ident::SimulationMethod>{"cq2", ident::SimulationMethod::cq2}};
 
 ExitCode execute(const SimulateCommand& command, Console& console) {
-  const ident::Model model = read_model(command.model_file);
+  const ident::Model model =
+      in_unit(read_model(command.model_file), console.unit(rig_units_of_model(command.model_file)));
   const importer::ImportedInput imported =
       importer::import_input(command.input_file, command.import, model.input_unit, console.progress_callback());
   console.end_progress();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "core/error.hpp"
 #include "daemon/eha/console.hpp"
@@ -11,9 +13,18 @@ namespace eha::cli {
 /// Whether valve_sheet.json and report.html are written into the run folder, or are there already.
 enum class SheetFiles { write, keep };
 
+/// A rig file to write with the sheet's numbers.
+struct NewRigFile {
+  std::filesystem::path path;  ///< must not be there yet
+  std::string replaces = {};   ///< the rig file that the service uses; empty: no service
+};
+
 /// Computes the valve sheet of a completed run of [characterise] and prints it with the lines for rig and experiment
 /// files.
-/// @throws DataError, IoError, PermissionError  as sheet::sheet_of_run; the folder cannot be written
-ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles files, const Console& console);
+/// @param rig_file  none: none is written
+/// @throws UsageError  the new rig file is there already; DataError, IoError, PermissionError  as sheet::sheet_of_run;
+/// the folder cannot be written
+ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles files,
+                          const std::optional<NewRigFile>& rig_file, const Console& console);
 
 }  // namespace eha::cli

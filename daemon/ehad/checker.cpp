@@ -116,6 +116,12 @@ nlohmann::ordered_json rehearsal_of(const worker::WorkerEnd& end) {
   return document.is_object() ? document.value("rehearsal", Json()) : Json();
 }
 
+double duration_of(const worker::WorkerEnd& end) {
+  using Json = nlohmann::ordered_json;
+  const Json document = Json::parse(end.output, nullptr, false);
+  return document.is_object() ? document.value("duration_s", 0.0) : 0.0;
+}
+
 void write_checked_files(const std::filesystem::path& folder, const std::string& experiment,
                          const config::RigConfig& rig) {
   os::create_folders(folder);

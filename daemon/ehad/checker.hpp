@@ -84,6 +84,8 @@ class Checker {
 
 /// The rehearsal in the document that a check has printed, as in the answer of `eha check --json`; null without one.
 [[nodiscard]] nlohmann::ordered_json rehearsal_of(const worker::WorkerEnd& end);
+/// The experiment's length in the same document [s]; 0 without one.
+[[nodiscard]] double duration_of(const worker::WorkerEnd& end);
 
 inline constexpr const char* kCheckedExperiment = "experiment.toml";
 inline constexpr const char* kCheckedRig = "rig.toml";

@@ -53,6 +53,7 @@ Entry entry_from_text(const std::string& text) {
   if (const auto placed = json.find("placed_in"); placed != json.end() && placed->is_number())
     entry.placed_in = *placed;
   entry.place = json.value("place", entry.id);
+  entry.duration_s = json.value("duration_s", 0.0);
   entry.rehearsal = json.value("rehearsal", Json());
   entry.accept_travel_risk = json.value("accept_travel_risk", false);
   entry.warnings = json.value("warnings", std::vector<std::string>());
@@ -91,6 +92,7 @@ Json describe(const Entry& entry) {
           {"user", entry.user},
           {"fast", entry.fast},
           {"submitted", entry.submitted},
+          {"duration_s", entry.duration_s},
           {"run", entry.run},
           {"outcome", entry.outcome},
           {"note", entry.note},

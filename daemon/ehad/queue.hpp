@@ -56,6 +56,7 @@ struct Entry {
   std::string note;                 ///< why it did not end well, or could not be fitted
   std::vector<std::string> warnings = {};  ///< on a run that completed: near a limit, late ticks, ...
   std::optional<double> placed_in = {};    ///< of an experiment that only places the rod: where it is at its end [in]
+  double duration_s = 0.0;                 ///< of all its repetitions, without a way to its start; 0: not known
   Json rehearsal = {};                     ///< as `eha check --json` has it; null where nothing is known
   Json models = Json::array();             ///< as in the run's manifest, once it is fitted
   int exit_code = 0;                       ///< what `eha run` ends with, once it is over

@@ -122,6 +122,7 @@ void Supervisor::check(const std::shared_ptr<Submission>& submission) {
           return;
         }
         checked.rehearsal = rehearsal_of(end);
+        checked.duration_s = duration_of(end);
         checked.rehearsed = {submission->rig, place_in};
         ++submission->checked;
         if (submission->checked < submission->entries.size()) {

@@ -72,7 +72,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   if (makes_card_suspect(run.report)) rig_.mark_suspect();
   for (const std::string& sentence : run.report.realtime.refused) spdlog::warn("{}", sentence);
   entry.outcome = acquisition::to_text(outcome);
-  entry.note = acquisition::describe(run.report);
+  entry.note = acquisition::describe(run.report, DisplayUnit(rig_.config()->units));
   const bool is_unguarded = rig_.guard() == GuardState::died;
   for (const std::string& sentence :
        {std::string(is_unguarded ? "the guard of the rig has died" : ""), run.write_error}) {

@@ -64,9 +64,9 @@ std::vector<std::string> notes(const ExportedModel& model) {
   const std::string out = code_text(model.output_unit, 20);
   std::vector<std::string> lines;
   lines.push_back(
-      fmt::format("Model {}: y = initial_output + G(v), at rest before the first row except for the states "
-                  "given.",
-                  code_text(model.name, 40)));
+      fmt::format("Model {}: u in {}, y in {}; y = initial_output + G(v), at rest before the first row except for the "
+                  "states given.",
+                  code_text(model.name, 40), in, out));
   lines.push_back(fmt::format("G(s) = ({}) / ({}), delay {:.6g} s", sum(g.numerator), sum(g.denominator), g.delay_s));
   if (model.input_map) {
     const ValveMap& map = *model.input_map;
@@ -77,8 +77,7 @@ std::vector<std::string> notes(const ExportedModel& model) {
   } else {
     lines.push_back(fmt::format("v = u + {:.6g} {}", model.input_bias, in));
   }
-  lines.push_back(
-      fmt::format("u in {}, y in {}; u is held between rows, y[k] is just before u[k] takes effect.", in, out));
+  lines.emplace_back("u is held between rows, y[k] is just before u[k] takes effect.");
   if (model.error) {
     const ApproximationError& error = *model.error;
     lines.push_back(

@@ -2,6 +2,7 @@
 // The valve sheet and the sensor's calibration, as a user gets them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -73,6 +74,20 @@ TEST_F(Characterise, GivesLinesThatTheRigFileTakes) {
   folder_->write("rig.toml", text);
   const Ended checked = run_eha({"check", "rig.toml"}, folder_->path());
   EXPECT_EQ(checked.code, 0) << checked.err;
+}
+
+TEST_F(Characterise, WritesTheRigFileInOneGoAndOverwritesNone) {
+  const Ended ended = run_eha({"characterise", run_.string(), "-o", "new.toml"}, folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.out.find("[following]"), std::string::npos) << ended.out;
+  const std::string text = content_of(folder_->path() / "new.toml");
+  const std::string old = content_of(rig());
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), std::count(old.begin(), old.end(), '\n')) << "comments stay";
+  EXPECT_NE(text, old);
+  EXPECT_EQ(run_eha({"check", "new.toml"}, folder_->path()).code, 0);
+  const Ended again = run_eha({"characterise", run_.string(), "-o", "new.toml"}, folder_->path());
+  EXPECT_EQ(again.code, static_cast<int>(ExitCode::usage)) << again.err;
+  EXPECT_NE(again.err.find("no rig file is overwritten"), std::string::npos) << again.err;
 }
 
 TEST_F(Characterise, ShowsTheSheetOfARunAgainAndRefusesAnother) {

@@ -179,7 +179,8 @@ TEST(Commissioning, RefusesAPlaceBeyondTheLimit) {
   const Board board("pci1716_card", kRod);
   EhaRun run({"goto", "4in", "--rig", patient_pci1716_rig({}, {{"travel_max_in", "3.5"}})});
   EXPECT_EQ(run.process().wait(), 78) << run.process().output();
-  EXPECT_TRUE(has(run.process().output(), "expected 0.204 to 3.446 in, the travel limits")) << run.process().output();
+  EXPECT_TRUE(has(run.process().output(), "4 in is beyond the travel limits of the rig, 0.15 to 3.5 in"))
+      << run.process().output();
   EXPECT_TRUE(run.left_nothing());
   EXPECT_NEAR(true_place_in(board), 2.95, 0.01);
   expect_safe();

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A rig whose file says units = "mm": nothing that its user reads, draws or exports is in inches.
+// Exceptions, which keep the record's unit: records and their columns, run.json, --json, and names of keys in files.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "tests/system/program.hpp"
+#include "tests/system/refusal.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Lines of a text in which a length in inches stands.
+std::vector<std::string> lines_with_inches(const std::string& text) {
+  static const std::regex inches(R"(\d\s*in\b|_in\b|\bin/s|\binch|in/\(?V)");
+  // "2 in the queue", "3 in a row", "50.00 in all": a number before the word.
+  static const std::regex word(R"(\d\s+in\s+(the|a|all|order|this|one)\b)");
+  std::vector<std::string> found;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string line = std::regex_replace(text.substr(begin, end - begin), word, "");
+    if (std::regex_search(line, inches)) found.push_back(line);
+    begin = end + 1;
+  }
+  return found;
+}
+
+class MillimetreRig : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    const std::string rig = content_of(source_file("config/rigs/sim.toml"));
+    folder_->write("rig.toml", "units = \"mm\"\n" + rig);
+    folder_->write("short.toml",
+                   "schema = 1\nname = \"short\"\nduration_s = 20.0\n[excitation]\nkind = \"multisine\"\n"
+                   "offset_V = -0.25\ntones = [ { frequency_Hz = 0.1, amplitude_V = 1.5 }, { frequency_Hz = 0.4, "
+                   "amplitude_V = 1.2 } ]\n[record]\ndiscard_s = 2.0\ndecimation = 40\n");
+    ran_ = new Ended(eha({"run", "short.toml", "--local", "--fast", "--rig", "rig.toml"}));
+    for (const auto& entry : fs::directory_iterator(folder_->path() / "runs")) {
+      if (!entry.is_symlink()) run_ = fs::path("runs") / entry.path().filename();
+    }
+    for (const auto& model :
+         json::parse(content_of(folder_->path() / run_ / "run.json")).at("identification").at("models")) {
+      models_.push_back((run_ / model.at("file").get<std::string>()).string());
+    }
+  }
+  static void TearDownTestSuite() {
+    delete ran_;
+    delete folder_;
+  }
+  static Ended eha(const std::vector<std::string>& words) { return run_eha(words, folder_->path()); }
+
+  static void expect_no_inches(const std::string& what, const std::string& text) {
+    for (const std::string& line : lines_with_inches(text)) ADD_FAILURE() << what << ": " << line;
+  }
+
+  static inline TemporaryFolder* folder_ = nullptr;
+  static inline Ended* ran_ = nullptr;
+  static inline fs::path run_;
+  static inline std::vector<std::string> models_;
+};
+
+TEST_F(MillimetreRig, ShowsNoInches) {
+  ASSERT_TRUE(ran_->code == 0 || ran_->code == 3) << ran_->err;
+  expect_no_inches("eha run", ran_->out + ran_->err);
+  const std::string run = run_.string();
+  const std::string model = models_.front();
+  const std::string input = run + "/data_40ms.csv";
+  const std::vector<std::vector<std::string>> commands{
+      {"runs", "list"},
+      {"runs", "show", run},
+      {"runs", "show", run_.filename().string()},
+      {"check", "rig.toml"},
+      {"check", "short.toml", "--rig", "rig.toml"},
+      {"check", "short.toml", "--rig", "rig.toml", "--at", "75mm"},
+      {"read", "--local", "--rig", "rig.toml"},
+      {"goto", "75mm", "--local", "--fast", "--rig", "rig.toml", "--output", "placed"},
+      {"goto", "75", "mm", "--local", "--fast", "--rig", "rig.toml", "--output", "placed"},
+      {"goto", "200mm", "--local", "--fast", "--rig", "rig.toml"},
+      {"goto", "145mm", "--local", "--fast", "--rig", "rig.toml"},
+      {"jog", "+5mm", "--local", "--fast", "--rig", "rig.toml", "--output", "placed"},
+      {"validate", model, run},
+      {"simulate", model, input},
+      {"plot", model},
+      {"plot", run},
+      {"export", model, "--format", "octave"},
+      {"export", model, "--format", "matlab"},
+      {"export", model, "--format", "python"},
+      {"export", model, "--format", "c"},
+      {"export", model, "--format", "ss"},
+      {"export", model, "--format", "tf"},
+      {"export", model, "--format", "json"},
+      {"fit", run, "--model", "integrator_lag", "-o", "m"},
+      {"fit", run, "--model", "integrator_lag", "-o", "m", "-v"},
+      {"fit", run, "--model", "io", "--input-map", "valve", "--split", "1", "-o", "m"},
+      {"compare", run, run},
+      {"compare", run, run, "-o", "changes.html"},
+      {"compare", model, run},
+      {"report", run, "-o", "report.html"},
+      {"doctor", "--rig", "rig.toml"},
+      {"design", "short.toml", "--rig", "rig.toml"},
+      {"batch", run, "-o", "batch", "--", "--model", "io1"}};
+  for (const std::vector<std::string>& command : commands) {
+    const Ended ended = eha(command);
+    std::string name = "eha";
+    for (const std::string& word : command) name += " " + word;
+    EXPECT_NE(ended.code, 1) << name << ended.err;
+    expect_no_inches(name, ended.out + ended.err);
+  }
+  for (const char* page : {"changes.html", "report.html"}) {
+    expect_no_inches(page, content_of(folder_->path() / page));
+  }
+  expect_no_inches("report of the run", content_of(folder_->path() / run_ / "report.html"));
+}
+
+TEST_F(MillimetreRig, RefusesAPlaceInItsOwnUnitBeforeAnythingMoves) {
+  const Ended ended = eha({"goto", "200mm", "--local", "--fast", "--rig", "rig.toml"});
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::configuration)) << ended.err;
+  EXPECT_NE(ended.err.find("goto 200mm: 200 mm is beyond the travel limits of the rig, 3.81 to 146.1 mm"),
+            std::string::npos)
+      << ended.err;
+}
+
+TEST_F(MillimetreRig, ExportsTheGainOfItsReport) {
+  const Ended octave = eha({"export", models_.front(), "--format", "octave"});
+  const std::string first = octave.out.substr(0, octave.out.find("at rest"));
+  EXPECT_NE(first.find("u in V, y in mm"), std::string::npos) << octave.out.substr(0, 300);
+  // Simulated in mm: the rod moves about mid-travel, 75 mm.
+  const Ended simulated = eha({"simulate", models_.front(), (run_ / "data_40ms.csv").string()});
+  EXPECT_EQ(simulated.out.rfind("time_s,output_mm\n", 0), 0U) << simulated.out.substr(0, 60);
+  const Ended in_inches = eha({"simulate", models_.front(), (run_ / "data_40ms.csv").string(), "--units", "in"});
+  EXPECT_EQ(in_inches.out.rfind("time_s,output_in\n", 0), 0U) << in_inches.out.substr(0, 60);
+}
+
+TEST_F(MillimetreRig, KeepsInchesInRecordsAndTheManifest) {
+  EXPECT_NE(content_of(folder_->path() / run_ / "data_40ms.csv").find("displacement_in"), std::string::npos);
+  EXPECT_NE(content_of(folder_->path() / run_ / "run.json").find("travel_max_in"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace eha::test
