@@ -39,7 +39,7 @@ Makes a controller of the axis from a model: reference generator within limits, 
 feedback with limits on margin and noise. Margins hold for 95 % of 200 draws of the model's parameters. The controller is
 tried on 50 drawn simulated rigs (step, trapezoids, sine, hold of 60 s); one that hunts on any of them is not offered. The
 figures of these trials are its promise. Writes controller.toml, eha-controller(5), and its report beside it (.html).
-Without --kind the least feedback within a tenth of the best is taken, and what the others would gain is shown.
+Without --kind the least feedback within a fifth of the best is taken, and what the others would gain is shown.
 --twin names a simulated rig that was fitted to a record (`eha replay --calibrate`). Without it a simulated rig is its own
 twin; for another rig one is estimated from model and valve. --sheet takes null, dead band, gains and noise of a run of
 `eha characterise`; without it [following] of the rig file gives them where the model has no valve map.

@@ -20,7 +20,7 @@ constexpr std::size_t kTriedShares =
 constexpr int kFewTwins = 4;
 constexpr double kFewHold_s = 6.0;
 constexpr double kWiden = 0.25;        // of the twins' range, added on each side: 50 twins are not every rig
-constexpr double kBetter = 0.9;        // an error below this share of another's counts as better
+constexpr double kBetter = 0.8;        // an error below this share of another's counts as better
 constexpr double kFaultOfWorst = 4.0;  // following error that is a fault, over the worst promised
 constexpr double kFaultOfSwings = 2.0;
 constexpr double kFreeSwings = 4.0;
@@ -74,7 +74,7 @@ std::string name_of(FeedbackKind kind) {
   return "?";
 }
 
-/// The least kind within a tenth of the best error, both following and at rest.
+/// The least kind within a fifth of the best error, both following and at rest.
 std::size_t chosen(const std::vector<Candidate>& candidates, double rest_allowed_in) {
   double least = std::numeric_limits<double>::infinity();
   const auto cost = [&](const Candidate& c) {
