@@ -16,24 +16,24 @@ namespace {
 
 using namespace synthetic;
 
-constexpr double kStep_s = 0.04;
-constexpr Eigen::Index kRows = 2500;
-constexpr double kNoise = 0.0008;  // 0.02 mm
+constexpr double kFindingStep_s = 0.04;
+constexpr Eigen::Index kFindingRows = 2500;
+constexpr double kFindingNoise = 0.0008;  // 0.02 mm
 
 /// A rod y' = 0.15 u between end stops, from mid-travel, with an input that swings about a bias.
 Record rod(double highest, double bias, std::uint64_t seed) {
   Record record;
-  record.step_s = kStep_s;
-  record.input.resize(kRows);
-  record.output.resize(kRows);
+  record.step_s = kFindingStep_s;
+  record.input.resize(kFindingRows);
+  record.output.resize(kFindingRows);
   std::mt19937_64 draw(seed);
   double y = 3.0;
   double u = 0.0;
-  for (Eigen::Index k = 0; k < kRows; ++k) {
+  for (Eigen::Index k = 0; k < kFindingRows; ++k) {
     if (k % 20 == 0) u = bias + 1.5 * std::sin(0.05 * static_cast<double>(k)) + 0.3 * normal(draw);
-    record.output[k] = y + kNoise * normal(draw);
+    record.output[k] = y + kFindingNoise * normal(draw);
     record.input[k] = u;
-    y = std::min(highest, y + kStep_s * 0.15 * u);
+    y = std::min(highest, y + kFindingStep_s * 0.15 * u);
   }
   return record;
 }
@@ -48,11 +48,11 @@ TEST(EndStopTest, IsFoundWithItsPlaceAndTimeDespiteNoise) {
     const Record record = rod(5.0, 0.18, seed);
     const Eigen::VectorXd& y = record.output;
     Eigen::Index first = 0;
-    while (y[first] < 5.0 - 4.0 * kNoise) ++first;
+    while (y[first] < 5.0 - 4.0 * kFindingNoise) ++first;
     const ValidationReport report = report_on(record, structures::integrator_lag());
     ASSERT_TRUE(report.end_stop) << seed;
     EXPECT_NEAR(report.end_stop->level, 5.0, 0.005) << seed;
-    EXPECT_NEAR(report.end_stop->from_s, kStep_s * static_cast<double>(first), 2.0) << seed;
+    EXPECT_NEAR(report.end_stop->from_s, kFindingStep_s * static_cast<double>(first), 2.0) << seed;
     EXPECT_GT(report.end_stop->percent, 1.0) << seed;
     EXPECT_FALSE(report.jump) << seed;
   }
@@ -68,16 +68,16 @@ TEST(EndStopTest, IsNotSeenWhereTheRodTurnsBackByItself) {
 
 TEST(EndStopTest, IsNotSeenWhereALagHasSettled) {
   Record record;
-  record.step_s = kStep_s;
-  record.input.resize(kRows);
-  record.output.resize(kRows);
+  record.step_s = kFindingStep_s;
+  record.input.resize(kFindingRows);
+  record.output.resize(kFindingRows);
   std::mt19937_64 draw(3);
   double y = 0.0;
-  for (Eigen::Index k = 0; k < kRows; ++k) {
+  for (Eigen::Index k = 0; k < kFindingRows; ++k) {
     const double u = (k / 200) % 2 == 0 ? 1.0 : -0.5;
     record.input[k] = u;
-    record.output[k] = y + kNoise * normal(draw);
-    y += kStep_s * 2.0 * (u - y);
+    record.output[k] = y + kFindingNoise * normal(draw);
+    y += kFindingStep_s * 2.0 * (u - y);
   }
   for (const Structure& structure : {structures::io1(), structures::integrator_lag()}) {
     EXPECT_FALSE(report_on(record, structure).end_stop);
@@ -87,18 +87,18 @@ TEST(EndStopTest, IsNotSeenWhereALagHasSettled) {
 TEST(EndStopTest, IsNotSeenWhereTheRodRestsInTheDeadBand) {
   // Steps out, back into the dead band, in, and again: it rests at its greatest value with 0.1 V on the valve.
   Record record;
-  record.step_s = kStep_s;
-  record.input.resize(kRows);
-  record.output.resize(kRows);
+  record.step_s = kFindingStep_s;
+  record.input.resize(kFindingRows);
+  record.output.resize(kFindingRows);
   std::mt19937_64 draw(4);
   double y = 3.0;
-  for (Eigen::Index k = 0; k < kRows; ++k) {
+  for (Eigen::Index k = 0; k < kFindingRows; ++k) {
     const Eigen::Index phase = (k / 100) % 4;
     const double u = phase == 0 ? 0.8 : phase == 2 ? -0.8 : 0.1;
     const double v = std::abs(u) <= 0.15 ? 0.0 : u - std::copysign(0.15, u);
     record.input[k] = u;
-    record.output[k] = y + kNoise * normal(draw);
-    y += kStep_s * 0.15 * v;
+    record.output[k] = y + kFindingNoise * normal(draw);
+    y += kFindingStep_s * 0.15 * v;
   }
   EXPECT_FALSE(report_on(record, structures::integrator_lag()).end_stop);
 }
@@ -107,11 +107,11 @@ TEST(ErrorJumpTest, IsFoundAtItsTime) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Record record = rod(100.0, 0.0, seed);
     const auto at = static_cast<Eigen::Index>(1700 + 20 * seed);
-    record.output.tail(kRows - at).array() += 0.05;
+    record.output.tail(kFindingRows - at).array() += 0.05;
     const FitResult result = fit(record, asked_for(structures::integrator_lag()), {});
     const ValidationReport& report = result.model.validation.value();
     ASSERT_TRUE(report.jump) << seed;
-    EXPECT_NEAR(report.jump->time_s, kStep_s * static_cast<double>(at), 0.2) << seed;
+    EXPECT_NEAR(report.jump->time_s, kFindingStep_s * static_cast<double>(at), 0.2) << seed;
     EXPECT_NEAR(report.jump->change, 0.05, 0.01) << seed;
     const Verdict verdict = judge(result.model, {});
     EXPECT_EQ(verdict.reasons.front().rfind("The error jumps by 0.0", 0), 0U) << verdict.reasons.front();
