@@ -174,7 +174,9 @@ bool Console::confirm(std::string_view question) const {
 void Console::flush() const {
   errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    const int reason = errno != 0 ? errno : EIO;
+    // A write that failed before this flush has left its flag, but not its reason: one more byte fails for the same.
+    if (errno == 0 && ::write(STDOUT_FILENO, "\n", 1) == 1) errno = EIO;
+    const int reason = errno;
     throw IoError(fmt::format("cannot write to standard output: {}", error_text(reason)));
   }
 }

@@ -74,9 +74,8 @@ std::string experiment_lines(const RunSheet& run) {
   return fmt::format(
       "[start]\n"
       "displacement_in = {:.3f}  # the middle of the travel\n"
-      "# offset_V of its [excitation]: `eha check EXPERIMENT.toml` rehearses it with these numbers and names the one "
-      "at\n"
-      "# which the rod does not drift; it depends on the amplitudes, too.\n",
+      "# offset_V of its [excitation]: `eha check EXPERIMENT.toml` rehearses it\n"
+      "# with these numbers and names the one at which the rod does not drift.\n",
       0.5 * (limits.travel_min_in + limits.travel_max_in));
 }
 

@@ -92,11 +92,11 @@ TEST_F(TwoRuns, CompareScoresModelsOnARecord) {
 
 TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
   const Ended fitted =
-      run_eha({"fit", before_, "--model", "io", "--input-map", "valve", "-o", "v", "-q"}, folder_->path());
-  ASSERT_TRUE(std::filesystem::exists(folder_->path() / "v/io_valve.json")) << fitted.err;
-  const Ended here = run_eha({"validate", "v/io_valve.json", before_}, folder_->path());
+      run_eha({"fit", before_, "--model", "integrator_lag", "--input-map", "valve", "-o", "v", "-q"}, folder_->path());
+  ASSERT_TRUE(std::filesystem::exists(folder_->path() / "v/integrator_lag_valve.json")) << fitted.err;
+  const Ended here = run_eha({"validate", "v/integrator_lag_valve.json", before_}, folder_->path());
   EXPECT_EQ(here.code, 0) << here.out << here.err;
-  const Ended there = run_eha({"validate", "v/io_valve.json", after_}, folder_->path());
+  const Ended there = run_eha({"validate", "v/integrator_lag_valve.json", after_}, folder_->path());
   EXPECT_EQ(there.code, static_cast<int>(ExitCode::model_rejected)) << there.out;
   EXPECT_NE(there.out.find("It is a model of another plant, or the plant has changed"), std::string::npos) << there.out;
   EXPECT_NE(there.out.find("dead_band moved by 0.0"), std::string::npos) << there.out;

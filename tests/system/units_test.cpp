@@ -75,6 +75,7 @@ class MillimetreRig : public testing::Test {
 TEST_F(MillimetreRig, ShowsNoInches) {
   ASSERT_TRUE(ran_->code == 0 || ran_->code == 3) << ran_->err;
   expect_no_inches("eha run", ran_->out + ran_->err);
+  ASSERT_FALSE(models_.empty()) << ran_->out << ran_->err;
   const std::string run = run_.string();
   const std::string model = models_.front();
   const std::string input = run + "/data_40ms.csv";

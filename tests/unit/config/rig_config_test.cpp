@@ -261,9 +261,9 @@ INSTANTIATE_TEST_SUITE_P(
              {"12:27: limits.velocity_limit_in_per_s: expected a number above 0, got inf"}},
         Edit{&kSim,
              "velocity_limit_in_per_s = 6.0",
-             "velocity_limit_mm_per_s = 150.0",
+             "velocity_limit_cm_per_s = 150.0",
              {"4:1: limits.velocity_limit_in_per_s: expected a number above 0, got no such key",
-              "12:1: limits.velocity_limit_mm_per_s: expected a known key (did you mean \"velocity_limit_in_per_s\"?), "
+              "12:1: limits.velocity_limit_cm_per_s: expected a known key (did you mean \"velocity_limit_in_per_s\"?), "
               "got an unknown one"}},
         Edit{&kSim,
              "priority = 70",

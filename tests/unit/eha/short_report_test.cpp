@@ -104,7 +104,7 @@ TEST(ShortReport, ShowsTheEstimationsFiguresWhereNothingWasLeftUnseen) {
   score.r2_percent = 99.92;
   answer.models[0].estimation.emplace().score = score;
   const std::string text = short_report(answer, {});
-  EXPECT_NE(text.find("\non its own data  fit 97.2 %, R2 99.92 %; nothing was left unseen (--split 1)"),
+  EXPECT_NE(text.find("\non its own data fit 97.2 %, R2 99.92 %; nothing was left unseen (--split 1)"),
             std::string::npos)
       << text;
   EXPECT_NE(text.find("fit, R2, error: on the samples that estimated the model."), std::string::npos) << text;

@@ -81,32 +81,12 @@ std::vector<Program> programs() {
        100.0,
        {.input = "2", .output = "3"},
        "--input 2 --output 3"});
-  all.push_back({"Keysight",
-                 "infiniivision.csv",
-                 rows("x-axis,1,2\nsecond,Volt,Volt\n",
-                      [&](int k) {
-                        return fmt::format("{:+.9E},{:+.6E},{:+.6E}\n", seconds(k) - 0.1, volts(k), 0.1 * place(k));
-                      }),
-                 "V",
-                 "V",
-                 0.1,
-                 {.input = "2", .output = "3"},
-                 "--input 2 --output 3"});
   all.push_back(
       {"Catman", "catman.asc",
        rows("HBM_CATMAN_DATAFILE_50\nDATEI: messung.bin\nT0 = 23.11.2026 10:00:00\nWerte: 200\n"
             "Zeit \tVentil \tWeg \ns\tV\tmm\n",
             [&](int k) { return german(fmt::format("{:.6f}\t{:.6f}\t{:.6f}\n", seconds(k), volts(k), place(k))); }),
        "V", "mm"});
-  all.push_back({"Rigol",
-                 "rigol.csv",
-                 rows("X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1.000000e-01,1.000000e-03,\n",
-                      [&](int k) { return fmt::format("{},{:.4e},{:.4e},,\n", k, volts(k), 0.1 * place(k)); }),
-                 "V",
-                 "V",
-                 0.1,
-                 {.input = "2", .output = "3", .period_s = kStep_s},
-                 "--period SECONDS"});
   all.push_back({"Tektronix",
                  "tds.csv",
                  rows("",
@@ -123,28 +103,10 @@ std::vector<Program> programs() {
                  0.1,
                  {.time = "3", .input = "4", .output = "5"},
                  "--time 3 --input 4 --output 5"});
-  all.push_back({"TiaPortal", "trace.csv",
-                 rows("\"Zeitstempel\";\"Ventil_U [V]\";\"Weg [mm]\"\n",
-                      [&](int k) {
-                        return fmt::format("\"23.11.2026 10:00:00,{:03}\";{};{}\n", k,
-                                           german(fmt::format("{:.5f}", volts(k))),
-                                           german(fmt::format("{:.5f}", place(k))));
-                      }),
-                 "V", "mm"});
   all.push_back({"Canape", "canape.csv",
                  rows("timestamps,Valve,Rod\nsec,V,mm\n,,\n",
                       [&](int k) { return fmt::format("{:.6f},{:.6f},{:.6f}\n", seconds(k), volts(k), place(k)); }),
                  "V", "mm"});
-  all.push_back({"Yokogawa",
-                 "dl850.csv",
-                 rows("\"Model Name\",\"DL850\"\n\"BlockNumber\",1\n\"TraceName\",\"CH1\",\"CH2\"\n"
-                      "\"BlockSize\",200,200\n\"VUnit\",\"V\",\"V\"\n\"HResolution\",0.001,0.001\n\n",
-                      [&](int k) { return fmt::format(",{:.6E},{:.6E}\n", volts(k), 0.1 * place(k)); }),
-                 "",
-                 "",
-                 0.1,
-                 {.input = "2", .output = "3", .period_s = kStep_s},
-                 "--period SECONDS"});
   return all;
 }
 
