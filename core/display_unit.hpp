@@ -26,7 +26,8 @@ class DisplayUnit {
   /// @param name  of kLengthUnits; empty: as the record
   explicit DisplayUnit(std::string name) : name_(std::move(name)) {}
 
-  /// The unit that values in `unit`, a length or a length per something, are shown in: with the asked length, else `unit`.
+  /// The unit that values in `unit`, a length or a length per something, are shown in: with the asked length, else
+  /// `unit`.
   [[nodiscard]] std::string of(const std::string& unit) const {
     const std::string_view length = length_of(unit);
     return metres_in(length) && metres_in(name_) ? name_ + unit.substr(length.size()) : unit;

@@ -25,7 +25,7 @@ enum class CriterionKind : std::uint8_t {
   extrapolated,
   error_over_noise,
   far_error_over_noise,  ///< the same where the error is so great that the model is wrong
-  error_over_refit,  ///< on another record: against the same structure fitted to it
+  error_over_refit,      ///< on another record: against the same structure fitted to it
   stability_margin,
   excitation_order,
   order_error,           ///< standard error of a free order
