@@ -132,7 +132,12 @@ class ConflictSearch {
       refuse(fmt::format("a controller for {}", rig_.name), controller.provenance.rig);
     }
     if (std::abs(s.tick_s / tick_s() - 1.0) > kTickTolerance) {
-      refuse(fmt::format("a controller for the tick of {} s", tick_s()), fmt::format("{} s", s.tick_s));
+      add("track.controller",
+          fmt::format(
+              "a controller for the tick of {} s; make it anew with eha tune --tick {}, or play it on a copy of "
+              "the rig file with sample_period_s = {}",
+              tick_s(), tick_s(), s.tick_s),
+          fmt::format("{} s", s.tick_s));
     }
     if (s.reference.lowest < limits.travel_min_in || s.reference.highest > limits.travel_max_in) {
       refuse(fmt::format("travel within {:g} to {:g} in", limits.travel_min_in, limits.travel_max_in),

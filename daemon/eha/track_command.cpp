@@ -32,7 +32,7 @@ With RUN, the figures of an earlier run are computed again; nothing moves. Exit 
 Examples:
   eha track axis.toml --local --fast
   eha track runs/20260101T120000Z-track-axis
-  eha plot runs/latest/track.csv -o track.png)";
+  eha plot runs/20260101T120000Z-track-axis/track.csv -o track.png)";
 
 struct TrackCommand : DriveOptions {
   std::string source;  ///< controller file or run folder

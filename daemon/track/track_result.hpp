@@ -21,6 +21,10 @@ struct KeptFigure {
   double measured = 0.0;
   double noise = 0.0;  ///< what the sensor's noise can have added to it
   config::PromisedFigure promised;
+  /// Whether the noise leaves the promise to be seen.
+  [[nodiscard]] bool is_decided() const noexcept {
+    return noise <= promised.upper || measured - noise > promised.upper;
+  }
   [[nodiscard]] bool is_kept() const noexcept { return measured - noise <= promised.upper; }
 };
 
@@ -49,8 +53,8 @@ struct TrackResult {
   double noise_in = 0.0;  ///< standard deviation of a reading
   TrackRows rows;
   SeenValve valve;
-  std::vector<std::string> changes;  ///< of the valve against the controller's, a phrase each
-  [[nodiscard]] bool is_kept() const noexcept;
+  std::vector<std::string> changes;             ///< of the valve against the controller's, a phrase each
+  [[nodiscard]] bool is_kept() const noexcept;  ///< no figure is broken
 };
 
 /// Computes the figures of a completed run of [track]. Errors are means over 50 ms, because a reading's noise is no

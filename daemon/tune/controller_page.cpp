@@ -214,7 +214,7 @@ std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromi
           row("following error, worst", p.following_worst_in, "in"),
           row("error on a sine, RMS", p.sine_rms_in, "in"),
           row("overshoot of a step", p.overshoot_in, "in"),
-          row("settling after the reference", p.settling_s, "s"),
+          row("settling within 2 % of the step", p.settling_s, "s"),
           row("error at rest, worst", p.rest_error_in, "in"),
           row("motion at rest, peak to peak", p.standing_in, "in"),
           row("Ms", p.ms, ""),

@@ -159,7 +159,7 @@ class Reasons {
         return fmt::format(
             "The plant bends where the structure is straight: the residual depends on the {} (p = {:.2g}), and at "
             "another "
-            "amplitude the error is another one; use the model at the recorded amplitudes, or try a valve map.",
+            "amplitude the error is another one; use the model at the recorded amplitudes.",
             effect_of(model_.validation->tests->nonlinearity->kind), c.value);
       case Kind::future_input:
         return fmt::format(
