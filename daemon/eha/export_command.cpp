@@ -11,6 +11,7 @@
 #include "core/code_text.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/axis_table.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
@@ -18,7 +19,6 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/record_export.hpp"
-#include "daemon/tune/controller_page.hpp"
 #include "ident/export/controller_formats.hpp"
 #include "ident/export/model_formats.hpp"
 #include "ident/model/model_file.hpp"
@@ -41,7 +41,7 @@ std::string export_footer() {
   text += "Formats of a controller:\n";
   for (const ident::ControllerFormat& format : ident::controller_formats())
     text += fmt::format("  {:<8} {}\n", format.name, format.what);
-  text += "  csv      promise and settings as a table\n";
+  text += "  csv      model, valve, controller and promise as a table\n";
   text += "Formats of a run or another record:\n";
   for (const record::RecordFormat& format : record::record_formats()) {
     text += fmt::format("  {:<7} {}\n", format.name, format.what);
@@ -122,15 +122,8 @@ ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& fo
   return ExitCode::ok;
 }
 
-/// The controller as a table for people: figure, value, interval, unit, in the unit that is asked for.
 ExitCode export_table(const ExportCommand& command, const config::ControllerConfig& controller, Console& console) {
-  std::string text = "figure;value;lower;upper;unit\n";
-  const auto add = [&](const std::vector<std::string>& cells, bool has_interval) {
-    text += has_interval ? fmt::format("{}\n", fmt::join(cells, ";"))
-                         : fmt::format("{};{};;;{}\n", cells[0], cells[1], cells[2]);
-  };
-  for (const auto& cells : tune::promise_rows(controller.promise, console.unit())) add(cells, true);
-  for (const auto& cells : tune::setting_rows(controller, console.unit())) add(cells, false);
+  const std::string text = axis_table({.controller = controller, .model = model_of(controller)}, console.unit());
   if (!command.output) {
     console.print_content(text);
     return ExitCode::ok;

@@ -128,7 +128,10 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     const bool is_recommended = identification.models[i].result.model.name == identification.recommendation.model;
     if (!best || is_recommended) best = i;
   }
-  if (best && source.run_folder) return fmt::format("eha tune {}", shell_word(written[*best].string()));
+  if (best && source.run_folder) {
+    const auto tune = command.output ? std::nullopt : tune_of_run(*source.run_folder);
+    return tune ? *tune : fmt::format("eha tune {}", shell_word(written[*best].string()));
+  }
   if (best) return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[*best].string());
   return importer::command_with(command.import, command.source, "-o models");
 }

@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/next_command.hpp"
 
+#include <nlohmann/json.hpp>
 #include <system_error>
+#include <vector>
 
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/run_command.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/sheet/run_sheet.hpp"
 
 namespace eha::cli {
+
+namespace fs = std::filesystem;
 
 std::string shell_word(const std::string& word) {
   const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$`*?[]{}()<>|&;#~!") == std::string::npos;
@@ -46,6 +53,32 @@ std::string report_of_run(const std::filesystem::path& folder, const std::string
   const std::filesystem::path page = folder / report::kReportFile;
   std::error_code ignored;
   return std::filesystem::exists(page, ignored) ? "xdg-open " + shell_word(page.string()) : otherwise;
+}
+
+std::optional<fs::path> recommended_model(const fs::path& folder) {
+  const nlohmann::ordered_json other = record::read_manifest(folder).other;
+  const std::string name =
+      other.value(nlohmann::ordered_json::json_pointer("/identification/recommendation/model"), std::string());
+  const fs::path file = folder / record::kModelsFolder / (name + ".json");
+  std::error_code ignored;
+  if (name.empty() || !fs::is_regular_file(file, ignored)) return std::nullopt;
+  return file;
+}
+
+std::optional<std::string> tune_of_run(const fs::path& folder) {
+  if (!recommended_model(folder)) return std::nullopt;
+  std::string command = "eha tune " + shell_word(folder.string());
+  const auto rig_of = [](const fs::path& run) {
+    return record::read_manifest(run).other.value(nlohmann::ordered_json::json_pointer("/rig/name"), std::string());
+  };
+  std::error_code ignored;
+  const std::string rig = rig_of(folder);
+  std::vector<fs::path> runs = record::list_runs(fs::canonical(folder, ignored).parent_path());
+  for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
+    if (!fs::is_regular_file(*run / sheet::kSheetFile, ignored) || rig_of(*run) != rig) continue;
+    return command + " --sheet " + shell_word((folder.parent_path() / run->filename()).string());
+  }
+  return command;
 }
 
 }  // namespace eha::cli

@@ -24,4 +24,10 @@ struct RunCommand;
 /// What opens the report of a run; `otherwise` where it has none.
 [[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);
 
+/// The model file that a run recommends; nothing where it recommends none. @param folder  a run's
+[[nodiscard]] std::optional<std::filesystem::path> recommended_model(const std::filesystem::path& folder);
+
+/// `eha tune RUN`, with the newest valve sheet of the same rig beside that run; nothing where the run recommends no model.
+[[nodiscard]] std::optional<std::string> tune_of_run(const std::filesystem::path& folder);
+
 }  // namespace eha::cli

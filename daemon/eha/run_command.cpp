@@ -194,6 +194,7 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
+  if (const auto tune = tune_of_run(folder); tune && !next) console.next_step(*tune);
   return identify::exit_code(identification.models);
 }
 

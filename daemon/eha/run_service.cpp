@@ -97,7 +97,10 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
     return code;
   }
   print_answer_of_service(entry, console);
-  if (code == ExitCode::ok) console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));
+  if (code == ExitCode::ok) {
+    console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));
+    if (const auto tune = tune_of_run(folder)) console.next_step(*tune);
+  }
   return code;
 }
 

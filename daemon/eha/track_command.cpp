@@ -8,6 +8,8 @@
 
 #include "config/controller_config.hpp"
 #include "config/file_kind.hpp"
+#include "core/os/files.hpp"
+#include "daemon/eha/axis_table.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/drive_options.hpp"
@@ -20,12 +22,15 @@
 namespace eha::cli {
 namespace {
 
+constexpr const char* kTableFile = "axis_table.csv";
+
 constexpr const char* kTrackFooter = R"(
 Plays the trial of a controller (a file of `eha tune`) on a simulated rig, in closed loop: a step, trapezoids as fast as the
 reference may move, a sine and a hold of 20 s. It is a run like any other: every limit of the rig file holds, Ctrl-C ramps
 out, and the way is recorded. Nothing of the controller stays in force after it. It is a fault when the rod follows worse
 (following_error) or the command swings more often (oscillation) than the controller's file allows. Prints what was
-measured beside what was promised, and writes track.json and track.csv into the run folder.
+measured beside what was promised, and writes track.json, track.csv (the rows) and axis_table.csv (model, valve, controller,
+promise and what was measured, for a spreadsheet) into the run folder.
 A controller made for another rig, tick or travel is refused. Controllers are not played on a machine yet.
 With RUN, the figures of an earlier run are computed again; nothing moves. Exit code 3: the promise is not kept.
 
@@ -60,12 +65,20 @@ std::string experiment_text(const TrackCommand& command) {
 
 ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, const Console& console) {
   const track::TrackResult result = track::track_result(folder);
-  if (wanted == TrackFiles::write) track::write_track(result);
+  const DisplayUnit unit = console.unit(result.units);
+  if (wanted == TrackFiles::write) {
+    track::write_track(result);
+    os::write_file_atomically(result.folder / kTableFile, axis_table({.controller = result.controller,
+                                                                      .model = model_of(result.controller),
+                                                                      .measured = result.figures},
+                                                                     unit));
+  }
   const ExitCode code = result.is_kept() ? ExitCode::ok : ExitCode::model_rejected;
   nlohmann::ordered_json document = track::to_json(result);
   document["exit_code"] = static_cast<int>(code);
   console.print_json(document);
-  console.print(track::track_text(result));
+  console.print(track::track_text(result, unit));
+  console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
   console.next_step("eha plot " + shell_word((result.folder / track::kTrackRows).string()));
   return code;
 }

@@ -43,9 +43,10 @@ Without --kind the least feedback within a fifth of the best is taken, and what 
 --twin names a simulated rig that was fitted to a record (`eha replay --calibrate`). Without it a simulated rig is its own
 twin; for another rig one is estimated from model and valve. --sheet takes null, dead band, gains and noise of a run of
 `eha characterise`; without it [following] of the rig file gives them where the model has no valve map.
-Nothing moves.
+With RUN, the model that the run recommends is meant. Nothing moves.
 
 Examples:
+  eha tune runs/latest --sheet runs/20260101T120000Z-characterise -o axis.toml
   eha tune runs/latest/models/integrator_lag_valve.json
   eha tune models/cylinder_valve.json --rig rig.toml --twin twin.toml --for hold -o hold.toml
   eha export controller.toml --format st -o axis.st)";
@@ -134,7 +135,16 @@ tune::TuneChoices choices_of(const TuneCommand& command) {
   return choices;
 }
 
-ExitCode execute(const TuneCommand& command, Console& console) {
+ExitCode execute(const TuneCommand& given, Console& console) {
+  TuneCommand command = given;
+  if (record::is_run_folder(command.model_file)) {
+    const auto model_file = recommended_model(command.model_file);
+    if (!model_file) {
+      throw DataError(fmt::format("{}: this run recommends no model; name one of {}/models, or record another run",
+                                  command.model_file, command.model_file));
+    }
+    command.model_file = model_file->string();
+  }
   const ident::Model model = read_model(command.model_file);
   const fs::path rig_file = fs::canonical(rig_path(command));
   const config::RigConfig rig = rig_of(rig_file);
@@ -208,11 +218,18 @@ ExitCode execute(const TuneCommand& command, Console& console) {
                  tune::promise_rows(p, console.unit(rig.units)));
   text += "\n";
   for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
-  text += fmt::format("\nReport: {}\n", page_file.string());
+  const std::string file = shell_word(command.output.string());
+  text += fmt::format(
+      "\nReport: {}\n"
+      "Step as a picture: eha plot {} -o step.png\n"
+      "Table: eha export {} --format csv -o {}.csv\n"
+      "PLC, C, MATLAB: eha export {} --format st -o {}_control.st (or c, simulink)\n",
+      page_file.string(), file, file, shell_word(command.output.stem().string()), file,
+      shell_word(command.output.stem().string()));
   console.print(text);
   console.next_step(hal::moves_machine(rig.backend)
-                        ? fmt::format("eha export {} --format st -o axis.st", shell_word(command.output.string()))
-                        : fmt::format("eha track {}{} --local --fast", shell_word(command.output.string()),
+                        ? fmt::format("xdg-open {}", shell_word(page_file.string()))
+                        : fmt::format("eha track {}{} --local --fast", file,
                                       command.rig_file ? " --rig " + shell_word(*command.rig_file) : ""));
   return ExitCode::ok;
 }
@@ -223,7 +240,9 @@ void add_tune(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("tune", "Make a controller from a model, and say what it will do");
   sub->footer(kTuneFooter);
   auto& command = options_of<TuneCommand>(*sub, line);
-  sub->add_option("model", command.model_file, "Model file, as `eha fit` wrote it")->required()->type_name("MODEL");
+  sub->add_option("model", command.model_file, "Model file, as `eha fit` wrote it, or the run whose recommended model is meant")
+      ->required()
+      ->type_name("MODEL|RUN");
   add_choice(*sub, "--for", command.purpose, kPurposes, "Follow references, or stay in a place (default track)");
   add_choice(*sub, "--kind", command.kind, kKinds, "Kind of the feedback (default auto)");
   sub->add_option("--margin", command.sensitivity, "Greatest max(Ms, Mt), 1.1 to 3 (default 1.4, with --for hold 1.2)")

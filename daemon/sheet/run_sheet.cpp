@@ -54,6 +54,7 @@ std::string rig_lines(const RunSheet& run) {
   const config::Following following = following_of(run);
   return fmt::format(
       "[following]\n"
+      "# Half of the measured gains: a rod that moves slower counts as stuck.\n"
       "gain_positive_in_per_V_s = {:.4g}  # half of the measured {:.4g}\n"
       "gain_negative_in_per_V_s = {:.4g}  # half of the measured {:.4g}\n"
       "null_V = {:.4f}\n"

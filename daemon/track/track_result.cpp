@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/experiment_config.hpp"
+#include "config/rig_config.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -48,6 +49,7 @@ constexpr double kSpeed_s = 0.1;  // over which speeds are differences
 constexpr double kMoving_in_per_s = 0.03;
 constexpr double kChange_V = 0.03;     // of null or dead band
 constexpr double kChangeShare = 0.07;  // of a gain
+constexpr const char* kGainUnit = "in/(V s)";
 
 SeenValve valve_of(const TrackRows& rows, const std::vector<double>& rod, double tick_s) {
   const auto reach = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(0.5 * kSpeed_s / tick_s)));
@@ -74,7 +76,7 @@ SeenValve valve_of(const TrackRows& rows, const std::vector<double>& rod, double
   return {x[0], x[1], 1.0 / x[2], 1.0 / x[3]};
 }
 
-std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseMap& map) {
+std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseMap& map, const DisplayUnit& unit) {
   std::vector<std::string> changes;
   const auto volts = [&](const char* name, double was, double is) {
     if (std::abs(is - was) > kChange_V)
@@ -82,8 +84,9 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
   };
   const auto gain = [&](const char* name, double was, double is) {
     if (std::abs(is / was - 1.0) > kChangeShare) {
-      changes.push_back(
-          fmt::format("{} {:.4g} in/(V s) instead of {:.4g}, {:+.0f} %", name, is, was, 100.0 * (is / was - 1.0)));
+      const double factor = unit.factor(kGainUnit);
+      changes.push_back(fmt::format("{} {:.4g} {} instead of {:.4g}, {:+.0f} %", name, factor * is, unit.of(kGainUnit),
+                                    factor * was, 100.0 * (is / was - 1.0)));
     }
   };
   if (!(seen.gain_positive_in_per_V_s > 0.0 && seen.gain_negative_in_per_V_s > 0.0)) return changes;
@@ -113,6 +116,7 @@ TrackResult track_result(const std::filesystem::path& folder) {
   }
   TrackResult result;
   result.folder = run.folder;
+  result.units = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string()).units;
   result.controller = experiment.track->controller;
   const ident::AxisCoefficients c = ident::coefficients(result.controller.settings);
   const Eigen::VectorXd& y = run.record.output;
@@ -150,21 +154,23 @@ TrackResult track_result(const std::filesystem::path& folder) {
                     {"error at rest, worst", "in", did.rest_error_in, kExtremes * noise, p.rest_error_in},
                     {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
   result.valve = valve_of(rows, rod, c.settings.tick_s);
-  result.changes = changes_of(result.valve, c.settings.inverse);
+  result.changes = changes_of(result.valve, c.settings.inverse, DisplayUnit("in"));
   return result;
 }
 
-std::string track_text(const TrackResult& result) {
+std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
   std::string text =
       fmt::format("{:<30} {:>10} {:>11} {:>12}  {}\n", "figure", "measured", "of it noise", "promised to", "");
   for (const KeptFigure& f : result.figures) {
-    text += fmt::format("{:<30} {:>10.3g} {:>11.2g} {:>12.3g}  {:<4} {}\n", f.name, f.measured, f.noise,
-                        f.promised.upper, f.unit,
+    const double factor = unit.factor(f.unit);
+    text += fmt::format("{:<30} {:>10.3g} {:>11.2g} {:>12.3g}  {:<4} {}\n", f.name, factor * f.measured,
+                        factor * f.noise, factor * f.promised.upper, unit.of(f.unit),
                         !f.is_decided() ? "hidden by noise"
                         : f.is_kept()   ? "kept"
                                         : "NOT KEPT");
   }
-  for (const std::string& change : result.changes) text += fmt::format("The moving rod shows: {}.\n", change);
+  for (const std::string& change : changes_of(result.valve, result.controller.settings.inverse, unit))
+    text += fmt::format("The moving rod shows: {}.\n", change);
   text += result.is_kept() ? fmt::format("{}: the promise is kept.\n", result.controller.name)
                            : fmt::format(
                                  "{}: the promise is not kept. Valve, load or sensor differ from what the "

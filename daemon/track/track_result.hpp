@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/controller_config.hpp"
+#include "core/display_unit.hpp"
 #include "ident/control/trial.hpp"
 
 namespace eha::track {
@@ -48,6 +49,7 @@ struct SeenValve {
 /// What a run of [track] shows.
 struct TrackResult {
   std::filesystem::path folder;
+  std::string units;  ///< of the rig file, for people; empty: inches
   config::ControllerConfig controller;
   std::vector<KeptFigure> figures;
   double noise_in = 0.0;  ///< standard deviation of a reading
@@ -64,7 +66,7 @@ struct TrackResult {
 [[nodiscard]] TrackResult track_result(const std::filesystem::path& folder);
 
 /// Measured beside promised, for people.
-[[nodiscard]] std::string track_text(const TrackResult& result);
+[[nodiscard]] std::string track_text(const TrackResult& result, const DisplayUnit& unit);
 [[nodiscard]] nlohmann::ordered_json to_json(const TrackResult& result);
 
 /// Writes track.json and track.csv into the run's folder. @throws IoError, PermissionError

@@ -99,8 +99,8 @@ std::string remark_on_fractional_orders(double gain) {
   const double percent = std::max(0.0, 100.0 * (1.0 - 1.0 / gain));
   return gain > ident::kFractionalIsWorth
              ? fmt::format(
-                   "Fractional orders would lower the error after a load by {:.0f} % of that of a PID of the "
-                   "same margin and noise: worth --kind fopid where an integral is.",
+                   "Fractional orders (--kind fopid) would lower the error after a sudden load by {:.0f} % against a "
+                   "PID of the same margin and noise. That is no error of following a reference.",
                    percent)
              : fmt::format(
                    "Fractional orders are not worth their effort here: {:.1f} % less error after a load than "

@@ -21,6 +21,9 @@ constexpr double kTrackNoise = 0.02;      // of the command range, RMS
 constexpr double kHoldNoise = 0.005;      // the same when holding
 constexpr double kRestNoise = 3.0;        // standard deviations of a reading within which the rod counts as at rest
 constexpr double kRestLsb = 2.0;
+// Share of rest_error over which the inverse crosses the dead band. With all of it the rod follows a third worse, with
+// half of it the command is noisier than the gain is worth.
+constexpr double kSmoothedRest = 0.65;
 constexpr double kLeastSmoothing = 0.01;  // of the reference's velocity
 constexpr int kNoisePoints = 96;
 constexpr double kLeastShare = 0.2;  // of the gain that the model itself allows
@@ -31,7 +34,7 @@ constexpr double kUpper = 0.975;
 /// What follows from the gains.
 void complete(AxisSettings& s, const AxisTask& task) {
   s.rest_error = std::max(kRestNoise * task.noise, kRestLsb * task.lsb);
-  s.inverse.smoothing = std::max(s.feedback.kp * s.rest_error, kLeastSmoothing * s.reference.velocity);
+  s.inverse.smoothing = std::max(kSmoothedRest * s.feedback.kp * s.rest_error, kLeastSmoothing * s.reference.velocity);
   s.tracking_s = s.feedback.ki > 0.0 ? std::max(s.feedback.kp / s.feedback.ki, 10.0 * s.tick_s) : 0.0;
 }
 

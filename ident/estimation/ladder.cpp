@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
+#include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/left_out.hpp"
 #include "ident/estimation/sub_structures.hpp"
@@ -333,8 +334,20 @@ class Climber {
         add_profiles(climbed);
         any = true;
       }
-      if (!any) return;
+      if (!any) break;
       recommend_anew();
+    }
+    test_the_good_for_nonlinear_effects();
+  }
+
+  /// The test belongs to a profiled model; the others are spared its simulations unless they would be called good.
+  void test_the_good_for_nonlinear_effects() {
+    for (ClimbedModel& climbed : climb_.models) {
+      Model& model = climbed.result.model;
+      const bool is_tested = model.validation && model.validation->tests && model.validation->tests->nonlinearity;
+      if (is_tested || !model.verdict || model.verdict->grade != Grade::good) continue;
+      fill_validation(climbed.result, prepared_.record, prepared_.rows.comparison, Effects::include);
+      judge_anew(climbed);
     }
   }
 

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/axis_table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <set>
+
+#include "core/error.hpp"
+#include "daemon/eha/model_argument.hpp"
+#include "daemon/record/sha256.hpp"
+#include "daemon/tune/controller_page.hpp"
+#include "ident/model/engineering_form.hpp"
+#include "ident/validation/output_unit.hpp"
+
+namespace eha::cli {
+namespace {
+
+constexpr std::size_t kCells = 8;
+using Row = std::array<std::string, kCells>;
+
+/// A cell as spreadsheets take it: quoted where it holds a separator; a name that would be a formula is none.
+std::string cell(std::string text) {
+  double number = 0.0;
+  const char* end = text.data() + text.size();
+  const bool is_number = std::from_chars(text.data(), end, number).ptr == end;
+  if (!is_number && text.find_first_of("=+-@") == 0) text.insert(0, 1, '\'');
+  if (text.find_first_of(";\"\n\r") == std::string::npos) return text;
+  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
+  return '"' + text + '"';
+}
+
+/// Settings that belong to the valve.
+bool is_of_valve(const std::string& setting) {
+  static const std::set<std::string> kNames{"null", "dead band", "gain extending", "gain retracting"};
+  return kNames.contains(setting);
+}
+
+std::string kept(const track::KeptFigure& figure) {
+  if (!figure.is_decided()) return "hidden by noise";
+  return figure.is_kept() ? "yes" : "no";
+}
+
+}  // namespace
+
+std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
+  const config::ControllerConfig& c = table.controller;
+  std::vector<Row> rows{{"part", "figure", "value", "95 % from", "to", "measured", "unit", "kept"},
+                        {"axis", "controller", c.name},
+                        {"axis", "rig", c.provenance.rig},
+                        {"axis", "run", c.provenance.run},
+                        {"axis", "made by", c.provenance.made_by}};
+  if (table.model) {
+    const ident::Model& model = *table.model;
+    rows.push_back({"model", "name", model.name});
+    const std::string form = ident::engineering_form(in_unit(model, unit));
+    if (!form.empty()) rows.push_back({"model", "in figures", form});
+    if (model.validation) {
+      rows.push_back({"model", "fit on unseen data", fmt::format("{:.1f}", model.validation->score.fit_percent), "", "",
+                      "", "%"});
+    }
+    if (model.verdict) rows.push_back({"model", "verdict", std::string(ident::text(model.verdict->grade))});
+  }
+  const std::vector<std::vector<std::string>> settings = tune::setting_rows(c, unit);
+  for (const bool valve : {true, false}) {
+    for (const auto& setting : settings) {
+      if (is_of_valve(setting[0]) != valve) continue;
+      rows.push_back({valve ? "valve" : "controller", setting[0], setting[1], "", "", "", setting[2]});
+    }
+  }
+  for (const auto& figure : tune::promise_rows(c.promise, unit)) {
+    Row row{"promise", figure[0], figure[1], figure[2], figure[3], "", figure[4]};
+    const auto found = std::find_if(table.measured.begin(), table.measured.end(),
+                                    [&](const track::KeptFigure& f) { return f.name == figure[0]; });
+    if (found != table.measured.end()) {
+      row[5] = fmt::format("{:.3g}", found->measured * unit.factor(found->unit));
+      row[7] = kept(*found);
+    }
+    rows.push_back(std::move(row));
+  }
+  std::string text;
+  for (Row& row : rows) {
+    for (std::string& value : row) value = cell(std::move(value));
+    text += fmt::format("{}\n", fmt::join(row, ";"));
+  }
+  return text;
+}
+
+std::optional<ident::Model> model_of(const config::ControllerConfig& controller) {
+  try {
+    if (record::sha256_of_file(controller.provenance.model) != controller.provenance.model_sha256) return std::nullopt;
+    return read_model(controller.provenance.model);
+  } catch (const Error&) {  // the file is gone
+    return std::nullopt;
+  }
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From a rig to an axis that keeps its promise, command by command as each names the next.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "tests/system/program.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr const char* kExperiment = R"(schema = 1
+name = "ways"
+duration_s = 24.0
+repetitions = 1
+[excitation]
+kind = "multisine"
+offset_V = -0.2
+tones = [
+  { frequency_Hz = 0.13, amplitude_V = 1.2, phase_rad = 4.7 },
+  { frequency_Hz = 0.71, amplitude_V = 0.8, phase_rad = 1.9 },
+  { frequency_Hz = 3.3, amplitude_V = 0.6, phase_rad = 0.4 },
+]
+[record]
+decimation = 10
+[[model]]
+name = "lagging"
+structure = "integrator_lag"
+input_map = "valve"
+)";
+
+/// What a command that the program names is: the words of the line that begins with "Next: eha VERB".
+std::string next_of(const Ended& ended, const std::string& verb) {
+  const std::string beginning = "Next: eha " + verb;
+  const std::size_t at = ended.out.find(beginning);
+  if (at == std::string::npos) return {};
+  return ended.out.substr(at + 10, ended.out.find('\n', at) - at - 10);
+}
+
+std::vector<std::string> words(const std::string& line) {
+  std::istringstream text(line);
+  return {std::istream_iterator<std::string>(text), {}};
+}
+
+/// One way for all cases: characterise, run, tune, track.
+class Axis : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    folder_->write("rig.toml", content_of(source_file("config/rigs/sim.toml")));
+    folder_->write("ways.toml", kExperiment);
+    const std::vector<std::string> local{"--local", "--fast", "--rig", "rig.toml", "-o", "runs"};
+    const auto with_rig = [&](std::vector<std::string> command) {
+      command.insert(command.end(), local.begin(), local.end());
+      return run_eha(command, folder_->path());
+    };
+    const Ended sheet = with_rig({"characterise"});
+    ASSERT_EQ(sheet.code, 0) << sheet.err;
+    const Ended run = with_rig({"run", "ways.toml"});
+    ASSERT_EQ(run.code, 0) << run.out << run.err;
+    tune_line_ = next_of(run, "tune");
+    ASSERT_FALSE(tune_line_.empty()) << run.out;
+    std::vector<std::string> tune = words(tune_line_);
+    tune.insert(tune.end(), {"-o", "axis.toml"});
+    tuned_ = new Ended(run_eha(tune, folder_->path()));
+    tracked_ = new Ended(with_rig({"track", "axis.toml"}));
+  }
+  static void TearDownTestSuite() {
+    delete tracked_;
+    delete tuned_;
+    delete folder_;
+  }
+  static fs::path track_run() {
+    for (const auto& entry : fs::directory_iterator(folder_->path() / "runs")) {
+      if (fs::exists(entry.path() / "track.json")) return entry.path();
+    }
+    return {};
+  }
+
+  static inline TemporaryFolder* folder_ = nullptr;
+  static inline Ended* tuned_ = nullptr;
+  static inline Ended* tracked_ = nullptr;
+  static inline std::string tune_line_;
+};
+
+TEST_F(Axis, IsTunedFromTheRunWithTheValveSheetBesideIt) {
+  EXPECT_NE(tune_line_.find("--sheet"), std::string::npos) << tune_line_;
+  EXPECT_NE(tune_line_.find("-characterise"), std::string::npos) << tune_line_;
+  ASSERT_EQ(tuned_->code, 0) << tuned_->err;
+  EXPECT_EQ(next_of(*tuned_, "track"), "track axis.toml --local --fast");
+  EXPECT_TRUE(fs::exists(folder_->path() / "axis.html"));
+  for (const char* step : {"eha plot axis.toml", "eha export axis.toml --format csv", "--format st"}) {
+    EXPECT_NE(tuned_->out.find(step), std::string::npos) << step;
+  }
+}
+
+TEST_F(Axis, KeepsItsPromiseOnTheSimulatedRig) {
+  ASSERT_EQ(tracked_->code, 0) << tracked_->out << tracked_->err;
+  const Json result = Json::parse(content_of(track_run() / "track.json"));
+  EXPECT_TRUE(result.at("kept").get<bool>());
+  EXPECT_TRUE(result.at("changes").empty()) << result.at("changes");
+}
+
+TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {
+  const std::string table = content_of(track_run() / "axis_table.csv");
+  EXPECT_EQ(lines_beginning_with(table, "part;figure;value;95 % from;to;measured;unit;kept"), 1U);
+  for (const char* row : {"axis;rig;simulated rig;", "model;name;lagging;", "model;verdict;", "valve;dead band;0.15",
+                          "controller;kp;", "promise;Ms;"}) {
+    EXPECT_EQ(lines_beginning_with(table, row), 1U) << row << table;
+  }
+  const Json result = Json::parse(content_of(track_run() / "track.json"));
+  const Json& following = result.at("figures").at(0);
+  const std::size_t at = table.find("promise;" + following.at("figure").get<std::string>() + ";");
+  ASSERT_NE(at, std::string::npos);
+  const std::string row = table.substr(at, table.find('\n', at) - at);
+  EXPECT_TRUE(row.ends_with(";in;yes")) << row;
+}
+
+TEST_F(Axis, IsATableInMillimetresOnRequest) {
+  const Ended inches = run_eha({"export", "axis.toml", "--format", "csv"}, folder_->path());
+  const Ended millimetres = run_eha({"export", "axis.toml", "--format", "csv", "--units", "mm"}, folder_->path());
+  ASSERT_EQ(millimetres.code, 0) << millimetres.err;
+  EXPECT_NE(inches.out.find(";in;"), std::string::npos);
+  EXPECT_EQ(millimetres.out.find(";in;"), std::string::npos) << millimetres.out;
+  EXPECT_EQ(millimetres.out.find(" in/"), std::string::npos) << millimetres.out;
+  EXPECT_NE(millimetres.out.find(";mm;"), std::string::npos);
+}
+
+TEST_F(Axis, IsRefusedFromARunThatRecommendsNothing) {
+  const Ended refused = run_eha({"tune", track_run().string()}, folder_->path());
+  EXPECT_NE(refused.code, 0);
+  EXPECT_NE(refused.err.find("recommends no model"), std::string::npos) << refused.err;
+}
+
+}  // namespace
+}  // namespace eha::test
