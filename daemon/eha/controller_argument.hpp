@@ -12,6 +12,6 @@ namespace eha::cli {
 
 /// The controller with its model, rig and a trial on its twin, where these files are still the same.
 /// @throws ConfigError, IoError, PermissionError
-[[nodiscard]] tune::ControllerSubject controller_subject(const std::string& path);
+[[nodiscard]] tune::ControllerSubject controller_subject(config::ControllerConfig controller);
 
 }  // namespace eha::cli

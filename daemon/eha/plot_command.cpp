@@ -17,6 +17,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/track_report.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
@@ -26,6 +27,7 @@
 #include "daemon/report/display.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/subject.hpp"
+#include "daemon/track/track_result.hpp"
 #include "daemon/tune/controller_page.hpp"
 
 namespace eha::cli {
@@ -34,7 +36,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPlotFooter = R"(
-A run: measured output, its best models, errors and input over time. A record or another table of eha: its columns over
+A run: measured output, its best models, errors and input over time; of `eha track`: reference, rod, error and command. A record or another table of eha: its columns over
 the first one. A model file: gain and phase with 95 % bounds, over the measured response if frequency_response.csv is
 beside it. A controller file: a step on its twin; its report
 has trapezoids, sine and hold too. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
@@ -73,6 +75,10 @@ plot::Format format_of(const fs::path& path) {
 }
 
 plot::Figure of_run(const std::string& folder, const Console& console) {
+  if (fs::exists(fs::path(folder) / track::kTrackFile)) {
+    const track::TrackResult result = track::track_result(folder);
+    return tune::motion_figure(trace_of(result), result.folder.filename().string(), console.unit(result.units));
+  }
   report::Subject loaded = report::load_run(folder);
   const DisplayUnit unit = console.unit(record::rig_units(*loaded.manifest));
   const report::Subject subject = report::in_unit(std::move(loaded), unit);
@@ -95,7 +101,7 @@ plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
 
 /// The step of a controller's trial.
 plot::Figure of_controller(const std::string& file) {
-  const tune::ControllerSubject subject = controller_subject(file);
+  const tune::ControllerSubject subject = controller_subject(config::load_controller(file));
   if (!subject.trace) throw DataError(fmt::format("{}: nothing to plot; {}", file, subject.why_without_plots));
   return tune::step_figure(*subject.trace, subject.controller);
 }

@@ -8,11 +8,13 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/track_report.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
 #include "daemon/report/display.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/track/track_result.hpp"
 
 namespace eha::cli {
 namespace {
@@ -65,13 +67,17 @@ ExitCode execute(const ReportCommand& command, Console& console) {
   std::vector<std::string> missing;
   if (is_controller) {
     if (!command.output) path = fs::path(command.sources.front()).replace_extension(".html");
-    const tune::ControllerSubject subject = controller_subject(command.sources.front());
+    const tune::ControllerSubject subject = controller_subject(config::load_controller(command.sources.front()));
     if (!subject.inputs) {
       console.warning(
           fmt::format("{}: its model or rig file is no longer there, or has changed; the plots are left out",
                       command.sources.front()));
     }
     const report::Page page = tune::controller_page(subject);
+    os::write_file_atomically(path, page.html);
+    missing = page.missing;
+  } else if (is_run && command.sources.size() == 1 && fs::exists(fs::path(command.sources.front()) / track::kTrackFile)) {
+    const report::Page page = track_page(track::track_result(command.sources.front()));
     os::write_file_atomically(path, page.html);
     missing = page.missing;
   } else if (is_run && !command.output && command.sources.size() == 1) {

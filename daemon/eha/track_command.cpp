@@ -12,11 +12,13 @@
 #include "daemon/eha/axis_table.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/track_report.hpp"
+#include "daemon/report/report.hpp"
 #include "daemon/track/track_result.hpp"
 
 namespace eha::cli {
@@ -30,14 +32,14 @@ reference may move, a sine and a hold of 20 s. It is a run like any other: every
 out, and the way is recorded. Nothing of the controller stays in force after it. It is a fault when the rod follows worse
 (following_error) or the command swings more often (oscillation) than the controller's file allows. Prints what was
 measured beside what was promised, and writes track.json, track.csv (the rows) and axis_table.csv (model, valve, controller,
-promise and what was measured, for a spreadsheet) into the run folder.
+promise and what was measured, for a spreadsheet) into the run folder, and report.html.
 A controller made for another rig, tick or travel is refused. Controllers are not played on a machine yet.
 With RUN, the figures of an earlier run are computed again; nothing moves. Exit code 3: the promise is not kept.
 
 Examples:
   eha track axis.toml --local --fast
   eha track runs/20260101T120000Z-track-axis
-  eha plot runs/20260101T120000Z-track-axis/track.csv -o track.png)";
+  eha plot runs/20260101T120000Z-track-axis -o track.png)";
 
 struct TrackCommand : DriveOptions {
   std::string source;  ///< controller file or run folder
@@ -63,6 +65,26 @@ std::string experiment_text(const TrackCommand& command) {
 
 }  // namespace
 
+tune::TrialTrace trace_of(const track::TrackResult& result) {
+  return {.time_s = result.rows.time_s,
+          .reference_in = result.mean_reference_in,
+          .rod_in = result.mean_rod_in,
+          .command_V = result.rows.command_V};
+}
+
+report::Page track_page(const track::TrackResult& result) {
+  tune::ControllerSubject subject = controller_subject(result.controller);
+  tune::MeasuredTrial& trial = subject.measured.emplace();
+  trial.run = result.folder.filename().string();
+  for (const track::KeptFigure& f : result.figures) {
+    trial.figures.push_back(
+        {f.name, f.measured, f.unit, f.is_decided() ? (f.is_kept() ? "yes" : "no") : "hidden by noise"});
+  }
+  trial.changes = result.changes;
+  trial.trace = trace_of(result);
+  return tune::controller_page(subject);
+}
+
 ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, const Console& console) {
   const track::TrackResult result = track::track_result(folder);
   const DisplayUnit unit = console.unit(result.units);
@@ -72,6 +94,9 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
                                                                       .model = model_of(result.controller),
                                                                       .measured = result.figures},
                                                                      unit));
+    const report::Page page = track_page(result);
+    os::write_file_atomically(result.folder / report::kReportFile, page.html);
+    for (const std::string& sentence : page.missing) console.warning(sentence);
   }
   const ExitCode code = result.is_kept() ? ExitCode::ok : ExitCode::model_rejected;
   nlohmann::ordered_json document = track::to_json(result);
@@ -79,7 +104,8 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
   console.print_json(document);
   console.print(track::track_text(result, unit));
   console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
-  console.next_step("eha plot " + shell_word((result.folder / track::kTrackRows).string()));
+  console.next_step(report_of_run(result.folder, "eha report " + shell_word(result.folder.string())));
+  console.next_step("eha plot " + shell_word(result.folder.string()) + " -o track.png");
   return code;
 }
 

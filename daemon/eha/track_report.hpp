@@ -5,6 +5,9 @@
 
 #include "core/error.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/report/page.hpp"
+#include "daemon/track/track_result.hpp"
+#include "daemon/tune/axis_trial.hpp"
 
 namespace eha::cli {
 
@@ -14,5 +17,11 @@ enum class TrackFiles { write, keep };
 /// Prints what a completed run of [track] shows beside the controller's promise.
 /// @throws DataError, IoError, PermissionError  as track::track_result
 ExitCode show_track(const std::filesystem::path& folder, TrackFiles files, const Console& console);
+
+/// The trial's reference, rod and command; rod and reference as means over 50 ms.
+[[nodiscard]] tune::TrialTrace trace_of(const track::TrackResult& result);
+
+/// The controller's page with what the run shows.
+[[nodiscard]] report::Page track_page(const track::TrackResult& result);
 
 }  // namespace eha::cli

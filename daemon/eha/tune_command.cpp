@@ -266,8 +266,8 @@ bool is_controller_file(const std::string& path) {
   return config::kind_of(config::read_config_file(path), path) == config::FileKind::controller;
 }
 
-tune::ControllerSubject controller_subject(const std::string& path) {
-  tune::ControllerSubject subject{.controller = config::load_controller(path)};
+tune::ControllerSubject controller_subject(config::ControllerConfig controller) {
+  tune::ControllerSubject subject{.controller = std::move(controller)};
   const config::ControllerProvenance& from = subject.controller.provenance;
   std::error_code ignored;
   const auto again =

@@ -154,6 +154,8 @@ TrackResult track_result(const std::filesystem::path& folder) {
                     {"error at rest, worst", "in", did.rest_error_in, kExtremes * noise, p.rest_error_in},
                     {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
   result.valve = valve_of(rows, rod, c.settings.tick_s);
+  result.mean_reference_in = reference;
+  result.mean_rod_in = rod;
   result.changes = changes_of(result.valve, c.settings.inverse, DisplayUnit("in"));
   return result;
 }

@@ -54,6 +54,8 @@ struct TrackResult {
   std::vector<KeptFigure> figures;
   double noise_in = 0.0;  ///< standard deviation of a reading
   TrackRows rows;
+  std::vector<double> mean_reference_in;  ///< over 50 ms about each row
+  std::vector<double> mean_rod_in;        ///< the same
   SeenValve valve;
   std::vector<std::string> changes;             ///< of the valve against the controller's, a phrase each
   [[nodiscard]] bool is_kept() const noexcept;  ///< no figure is broken

@@ -171,15 +171,21 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 }  // namespace
 
-plot::Figure motion_figure(const TrialTrace& t, std::string title) {
+plot::Figure motion_figure(const TrialTrace& t, std::string title, const DisplayUnit& unit) {
   const std::size_t every = std::max<std::size_t>(1, t.time_s.size() / 4000);
   const std::vector<double> time = thinned(t.time_s, every);
+  const double factor = unit.factor("in");
+  const auto shown = [&](const std::vector<double>& values) {
+    std::vector<double> some = thinned(values, every);
+    for (double& value : some) value *= factor;
+    return some;
+  };
   std::vector<double> error;
-  for (std::size_t i = 0; i < t.time_s.size(); i += every) error.push_back(t.reference_in[i] - t.rod_in[i]);
-  plot::Panel position{.x_label = "", .y_label = "position [in]"};
-  position.series.push_back({.label = "rod", .x = time, .y = thinned(t.rod_in, every), .style = 0});
-  position.series.push_back({.label = "reference", .x = time, .y = thinned(t.reference_in, every), .style = 1});
-  plot::Panel following{.x_label = "", .y_label = "error [in]"};
+  for (std::size_t i = 0; i < t.time_s.size(); i += every) error.push_back(factor * (t.reference_in[i] - t.rod_in[i]));
+  plot::Panel position{.x_label = "", .y_label = fmt::format("position [{}]", unit.of("in"))};
+  position.series.push_back({.label = "rod", .x = time, .y = shown(t.rod_in), .style = 0});
+  position.series.push_back({.label = "reference", .x = time, .y = shown(t.reference_in), .style = 1});
+  plot::Panel following{.x_label = "", .y_label = fmt::format("error [{}]", unit.of("in"))};
   following.series.push_back({.label = "", .x = time, .y = error, .style = 1});
   plot::Panel command{.x_label = "time [s]", .y_label = "command [V]"};
   command.series.push_back({.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1});
@@ -245,12 +251,46 @@ std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfi
           row("tick", s.tick_s, "s")};
 }
 
+namespace {
+
+/// Measured beside promised.
+report::Section measured(const MeasuredTrial& trial, const config::ControllerPromise& promise) {
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& row : promise_rows(promise)) {
+    for (const MeasuredFigure& figure : trial.figures) {
+      if (figure.name == row[0]) rows.push_back({row[0], fmt::format("{:.3g}", figure.value), row[3], row[4], figure.kept});
+    }
+  }
+  std::vector<std::string> changes;
+  for (const std::string& change : trial.changes) changes.push_back("The moving rod shows: " + change + ".");
+  report::Section section{.title = "On the rig"};
+  section.items.push_back({.heading = "Measured beside promised, run " + trial.run,
+                           .html = report::table({{"figure", Column::text},
+                                                  {"measured", Column::number},
+                                                  {"promised to", Column::number},
+                                                  {"unit", Column::text},
+                                                  {"kept", Column::text}},
+                                                 rows) +
+                                   report::list(changes)});
+  report::Item item{.heading = "Step, trapezoids, sine and hold on the rig"};
+  item.figure = motion_figure(trial.trace, item.heading);
+  item.remark.seen = "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod.";
+  item.remark.good = "As on the twin, below.";
+  item.remark.to_do = "A larger error: measure the valve again (eha characterise), then eha tune.";
+  section.items.push_back(std::move(item));
+  return section;
+}
+
+}  // namespace
+
 report::Page controller_page(const ControllerSubject& subject) {
   const config::ControllerConfig& c = subject.controller;
   std::string lead = fmt::format(
       "<p class=\"subtitle\">{}</p>\n",
       report::escaped(fmt::format("{} controller \"{}\" for {}, to {}, tick {:g} s", ident::text(c.settings.kind),
                                   c.name, c.provenance.rig, c.purpose, c.settings.tick_s)));
+  std::vector<report::Section> sections;
+  if (subject.measured) sections.push_back(measured(*subject.measured, c.promise));
   report::Section promise{.title = "Promise"};
   promise.items.push_back(
       {.heading = fmt::format("On {} drawn rigs; margins over 200 draws of the model", c.promise.twins),
@@ -287,7 +327,8 @@ report::Page controller_page(const ControllerSubject& subject) {
                                                    {"run", c.provenance.run},
                                                    {"twin", c.provenance.twin},
                                                    {"made by", c.provenance.made_by}})});
-  return report::assembled("Controller", lead, {promise, plots, loop, settings});
+  sections.insert(sections.end(), {promise, plots, loop, settings});
+  return report::assembled("Controller", lead, sections);
 }
 
 }  // namespace eha::tune

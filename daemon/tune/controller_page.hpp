@@ -12,24 +12,42 @@
 
 namespace eha::tune {
 
+/// A figure of the promise as a rig kept it.
+struct MeasuredFigure {
+  std::string name;  ///< as in promise_rows()
+  double value = 0.0;
+  std::string unit;
+  std::string kept;  ///< "yes", "no", or why it cannot be said
+};
+
+/// A trial on a rig.
+struct MeasuredTrial {
+  std::string run;
+  std::vector<MeasuredFigure> figures;
+  std::vector<std::string> changes;  ///< of the valve, a phrase each
+  TrialTrace trace;
+};
+
 /// What the page shows beside the file itself.
 struct ControllerSubject {
   config::ControllerConfig controller;
   std::optional<TuneInputs> inputs = {};  ///< none: the model or the rig file is no longer there, or has changed
   std::optional<TrialTrace> trace = {};   ///< on the twin as it is
   std::string why_without_plots = {};     ///< which file is gone or has changed, and what to type
+  std::optional<MeasuredTrial> measured = {};
 };
 
 /// The controller as one HTML page: promise, step and tracking on the twin, Bode and Nyquist plots of the open loop
 /// with bands over the draws, sensitivity, settings. Cost: some 1 s, nearly all of it gnuplot's.
 [[nodiscard]] report::Page controller_page(const ControllerSubject& subject);
 
-/// Rows for people: figure, value, interval.
 /// Rod beside reference, error and command of a trial.
-[[nodiscard]] plot::Figure motion_figure(const TrialTrace& trace, std::string title);
+[[nodiscard]] plot::Figure motion_figure(const TrialTrace& trace, std::string title,
+                                         const DisplayUnit& unit = DisplayUnit("in"));
 /// The first second and the step of it.
 [[nodiscard]] plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller);
 
+/// Rows for people: figure, value, interval, unit.
 [[nodiscard]] std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& promise,
                                                                  const DisplayUnit& unit = DisplayUnit("in"));
 
