@@ -81,6 +81,7 @@ struct ControllerProvenance {
   std::string rig_sha256;  ///< of the rig file's content
   std::string twin;        ///< file of the twin, or how it was made
   std::string run;         ///< that the model is from; "unknown"
+  std::string sheet = {};  ///< run of the valve sheet; empty: none
   std::string made_by;     ///< program and version
 
   static void visit_keys(auto& self, auto& keys) {
@@ -91,6 +92,7 @@ struct ControllerProvenance {
     keys.text("rig_sha256", self.rig_sha256);
     keys.text("twin", self.twin);
     keys.text("run", self.run);
+    keys.text("sheet", self.sheet, Need::optional);
     keys.text("made_by", self.made_by);
   }
 };

@@ -9,6 +9,7 @@
 
 #include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "hal/backends/backend.hpp"
@@ -27,6 +28,9 @@ constexpr double kRounding = 1e-9;
 /// Bounds of a controller that is played: of the velocity limit, and of the travel.
 constexpr double kTrackedSpeedShare = 0.5;
 constexpr double kTrackedErrorShare = 0.05;
+/// How far its valve may be from that of [following]: null and dead band, and each gain as a ratio.
+constexpr double kTrackedValve_V = 0.1;
+constexpr double kTrackedGainRatio = 1.5;
 
 /// To three digits, never up.
 double rounded_down(double factor) {
@@ -124,19 +128,25 @@ class ConflictSearch {
     const auto refuse = [&](const std::string& expected, const std::string& got) {
       add("track.controller", expected + "; make it anew with eha tune", got);
     };
-    if (hal::moves_machine(rig_.backend)) {
-      add("track", "a simulated rig: controllers are not played on a machine yet", rig_.name);
+    if (hal::moves_machine(rig_.backend) && !limits.following) {
+      add("track", fmt::format("[following] in {}, as `eha characterise -o` writes it", rig_.file_name), "none");
       return;
     }
+    check_tracked_valve(s.inverse);
     if (controller.provenance.rig != rig_.name) {
-      refuse(fmt::format("a controller for {}", rig_.name), controller.provenance.rig);
+      add("track.controller",
+          fmt::format("a controller for {}, the rig of {}; name the rig file of the controller's rig with --rig, or make "
+                      "another controller with eha tune",
+                      rig_.name, rig_.file_name),
+          fmt::format("one for {}", controller.provenance.rig));
+      return;
     }
     if (std::abs(s.tick_s / tick_s() - 1.0) > kTickTolerance) {
       add("track.controller",
           fmt::format(
-              "a controller for the tick of {} s; make it anew with eha tune --tick {}, or play it on a copy of "
-              "the rig file with sample_period_s = {}",
-              tick_s(), tick_s(), s.tick_s),
+              "a controller for the tick of {} s; play it on a copy of the rig file with sample_period_s = {}, or make "
+              "another with eha tune --tick {}",
+              tick_s(), s.tick_s, tick_s()),
           fmt::format("{} s", s.tick_s));
     }
     if (s.reference.lowest < limits.travel_min_in || s.reference.highest > limits.travel_max_in) {
@@ -146,6 +156,11 @@ class ConflictSearch {
     if (s.command_min < limits.command_min_V || s.command_max > limits.command_max_V) {
       refuse(fmt::format("commands within {:g} to {:g} V", limits.command_min_V, limits.command_max_V),
              fmt::format("{:g} to {:g} V", s.command_min, s.command_max));
+    }
+    const double most_V = closed_loop_most_V(limits) * (1.0 + kRounding);
+    if (s.command_max - s.inverse.null > most_V || s.inverse.null - s.command_min > most_V) {
+      refuse(fmt::format("commands within {:g} V of the null, as limits.closed_loop_max_V allows", most_V),
+             fmt::format("{:g} to {:g} V about {:g} V", s.command_min, s.command_max, s.inverse.null));
     }
     if (s.slew_per_s > limits.slew_V_per_s * (1.0 + kRounding)) {
       refuse(fmt::format("a slew of at most {:g} V/s", limits.slew_V_per_s), fmt::format("{:g} V/s", s.slew_per_s));
@@ -160,6 +175,31 @@ class ConflictSearch {
       refuse(fmt::format("a fault beyond an error of at most {:.3f} in, a twentieth of the travel", most_error_in),
              fmt::format("{:g} in", controller.fault.following_error_in));
     }
+  }
+
+  /// The valve of the controller is that of the rig file, so that no single wrong number drives the rod.
+  void check_tracked_valve(const ident::InverseMap& inverse) {
+    if (!rig_.limits.following) return;
+    const ValveEstimate valve = valve_estimate(*rig_.limits.following);
+    const auto is_near = [](double gain, double known) {
+      return gain < kTrackedGainRatio * known && known < kTrackedGainRatio * gain;
+    };
+    if (std::abs(inverse.null - valve.null_V) <= kTrackedValve_V &&
+        std::abs(inverse.dead_band - valve.dead_band_V) <= kTrackedValve_V &&
+        is_near(inverse.gain_positive, valve.gain_positive_in_per_V_s) &&
+        is_near(inverse.gain_negative, valve.gain_negative_in_per_V_s)) {
+      return;
+    }
+    const auto numbers = [](double null_V, double dead_band_V, double positive, double negative) {
+      return fmt::format("null {:.3g} V, dead band {:.3g} V, gains {:.3g} and {:.3g} in/(V s)", null_V, dead_band_V,
+                         positive, negative);
+    };
+    add("track.controller",
+        fmt::format("about the valve of [following] in {}: {}; measure it with eha characterise -o, then eha tune",
+                    rig_.file_name,
+                    numbers(valve.null_V, valve.dead_band_V, valve.gain_positive_in_per_V_s,
+                            valve.gain_negative_in_per_V_s)),
+        numbers(inverse.null, inverse.dead_band, inverse.gain_positive, inverse.gain_negative));
   }
 
   void check_frequency(const std::string& key, double frequency_Hz) {

@@ -35,6 +35,13 @@ inline constexpr double kDeadBandSpare_V = 0.05;
           .dead_band_V = std::max(0.0, following.dead_band_V - kDeadBandSpare_V)};
 }
 
+/// How far the command of a closed loop may go from the valve's null [V]: what the rig file names, else a share of half
+/// the command range.
+[[nodiscard]] inline double closed_loop_most_V(const RigLimits& limits) noexcept {
+  constexpr double kShareOfHalfRange = 0.3;
+  return limits.closed_loop_max_V.value_or(kShareOfHalfRange * 0.5 * (limits.command_max_V - limits.command_min_V));
+}
+
 /// How well the numbers of a ValveEstimate are known: standard deviations.
 struct ValveUncertainty {
   double null_V = 0.0;       ///< [V]

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/record/sha256.hpp"
+#include "daemon/sheet/run_sheet.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/validation/output_unit.hpp"
@@ -22,13 +23,13 @@ namespace {
 constexpr std::size_t kCells = 8;
 using Row = std::array<std::string, kCells>;
 
-/// A cell as spreadsheets take it: quoted where it holds a separator; a name that would be a formula is none.
+/// A cell as spreadsheets take it: quoted where it holds a comma; a name that would be a formula is none.
 std::string cell(std::string text) {
   double number = 0.0;
   const char* end = text.data() + text.size();
   const bool is_number = std::from_chars(text.data(), end, number).ptr == end;
   if (!is_number && text.find_first_of("=+-@") == 0) text.insert(0, 1, '\'');
-  if (text.find_first_of(";\"\n\r") == std::string::npos) return text;
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
   return '"' + text + '"';
 }
@@ -39,19 +40,16 @@ bool is_of_valve(const std::string& setting) {
   return kNames.contains(setting);
 }
 
-std::string kept(const track::KeptFigure& figure) {
-  if (!figure.is_decided()) return "hidden by noise";
-  return figure.is_kept() ? "yes" : "no";
-}
-
 }  // namespace
 
 std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
   const config::ControllerConfig& c = table.controller;
-  std::vector<Row> rows{{"part", "figure", "value", "95 % from", "to", "measured", "unit", "kept"},
+  std::vector<Row> rows{{"part", "figure", "value", "from", "to", "measured", "unit", "kept"},
                         {"axis", "controller", c.name},
                         {"axis", "rig", c.provenance.rig},
                         {"axis", "run", c.provenance.run},
+                        {"axis", "valve sheet", c.provenance.sheet.empty() ? "none" : c.provenance.sheet},
+                        {"axis", "trial", c.promise.twins > 0 ? fmt::format("{} drawn rigs ({})", c.promise.twins, c.provenance.twin) : ""},
                         {"axis", "made by", c.provenance.made_by}};
   if (table.model) {
     const ident::Model& model = *table.model;
@@ -64,11 +62,27 @@ std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
     }
     if (model.verdict) rows.push_back({"model", "verdict", std::string(ident::text(model.verdict->grade))});
   }
+  if (table.sheet) {
+    const auto row = [&](const char* what, const std::optional<ident::Measured>& m, const char* of) {
+      if (!m) return;
+      const double factor = unit.factor(of);
+      const auto number = [&](double value) { return fmt::format("{:.4g}", factor * value); };
+      rows.push_back({"valve, measured", what, number(m->value), number(m->value - m->half_width),
+                      number(m->value + m->half_width), "", unit.of(of)});
+    };
+    const ident::ValveSheet& sheet = *table.sheet;
+    row("null", sheet.null_V, "V");
+    row("dead band", sheet.dead_band_V, "V");
+    row("gain extending", sheet.gain_positive_in_per_V_s, "in/(V s)");
+    row("gain retracting", sheet.gain_negative_in_per_V_s, "in/(V s)");
+    rows.push_back({"valve, measured", "sensor noise, RMS", fmt::format("{:.3g}", sheet.noise_in * unit.factor("in")), "", "",
+                    "", unit.of("in")});
+  }
   const std::vector<std::vector<std::string>> settings = tune::setting_rows(c, unit);
   for (const bool valve : {true, false}) {
     for (const auto& setting : settings) {
       if (is_of_valve(setting[0]) != valve) continue;
-      rows.push_back({valve ? "valve" : "controller", setting[0], setting[1], "", "", "", setting[2]});
+      rows.push_back({valve ? "valve, as used" : "controller", setting[0], setting[1], "", "", "", setting[2]});
     }
   }
   for (const auto& figure : tune::promise_rows(c.promise, unit)) {
@@ -77,14 +91,16 @@ std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
                                     [&](const track::KeptFigure& f) { return f.name == figure[0]; });
     if (found != table.measured.end()) {
       row[5] = fmt::format("{:.3g}", found->measured * unit.factor(found->unit));
-      row[7] = kept(*found);
+      row[7] = track::kept_text(*found);
+    } else if (!table.measured.empty()) {
+      row[7] = "not measured";
     }
     rows.push_back(std::move(row));
   }
   std::string text;
   for (Row& row : rows) {
     for (std::string& value : row) value = cell(std::move(value));
-    text += fmt::format("{}\n", fmt::join(row, ";"));
+    text += fmt::format("{}\n", fmt::join(row, ","));
   }
   return text;
 }
@@ -94,6 +110,15 @@ std::optional<ident::Model> model_of(const config::ControllerConfig& controller)
     if (record::sha256_of_file(controller.provenance.model) != controller.provenance.model_sha256) return std::nullopt;
     return read_model(controller.provenance.model);
   } catch (const Error&) {  // the file is gone
+    return std::nullopt;
+  }
+}
+
+std::optional<ident::ValveSheet> sheet_of(const config::ControllerConfig& controller) {
+  if (controller.provenance.sheet.empty()) return std::nullopt;
+  try {
+    return sheet::sheet_of_run(controller.provenance.sheet).sheet;
+  } catch (const Error&) {  // the run is gone
     return std::nullopt;
   }
 }

@@ -9,6 +9,7 @@
 #include "core/display_unit.hpp"
 #include "daemon/track/track_result.hpp"
 #include "ident/model/model.hpp"
+#include "ident/valve/valve_sheet.hpp"
 
 namespace eha::cli {
 
@@ -16,14 +17,19 @@ namespace eha::cli {
 struct AxisTable {
   config::ControllerConfig controller;
   std::optional<ident::Model> model = {};  ///< none: its file is gone
+  std::optional<ident::ValveSheet> sheet = {};
   std::vector<track::KeptFigure> measured = {};
 };
 
-/// CSV for spreadsheets, separated by semicolons: part; figure; value; 95 % from; to; measured; unit; kept.
+/// CSV for spreadsheets, separated by commas: part, figure, value, from, to, measured, unit, kept. From and to
+/// are the 95 % interval of what was measured and of margins, and the range of the trials with a quarter of it more.
 /// Lengths in the unit.
 [[nodiscard]] std::string axis_table(const AxisTable& table, const DisplayUnit& unit);
 
 /// The model of a controller, where its file is as it was. @throws nothing
 [[nodiscard]] std::optional<ident::Model> model_of(const config::ControllerConfig& controller);
+
+/// The valve sheet that a controller was made with, where its run is still there. @throws nothing
+[[nodiscard]] std::optional<ident::ValveSheet> sheet_of(const config::ControllerConfig& controller);
 
 }  // namespace eha::cli

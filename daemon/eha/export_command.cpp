@@ -16,9 +16,11 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/record_export.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "ident/export/controller_formats.hpp"
 #include "ident/export/model_formats.hpp"
 #include "ident/model/model_file.hpp"
@@ -70,10 +72,15 @@ bool is_folder(const std::string& source) {
   return std::filesystem::is_directory(source, ignored);
 }
 
-ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& format, Console& console) {
+ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& format, Console& console) {
+  ExportCommand command = given;
   if (is_folder(command.source)) {
-    throw UsageError(fmt::format("{} is a folder; --format {} exports a model: name one of {}/models/*.json",
-                                 command.source, format.name, command.source));
+    const auto model = record::is_run_folder(command.source) ? recommended_model(command.source) : std::nullopt;
+    if (!model) {
+      throw UsageError(fmt::format("{} is no run that recommends a model; --format {} exports one: name its file",
+                                   command.source, format.name));
+    }
+    command.source = model->string();
   }
   if (format.is_binary && !command.output) {
     throw UsageError(fmt::format("--format {} needs a file: -o NAME.{}", format.name, format.name));
@@ -123,7 +130,8 @@ ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& fo
 }
 
 ExitCode export_table(const ExportCommand& command, const config::ControllerConfig& controller, Console& console) {
-  const std::string text = axis_table({.controller = controller, .model = model_of(controller)}, console.unit());
+  const std::string text = axis_table(
+      {.controller = controller, .model = model_of(controller), .sheet = sheet_of(controller)}, console.unit());
   if (!command.output) {
     console.print_content(text);
     return ExitCode::ok;

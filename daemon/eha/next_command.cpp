@@ -65,9 +65,10 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
   return file;
 }
 
-std::optional<std::string> tune_of_run(const fs::path& folder) {
+std::optional<std::string> tune_of_run(const fs::path& folder, const std::optional<std::string>& rig_file) {
   if (!recommended_model(folder)) return std::nullopt;
   std::string command = "eha tune " + shell_word(folder.string());
+  if (rig_file) command += " --rig " + shell_word(*rig_file);
   const auto rig_of = [](const fs::path& run) {
     return record::read_manifest(run).other.value(nlohmann::ordered_json::json_pointer("/rig/name"), std::string());
   };

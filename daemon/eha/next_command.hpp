@@ -28,6 +28,8 @@ struct RunCommand;
 [[nodiscard]] std::optional<std::filesystem::path> recommended_model(const std::filesystem::path& folder);
 
 /// `eha tune RUN`, with the newest valve sheet of the same rig beside that run; nothing where the run recommends no model.
-[[nodiscard]] std::optional<std::string> tune_of_run(const std::filesystem::path& folder);
+/// @param rig_file  as named for the run; none: the default
+[[nodiscard]] std::optional<std::string> tune_of_run(const std::filesystem::path& folder,
+                                                     const std::optional<std::string>& rig_file = {});
 
 }  // namespace eha::cli

@@ -33,6 +33,7 @@
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/rig/arming.hpp"
+#include "daemon/rig/calibration.hpp"
 #include "daemon/rig/confirmation.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
@@ -194,7 +195,7 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
-  if (const auto tune = tune_of_run(folder); tune && !next) console.next_step(*tune);
+  if (const auto tune = tune_of_run(folder, command.rig_file); tune && !next) console.next_step(*tune);
   return identify::exit_code(identification.models);
 }
 
@@ -251,7 +252,11 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
 
 ExitCode execute(const RunCommand& command, Console& console) {
   if (!command.local) return run_through_service(command, console);
-  const config::RigConfig rig = load_rig_or_default(command.rig_file);
+  config::RigConfig rig = load_rig_or_default(command.rig_file);
+  if (command.simulated_tick_s && !hal::moves_machine(rig.backend) &&
+      *command.simulated_tick_s != rig.realtime.sample_period_s) {
+    rig = config::parse_rig(rig_text_with_tick(rig, *command.simulated_tick_s), rig.file_name);
+  }
   if (command.fast && !hal::has_virtual_clock(rig.backend)) {
     throw UsageError(fmt::format("--fast: {} drives a real machine, which runs in real time only", rig.file_name));
   }

@@ -27,13 +27,15 @@ namespace {
 constexpr const char* kTableFile = "axis_table.csv";
 
 constexpr const char* kTrackFooter = R"(
-Plays the trial of a controller (a file of `eha tune`) on a simulated rig, in closed loop: a step, trapezoids as fast as the
-reference may move, a sine and a hold of 20 s. It is a run like any other: every limit of the rig file holds, Ctrl-C ramps
-out, and the way is recorded. Nothing of the controller stays in force after it. It is a fault when the rod follows worse
-(following_error) or the command swings more often (oscillation) than the controller's file allows. Prints what was
-measured beside what was promised, and writes track.json, track.csv (the rows) and axis_table.csv (model, valve, controller,
-promise and what was measured, for a spreadsheet) into the run folder, and report.html.
-A controller made for another rig, tick or travel is refused. Controllers are not played on a machine yet.
+Plays the trial of a controller (a file of `eha tune`) in closed loop: a step, trapezoids as fast as the reference may move,
+a sine and a hold of 20 s (the promise is for 60 s: --hold 60). It is a run like any other: every limit of the rig file
+holds, a real actuator is moved only after your confirmation, Ctrl-C ramps out, and the way is recorded. Nothing of the
+controller stays in force after it. It is a fault when the rod follows worse (following_error) or the command swings more
+often (oscillation) than the controller's file allows. Prints what was measured beside what was promised, and writes
+track.json, track.csv (the rows), axis_table.csv (model, valve, controller, promise and what was measured, for a
+spreadsheet) and report.html into the run folder.
+A controller for another rig, travel or valve is refused; on a machine [following] must be known. A simulated rig takes
+the controller's tick with --local.
 With RUN, the figures of an earlier run are computed again; nothing moves. Exit code 3: the promise is not kept.
 
 Examples:
@@ -78,7 +80,7 @@ report::Page track_page(const track::TrackResult& result) {
   trial.run = result.folder.filename().string();
   for (const track::KeptFigure& f : result.figures) {
     trial.figures.push_back(
-        {f.name, f.measured, f.unit, f.is_decided() ? (f.is_kept() ? "yes" : "no") : "hidden by noise"});
+        {f.name, f.measured, f.unit, track::kept_text(f)});
   }
   trial.changes = result.changes;
   trial.trace = trace_of(result);
@@ -92,6 +94,7 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
     track::write_track(result);
     os::write_file_atomically(result.folder / kTableFile, axis_table({.controller = result.controller,
                                                                       .model = model_of(result.controller),
+                                                                      .sheet = sheet_of(result.controller),
                                                                       .measured = result.figures},
                                                                      unit));
     const report::Page page = track_page(result);
@@ -117,6 +120,7 @@ ExitCode execute(const TrackCommand& command, Console& console) {
   RunCommand run{command};
   run.experiment_file = "track " + command.source;
   run.text = experiment_text(command);
+  run.simulated_tick_s = config::load_controller(command.source).settings.tick_s;
   return execute(run, console);
 }
 

@@ -135,16 +135,35 @@ tune::TuneChoices choices_of(const TuneCommand& command) {
   return choices;
 }
 
+void refuse_existing(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return;
+  throw UsageError(
+      fmt::format("{}: exists already, and no controller is overwritten; name another one with -o", file.string()));
+}
+
+/// " --rig RIG" where the default rig file is of another rig.
+std::string rig_option(const TuneCommand& command, const config::RigConfig& rig) {
+  if (command.rig_file) return " --rig " + shell_word(*command.rig_file);
+  try {
+    if (load_rig_or_default(std::nullopt).name == rig.name) return "";
+  } catch (const Error&) {  // there is no default
+  }
+  return " --rig RIG.toml";
+}
+
 ExitCode execute(const TuneCommand& given, Console& console) {
   TuneCommand command = given;
   if (record::is_run_folder(command.model_file)) {
     const auto model_file = recommended_model(command.model_file);
     if (!model_file) {
-      throw DataError(fmt::format("{}: this run recommends no model; name one of {}/models, or record another run",
-                                  command.model_file, command.model_file));
+      throw DataError(
+          fmt::format("{}: this run recommends no model; name a run of an experiment, or one of the models of {}/models",
+                      command.model_file, command.model_file));
     }
     command.model_file = model_file->string();
   }
+  refuse_existing(command.output);
   const ident::Model model = read_model(command.model_file);
   const fs::path rig_file = fs::canonical(rig_path(command));
   const config::RigConfig rig = rig_of(rig_file);
@@ -158,7 +177,8 @@ ExitCode execute(const TuneCommand& given, Console& console) {
     if (command.twin_file) inputs.twin = *command.twin_file;
     tuned = tune::tune(inputs.plant, inputs.task, identify::thread_executor());
   } catch (const DataError& error) {
-    throw DataError(fmt::format("{}: {}", command.model_file, error.what()));
+    throw DataError(fmt::format("{}: {}{}", command.model_file, error.what(),
+                                command.kind ? "; without --kind the kinds that do are tried" : ""));
   }
 
   const auto record = model.provenance.find("record");
@@ -170,6 +190,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       .rig_sha256 = record::sha256_of(std::as_bytes(std::span(rig.text))),
       .twin = command.twin_file ? fs::canonical(*command.twin_file).string() : inputs.twin,
       .run = record != model.provenance.end() && !record->second.empty() ? record->second : "unknown",
+      .sheet = command.sheet_run ? fs::canonical(*command.sheet_run).string() : "",
       .made_by = fmt::format("eha {}", EHA_VERSION)};
   const config::ControllerConfig controller =
       tune::controller_of(tuned, inputs, std::move(provenance), command.output.stem().string());
@@ -214,11 +235,14 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                   command.output.string(), ident::text(controller.settings.kind), rig.name, rig_file.string(),
                   controller.purpose, controller.settings.tick_s, p.twins, inputs.twin);
   text +=
-      text_table({{"promise"}, {"value", Align::right}, {"95 % from", Align::right}, {"to", Align::right}, {"unit"}},
+      text_table({{"promise"}, {"value", Align::right}, {"from", Align::right}, {"to", Align::right}, {"unit"}},
                  tune::promise_rows(p, console.unit(rig.units)));
-  text += "\n";
+  text += "From, to: the range of the trials and a quarter of it more; of margins 95 % of 200 draws of the model.\n\n";
   for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
   const std::string file = shell_word(command.output.string());
+  if (!command.twin_file && std::holds_alternative<hal::SimOptions>(rig.backend)) {
+    text += "The rig is simulated and is its own twin: the promise knows its oil, load and friction. That of a machine is wider.\n";
+  }
   text += fmt::format(
       "\nReport: {}\n"
       "Step as a picture: eha plot {} -o step.png\n"
@@ -229,8 +253,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   console.print(text);
   console.next_step(hal::moves_machine(rig.backend)
                         ? fmt::format("xdg-open {}", shell_word(page_file.string()))
-                        : fmt::format("eha track {}{} --local --fast", file,
-                                      command.rig_file ? " --rig " + shell_word(*command.rig_file) : ""));
+                        : fmt::format("eha track {}{} --local --fast", file, rig_option(command, rig)));
   return ExitCode::ok;
 }
 

@@ -10,7 +10,6 @@ namespace {
 using acquisition::Fault;
 
 // Pinned by slip_campaign_test.cpp: simulated rigs, sound and not, with one number of [following] wrong.
-constexpr double kMostShare = 0.3;     ///< of half the command range
 constexpr double kSpareVolts_V = 0.3;  ///< beyond what the speed needs
 constexpr double kAcceleration_in_per_s2 = 1.3;
 constexpr double kLeastGrowthShare = 0.1;  ///< of half the command range, each second
@@ -42,7 +41,7 @@ LoopBounds loop_bounds(const config::RigLimits& limits, double speed_in_per_s) n
   const double full_gain = limits.velocity_limit_in_per_s / half_range_V;
   LoopBounds bounds{.null_V = limits.safe_V,
                     .edge_V = 0.0,
-                    .most_V = limits.closed_loop_max_V.value_or(kMostShare * half_range_V),
+                    .most_V = config::closed_loop_most_V(limits),
                     .growth_V_per_s = std::clamp(kAcceleration_in_per_s2 / full_gain, kLeastGrowthShare * half_range_V,
                                                  kMostGrowthShare * half_range_V),
                     .speed_limit_in_per_s = kSpeedFactor * speed_in_per_s,

@@ -178,4 +178,10 @@ std::string rig_text_with(const config::RigConfig& rig, const config::Following&
   return text;
 }
 
+std::string rig_text_with_tick(const config::RigConfig& rig, double sample_period_s) {
+  std::string text = with_values(rig, "realtime", {{"sample_period_s", fmt::format("{:#}", sample_period_s)}});
+  static_cast<void>(config::parse_rig(text, rig.file_name));
+  return text;
+}
+
 }  // namespace eha

@@ -46,4 +46,8 @@ struct Calibration {
 /// @throws ConfigError  the new file would be wrong
 [[nodiscard]] std::string rig_text_with(const config::RigConfig& rig, const config::Following& following);
 
+/// A rig file's text with another tick. Everything else stays. The text is read back as a rig file.
+/// @throws ConfigError  the new file would be wrong
+[[nodiscard]] std::string rig_text_with_tick(const config::RigConfig& rig, double sample_period_s);
+
 }  // namespace eha

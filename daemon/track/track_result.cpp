@@ -14,6 +14,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/track/track_source.hpp"
 
 namespace eha::track {
 namespace {
@@ -116,20 +117,24 @@ TrackResult track_result(const std::filesystem::path& folder) {
   }
   TrackResult result;
   result.folder = run.folder;
-  result.units = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string()).units;
+  const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
+  result.units = rig.units;
   result.controller = experiment.track->controller;
   const ident::AxisCoefficients c = ident::coefficients(result.controller.settings);
   const Eigen::VectorXd& y = run.record.output;
-  if (y.size() < 2) throw DataError(fmt::format("{}: it has no row of the controller", folder.string()));
-  const ident::TrialMotion motion(c.settings, experiment.track->plan, y[1]);
+  // The row before the controller's first: its reading is what the controller begins from.
+  const auto before = static_cast<Eigen::Index>(first_tracked_row(rig.limits, c.settings.tick_s)) - 1;
+  if (y.size() < before + 2) throw DataError(fmt::format("{}: it has no row of the controller", folder.string()));
+  const ident::TrialMotion motion(c.settings, experiment.track->plan, y[before + 1]);
   ident::AxisController controller(c);
-  controller.start(y[1], c.settings.inverse.null);
+  controller.start(y[before + 1], c.settings.inverse.null);
   TrackRows& rows = result.rows;
-  for (Eigen::Index k = 1; k < y.size(); ++k) {
+  for (Eigen::Index k = 1; before + k < y.size(); ++k) {
+    const double reading_in = y[before + k];
     rows.time_s.push_back(static_cast<double>(k) * c.settings.tick_s);
-    rows.reference_in.push_back(controller.step(motion.set_point(static_cast<std::size_t>(k)), y[k]).reference);
-    rows.rod_in.push_back(y[k]);
-    rows.command_V.push_back(run.record.input[k]);
+    rows.reference_in.push_back(controller.step(motion.set_point(static_cast<std::size_t>(k)), reading_in).reference);
+    rows.rod_in.push_back(reading_in);
+    rows.command_V.push_back(run.record.input[before + k]);
   }
   const auto width = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kMean_s / c.settings.tick_s)));
   const std::vector<double> reference = means(rows.reference_in, width);
@@ -160,25 +165,38 @@ TrackResult track_result(const std::filesystem::path& folder) {
   return result;
 }
 
+std::string kept_text(const KeptFigure& figure) {
+  if (!figure.is_decided()) return "hidden by noise";
+  return figure.is_kept() ? "yes" : "no";
+}
+
+std::string kept_text(const TrackResult& result) {
+  std::size_t broken = 0;
+  std::size_t hidden = 0;
+  for (const KeptFigure& f : result.figures) (f.is_kept() ? hidden : broken) += f.is_decided() && f.is_kept() ? 0 : 1;
+  std::string text = fmt::format("{} of {} figures are kept", result.figures.size() - broken - hidden, result.figures.size());
+  if (broken > 0) text += fmt::format(", {} {} not", broken, broken == 1 ? "is" : "are");
+  if (hidden > 0) text += fmt::format(", {} {} hidden by the sensor's noise", hidden, hidden == 1 ? "is" : "are");
+  return text;
+}
+
 std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
   std::string text =
-      fmt::format("{:<30} {:>10} {:>11} {:>12}  {}\n", "figure", "measured", "of it noise", "promised to", "");
+      fmt::format("{:<32} {:>9} {:>14} {:>12}  {:<4}  {}\n", "figure", "measured", "noise adds to", "promised to", "unit", "kept");
   for (const KeptFigure& f : result.figures) {
     const double factor = unit.factor(f.unit);
-    text += fmt::format("{:<30} {:>10.3g} {:>11.2g} {:>12.3g}  {:<4} {}\n", f.name, factor * f.measured,
-                        factor * f.noise, factor * f.promised.upper, unit.of(f.unit),
-                        !f.is_decided() ? "hidden by noise"
-                        : f.is_kept()   ? "kept"
-                                        : "NOT KEPT");
+    text += fmt::format("{:<32} {:>9.3g} {:>14.2g} {:>12.3g}  {:<4}  {}\n", f.name, factor * f.measured,
+                        factor * f.noise, factor * f.promised.upper, unit.of(f.unit), kept_text(f));
   }
   for (const std::string& change : changes_of(result.valve, result.controller.settings.inverse, unit))
     text += fmt::format("The moving rod shows: {}.\n", change);
-  text += result.is_kept() ? fmt::format("{}: the promise is kept.\n", result.controller.name)
+  const std::string summary = kept_text(result);
+  text += result.is_kept() ? fmt::format("{}: nothing breaks the promise; {}.\n", result.controller.name, summary)
                            : fmt::format(
-                                 "{}: the promise is not kept. Valve, load or sensor differ from what the "
+                                 "{}: the promise is not kept; {}. Valve, load or sensor differ from what the "
                                  "controller was made for: eha characterise, then eha tune.\n",
-                                 result.controller.name);
-  return text;
+                                 result.controller.name, summary);
+  return text + "Margins (Ms, Mt, phase, gain, delay) are not measured by this trial.\n";
 }
 
 nlohmann::ordered_json to_json(const TrackResult& result) {

@@ -20,11 +20,11 @@ struct KeptFigure {
   std::string name;
   std::string unit;
   double measured = 0.0;
-  double noise = 0.0;  ///< what the sensor's noise can have added to it
+  double noise = 0.0;  ///< what the sensor's noise, and the means over 50 ms, can have added to it
   config::PromisedFigure promised;
-  /// Whether the noise leaves the promise to be seen.
+  /// Whether the noise leaves it to be seen that the promise is kept or not.
   [[nodiscard]] bool is_decided() const noexcept {
-    return noise <= promised.upper || measured - noise > promised.upper;
+    return measured <= promised.upper || measured - noise > promised.upper;
   }
   [[nodiscard]] bool is_kept() const noexcept { return measured - noise <= promised.upper; }
 };
@@ -66,6 +66,11 @@ struct TrackResult {
 /// @throws DataError  the run is none of [track], or is not complete
 /// @throws IoError, PermissionError  as record::read_run
 [[nodiscard]] TrackResult track_result(const std::filesystem::path& folder);
+
+/// "yes", "no" or "hidden by noise".
+[[nodiscard]] std::string kept_text(const KeptFigure& figure);
+/// "5 of 7 figures are kept, 2 are hidden by the sensor's noise".
+[[nodiscard]] std::string kept_text(const TrackResult& result);
 
 /// Measured beside promised, for people.
 [[nodiscard]] std::string track_text(const TrackResult& result, const DisplayUnit& unit);

@@ -2,10 +2,26 @@
 #include "daemon/track/track_source.hpp"
 
 #include <cmath>
+#include <limits>
+
+#include "config/valve_estimate.hpp"
 
 namespace eha::track {
 
 using acquisition::Fault;
+
+namespace {
+
+/// Those of a placing, but for the growth of the command: a reference changes it as fast as the slew lets it.
+place::LoopBounds bounds_of(const config::RigLimits& limits, const ident::AxisSettings& settings) {
+  place::LoopBounds bounds = place::loop_bounds(limits, settings.reference.velocity);
+  bounds.most_V = config::closed_loop_most_V(limits);
+  bounds.growth_V_per_s = std::numeric_limits<double>::infinity();
+  if (!limits.following) bounds.null_V = settings.inverse.null;
+  return bounds;
+}
+
+}  // namespace
 
 TrackSource::TrackSource(const config::Track& track, const config::RigLimits& limits)
     : plan_(track.plan),
@@ -14,19 +30,20 @@ TrackSource::TrackSource(const config::Track& track, const config::RigLimits& li
       motion_(coefficients_.settings, plan_, plan_.lowest),
       swings_(coefficients_.settings.inverse.null, track.controller.fault.swing_V, coefficients_.settings.tick_s),
       fault_(track.controller.fault),
-      monitor_(place::loop_bounds(limits, coefficients_.settings.reference.velocity), coefficients_.settings.tick_s) {}
+      first_row_(first_tracked_row(limits, coefficients_.settings.tick_s)),
+      monitor_(bounds_of(limits, coefficients_.settings), coefficients_.settings.tick_s) {}
 
 double TrackSource::voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept {
   const double null_V = coefficients_.settings.inverse.null;
-  if (row == 0) return null_V;
+  if (row < first_row_) return row == 0 ? null_V : monitor_.bounded_V(null_V, last);
   if (!has_begun_) {
     has_begun_ = true;
     motion_ = ident::TrialMotion(coefficients_.settings, plan_, last.displacement_in);
     controller_.start(last.displacement_in, null_V);
   }
-  const ident::AxisOutput out = controller_.step(motion_.set_point(row), last.displacement_in);
-  monitor_.note(out.command, false, last);
-  const int swings = swings_.step(out.command);
+  const ident::AxisOutput out = controller_.step(motion_.set_point(row - first_row_ + 1), last.displacement_in);
+  const double command_V = monitor_.bounded_V(out.command, last);
+  const int swings = swings_.step(command_V);
   if (breach_.fault == Fault::none) {
     const double error_in = std::abs(out.reference - last.displacement_in);
     if (error_in > fault_.following_error_in) {
@@ -35,7 +52,7 @@ double TrackSource::voltage_V(std::uint32_t row, const hal::RigReading& last) no
       breach_ = {Fault::oscillation, static_cast<double>(swings), fault_.swings_per_s};
     }
   }
-  return out.command;
+  return command_V;
 }
 
 acquisition::Breach TrackSource::breach() const noexcept {

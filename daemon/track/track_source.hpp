@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cmath>
+#include <cstdint>
+
 #include "config/experiment_config.hpp"
 #include "daemon/acquisition/command_source.hpp"
 #include "daemon/place/loop_monitor.hpp"
@@ -8,16 +11,25 @@
 
 namespace eha::track {
 
-/// Plays a controller's trial in closed loop, from where the rod stands. Row 0 asks for the valve's null; the
-/// controller begins in row 1, without a bump. Ends the run where the rod follows worse, or the command swings more
-/// often, than the controller's file allows; loop_speed and wrong_speed as in a placing. Range and slew of the rig come
-/// after it. Real-time safe. Not thread-safe. Cost: about 0.3 us a tick.
+/// The row in which the controller begins: the first one after the rise of the pressure.
+[[nodiscard]] inline std::uint32_t first_tracked_row(const config::RigLimits& limits, double tick_s) {
+  const double delay_s = limits.following ? limits.following->pressure_delay_s : 0.0;
+  return 1 + static_cast<std::uint32_t>(std::ceil(delay_s / tick_s * (1.0 - 1e-12)));
+}
+
+/// Plays a controller's trial in closed loop, from where the rod stands. The first rows ask for the valve's null; the
+/// controller begins without a bump. Ends the run where the rod follows worse, or the command swings more often, than
+/// the controller's file allows; loop_speed, no_motion and wrong_speed as in a placing, but for a command that may change
+/// as fast as the slew. The command stays within closed_loop_most_V() of the null. Range and slew of the rig come after
+/// it. Real-time safe. Not thread-safe. Cost: about 0.3 us a tick.
 class TrackSource final : public acquisition::CommandSource {
  public:
   /// @param limits  of the rig
   TrackSource(const config::Track& track, const config::RigLimits& limits);
 
-  [[nodiscard]] std::uint32_t rows() const noexcept override { return static_cast<std::uint32_t>(motion_.rows()); }
+  [[nodiscard]] std::uint32_t rows() const noexcept override {
+    return first_row_ - 1 + static_cast<std::uint32_t>(motion_.rows());
+  }
   [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return rows(); }
   [[nodiscard]] double voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept override;
   [[nodiscard]] acquisition::Breach breach() const noexcept override;
@@ -29,6 +41,7 @@ class TrackSource final : public acquisition::CommandSource {
   ident::TrialMotion motion_;
   ident::SwingCounter swings_;
   config::ControllerFaults fault_;
+  std::uint32_t first_row_;
   place::LoopMonitor monitor_;
   bool has_begun_ = false;
   acquisition::Breach breach_;

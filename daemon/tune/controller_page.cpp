@@ -226,7 +226,7 @@ std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromi
           row("Ms", p.ms, ""),
           row("Mt", p.mt, ""),
           row("phase margin", p.phase_margin_deg, "deg"),
-          row("gain margin", p.gain_margin, ""),
+          row("gain margin", p.gain_margin, "times"),
           row("delay margin", p.delay_margin_s, "s")};
 }
 
@@ -296,7 +296,7 @@ report::Page controller_page(const ControllerSubject& subject) {
       {.heading = fmt::format("On {} drawn rigs; margins over 200 draws of the model", c.promise.twins),
        .html = report::table({{"figure", Column::text},
                               {"value", Column::number},
-                              {"95 % from", Column::number},
+                              {"from", Column::number},
                               {"to", Column::number},
                               {"unit", Column::text}},
                              promise_rows(c.promise)) +

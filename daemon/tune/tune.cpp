@@ -95,12 +95,26 @@ std::size_t chosen(const std::vector<Candidate>& candidates, double rest_allowed
   return best;
 }
 
+/// A PI is a PID without a derivative: where it has the less error, because of a shorter filter, it is the PID.
+void take_pi_for_pid(std::vector<std::optional<ident::AxisDesign>>& designs, std::optional<double>& fractional_gain) {
+  std::optional<ident::AxisDesign>* pid = nullptr;
+  const ident::AxisDesign* pi = nullptr;
+  for (auto& design : designs) {
+    if (design && design->settings.kind == FeedbackKind::pi) pi = &*design;
+    if (design && design->settings.kind == FeedbackKind::pid) pid = &design;
+  }
+  if (pi == nullptr || pid == nullptr || pi->feedback.squared_error >= (*pid)->feedback.squared_error) return;
+  if (fractional_gain) *fractional_gain *= std::sqrt(pi->feedback.squared_error / (*pid)->feedback.squared_error);
+  *pid = *pi;
+  (*pid)->settings.kind = FeedbackKind::pid;
+}
+
 std::string remark_on_fractional_orders(double gain) {
   const double percent = std::max(0.0, 100.0 * (1.0 - 1.0 / gain));
   return gain > ident::kFractionalIsWorth
              ? fmt::format(
-                   "Fractional orders (--kind fopid) would lower the error after a sudden load by {:.0f} % against a "
-                   "PID of the same margin and noise. That is no error of following a reference.",
+                   "Fractional orders (--kind fopid) would lower the error after a sudden load by {:.0f} % against the "
+                   "best PI or PID of the same margin and noise. That is no error of following a reference.",
                    percent)
              : fmt::format(
                    "Fractional orders are not worth their effort here: {:.1f} % less error after a load than "
@@ -198,6 +212,7 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
       fractional_gain = ident::gain_of_fractional_orders(plant, task.axis, *found[i]);
     }
   });
+  take_pi_for_pid(found, fractional_gain);
   for (const auto& design : found) {
     if (!design) continue;
     // The kinds that are only compared are tried with their full gain.

@@ -97,6 +97,9 @@ TuneInputs tune_inputs(const ident::Model& given, const config::RigConfig& rig, 
   }
   inputs.task.kind = choices.kind;
   inputs.plant = ident::axis_plant(model, axis);
+  const double most_V = config::closed_loop_most_V(rig.limits);
+  axis.command_min = std::max(axis.command_min, inputs.plant.valve.null - most_V);
+  axis.command_max = std::min(axis.command_max, inputs.plant.valve.null + most_V);
 
   if (choices.twin || sim != nullptr) {
     inputs.task.twin = choices.twin ? *choices.twin : *sim;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "ident/fractional/poles.hpp"
@@ -15,7 +16,8 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kWhole = 1e-9;  // an order is a whole number
+constexpr double kWhole = 1e-9;            // an order is a whole number
+constexpr double kBelowBand = 1.0 / 3.0;  // of the lowest usable frequency
 
 bool is_whole(const std::vector<Term>& terms) {
   return std::all_of(terms.begin(), terms.end(),
@@ -41,19 +43,37 @@ std::string gain_unit(const Model& model, double power) {
 }
 
 /// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
-std::string roots_text(const std::vector<Term>& terms, const char* real, const char* pair) {
+std::string roots_text(const std::vector<Term>& terms, const char* real, const char* pair,
+                       std::optional<double> left_out_s = {}) {
   const ReducedPolynomial polynomial = reduced(terms);
   if (polynomial.terms.size() < 2) return {};
   std::string text;
   for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
     const double size = std::abs(root);
     if (std::abs(root.imag()) <= 1e-7 * size) {
-      text += fmt::format("; {} = {:.4g} s", real, -1.0 / root.real());
+      const double time_s = -1.0 / root.real();
+      if (left_out_s && std::abs(time_s / *left_out_s - 1.0) < 1e-6) continue;
+      text += fmt::format("; {} = {:.4g} s", real, time_s);
     } else if (root.imag() > 0.0) {
       text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}", pair, size / (2.0 * std::numbers::pi), -root.real() / size);
     }
   }
   return text;
+}
+
+/// Time constant of a real pole so slow that the record shows an integrator instead; none.
+std::optional<double> slow_pole_s(const Model& model, const std::vector<Term>& denominator) {
+  if (!model.verdict || !model.verdict->usable_band) return std::nullopt;
+  const ReducedPolynomial polynomial = reduced(denominator);
+  if (polynomial.terms.size() < 2) return std::nullopt;
+  const double slow_rad_s = kBelowBand * 2.0 * std::numbers::pi * model.verdict->usable_band->lowest_Hz;
+  std::optional<double> found;
+  for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
+    if (std::abs(root) > slow_rad_s || std::abs(root.imag()) > 1e-7 * std::abs(root)) continue;
+    if (found) return std::nullopt;
+    found = -1.0 / root.real();
+  }
+  return found;
 }
 
 }  // namespace
@@ -65,11 +85,14 @@ std::string engineering_form(const Model& model) {
   const std::vector<Term> denominator = present(g.denominator);
   if (numerator.empty() || denominator.empty()) return {};
   const double power = numerator.front().order - denominator.front().order;
-  const std::string unit = gain_unit(model, power);
-  std::string text = fmt::format("K = {:.4g}{}", numerator.front().coefficient / denominator.front().coefficient,
-                                 unit.empty() ? "" : " " + unit);
+  const std::optional<double> slow_s = std::abs(power) <= kWhole ? slow_pole_s(model, denominator) : std::nullopt;
+  const std::string unit = gain_unit(model, slow_s ? -1.0 : power);
+  std::string text =
+      fmt::format("K = {:.4g}{}", numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0),
+                  unit.empty() ? "" : " " + unit);
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
-  text += roots_text(denominator, "T", "f0") + roots_text(numerator, "TD", "zeros at");
+  if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
+  text += roots_text(denominator, "T", "f0", slow_s) + roots_text(numerator, "TD", "zeros at");
   if (g.delay_s > 0.0) text += fmt::format("; dead time {:.3g} ms", 1e3 * g.delay_s);
   return text;
 }

@@ -97,7 +97,7 @@ TEST_F(Axis, IsTunedFromTheRunWithTheValveSheetBesideIt) {
   EXPECT_NE(tune_line_.find("--sheet"), std::string::npos) << tune_line_;
   EXPECT_NE(tune_line_.find("-characterise"), std::string::npos) << tune_line_;
   ASSERT_EQ(tuned_->code, 0) << tuned_->err;
-  EXPECT_EQ(next_of(*tuned_, "track"), "track axis.toml --local --fast");
+  EXPECT_EQ(next_of(*tuned_, "track"), "track axis.toml --rig rig.toml --local --fast");
   EXPECT_TRUE(fs::exists(folder_->path() / "axis.html"));
   for (const char* step : {"eha plot axis.toml", "eha export axis.toml --format csv", "--format st"}) {
     EXPECT_NE(tuned_->out.find(step), std::string::npos) << step;
@@ -113,27 +113,54 @@ TEST_F(Axis, KeepsItsPromiseOnTheSimulatedRig) {
 
 TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {
   const std::string table = content_of(track_run() / "axis_table.csv");
-  EXPECT_EQ(lines_beginning_with(table, "part;figure;value;95 % from;to;measured;unit;kept"), 1U);
-  for (const char* row : {"axis;rig;simulated rig;", "model;name;lagging;", "model;verdict;", "valve;dead band;0.15",
-                          "controller;kp;", "promise;Ms;"}) {
+  EXPECT_EQ(lines_beginning_with(table, "part,figure,value,from,to,measured,unit,kept"), 1U);
+  for (const char* row : {"axis,rig,simulated rig,", "model,name,lagging,", "model,verdict,", "\"valve, measured\",dead band,0.15",
+                          "\"valve, as used\",dead band,0.15", "controller,kp,", "promise,Ms,"}) {
     EXPECT_EQ(lines_beginning_with(table, row), 1U) << row << table;
   }
   const Json result = Json::parse(content_of(track_run() / "track.json"));
   const Json& following = result.at("figures").at(0);
-  const std::size_t at = table.find("promise;" + following.at("figure").get<std::string>() + ";");
+  const std::size_t at = table.find("promise,\"" + following.at("figure").get<std::string>() + "\",");
   ASSERT_NE(at, std::string::npos);
   const std::string row = table.substr(at, table.find('\n', at) - at);
-  EXPECT_TRUE(row.ends_with(";in;yes")) << row;
+  EXPECT_TRUE(row.ends_with(",in,yes")) << row;
 }
 
 TEST_F(Axis, IsATableInMillimetresOnRequest) {
   const Ended inches = run_eha({"export", "axis.toml", "--format", "csv"}, folder_->path());
   const Ended millimetres = run_eha({"export", "axis.toml", "--format", "csv", "--units", "mm"}, folder_->path());
   ASSERT_EQ(millimetres.code, 0) << millimetres.err;
-  EXPECT_NE(inches.out.find(";in;"), std::string::npos);
-  EXPECT_EQ(millimetres.out.find(";in;"), std::string::npos) << millimetres.out;
+  EXPECT_NE(inches.out.find(",in,"), std::string::npos);
+  EXPECT_EQ(millimetres.out.find(",in,"), std::string::npos) << millimetres.out;
   EXPECT_EQ(millimetres.out.find(" in/"), std::string::npos) << millimetres.out;
-  EXPECT_NE(millimetres.out.find(";mm;"), std::string::npos);
+  EXPECT_NE(millimetres.out.find(",mm,"), std::string::npos);
+}
+
+TEST_F(Axis, IsForAnotherTickOnTheSimulatedRig) {
+  std::vector<std::string> tune = words(tune_line_);
+  tune.insert(tune.end(), {"--tick", "0.004", "-o", "slow.toml"});
+  ASSERT_EQ(run_eha(tune, folder_->path()).code, 0);
+  const Ended tracked = run_eha(
+      {"track", "slow.toml", "--local", "--fast", "--rig", "rig.toml", "-o", "slow_runs", "--hold", "5"}, folder_->path());
+  EXPECT_EQ(tracked.code, 0) << tracked.out << tracked.err;
+  EXPECT_NE(tracked.out.find("nothing breaks the promise"), std::string::npos) << tracked.out;
+}
+
+TEST_F(Axis, OverwritesNoController) {
+  std::vector<std::string> tune = words(tune_line_);
+  tune.insert(tune.end(), {"-o", "axis.toml"});
+  const Ended refused = run_eha(tune, folder_->path());
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("no controller is overwritten"), std::string::npos) << refused.err;
+}
+
+TEST_F(Axis, ExportsTheRecommendedModelOfARun) {
+  for (const auto& entry : fs::directory_iterator(folder_->path() / "runs")) {
+    if (!fs::exists(entry.path() / "models" / "lagging.json")) continue;
+    const Ended exported = run_eha({"export", entry.path().string(), "--format", "tf"}, folder_->path());
+    EXPECT_EQ(exported.code, 0) << exported.err;
+    EXPECT_NE(exported.out.find("tf("), std::string::npos);
+  }
 }
 
 TEST_F(Axis, IsRefusedFromARunThatRecommendsNothing) {

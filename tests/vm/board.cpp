@@ -64,4 +64,23 @@ Wire read_wire() {
   return wire;
 }
 
+std::int64_t off_since_ns() {
+  constexpr std::int64_t kEnableBit = 1;
+  std::int64_t since_ns = kNeverOff;
+  for (const WireChange& change : read_wire().changes) {
+    if (change.wire != "do") continue;
+    if ((change.value & kEnableBit) != 0) {
+      since_ns = kNeverOff;
+    } else if (since_ns == kNeverOff) {
+      since_ns = change.time_ns;
+    }
+  }
+  return since_ns;
+}
+
+double true_place_in(const Board& board) {
+  constexpr double kInPerVolt = 0.295;
+  return 2.95 + kInPerVolt * 1e-6 * board.get("rod_uV");
+}
+
 }  // namespace eha::test

@@ -42,4 +42,11 @@ struct Wire {
 
 [[nodiscard]] Wire read_wire();
 
+/// When the enable line went off for good, CLOCK_MONOTONIC [ns]; kNeverOff while it is on.
+inline constexpr std::int64_t kNeverOff = -1;
+[[nodiscard]] std::int64_t off_since_ns();
+
+/// Where the rod behind the stand-in card truly is [in].
+[[nodiscard]] double true_place_in(const Board& board);
+
 }  // namespace eha::test

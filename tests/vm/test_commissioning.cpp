@@ -28,8 +28,6 @@ constexpr ProcessOptions kAlice{.user = 1001};
 constexpr ProcessOptions kBob{.user = 1002};
 constexpr double kInPerVolt = 0.295;
 
-double true_place_in(const Board& board) { return 2.95 + kInPerVolt * 1e-6 * board.get("rod_uV"); }
-
 /// Moves the rod by hand.
 void place(const Board& board, double place_in) {
   board.set("rod_uV", static_cast<int>(std::lround((place_in - 2.95) / kInPerVolt * 1e6)));

@@ -16,8 +16,6 @@ using namespace std::chrono_literals;
 
 constexpr const char* kRod = "rod=1 ai_noise=1";
 
-double true_place_in(const Board& board) { return 2.95 + 0.295 * 1e-6 * board.get("rod_uV"); }
-
 bool hydraulics_are_on() { return (read_wire().digital_outputs & 1) != 0; }
 
 std::string cause_of(const EhaRun& run) { return run.manifest().at("report").at("fault").at("cause"); }

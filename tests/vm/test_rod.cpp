@@ -23,32 +23,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::int64_t kEnableBit = 1;
-constexpr double kInPerVolt = 0.295;
 constexpr double kNs = 1e-9;
-constexpr std::int64_t kNever = -1;
 
 std::int64_t now_ns() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
-
-/// Where the rod truly is [in].
-double rod_in(const Board& board) { return 2.95 + kInPerVolt * 1e-6 * board.get("rod_uV"); }
-
-/// When the enable line went off for good; kNever while it is on.
-std::int64_t off_since_ns() {
-  std::int64_t since_ns = kNever;
-  for (const WireChange& change : read_wire().changes) {
-    if (change.wire != "do") continue;
-    if ((change.value & kEnableBit) != 0) {
-      since_ns = kNever;
-    } else if (since_ns == kNever) {
-      since_ns = change.time_ns;
-    }
-  }
-  return since_ns;
 }
 
 /// A fault of the rig and what becomes of a run.
@@ -72,7 +52,7 @@ TEST_P(RodWith, EndsAsDocumentedAndInTime) {
   for (const auto& [parameter, value] : fault.before) board.set(parameter, value);
   EhaRun run(patient_pci1716_rig(), 8s, Tones::slow);
   run.wait_until_running();
-  const double from_in = fault.before.empty() ? rod_in(board) : 2.95;
+  const double from_in = fault.before.empty() ? true_place_in(board) : 2.95;
   const std::int64_t from_ns = now_ns();
   for (const auto& [parameter, value] : fault.during) board.set(parameter, value);
   if (fault.causes.empty()) {
@@ -82,9 +62,9 @@ TEST_P(RodWith, EndsAsDocumentedAndInTime) {
   }
   const nlohmann::ordered_json manifest = run.manifest();
   ASSERT_EQ(manifest.at("outcome"), fault.outcome) << run.process().output();
-  const double moved_in = std::abs(rod_in(board) - from_in);
+  const double moved_in = std::abs(true_place_in(board) - from_in);
   const std::int64_t off_ns = off_since_ns();
-  ASSERT_NE(off_ns, kNever) << "the enable line is on";
+  ASSERT_NE(off_ns, kNeverOff) << "the enable line is on";
   const double safe_s = static_cast<double>(off_ns - from_ns) * kNs;
   std::cout << "rod: " << fault.name << ": ";
   if (fault.causes.empty()) {
@@ -98,8 +78,8 @@ TEST_P(RodWith, EndsAsDocumentedAndInTime) {
   EXPECT_LT(safe_s, fault.safe_within_s);
   EXPECT_LE(moved_in, fault.travel_in);
   // Nobody met an end stop.
-  EXPECT_GT(rod_in(board), 0.1);
-  EXPECT_LT(rod_in(board), 5.8);
+  EXPECT_GT(true_place_in(board), 0.1);
+  EXPECT_LT(true_place_in(board), 5.8);
 }
 
 INSTANTIATE_TEST_SUITE_P(

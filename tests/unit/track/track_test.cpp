@@ -161,9 +161,38 @@ TEST_F(Track, IsRefusedForAnotherRigTickOrTravel) {
   EXPECT_NE(refusal(text_).find("slew of at most 1 V/s"), std::string::npos);
 }
 
-TEST_F(Track, IsRefusedOnAMachine) {
+TEST_F(Track, IsRefusedOnAMachineWithoutFollowing) {
+  rig_.limits.following.reset();
+  EXPECT_EQ(refusal(text_), "accepted") << "a simulated rig";
   rig_.backend = hal::ComediOptions{};
-  EXPECT_NE(refusal(text_).find("not played on a machine yet"), std::string::npos);
+  EXPECT_NE(refusal(text_).find("[following] in"), std::string::npos) << refusal(text_);
+}
+
+TEST_F(Track, IsRefusedForAnotherValveThanThatOfFollowing) {
+  for (const auto& [key, value] : {std::pair{"null_V", "-0.32"}, {"dead_band_V", "0.27"},
+                                   {"gain_positive_in_per_V_s", "0.3"}, {"gain_negative_in_per_V_s", "0.08"}}) {
+    EXPECT_NE(refusal(with(key, value)).find("about the valve of [following]"), std::string::npos)
+        << key << refusal(with(key, value));
+  }
+}
+
+TEST_F(Track, IsRefusedBeyondTheVoltsOfAClosedLoop) {
+  rig_.limits.closed_loop_max_V = 1.0;
+  EXPECT_NE(refusal(text_).find("limits.closed_loop_max_V allows"), std::string::npos) << refusal(text_);
+}
+
+TEST_F(Track, WaitsForThePressure) {
+  std::string text = rig_.text;
+  const std::size_t at = text.find("pressure_delay_s = 0.0");
+  ASSERT_NE(at, std::string::npos);
+  rig_ = config::parse_rig(text.replace(at, 22, "pressure_delay_s = 1.5"), "rig.toml");
+  const play::FinishedRun run = played(text_);
+  ASSERT_EQ(run.report.outcome, Outcome::completed) << to_text(run.report.fault.fault);
+  const TrackResult result = track_result(run.folder);
+  EXPECT_TRUE(result.is_kept()) << track_text(result, DisplayUnit("in"));
+  const record::LoadedRun record = record::read_run(run.folder);
+  EXPECT_NEAR(record.record.input.head(1400).maxCoeff(), number("null_V"), 1e-3) << "the null, within a step of the converter";
+  EXPECT_NEAR(record.record.input.head(1400).minCoeff(), number("null_V"), 1e-3);
 }
 
 }  // namespace

@@ -130,6 +130,7 @@ TEST(TuneCampaign, KeepsItsPromisesOnRandomRigs) {
       rig.realtime.sample_period_s = 0.002;  // a decimation of 20 ms
     }
     rig.limits.following.reset();
+    rig.limits.closed_loop_max_V = 5.0;  // the whole range
     rig.backend = truth;
     const std::string which = fmt::format("rig {}, tick {:g} s", i, rig.realtime.sample_period_s);
 

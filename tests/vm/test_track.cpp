@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A controller made for the rod behind the stand-in card's valve, played on it: its promise, through the service too, and
+// what becomes of the trial on a stop, a killed process and a failing sensor.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "board.hpp"
+#include "eha_run.hpp"
+#include "service.hpp"
+
+namespace eha::test {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kRod = "rod=1 ai_noise=1";
+constexpr const char* kTick_s = "0.005";
+
+std::string rig() { return patient_pci1716_rig({}, {{"sample_period_s", kTick_s}}); }
+
+/// The card's valve and rod as a model: dead band 0.25 V, then 0.14 in/(V s), and 3 ms for what lags.
+constexpr const char* kModel = R"({
+  "schema": "eha-model/1", "name": "rod",
+  "input_map": {"kind": "valve", "null": 0.0, "dead_band": 0.25, "negative_gain_ratio": 1.0},
+  "transfer_function": {
+    "numerator": [{"coefficient": 0.14, "order": 0}],
+    "denominator": [{"coefficient": 0.003, "order": 2}, {"coefficient": 1, "order": 1}],
+    "delay_s": 0.0},
+  "units": {"input": "V", "output": "in"}, "initial_output": 2.95
+})";
+
+/// The controller, made once in this machine: emulated, it takes a while.
+const std::string& controller() {
+  static const std::string file = [] {
+    const std::string model = "/tmp/rod.json";
+    std::ofstream(model) << kModel;
+    Process tune({"eha", "tune", model, "--rig", rig(), "--kind", "p", "-o", "/tmp/axis.toml"});
+    if (tune.wait() != 0) throw std::runtime_error(tune.output());
+    return std::string("/tmp/axis.toml");
+  }();
+  return file;
+}
+
+std::vector<std::string> trial(const std::string& rig_file) {
+  std::vector<std::string> words{"track", controller(), "--step", "0.2", "--sine", "0.05", "--hold", "2"};
+  if (!rig_file.empty()) words.insert(words.end(), {"--rig", rig_file});
+  return words;
+}
+
+void expect_safe() {
+  const Wire wire = read_wire();
+  EXPECT_LE(std::abs(wire.ao0_uV), 200) << "the command's lowest step is 153 uV";
+  EXPECT_EQ(wire.digital_outputs & 1, 0) << "the hydraulics are on";
+}
+
+TEST(TrackOnTheCard, KeepsItsPromise) {
+  const Board board("pci1716_card", kRod);
+  EhaRun run(trial(rig()));
+  ASSERT_EQ(run.process().wait(), 0) << run.process().output();
+  EXPECT_EQ(run.manifest().at("outcome"), "completed");
+  std::ifstream file(run.folder() / "track.json");
+  const Json result = Json::parse(file);
+  EXPECT_TRUE(result.at("kept").get<bool>()) << result.dump(1);
+  std::cout << "track: following error " << result.at("figures").at(0).at("measured") << " in RMS, promised to "
+            << result.at("figures").at(0).at("promised_to") << " in\n";
+  expect_safe();
+}
+
+TEST(TrackOnTheCard, KeepsItsPromiseThroughTheService) {
+  const Board board("pci1716_card", kRod);
+  const Service service(rig());
+  ASSERT_EQ(service.eha({"arm"}).wait(), 0);
+  std::vector<std::string> words = trial({});
+  words.emplace_back("--yes");
+  Process run = service.eha(words);
+  ASSERT_EQ(run.wait(), 0) << run.output();
+  expect_safe();
+}
+
+/// What happens in the trial, and how far the rod may truly move by then [in].
+struct Event {
+  std::string name;
+  std::vector<std::pair<std::string, int>> during;  ///< parameters of the card
+  int signal = 0;
+  double safe_within_s = 0.0;
+};
+void PrintTo(const Event& event, std::ostream* stream) { *stream << event.name; }
+
+class TrackWith : public ::testing::TestWithParam<Event> {};
+
+TEST_P(TrackWith, EndsSafeNearWhereItWas) {
+  const Event& event = GetParam();
+  const Board board("pci1716_card", kRod);
+  EhaRun run(trial(rig()));
+  run.wait_until_running();
+  // Into the step.
+  const timespec rest{.tv_sec = 2, .tv_nsec = 0};
+  nanosleep(&rest, nullptr);
+  const double from_in = true_place_in(board);
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  for (const auto& [parameter, value] : event.during) board.set(parameter, value);
+  if (event.signal != 0) run.process().signal(event.signal);
+  EXPECT_NE(run.process().wait(), 0) << run.process().output();
+  timespec poll{.tv_sec = 0, .tv_nsec = 50'000'000};
+  for (int i = 0; i < 200 && off_since_ns() == kNeverOff; ++i) nanosleep(&poll, nullptr);
+  const std::int64_t off_ns = off_since_ns();
+  ASSERT_NE(off_ns, kNeverOff) << "the enable line is on";
+  const double safe_s = 1e-9 * static_cast<double>(off_ns - now.tv_nsec) - static_cast<double>(now.tv_sec);
+  const double moved_in = std::abs(true_place_in(board) - from_in);
+  std::cout << "track: " << event.name << ": off after " << safe_s << " s, the rod moved " << moved_in << " in\n";
+  EXPECT_LT(safe_s, event.safe_within_s);
+  EXPECT_LE(moved_in, 0.5);
+  expect_safe();
+}
+
+INSTANTIATE_TEST_SUITE_P(OfTheStandInCard, TrackWith,
+                         ::testing::Values(Event{"Interrupted", {}, SIGINT, 2.0}, Event{"Killed", {}, SIGKILL, 1.0},
+                                           Event{"ASensorThatSticks", {{"ai_noise", 5}, {"ai_stuck", 1}}, 0, 4.0},
+                                           Event{"AReversedSensor", {{"ai_slope_percent", -100}}, 0, 2.0},
+                                           Event{"AHalvedSlope", {{"ai_slope_percent", 50}}, 0, 4.0},
+                                           Event{"AnOpenWire", {{"ai_open_mV", 10000}, {"ai_open", 1}}, 0, 0.2}),
+                         [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace eha::test
