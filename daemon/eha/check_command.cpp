@@ -27,6 +27,16 @@
 namespace eha::cli {
 namespace {
 
+/// A shipped experiment that is there; else a name to be replaced.
+std::string an_experiment() {
+  for (const char* folder : {EHA_DATA_DIR, "config"}) {
+    const std::filesystem::path file = std::filesystem::path(folder) / "experiments" / "paper.toml";
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(file, ignored)) return file.string();
+  }
+  return "EXPERIMENT.toml";
+}
+
 constexpr const char* kCheckFooter = R"(
 Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
 the rig that `eha run` would use (--rig, else that of a running service with the place of its rod, else the default
@@ -57,7 +67,7 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
                   command.file, rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V,
                   rig.limits.slew_V_per_s, unit.factor("in") * rig.limits.travel_min_in,
                   unit.factor("in") * rig.limits.travel_max_in, unit.of("in"), rig.realtime.sample_period_s));
-  console.next_step("eha check EXPERIMENT.toml --rig " + shell_word(command.file));
+  console.next_step("eha check " + shell_word(an_experiment()) + " --rig " + shell_word(command.file));
 }
 
 void report_controller(const CheckCommand& command, const config::ControllerConfig& controller, Console& console) {

@@ -107,6 +107,13 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
   console.print_json(document);
   console.print(track::track_text(result, unit));
   console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
+  const std::string& model = result.controller.provenance.model;
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(model, ignored)) {
+    console.print("The plant for MATLAB: eha export " + shell_word(model) + " --format tf");
+    console.print("Its Bode plot: eha plot " + shell_word(model) + " -o bode.svg");
+  }
+  console.print("The controller for a PLC, C, MATLAB: eha export CONTROLLER --format st (or c, simulink)");
   console.next_step(report_of_run(result.folder, "eha report " + shell_word(result.folder.string())));
   console.next_step("eha plot " + shell_word(result.folder.string()) + " -o track.png");
   return code;

@@ -70,8 +70,8 @@ void add_band(plot::Panel& panel, const Curves& curves, const Value& value) {
   plot::Series line{.label = "model", .mark = plot::Mark::line, .style = 1};
   for (std::size_t i = 0; i < curves.w.size(); ++i) {
     std::vector<double> drawn;
-    for (const auto& draw : curves.draws) drawn.push_back(value(draw[i], curves.nominal[i]));
-    const double nominal = value(curves.nominal[i], curves.nominal[i]);
+    for (const auto& draw : curves.draws) drawn.push_back(value(draw[i], i));
+    const double nominal = value(curves.nominal[i], i);
     const ident::Interval range = ident::interval(nominal, std::move(drawn));
     const double f = curves.w[i] / (2.0 * std::numbers::pi);
     band.x.push_back(f);
@@ -86,19 +86,30 @@ void add_band(plot::Panel& panel, const Curves& curves, const Value& value) {
 
 double decibels(Complex value) { return 20.0 * std::log10(std::abs(value)); }
 
-/// Phase beside that of the model, which is unwrapped by the caller's order of frequencies: from 0 down to -360.
-double phase_deg(Complex value) {
-  const double phase = std::arg(value) * kDegrees;
-  return phase > 0.0 ? phase - 360.0 : phase;
+/// Phases without jumps, the first from 0 down to -360.
+std::vector<double> unwrapped_deg(const std::vector<Complex>& values) {
+  std::vector<double> phases;
+  for (const Complex value : values) {
+    double phase = std::arg(value) * kDegrees;
+    if (phases.empty()) {
+      if (phase > 0.0) phase -= 360.0;
+    } else {
+      phase += 360.0 * std::round((phases.back() - phase) / 360.0);
+    }
+    phases.push_back(phase);
+  }
+  return phases;
 }
 
 report::Item bode(const ControllerSubject& subject, const Curves& c) {
   report::Item item{.heading = "Open loop"};
   plot::Panel gain{.x_label = "", .y_label = "gain [dB]", .log_x = true};
-  add_band(gain, c, [](Complex value, Complex) { return decibels(value); });
+  add_band(gain, c, [](Complex value, std::size_t) { return decibels(value); });
   gain.rules.push_back({.at = 0.0, .vertical = false});
   plot::Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
-  add_band(phase, c, [](Complex value, Complex) { return phase_deg(value); });
+  const std::vector<double> nominal = unwrapped_deg(c.nominal);
+  add_band(phase, c,
+           [&](Complex value, std::size_t i) { return nominal[i] + std::arg(value / c.nominal[i]) * kDegrees; });
   phase.rules.push_back({.at = -180.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   const config::ControllerPromise& p = subject.controller.promise;
@@ -117,7 +128,7 @@ report::Item nyquist(const ControllerSubject& subject, const Curves& c) {
       .x_label = "real part", .y_label = "imaginary part", .x_range = {{-2.0, 1.0}}, .y_range = {{-2.0, 1.0}}};
   const std::size_t every = std::max<std::size_t>(1, c.draws.size() / 20);
   for (std::size_t d = 0; d < c.draws.size(); d += every) {
-    plot::Series series{.label = "", .style = plot::kGuideStyle};
+    plot::Series series{.label = d == 0 ? "draws" : "", .style = plot::kGuideStyle};
     for (const Complex l : c.draws[d]) {
       series.x.push_back(l.real());
       series.y.push_back(l.imag());
@@ -150,7 +161,7 @@ report::Item nyquist(const ControllerSubject& subject, const Curves& c) {
 report::Item sensitivity(const Curves& c) {
   report::Item item{.heading = "Sensitivity 1 / (1 + L)"};
   plot::Panel panel{.x_label = "frequency [Hz]", .y_label = "gain [dB]", .log_x = true};
-  add_band(panel, c, [](Complex value, Complex) { return decibels(1.0 / (1.0 + value)); });
+  add_band(panel, c, [](Complex value, std::size_t) { return decibels(1.0 / (1.0 + value)); });
   panel.rules.push_back({.at = 0.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
   item.remark.seen = "Loads below the frequency where it crosses 0 dB are reduced, those above are not.";
