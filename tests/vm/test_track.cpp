@@ -30,31 +30,11 @@ constexpr const char* kTick_s = "0.005";
 
 std::string rig() { return patient_pci1716_rig({}, {{"sample_period_s", kTick_s}}); }
 
-/// The card's valve and rod as a model: dead band 0.25 V, then 0.14 in/(V s), and 3 ms for what lags.
-constexpr const char* kModel = R"({
-  "schema": "eha-model/1", "name": "rod",
-  "input_map": {"kind": "valve", "null": 0.0, "dead_band": 0.25, "negative_gain_ratio": 1.0},
-  "transfer_function": {
-    "numerator": [{"coefficient": 0.14, "order": 0}],
-    "denominator": [{"coefficient": 0.003, "order": 2}, {"coefficient": 1, "order": 1}],
-    "delay_s": 0.0},
-  "units": {"input": "V", "output": "in"}, "initial_output": 2.95
-})";
-
-/// The controller, made once in this machine: emulated, it takes a while.
-const std::string& controller() {
-  static const std::string file = [] {
-    const std::string model = "/tmp/rod.json";
-    std::ofstream(model) << kModel;
-    Process tune({"eha", "tune", model, "--rig", rig(), "--kind", "p", "-o", "/tmp/axis.toml"});
-    if (tune.wait() != 0) throw std::runtime_error(tune.output());
-    return std::string("/tmp/axis.toml");
-  }();
-  return file;
-}
+/// Made by `run`, outside the machine: emulated, tuning takes minutes.
+constexpr const char* kController = "/usr/share/axis.toml";
 
 std::vector<std::string> trial(const std::string& rig_file) {
-  std::vector<std::string> words{"track", controller(), "--step", "0.2", "--sine", "0.05", "--hold", "2"};
+  std::vector<std::string> words{"track", kController, "--step", "0.2", "--sine", "0.05", "--hold", "2"};
   if (!rig_file.empty()) words.insert(words.end(), {"--rig", rig_file});
   return words;
 }
