@@ -68,6 +68,25 @@ void read_acceptance(Section& root, ident::AcceptanceLimits& acceptance) {
 constexpr double kTrackHold_s = 20.0;
 constexpr double kLongestHold_s = 600.0;
 
+constexpr double kLongestReference_s = 3600.0;
+constexpr std::size_t kMostSetPoints = 5000;
+
+/// What is wrong with set points of one's own; empty: nothing.
+std::string reference_fault(const ident::TrialPlan& plan) {
+  const std::vector<ident::SetPoint>& points = plan.reference;
+  if (points.size() < 2 || points.size() > kMostSetPoints) return fmt::format("{}", points.size());
+  if (points.front().time_s != 0.0) return fmt::format("the first at {:g} s", points.front().time_s);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i > 0 && !(points[i].time_s > points[i - 1].time_s)) {
+      return fmt::format("{:g} s after {:g} s", points[i].time_s, points[i - 1].time_s);
+    }
+    if (points[i].position < plan.lowest || points[i].position > plan.highest) {
+      return fmt::format("{:.4g} in at {:g} s", points[i].position, points[i].time_s);
+    }
+  }
+  return {};
+}
+
 /// [track]: the controller's file as text, and what of its trial is not as usual.
 void read_track(Section& section, ExperimentConfig& experiment, Document& document) {
   std::string text;
@@ -87,9 +106,29 @@ void read_track(Section& section, ExperimentConfig& experiment, Document& docume
   section.number("sine_Hz", track.plan.sine_Hz, Range::above(0.0), Need::optional);
   section.integer("trapezoids", track.plan.trapezoids, 1, 1000, Need::optional);
   section.number("hold_s", track.plan.hold_s, Range::between(0.0, kLongestHold_s), Need::optional);
+  std::vector<Section> points = section.sections("reference", Need::optional);
+  for (Section& point : points) {
+    ident::SetPoint& set = track.plan.reference.emplace_back();
+    point.number("time_s", set.time_s, Range::between(0.0, kLongestReference_s));
+    point.number("displacement_in", set.position, Range::any());
+    point.finish();
+  }
   section.finish();
   if (!document.issues.clean("track")) return;
   const ident::AxisSettings& settings = track.controller.settings;
+  if (!track.plan.reference.empty()) {
+    if (const std::string fault = reference_fault(track.plan); !fault.empty()) {
+      add_fault(document, "track.reference",
+                fmt::format("2 to {} set points within {:g} to {:g} in, the first at 0 s, then later and later",
+                            kMostSetPoints, track.plan.lowest, track.plan.highest),
+                fault);
+      return;
+    }
+    experiment.duration_s =
+        static_cast<double>(ident::TrialMotion(settings, track.plan, settings.reference.lowest).rows()) * settings.tick_s;
+    experiment.track = std::move(track);
+    return;
+  }
   const double half_in = 0.5 * (settings.reference.highest - settings.reference.lowest);
   if (track.plan.step + track.plan.sine > half_in) {
     add_fault(document, "track.step_in",

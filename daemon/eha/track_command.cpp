@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <optional>
 #include <string>
@@ -18,6 +19,8 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/track_report.hpp"
+#include "daemon/record/number_table.hpp"
+#include "daemon/record/record_csv.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/track/track_result.hpp"
 
@@ -36,20 +39,42 @@ track.json, track.csv (the rows), axis_table.csv (model, valve, controller, prom
 spreadsheet) and report.html into the run folder.
 A controller for another rig, travel or valve is refused; on a machine [following] must be known. A simulated rig takes
 the controller's tick with --local.
+With a CSV file its set points are followed, joined by lines: columns time_s, from 0 s, and position_mm or position_in. The
+rod is moved to the first one before. The reference generator keeps to the controller's limits of velocity and acceleration.
 With RUN, the figures of an earlier run are computed again; nothing moves. Exit code 3: the promise is not kept.
 
 Examples:
   eha track axis.toml --local --fast
+  eha track axis.toml cycle.csv --local --fast
   eha track runs/20260101T120000Z-track-axis
   eha plot runs/20260101T120000Z-track-axis -o track.png)";
 
 struct TrackCommand : DriveOptions {
-  std::string source;  ///< controller file or run folder
+  std::string source;                        ///< controller file or run folder
+  std::optional<std::string> reference = {};  ///< CSV of set points
   std::optional<double> step_in = {};
   std::optional<double> sine_in = {};
   std::optional<double> sine_Hz = {};
   std::optional<double> hold_s = {};
 };
+
+/// Set points of a CSV file as tables of [track], and the first as the place to begin at.
+std::string reference_text(const std::string& file) {
+  const record::NumberTable table = record::read_number_table(file);
+  const DisplayUnit inches("in");
+  const ident::Channel position = table.names.size() == 2 ? record::channel_from_header(table.names[1]) : ident::Channel{};
+  if (table.names.size() != 2 || table.names.front() != "time_s" || inches.of(position.unit) != "in") {
+    throw DataError(fmt::format("{}: expected the columns time_s and a position such as position_mm or position_in, got {}",
+                                file, fmt::join(table.names, ", ")));
+  }
+  const double factor = inches.factor(position.unit);
+  std::string text;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    text += fmt::format("[[track.reference]]\ntime_s = {:#}\ndisplacement_in = {:#}\n", table.columns[0][i],
+                        factor * table.columns[1][i]);
+  }
+  return text + fmt::format("[start]\ndisplacement_in = {:#}\n", factor * table.columns[1].front());
+}
 
 std::string experiment_text(const TrackCommand& command) {
   // As a multi-line literal string: a controller file has no three apostrophes in a row.
@@ -62,7 +87,9 @@ std::string experiment_text(const TrackCommand& command) {
   add("sine_in", command.sine_in);
   add("sine_Hz", command.sine_Hz);
   add("hold_s", command.hold_s);
-  return text + "controller = '''\n" + config::read_config_file(command.source) + "'''\n";
+  text += "controller = '''\n" + config::read_config_file(command.source) + "'''\n";
+  if (command.reference) text += reference_text(*command.reference);
+  return text;
 }
 
 }  // namespace
@@ -139,6 +166,8 @@ void add_track(CLI::App& app, ParsedLine& line) {
   sub->add_option("source", track.source, "Controller file, or the run folder of an earlier trial")
       ->required()
       ->type_name("CONTROLLER|RUN");
+  sub->add_option("reference", track.reference, "Set points to follow instead of the trial (CSV: time_s and position_mm or _in)")
+      ->type_name("CSV");
   sub->add_option("--step", track.step_in, "Way of the step and the trapezoids [in]")
       ->type_name("IN")
       ->check(positive());

@@ -129,10 +129,16 @@ TrackResult track_result(const std::filesystem::path& folder) {
   ident::AxisController controller(c);
   controller.start(y[before + 1], c.settings.inverse.null);
   TrackRows& rows = result.rows;
+  const bool is_own = !experiment.track->plan.reference.empty();
   for (Eigen::Index k = 1; before + k < y.size(); ++k) {
     const double reading_in = y[before + k];
+    const double set_point = motion.set_point(static_cast<std::size_t>(k));
     rows.time_s.push_back(static_cast<double>(k) * c.settings.tick_s);
-    rows.reference_in.push_back(controller.step(motion.set_point(static_cast<std::size_t>(k)), reading_in).reference);
+    rows.reference_in.push_back(controller.step(set_point, reading_in).reference);
+    if (is_own) {
+      result.reference_behind_in =
+          std::max(result.reference_behind_in, std::abs(rows.reference_in.back() - set_point));
+    }
     rows.rod_in.push_back(reading_in);
     rows.command_V.push_back(run.record.input[before + k]);
   }
@@ -158,6 +164,7 @@ TrackResult track_result(const std::filesystem::path& folder) {
                     {"settling within 2 % of the step", "s", did.settling_s, kMean_s, p.settling_s},
                     {"error at rest, worst", "in", did.rest_error_in, kExtremes * noise, p.rest_error_in},
                     {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
+  if (is_own) result.figures.resize(2);
   result.valve = valve_of(rows, rod, c.settings.tick_s);
   result.mean_reference_in = reference;
   result.mean_rod_in = rod;
@@ -188,6 +195,12 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
     text += fmt::format("{:<32} {:>9.3g} {:>14.2g} {:>12.3g}  {:<4}  {}\n", f.name, factor * f.measured,
                         factor * f.noise, factor * f.promised.upper, unit.of(f.unit), kept_text(f));
   }
+  if (result.reference_behind_in > 0.0) {
+    text += fmt::format("The generated reference is up to {:.3g} {} from the file's set points: it keeps to {:.3g} {} and {:.3g} {}.\n",
+                        unit.factor("in") * result.reference_behind_in, unit.of("in"),
+                        unit.factor("in/s") * result.controller.settings.reference.velocity, unit.of("in/s"),
+                        unit.factor("in/s^2") * result.controller.settings.reference.acceleration, unit.of("in/s^2"));
+  }
   for (const std::string& change : changes_of(result.valve, result.controller.settings.inverse, unit))
     text += fmt::format("The moving rod shows: {}.\n", change);
   const std::string summary = kept_text(result);
@@ -216,6 +229,7 @@ nlohmann::ordered_json to_json(const TrackResult& result) {
           {"controller", result.controller.name},
           {"kept", result.is_kept()},
           {"noise_in", result.noise_in},
+          {"reference_behind_in", result.reference_behind_in},
           {"figures", std::move(figures)},
           {"valve",
            {{"null_V", result.valve.null_V},

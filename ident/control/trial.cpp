@@ -40,7 +40,8 @@ TrialPlan trial_plan(const AxisSettings& settings) {
 }
 
 TrialMotion::TrialMotion(const AxisSettings& settings, const TrialPlan& plan, double home) noexcept
-    : home_(std::clamp(home, plan.lowest, plan.highest)),
+    : reference_(plan.reference),
+      home_(std::clamp(home, plan.lowest, plan.highest)),
       way_(home_ < 0.5 * (plan.lowest + plan.highest) ? plan.step : -plan.step),
       sine_(std::copysign(plan.sine, way_)),
       sine_rad_per_tick_(kTwoPi * plan.sine_Hz * settings.tick_s),
@@ -49,14 +50,15 @@ TrialMotion::TrialMotion(const AxisSettings& settings, const TrialPlan& plan, do
   const std::size_t rest = ticks(kSettle_s, tick_s_);
   const std::size_t period = ticks(1.0 / plan.sine_Hz, tick_s_);
   const double lead_s = std::min(kHoldLead_s, 0.5 * plan.hold_s);
-  const std::array<std::size_t, kParts> lengths{rest,
-                                                move_,
-                                                move_ * 2 * static_cast<std::size_t>(std::max(0, plan.trapezoids)),
-                                                period,
-                                                ticks((kSines + 1.0) / plan.sine_Hz, tick_s_) - period,
-                                                rest,
-                                                ticks(lead_s, tick_s_),
-                                                ticks(plan.hold_s, tick_s_) - ticks(lead_s, tick_s_)};
+  std::array<std::size_t, kParts> lengths{rest,
+                                          move_,
+                                          move_ * 2 * static_cast<std::size_t>(std::max(0, plan.trapezoids)),
+                                          period,
+                                          ticks((kSines + 1.0) / plan.sine_Hz, tick_s_) - period,
+                                          rest,
+                                          ticks(lead_s, tick_s_),
+                                          ticks(plan.hold_s, tick_s_) - ticks(lead_s, tick_s_)};
+  if (!reference_.empty()) lengths = {rest, 0, ticks(reference_.back().time_s, tick_s_), 0, 0, rest, 0, 0};
   std::size_t end = 0;
   for (std::size_t i = 0; i < kParts; ++i) ends_[i] = end += lengths[i];
 }
@@ -79,8 +81,21 @@ std::size_t TrialMotion::since(std::size_t row) const noexcept {
   return i == 0 ? row : row - ends_[i - 1];
 }
 
+double TrialMotion::own_set_point(double time_s) const noexcept {
+  const auto after = std::upper_bound(reference_.begin(), reference_.end(), time_s,
+                                      [](double t, const SetPoint& point) { return t < point.time_s; });
+  if (after == reference_.begin()) return reference_.front().position;
+  if (after == reference_.end()) return reference_.back().position;
+  const SetPoint& a = *(after - 1);
+  return a.position + (after->position - a.position) * (time_s - a.time_s) / (after->time_s - a.time_s);
+}
+
 double TrialMotion::set_point(std::size_t row) const noexcept {
   const std::size_t i = index(row);
+  if (!reference_.empty()) {
+    if (i == kTrapezoids) return own_set_point(static_cast<double>(since(row)) * tick_s_);
+    return i < kTrapezoids ? reference_.front().position : reference_.back().position;
+  }
   const double centre = home_ + way_;
   if (i == kRest) return home_;
   if (i == kTrapezoids) return since(row) / move_ % 2 == 0 ? home_ : centre;

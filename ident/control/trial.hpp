@@ -4,10 +4,18 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "ident/control/axis_controller.hpp"
 
 namespace eha::ident {
+
+/// A set point at a time; between two the set point is on the line that joins them.
+struct SetPoint {
+  double time_s = 0.0;
+  double position = 0.0;  ///< [in]
+};
 
 /// What is played in a trial of a controller.
 struct TrialPlan {
@@ -18,15 +26,18 @@ struct TrialPlan {
   double hold_s = 60.0;
   double lowest = 0.0;   ///< travel [in]
   double highest = 0.0;  ///< [in]
+  /// Set points of one's own instead of step, trapezoids, sine and hold; the first at 0 s, times rising.
+  std::vector<SetPoint> reference = {};
 };
 
 /// Step and sine that suit travel and limits of a controller.
 [[nodiscard]] TrialPlan trial_plan(const AxisSettings& settings);
 
-/// The set points of a trial, one a tick: rest, step, trapezoids, sine, rest, hold. The step leads towards the middle
-/// of the travel. Real-time safe.
+/// The set points of a trial, one a tick: rest, step, trapezoids, sine, rest, hold; or rest, one's own in the place of
+/// the trapezoids, rest. The step leads towards the middle of the travel. Real-time safe.
 class TrialMotion {
  public:
+  /// @param plan  outlives this where it has set points of its own
   /// @param home  where the rod is at first [in]
   TrialMotion(const AxisSettings& settings, const TrialPlan& plan, double home) noexcept;
 
@@ -46,6 +57,9 @@ class TrialMotion {
   enum Index : std::size_t { kRest, kStep, kTrapezoids, kSineLead, kSine, kRestAgain, kHoldLead, kHold, kParts };
   [[nodiscard]] std::size_t index(std::size_t row) const noexcept;
 
+  [[nodiscard]] double own_set_point(double time_s) const noexcept;
+
+  std::span<const SetPoint> reference_;
   std::array<std::size_t, kParts> ends_{};  ///< row after each part
   std::size_t move_ = 0;                    ///< ticks of one move
   double home_;

@@ -146,6 +146,35 @@ TEST_F(Axis, IsForAnotherTickOnTheSimulatedRig) {
   EXPECT_NE(tracked.out.find("nothing breaks the promise"), std::string::npos) << tracked.out;
 }
 
+TEST_F(Axis, FollowsSetPointsOfACsvFileInMillimetres) {
+  folder_->write("cycle.csv", "time_s,position_mm\n0,60\n2,60\n6,70\n9,70\n");
+  const Ended tracked = run_eha({"track", "axis.toml", "cycle.csv", "--local", "--fast", "--rig", "rig.toml", "-o", "cycles"},
+                                folder_->path());
+  ASSERT_EQ(tracked.code, 0) << tracked.out << tracked.err;
+  const fs::path run = fs::directory_iterator(folder_->path() / "cycles")->path();
+  const Json result = Json::parse(content_of(run / "track.json"));
+  EXPECT_EQ(result.at("figures").size(), 2U);
+  EXPECT_LT(result.at("reference_behind_in").get<double>(), 0.1);
+  std::istringstream rows(content_of(run / "track.csv"));
+  std::string last;
+  for (std::string row; std::getline(rows, row);) last = row;
+  const std::size_t comma = last.find(',', last.find(',') + 1);
+  EXPECT_NEAR(std::stod(last.substr(comma + 1)), 70.0 / 25.4, 0.01) << last;
+}
+
+TEST_F(Axis, RefusesSetPointsBeyondTheTravelOrWithoutAUnit) {
+  folder_->write("far.csv", "time_s,position_mm\n0,60\n2,160\n");
+  folder_->write("bare.csv", "time_s,position\n0,60\n2,70\n");
+  const std::vector<std::string> local{"--local", "--fast", "--rig", "rig.toml", "-o", "refused"};
+  for (const auto& [file, what] : {std::pair{"far.csv", "6.299 in at 2 s"}, {"bare.csv", "position_mm"}}) {
+    std::vector<std::string> command{"track", "axis.toml", file};
+    command.insert(command.end(), local.begin(), local.end());
+    const Ended refused = run_eha(command, folder_->path());
+    EXPECT_NE(refused.code, 0);
+    EXPECT_NE(refused.err.find(what), std::string::npos) << refused.err;
+  }
+}
+
 TEST_F(Axis, OverwritesNoController) {
   std::vector<std::string> tune = words(tune_line_);
   tune.insert(tune.end(), {"-o", "axis.toml"});
