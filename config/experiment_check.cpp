@@ -135,9 +135,10 @@ class ConflictSearch {
     check_tracked_valve(s.inverse);
     if (controller.provenance.rig != rig_.name) {
       add("track.controller",
-          fmt::format("a controller for {}, the rig of {}; name the rig file of the controller's rig with --rig, or make "
-                      "another controller with eha tune",
-                      rig_.name, rig_.file_name),
+          fmt::format(
+              "a controller for {}, the rig of {}; name the rig file of the controller's rig with --rig, or make "
+              "another controller with eha tune",
+              rig_.name, rig_.file_name),
           fmt::format("one for {}", controller.provenance.rig));
       return;
     }
@@ -195,10 +196,10 @@ class ConflictSearch {
                          positive, negative);
     };
     add("track.controller",
-        fmt::format("about the valve of [following] in {}: {}; measure it with eha characterise -o, then eha tune",
-                    rig_.file_name,
-                    numbers(valve.null_V, valve.dead_band_V, valve.gain_positive_in_per_V_s,
-                            valve.gain_negative_in_per_V_s)),
+        fmt::format(
+            "about the valve of [following] in {}: {}; measure it with eha characterise -o, then eha tune",
+            rig_.file_name,
+            numbers(valve.null_V, valve.dead_band_V, valve.gain_positive_in_per_V_s, valve.gain_negative_in_per_V_s)),
         numbers(inverse.null, inverse.dead_band, inverse.gain_positive, inverse.gain_negative));
   }
 

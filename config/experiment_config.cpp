@@ -125,7 +125,8 @@ void read_track(Section& section, ExperimentConfig& experiment, Document& docume
       return;
     }
     experiment.duration_s =
-        static_cast<double>(ident::TrialMotion(settings, track.plan, settings.reference.lowest).rows()) * settings.tick_s;
+        static_cast<double>(ident::TrialMotion(settings, track.plan, settings.reference.lowest).rows()) *
+        settings.tick_s;
     experiment.track = std::move(track);
     return;
   }

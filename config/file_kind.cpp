@@ -23,9 +23,9 @@ namespace {
 constexpr std::size_t kLargestFile = std::size_t{1} << 20U;
 
 constexpr std::array<std::string_view, 3> kRigKeys = {"backend", "limits", "realtime"};
-constexpr std::array<std::string_view, 10> kExperimentKeys = {
-    "excitation", "characterise", "track",          "place", "duration_s",
-    "repetitions", "record",      "identification", "model", "acceptance"};
+constexpr std::array<std::string_view, 10> kExperimentKeys = {"excitation", "characterise", "track",  "place",
+                                                              "duration_s", "repetitions",  "record", "identification",
+                                                              "model",      "acceptance"};
 
 constexpr std::array<std::string_view, 4> kControllerKeys = {"feedback", "inverse", "reference", "promise"};
 

@@ -44,21 +44,23 @@ bool is_of_valve(const std::string& setting) {
 
 std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
   const config::ControllerConfig& c = table.controller;
-  std::vector<Row> rows{{"part", "figure", "value", "from", "to", "measured", "unit", "kept"},
-                        {"axis", "controller", c.name},
-                        {"axis", "rig", c.provenance.rig},
-                        {"axis", "run", c.provenance.run},
-                        {"axis", "valve sheet", c.provenance.sheet.empty() ? "none" : c.provenance.sheet},
-                        {"axis", "trial", c.promise.twins > 0 ? fmt::format("{} drawn rigs ({})", c.promise.twins, c.provenance.twin) : ""},
-                        {"axis", "made by", c.provenance.made_by}};
+  std::vector<Row> rows{
+      {"part", "figure", "value", "from", "to", "measured", "unit", "kept"},
+      {"axis", "controller", c.name},
+      {"axis", "rig", c.provenance.rig},
+      {"axis", "run", c.provenance.run},
+      {"axis", "valve sheet", c.provenance.sheet.empty() ? "none" : c.provenance.sheet},
+      {"axis", "trial",
+       c.promise.twins > 0 ? fmt::format("{} drawn rigs ({})", c.promise.twins, c.provenance.twin) : ""},
+      {"axis", "made by", c.provenance.made_by}};
   if (table.model) {
     const ident::Model& model = *table.model;
     rows.push_back({"model", "name", model.name});
     const std::string form = ident::engineering_form(in_unit(model, unit));
     if (!form.empty()) rows.push_back({"model", "in figures", form});
     if (model.validation) {
-      rows.push_back({"model", "fit on unseen data", fmt::format("{:.1f}", model.validation->score.fit_percent), "", "",
-                      "", "%"});
+      rows.push_back(
+          {"model", "fit on unseen data", fmt::format("{:.1f}", model.validation->score.fit_percent), "", "", "", "%"});
     }
     if (model.verdict) rows.push_back({"model", "verdict", std::string(ident::text(model.verdict->grade))});
   }
@@ -75,8 +77,8 @@ std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
     row("dead band", sheet.dead_band_V, "V");
     row("gain extending", sheet.gain_positive_in_per_V_s, "in/(V s)");
     row("gain retracting", sheet.gain_negative_in_per_V_s, "in/(V s)");
-    rows.push_back({"valve, measured", "sensor noise, RMS", fmt::format("{:.3g}", sheet.noise_in * unit.factor("in")), "", "",
-                    "", unit.of("in")});
+    rows.push_back({"valve, measured", "sensor noise, RMS", fmt::format("{:.3g}", sheet.noise_in * unit.factor("in")),
+                    "", "", "", unit.of("in")});
   }
   const std::vector<std::vector<std::string>> settings = tune::setting_rows(c, unit);
   for (const bool valve : {true, false}) {

@@ -27,7 +27,8 @@ struct RunCommand;
 /// The model file that a run recommends; nothing where it recommends none. @param folder  a run's
 [[nodiscard]] std::optional<std::filesystem::path> recommended_model(const std::filesystem::path& folder);
 
-/// `eha tune RUN`, with the newest valve sheet of the same rig beside that run; nothing where the run recommends no model.
+/// `eha tune RUN`, with the newest valve sheet of the same rig beside that run; nothing where the run recommends no
+/// model.
 /// @param rig_file  as named for the run; none: the default
 [[nodiscard]] std::optional<std::string> tune_of_run(const std::filesystem::path& folder,
                                                      const std::optional<std::string>& rig_file = {});

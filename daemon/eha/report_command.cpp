@@ -76,7 +76,8 @@ ExitCode execute(const ReportCommand& command, Console& console) {
     const report::Page page = tune::controller_page(subject);
     os::write_file_atomically(path, page.html);
     missing = page.missing;
-  } else if (is_run && command.sources.size() == 1 && fs::exists(fs::path(command.sources.front()) / track::kTrackFile)) {
+  } else if (is_run && command.sources.size() == 1 &&
+             fs::exists(fs::path(command.sources.front()) / track::kTrackFile)) {
     const report::Page page = track_page(track::track_result(command.sources.front()));
     os::write_file_atomically(path, page.html);
     missing = page.missing;

@@ -20,7 +20,7 @@ struct RunCommand : DriveOptions {
   bool detach = false;                                     ///< queue and leave
   bool accept_travel_risk = false;                         ///< play what the rehearsal refuses
   std::optional<std::filesystem::path> new_rig_file = {};  ///< to write with the numbers of a valve sheet
-  std::optional<double> simulated_tick_s = {};             ///< of a simulated rig in this process, instead of its file's
+  std::optional<double> simulated_tick_s = {};  ///< of a simulated rig in this process, instead of its file's
 };
 
 [[nodiscard]] ExitCode execute(const RunCommand& command, Console& console);

@@ -50,7 +50,7 @@ Examples:
   eha plot runs/20260101T120000Z-track-axis -o track.png)";
 
 struct TrackCommand : DriveOptions {
-  std::string source;                        ///< controller file or run folder
+  std::string source;                         ///< controller file or run folder
   std::optional<std::string> reference = {};  ///< CSV of set points
   std::optional<double> step_in = {};
   std::optional<double> sine_in = {};
@@ -62,10 +62,12 @@ struct TrackCommand : DriveOptions {
 std::string reference_text(const std::string& file) {
   const record::NumberTable table = record::read_number_table(file);
   const DisplayUnit inches("in");
-  const ident::Channel position = table.names.size() == 2 ? record::channel_from_header(table.names[1]) : ident::Channel{};
+  const ident::Channel position =
+      table.names.size() == 2 ? record::channel_from_header(table.names[1]) : ident::Channel{};
   if (table.names.size() != 2 || table.names.front() != "time_s" || inches.of(position.unit) != "in") {
-    throw DataError(fmt::format("{}: expected the columns time_s and a position such as position_mm or position_in, got {}",
-                                file, fmt::join(table.names, ", ")));
+    throw DataError(
+        fmt::format("{}: expected the columns time_s and a position such as position_mm or position_in, got {}", file,
+                    fmt::join(table.names, ", ")));
   }
   const double factor = inches.factor(position.unit);
   std::string text;
@@ -106,8 +108,7 @@ report::Page track_page(const track::TrackResult& result) {
   tune::MeasuredTrial& trial = subject.measured.emplace();
   trial.run = result.folder.filename().string();
   for (const track::KeptFigure& f : result.figures) {
-    trial.figures.push_back(
-        {f.name, f.measured, f.unit, track::kept_text(f)});
+    trial.figures.push_back({f.name, f.measured, f.unit, track::kept_text(f)});
   }
   trial.changes = result.changes;
   trial.trace = trace_of(result);
@@ -166,7 +167,8 @@ void add_track(CLI::App& app, ParsedLine& line) {
   sub->add_option("source", track.source, "Controller file, or the run folder of an earlier trial")
       ->required()
       ->type_name("CONTROLLER|RUN");
-  sub->add_option("reference", track.reference, "Set points to follow instead of the trial (CSV: time_s and position_mm or _in)")
+  sub->add_option("reference", track.reference,
+                  "Set points to follow instead of the trial (CSV: time_s and position_mm or _in)")
       ->type_name("CSV");
   sub->add_option("--step", track.step_in, "Way of the step and the trapezoids [in]")
       ->type_name("IN")

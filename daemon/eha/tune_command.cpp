@@ -157,9 +157,9 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   if (record::is_run_folder(command.model_file)) {
     const auto model_file = recommended_model(command.model_file);
     if (!model_file) {
-      throw DataError(
-          fmt::format("{}: this run recommends no model; name a run of an experiment, or one of the models of {}/models",
-                      command.model_file, command.model_file));
+      throw DataError(fmt::format(
+          "{}: this run recommends no model; name a run of an experiment, or one of the models of {}/models",
+          command.model_file, command.model_file));
     }
     command.model_file = model_file->string();
   }
@@ -234,14 +234,15 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       fmt::format("{}: {} controller for {} ({}), to {}, tick {:g} s; tried on {} drawn rigs ({})\n\n",
                   command.output.string(), ident::text(controller.settings.kind), rig.name, rig_file.string(),
                   controller.purpose, controller.settings.tick_s, p.twins, inputs.twin);
-  text +=
-      text_table({{"promise"}, {"value", Align::right}, {"from", Align::right}, {"to", Align::right}, {"unit"}},
-                 tune::promise_rows(p, console.unit(rig.units)));
+  text += text_table({{"promise"}, {"value", Align::right}, {"from", Align::right}, {"to", Align::right}, {"unit"}},
+                     tune::promise_rows(p, console.unit(rig.units)));
   text += "From, to: the range of the trials and a quarter of it more; of margins 95 % of 200 draws of the model.\n\n";
   for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
   const std::string file = shell_word(command.output.string());
   if (!command.twin_file && std::holds_alternative<hal::SimOptions>(rig.backend)) {
-    text += "The rig is simulated and is its own twin: the promise knows its oil, load and friction. That of a machine is wider.\n";
+    text +=
+        "The rig is simulated and is its own twin: the promise knows its oil, load and friction. That of a machine is "
+        "wider.\n";
   }
   text += fmt::format(
       "\nReport: {}\n"
@@ -263,7 +264,8 @@ void add_tune(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("tune", "Make a controller from a model, and say what it will do");
   sub->footer(kTuneFooter);
   auto& command = options_of<TuneCommand>(*sub, line);
-  sub->add_option("model", command.model_file, "Model file, as `eha fit` wrote it, or the run whose recommended model is meant")
+  sub->add_option("model", command.model_file,
+                  "Model file, as `eha fit` wrote it, or the run whose recommended model is meant")
       ->required()
       ->type_name("MODEL|RUN");
   add_choice(*sub, "--for", command.purpose, kPurposes, "Follow references, or stay in a place (default track)");

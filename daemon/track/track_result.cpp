@@ -136,8 +136,7 @@ TrackResult track_result(const std::filesystem::path& folder) {
     rows.time_s.push_back(static_cast<double>(k) * c.settings.tick_s);
     rows.reference_in.push_back(controller.step(set_point, reading_in).reference);
     if (is_own) {
-      result.reference_behind_in =
-          std::max(result.reference_behind_in, std::abs(rows.reference_in.back() - set_point));
+      result.reference_behind_in = std::max(result.reference_behind_in, std::abs(rows.reference_in.back() - set_point));
     }
     rows.rod_in.push_back(reading_in);
     rows.command_V.push_back(run.record.input[before + k]);
@@ -181,25 +180,27 @@ std::string kept_text(const TrackResult& result) {
   std::size_t broken = 0;
   std::size_t hidden = 0;
   for (const KeptFigure& f : result.figures) (f.is_kept() ? hidden : broken) += f.is_decided() && f.is_kept() ? 0 : 1;
-  std::string text = fmt::format("{} of {} figures are kept", result.figures.size() - broken - hidden, result.figures.size());
+  std::string text =
+      fmt::format("{} of {} figures are kept", result.figures.size() - broken - hidden, result.figures.size());
   if (broken > 0) text += fmt::format(", {} {} not", broken, broken == 1 ? "is" : "are");
   if (hidden > 0) text += fmt::format(", {} {} hidden by the sensor's noise", hidden, hidden == 1 ? "is" : "are");
   return text;
 }
 
 std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
-  std::string text =
-      fmt::format("{:<32} {:>9} {:>14} {:>12}  {:<4}  {}\n", "figure", "measured", "noise adds to", "promised to", "unit", "kept");
+  std::string text = fmt::format("{:<32} {:>9} {:>14} {:>12}  {:<4}  {}\n", "figure", "measured", "noise adds to",
+                                 "promised to", "unit", "kept");
   for (const KeptFigure& f : result.figures) {
     const double factor = unit.factor(f.unit);
     text += fmt::format("{:<32} {:>9.3g} {:>14.2g} {:>12.3g}  {:<4}  {}\n", f.name, factor * f.measured,
                         factor * f.noise, factor * f.promised.upper, unit.of(f.unit), kept_text(f));
   }
   if (result.reference_behind_in > 0.0) {
-    text += fmt::format("The generated reference is up to {:.3g} {} from the file's set points: it keeps to {:.3g} {} and {:.3g} {}.\n",
-                        unit.factor("in") * result.reference_behind_in, unit.of("in"),
-                        unit.factor("in/s") * result.controller.settings.reference.velocity, unit.of("in/s"),
-                        unit.factor("in/s^2") * result.controller.settings.reference.acceleration, unit.of("in/s^2"));
+    text += fmt::format(
+        "The generated reference is up to {:.3g} {} from the file's set points: it keeps to {:.3g} {} and {:.3g} {}.\n",
+        unit.factor("in") * result.reference_behind_in, unit.of("in"),
+        unit.factor("in/s") * result.controller.settings.reference.velocity, unit.of("in/s"),
+        unit.factor("in/s^2") * result.controller.settings.reference.acceleration, unit.of("in/s^2"));
   }
   for (const std::string& change : changes_of(result.valve, result.controller.settings.inverse, unit))
     text += fmt::format("The moving rod shows: {}.\n", change);

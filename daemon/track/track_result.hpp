@@ -56,7 +56,7 @@ struct TrackResult {
   TrackRows rows;
   std::vector<double> mean_reference_in;  ///< over 50 ms about each row
   std::vector<double> mean_rod_in;        ///< the same
-  double reference_behind_in = 0.0;  ///< greatest distance of the generated reference from set points of one's own
+  double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from set points of one's own
   SeenValve valve;
   std::vector<std::string> changes;             ///< of the valve against the controller's, a phrase each
   [[nodiscard]] bool is_kept() const noexcept;  ///< no figure is broken

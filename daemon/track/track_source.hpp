@@ -19,9 +19,9 @@ namespace eha::track {
 
 /// Plays a controller's trial in closed loop, from where the rod stands. The first rows ask for the valve's null; the
 /// controller begins without a bump. Ends the run where the rod follows worse, or the command swings more often, than
-/// the controller's file allows; loop_speed, no_motion and wrong_speed as in a placing, but for a command that may change
-/// as fast as the slew. The command stays within closed_loop_most_V() of the null. Range and slew of the rig come after
-/// it. Real-time safe. Not thread-safe. Cost: about 0.3 us a tick.
+/// the controller's file allows; loop_speed, no_motion and wrong_speed as in a placing, but for a command that may
+/// change as fast as the slew. The command stays within closed_loop_most_V() of the null. Range and slew of the rig
+/// come after it. Real-time safe. Not thread-safe. Cost: about 0.3 us a tick.
 class TrackSource final : public acquisition::CommandSource {
  public:
   /// @param limits  of the rig

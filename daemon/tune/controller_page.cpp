@@ -269,7 +269,8 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
   std::vector<std::vector<std::string>> rows;
   for (const auto& row : promise_rows(promise)) {
     for (const MeasuredFigure& figure : trial.figures) {
-      if (figure.name == row[0]) rows.push_back({row[0], fmt::format("{:.3g}", figure.value), row[3], row[4], figure.kept});
+      if (figure.name == row[0])
+        rows.push_back({row[0], fmt::format("{:.3g}", figure.value), row[3], row[4], figure.kept});
     }
   }
   std::vector<std::string> changes;

@@ -16,7 +16,7 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kWhole = 1e-9;            // an order is a whole number
+constexpr double kWhole = 1e-9;           // an order is a whole number
 constexpr double kBelowBand = 1.0 / 3.0;  // of the lowest usable frequency
 
 bool is_whole(const std::vector<Term>& terms) {
@@ -87,9 +87,9 @@ std::string engineering_form(const Model& model) {
   const double power = numerator.front().order - denominator.front().order;
   const std::optional<double> slow_s = std::abs(power) <= kWhole ? slow_pole_s(model, denominator) : std::nullopt;
   const std::string unit = gain_unit(model, slow_s ? -1.0 : power);
-  std::string text =
-      fmt::format("K = {:.4g}{}", numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0),
-                  unit.empty() ? "" : " " + unit);
+  std::string text = fmt::format("K = {:.4g}{}",
+                                 numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0),
+                                 unit.empty() ? "" : " " + unit);
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
   if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
   text += roots_text(denominator, "T", "f0", slow_s) + roots_text(numerator, "TD", "zeros at");

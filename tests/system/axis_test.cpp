@@ -114,8 +114,9 @@ TEST_F(Axis, KeepsItsPromiseOnTheSimulatedRig) {
 TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {
   const std::string table = content_of(track_run() / "axis_table.csv");
   EXPECT_EQ(lines_beginning_with(table, "part,figure,value,from,to,measured,unit,kept"), 1U);
-  for (const char* row : {"axis,rig,simulated rig,", "model,name,lagging,", "model,verdict,", "\"valve, measured\",dead band,0.15",
-                          "\"valve, as used\",dead band,0.15", "controller,kp,", "promise,Ms,"}) {
+  for (const char* row :
+       {"axis,rig,simulated rig,", "model,name,lagging,", "model,verdict,", "\"valve, measured\",dead band,0.15",
+        "\"valve, as used\",dead band,0.15", "controller,kp,", "promise,Ms,"}) {
     EXPECT_EQ(lines_beginning_with(table, row), 1U) << row << table;
   }
   const Json result = Json::parse(content_of(track_run() / "track.json"));
@@ -140,16 +141,17 @@ TEST_F(Axis, IsForAnotherTickOnTheSimulatedRig) {
   std::vector<std::string> tune = words(tune_line_);
   tune.insert(tune.end(), {"--tick", "0.004", "-o", "slow.toml"});
   ASSERT_EQ(run_eha(tune, folder_->path()).code, 0);
-  const Ended tracked = run_eha(
-      {"track", "slow.toml", "--local", "--fast", "--rig", "rig.toml", "-o", "slow_runs", "--hold", "5"}, folder_->path());
+  const Ended tracked =
+      run_eha({"track", "slow.toml", "--local", "--fast", "--rig", "rig.toml", "-o", "slow_runs", "--hold", "5"},
+              folder_->path());
   EXPECT_EQ(tracked.code, 0) << tracked.out << tracked.err;
   EXPECT_NE(tracked.out.find("nothing breaks the promise"), std::string::npos) << tracked.out;
 }
 
 TEST_F(Axis, FollowsSetPointsOfACsvFileInMillimetres) {
   folder_->write("cycle.csv", "time_s,position_mm\n0,60\n2,60\n6,70\n9,70\n");
-  const Ended tracked = run_eha({"track", "axis.toml", "cycle.csv", "--local", "--fast", "--rig", "rig.toml", "-o", "cycles"},
-                                folder_->path());
+  const Ended tracked = run_eha(
+      {"track", "axis.toml", "cycle.csv", "--local", "--fast", "--rig", "rig.toml", "-o", "cycles"}, folder_->path());
   ASSERT_EQ(tracked.code, 0) << tracked.out << tracked.err;
   const fs::path run = fs::directory_iterator(folder_->path() / "cycles")->path();
   const Json result = Json::parse(content_of(run / "track.json"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A controller made for the rod behind the stand-in card's valve, played on it: its promise, through the service too, and
-// what becomes of the trial on a stop, a killed process and a failing sensor.
+// A controller made for the rod behind the stand-in card's valve, played on it: its promise, through the service too,
+// and what becomes of the trial on a stop, a killed process and a failing sensor.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -45,8 +45,8 @@ std::optional<Axis> axis(unsigned seed) {
   model.name = "rod";
   model.input_unit = "V";
   model.output_unit = "in";
-  model.input_map = ident::ValveMap{valve.null_V, valve.dead_band_V,
-                                    valve.gain_negative_in_per_V_s / valve.gain_positive_in_per_V_s};
+  model.input_map =
+      ident::ValveMap{valve.null_V, valve.dead_band_V, valve.gain_negative_in_per_V_s / valve.gain_positive_in_per_V_s};
   model.transfer_function = {{{valve.gain_positive_in_per_V_s, 0}}, {{0.0065, 2}, {1, 1}}, 0.0};
   model.initial_output = 2.95;
   tune::TuneInputs inputs = tune::tune_inputs(model, axis.rig, {.kind = ident::FeedbackKind::p});
@@ -75,7 +75,8 @@ std::optional<Axis> axis(unsigned seed) {
 /// The trial of a controller's text on a rig. @throws ConfigError  it is refused
 config::Track trial(const Axis& axis, const std::string& controller) {
   const config::PreparedExperiment prepared = config::parse_prepared_experiment(
-      "schema = 1\nname = \"track\"\n\n[track]\nhold_s = 3.0\ntrapezoids = 1\ncontroller = '''\n" + controller + "'''\n",
+      "schema = 1\nname = \"track\"\n\n[track]\nhold_s = 3.0\ntrapezoids = 1\ncontroller = '''\n" + controller +
+          "'''\n",
       "track.toml", axis.rig);
   return *prepared.config.track;
 }
@@ -114,8 +115,8 @@ void print(const std::map<std::string, Count>& counts) {
   for (const auto& [name, count] : counts) {
     std::string faults;
     for (const auto& [fault, times] : count.faults) faults += fmt::format(" {} {}", fault, times);
-    fmt::print("{:34} {:4} runs, {:4} refused, at most {:.2f} of the reference's velocity, {:.3f} in after it;{}\n", name,
-               count.runs, count.refused, count.fastest, count.lost_in, faults);
+    fmt::print("{:34} {:4} runs, {:4} refused, at most {:.2f} of the reference's velocity, {:.3f} in after it;{}\n",
+               name, count.runs, count.refused, count.fastest, count.lost_in, faults);
   }
 }
 
@@ -156,14 +157,16 @@ TEST(TrackCampaign, NeverStopsASoundRig) {
     Axis axis = axes.of(run * kRunsOfAPlant);
     TrackSource source(trial(axis, axis.controller), axis.rig.limits);
     const Driven did = driven(axis.plant, axis.rig, source, std::nullopt);
-    EXPECT_EQ(did.fault, Fault::none) << "plant " << run << ": " << to_text(did.fault) << " at " << did.at_s << " s, flow "
-                                      << axis.plant.valve_rated_flow_L_per_min << ", noise " << axis.plant.sensor_noise_V;
+    EXPECT_EQ(did.fault, Fault::none) << "plant " << run << ": " << to_text(did.fault) << " at " << did.at_s
+                                      << " s, flow " << axis.plant.valve_rated_flow_L_per_min << ", noise "
+                                      << axis.plant.sensor_noise_V;
   }
   fmt::print("{} sound rigs\n", runs);
 }
 
 TEST(TrackCampaign, IsAbortedNearWhereItWas) {
-  constexpr std::array<const char*, 6> kKinds{"stop", "stuck", "reversed", "scale doubled", "slope halved", "offset step"};
+  constexpr std::array<const char*, 6> kKinds{"stop",          "stuck",        "reversed",
+                                              "scale doubled", "slope halved", "offset step"};
   Axes axes;
   std::map<std::string, Count> counts;
   const int runs = runs_wanted(1000);
@@ -182,8 +185,8 @@ TEST(TrackCampaign, IsAbortedNearWhereItWas) {
     if (kind == 5) fault.kind = hal::FaultKind::spike, fault.amount = uniform(random, 0.2, 0.6);
     hal::SimOptions plant = axis.plant;
     plant.initial_displacement_in = uniform(random, 0.8, 5.1);
-    const Driven did = kind == 0 ? driven(plant, axis.rig, source, std::nullopt, moment)
-                                 : driven(plant, axis.rig, source, fault);
+    const Driven did =
+        kind == 0 ? driven(plant, axis.rig, source, std::nullopt, moment) : driven(plant, axis.rig, source, fault);
     Count& count = counts[kKinds.at(kind)];
     ++count.runs;
     ++count.faults[std::string(to_text(did.fault))];
@@ -228,8 +231,8 @@ TEST(TrackCampaign, KeepsASlipOfThePenSlow) {
     ++count.faults[std::string(to_text(did.fault))];
     count.fastest = std::max(count.fastest, did.fastest_in_per_s / tuned);
     const std::string what =
-        fmt::format("run {}: {} {:.3g} times {}: {} at {:.2f} s, {:.2f} in/s for {:.2f}", run, number.name, number.value,
-                    factor, to_text(did.fault), did.at_s, did.fastest_in_per_s, tuned);
+        fmt::format("run {}: {} {:.3g} times {}: {} at {:.2f} s, {:.2f} in/s for {:.2f}", run, number.name,
+                    number.value, factor, to_text(did.fault), did.at_s, did.fastest_in_per_s, tuned);
     EXPECT_LE(did.fastest_in_per_s, std::max(1.0, 2.5 * tuned)) << what;
     EXPECT_FALSE(did.met_end_stop) << what;
   }

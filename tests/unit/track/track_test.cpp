@@ -169,8 +169,10 @@ TEST_F(Track, IsRefusedOnAMachineWithoutFollowing) {
 }
 
 TEST_F(Track, IsRefusedForAnotherValveThanThatOfFollowing) {
-  for (const auto& [key, value] : {std::pair{"null_V", "-0.32"}, {"dead_band_V", "0.27"},
-                                   {"gain_positive_in_per_V_s", "0.3"}, {"gain_negative_in_per_V_s", "0.08"}}) {
+  for (const auto& [key, value] : {std::pair{"null_V", "-0.32"},
+                                   {"dead_band_V", "0.27"},
+                                   {"gain_positive_in_per_V_s", "0.3"},
+                                   {"gain_negative_in_per_V_s", "0.08"}}) {
     EXPECT_NE(refusal(with(key, value)).find("about the valve of [following]"), std::string::npos)
         << key << refusal(with(key, value));
   }
@@ -191,7 +193,8 @@ TEST_F(Track, WaitsForThePressure) {
   const TrackResult result = track_result(run.folder);
   EXPECT_TRUE(result.is_kept()) << track_text(result, DisplayUnit("in"));
   const record::LoadedRun record = record::read_run(run.folder);
-  EXPECT_NEAR(record.record.input.head(1400).maxCoeff(), number("null_V"), 1e-3) << "the null, within a step of the converter";
+  EXPECT_NEAR(record.record.input.head(1400).maxCoeff(), number("null_V"), 1e-3)
+      << "the null, within a step of the converter";
   EXPECT_NEAR(record.record.input.head(1400).minCoeff(), number("null_V"), 1e-3);
 }
 

@@ -167,7 +167,13 @@ TEST(TuneCampaign, KeepsItsPromisesOnRandomRigs) {
     check("standing", tuned.promise.standing_in, did.standing_in);
     const ident::LoopMargins margins = true_margins(truth, tuned.design.settings);
     if (rigs == 1) {
-      fmt::print("  truth: null {:.3f} V, dead band {:.3f} V, Coulomb {:.0f} N, static {:.0f} N; sheet: null {:.3f} +- {:.3f} V, dead band {:.3f} +- {:.3f} V, gains {:.4f} {:.4f}, true {:.4f} {:.4f}\n", -truth.valve_null_offset_V, truth.valve_dead_band_V, truth.coulomb_friction_N, truth.static_friction_N, sheet.null_V.value, sheet.null_V.half_width, sheet.dead_band_V.value, sheet.dead_band_V.half_width, sheet.gain_positive_in_per_V_s.value, sheet.gain_negative_in_per_V_s.value, gains_of(truth).positive, gains_of(truth).negative);
+      fmt::print(
+          "  truth: null {:.3f} V, dead band {:.3f} V, Coulomb {:.0f} N, static {:.0f} N; sheet: null {:.3f} +- {:.3f} "
+          "V, dead band {:.3f} +- {:.3f} V, gains {:.4f} {:.4f}, true {:.4f} {:.4f}\n",
+          -truth.valve_null_offset_V, truth.valve_dead_band_V, truth.coulomb_friction_N, truth.static_friction_N,
+          sheet.null_V.value, sheet.null_V.half_width, sheet.dead_band_V.value, sheet.dead_band_V.half_width,
+          sheet.gain_positive_in_per_V_s.value, sheet.gain_negative_in_per_V_s.value, gains_of(truth).positive,
+          gains_of(truth).negative);
       for (const std::string& sentence : tuned.remarks) fmt::print("  {}\n", sentence);
       for (const Candidate& c : tuned.candidates) {
         fmt::print(
@@ -196,7 +202,8 @@ TEST(TuneCampaign, KeepsItsPromisesOnRandomRigs) {
       ident::TrialPlan short_plan = plan;
       short_plan.hold_s = 0.5;
       const ident::TrialFigures trial = axis_trial(truth, ident::coefficients(pure), short_plan);
-      if (rigs == 1) fmt::print("  P {:.1f}: rms {:.5f}, standing {:.5f}\n", kp, trial.following_rms_in, trial.standing_in);
+      if (rigs == 1)
+        fmt::print("  P {:.1f}: rms {:.5f}, standing {:.5f}\n", kp, trial.following_rms_in, trial.standing_in);
       best_p = std::min(best_p, trial.following_rms_in);
     }
     shares.push_back(did.following_rms_in / best_p);
