@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a tick costs more with a hold than with the bare table. Alternating, with medians:
+// What a tick costs more with a hold, and with a controller, than with the bare table. Alternating, with medians:
 //   hold_bench --benchmark_repetitions=10 --benchmark_enable_random_interleaving=true
 //              --benchmark_report_aggregates_only=true
 #include <benchmark/benchmark.h>
@@ -10,8 +10,10 @@
 
 #include "daemon/acquisition/tick_engine.hpp"
 #include "daemon/place/hold_source.hpp"
+#include "daemon/track/track_source.hpp"
 #include "tests/unit/acquisition/fake_rig.hpp"
 #include "tests/unit/acquisition/play.hpp"
+#include "tests/unit/acquisition/tracked.hpp"
 
 namespace {
 
@@ -59,5 +61,14 @@ void tick_with_hold(benchmark::State& state) {
   run_ticks(state, source);
 }
 BENCHMARK(tick_with_hold);
+
+void tick_with_controller(benchmark::State& state) {
+  eha::config::RigLimits limits;
+  limits.command_min_V = -5.0;
+  limits.command_max_V = 5.0;
+  eha::track::TrackSource source(tracked(1.0, 1.2, 36'000.0), limits);
+  run_ticks(state, source);
+}
+BENCHMARK(tick_with_controller);
 
 }  // namespace

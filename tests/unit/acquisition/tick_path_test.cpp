@@ -17,10 +17,12 @@
 #include "daemon/acquisition/tick_engine.hpp"
 #include "daemon/place/hold_source.hpp"
 #include "daemon/place/place_source.hpp"
+#include "daemon/track/track_source.hpp"
 #include "hal/faults/fault_rig.hpp"
 #include "hal/sim/sim_rig.hpp"
 #include "tests/unit/acquisition/fake_rig.hpp"
 #include "tests/unit/acquisition/play.hpp"
+#include "tests/unit/acquisition/tracked.hpp"
 #include "tests/unit/acquisition/trap.hpp"
 
 namespace eha::acquisition {
@@ -94,6 +96,14 @@ TEST_F(TickPath, NeitherAllocatesNorLocksWithSourcesThatLookAtTheRod) {
                                           place::LoopMonitor(place::loop_bounds(held.limits), 0.001)));
   EXPECT_EQ(trapped_run(held, *sim, started), std::make_pair(0L, 0L));
   EXPECT_EQ(held.report.outcome, Outcome::completed) << describe(held.report);
+}
+
+TEST_F(TickPath, NeitherAllocatesNorLocksWithAController) {
+  const std::unique_ptr<hal::Rig> sim = hal::open_rig(hal::SimOptions(), 0.0);
+  Play tracking;
+  track::TrackSource source(tracked(2.95, 2.97, 1.0), tracking.limits);  // as many rows as the queue holds
+  EXPECT_EQ(trapped_run(tracking, *sim, source), std::make_pair(0L, 0L));
+  EXPECT_EQ(tracking.report.outcome, Outcome::completed) << describe(tracking.report);
 }
 
 TEST_F(TickPath, NeitherAllocatesNorLocksOnAnyFault) {
