@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Writes the seeds of the fuzz targets: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,toml,model,protocol}.
+// Writes the seeds of the fuzz targets: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,mat,hdf5,toml,model,protocol}.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -13,6 +13,7 @@
 #include "daemon/record/journal.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/model/model_file.hpp"
+#include "tests/unit/importer/foreign_fixtures.hpp"
 
 namespace {
 
@@ -115,6 +116,14 @@ void write_requests(const path& folder) {
                         "\"params\":{\"entry\":0.5,\"x\":[[[[1]]]]}}\n\xff\n{\"id\":1,\"method\":\"que");
 }
 
+void write_arrays(const path& folder) {
+  for (const eha::importer::foreign::Fixture& fixture : eha::importer::foreign::fixtures()) {
+    const path file = folder / ("fuzz_" + fixture.kind) / fixture.name;
+    std::filesystem::create_directories(file.parent_path());
+    write_file_atomically(file, fixture.content);
+  }
+}
+
 path made(const path& folder) {
   std::filesystem::create_directories(folder);
   return folder;
@@ -131,6 +140,7 @@ int main(int argc, char** argv) {
     const path folder = argv[1];
     write_journals(made(folder / "fuzz_journal"));
     write_records(made(folder / "fuzz_csv"));
+    write_arrays(folder);
     write_models(made(folder / "fuzz_model"));
     write_configurations(made(folder / "fuzz_toml"));
     write_requests(made(folder / "fuzz_protocol"));
