@@ -125,6 +125,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   }
   for (const std::string& sentence : run.report.realtime.refused) console.warning(sentence);
   for (const std::string& sentence : acquisition::warnings(run.report)) console.warning(sentence);
+  for (const delays::Delay& delay : run.delays) console.warning(delays::sentence_of(delay));
   return {std::move(run), was_guarded};
 }
 
