@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fmt/format.h>
-
 #include <optional>
 #include <string>
 #include <system_error>
@@ -8,6 +6,7 @@
 
 #include "config/controller_config.hpp"
 #include "config/file_kind.hpp"
+#include "config/track_text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/drive_options.hpp"
@@ -36,25 +35,8 @@ Examples:
 
 struct TrackCommand : DriveOptions {
   std::string source;  ///< controller file or run folder
-  std::optional<double> step_in = {};
-  std::optional<double> sine_in = {};
-  std::optional<double> sine_Hz = {};
-  std::optional<double> hold_s = {};
+  config::TrackedMotion motion = {};
 };
-
-std::string experiment_text(const TrackCommand& command) {
-  // As a multi-line literal string: a controller file has no three apostrophes in a row.
-  std::string text =
-      fmt::format("schema = 1\nname = \"track-{}\"\n\n[track]\n", config::load_controller(command.source).name);
-  const auto add = [&](const char* key, const std::optional<double>& value) {
-    if (value) text += fmt::format("{} = {:#}\n", key, *value);
-  };
-  add("step_in", command.step_in);
-  add("sine_in", command.sine_in);
-  add("sine_Hz", command.sine_Hz);
-  add("hold_s", command.hold_s);
-  return text + "controller = '''\n" + config::read_config_file(command.source) + "'''\n";
-}
 
 }  // namespace
 
@@ -77,7 +59,8 @@ ExitCode execute(const TrackCommand& command, Console& console) {
   }
   RunCommand run{command};
   run.experiment_file = "track " + command.source;
-  run.text = experiment_text(command);
+  const std::string text = config::read_config_file(command.source);
+  run.text = config::track_experiment(config::parse_controller(text, command.source).name, text, command.motion);
   return execute(run, console);
 }
 
@@ -89,12 +72,14 @@ void add_track(CLI::App& app, ParsedLine& line) {
   sub->add_option("source", track.source, "Controller file, or the run folder of an earlier trial")
       ->required()
       ->type_name("CONTROLLER|RUN");
-  sub->add_option("--step", track.step_in, "Way of the step and the trapezoids [in]")
+  sub->add_option("--step", track.motion.step_in, "Way of the step and the trapezoids [in]")
       ->type_name("IN")
       ->check(positive());
-  sub->add_option("--sine", track.sine_in, "Amplitude of the sine [in]")->type_name("IN")->check(positive());
-  sub->add_option("--frequency", track.sine_Hz, "Frequency of the sine [Hz]")->type_name("HZ")->check(positive());
-  sub->add_option("--hold", track.hold_s, "Duration of the hold (default 20 s)")
+  sub->add_option("--sine", track.motion.sine_in, "Amplitude of the sine [in]")->type_name("IN")->check(positive());
+  sub->add_option("--frequency", track.motion.sine_Hz, "Frequency of the sine [Hz]")
+      ->type_name("HZ")
+      ->check(positive());
+  sub->add_option("--hold", track.motion.hold_s, "Duration of the hold (default 20 s)")
       ->type_name("SECONDS")
       ->check(positive());
   add_drive_options(*sub, track);
