@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loaded before the C library: the monotonic clock runs fifty times as fast, so that eha-safe gives up a card that never
-// opens after 0.2 s in place of 10 s. The program itself has no way to shorten its patience.
+// Loaded before the C library: the monotonic clock runs fifty times as fast, so that eha-safe gives up a card that
+// never opens after 0.2 s in place of 10 s. The program itself has no way to shorten its patience.
 #include <dlfcn.h>
 #include <time.h>
 

@@ -76,7 +76,8 @@ TEST(ForeignReader, MakesNamesReadableBeforeATerminalShowsThem) {
   const Arrays arrays = read_foreign("hdf5", folder.write("one.h5", one));
   ASSERT_EQ(arrays.columns.size(), 1U);
   EXPECT_EQ(arrays.columns[0].name, "t?[2J");
-  EXPECT_NE(refusal_of("hdf5", file).find("the dataset u?]0;x? is said"), std::string::npos) << refusal_of("hdf5", file);
+  EXPECT_NE(refusal_of("hdf5", file).find("the dataset u?]0;x? is said"), std::string::npos)
+      << refusal_of("hdf5", file);
 }
 
 TEST(ForeignReader, TakesAnArrayWithoutAName) {
