@@ -54,6 +54,7 @@ void write_records(const path& folder) {
                         "# a comment\ntime_s,voltage_V,displacement_in\n0,1,2.5\n0.001,-1,2.25\n0.002,+1e-3,2.125\n");
   write_file_atomically(folder / "quoted", "\xEF\xBB\xBFtime_s,\"a \"\"b\"\"_V\",c\r\n10,\"1\",2\r\n20,3,4\r\n");
   write_file_atomically(folder / "rounded", "time_s,u,y\n0.000000,1,2\n0.000977,3,4\n0.001953,5,6\n0.002930,7,8\n");
+  write_file_atomically(folder / "utf16", std::string("\xFF\xFEt\0,\0u\0\n\0\x31\0", 14));
   write_file_atomically(folder / "gap", "time_s,u,y\n1e1,1,2\n2e1,1,2\n4e1,1,2\n");
 }
 
