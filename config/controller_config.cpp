@@ -11,6 +11,7 @@
 #include "config/file_kind.hpp"
 #include "config/toml_section.hpp"
 #include "core/error.hpp"
+#include "core/toml_text.hpp"
 
 namespace eha::config {
 namespace {
@@ -105,22 +106,7 @@ class TomlWriter {
     put(key, fmt::format("{}", value));
   }
   void text(std::string_view key, const std::string& value, Need need = Need::required) {
-    if (!value.empty() || need == Need::required) put(key, quoted(value));
-  }
-
-  static std::string quoted(const std::string& value) {
-    std::string result = "\"";
-    for (const char c : value) {
-      if (c == '"' || c == '\\') {
-        result += '\\';
-        result += c;
-      } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-        result += fmt::format("\\u{:04X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
-      } else {
-        result += c;
-      }
-    }
-    return result + "\"";
+    if (!value.empty() || need == Need::required) put(key, toml_string(value));
   }
 
  private:
@@ -196,7 +182,7 @@ std::string controller_text(const ControllerConfig& controller) {
   std::string text = fmt::format(
       "# A controller of an axis, made by eha tune; eha-controller(5). Played on the rig, tick and units below only.\n"
       "schema = 1\nname = {}\nfor = {}\nkind = \"{}\"\ntick_s = {}\n\n[units]\nposition = \"in\"\ncommand = \"V\"\n",
-      TomlWriter::quoted(c.name), TomlWriter::quoted(c.purpose), ident::text(c.settings.kind), c.settings.tick_s);
+      toml_string(c.name), toml_string(c.purpose), ident::text(c.settings.kind), c.settings.tick_s);
   FeedbackTable feedback{&c.settings};
   write(text, "feedback", "From the filtered error [in] to the speed that is asked for [in/s]", feedback);
   InverseTable inverse{&c.settings};

@@ -62,6 +62,10 @@ FileKind kind_of(std::string_view text, const std::string& file_name) {
   return rig > experiment ? FileKind::rig : FileKind::experiment;
 }
 
+bool characterises(std::string_view text, const std::string& file_name) {
+  return parse_document(text, file_name).root.contains("characterise");
+}
+
 std::string read_config_file(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {

@@ -13,6 +13,9 @@ enum class FileKind { rig, experiment, controller };
 /// @throws ConfigError  not TOML, or none of them, or the keys of two in equal number
 [[nodiscard]] FileKind kind_of(std::string_view text, const std::string& file_name);
 
+/// Whether an experiment file measures the valve: has [characterise]. @throws ConfigError  not TOML
+[[nodiscard]] bool characterises(std::string_view text, const std::string& file_name);
+
 /// A configuration file's content.
 /// @throws ConfigError      missing, a directory, empty, binary, too large, or unreadable
 /// @throws PermissionError  the caller may not read it

@@ -21,9 +21,6 @@ struct SystemFiles {
 /// @param root  "/", or a folder laid out like it
 [[nodiscard]] SystemFiles read_system_files(const std::filesystem::path& root);
 
-/// Reads the kernel's list of CPUs: "0-2,5" is 0, 1, 2, 5. Parts that are no number or range are skipped.
-[[nodiscard]] std::vector<int> cpu_list(std::string_view text);
-
 /// Whether the PCI bus holds a device. @param vendor, device  four lower-case hexadecimal digits each
 [[nodiscard]] bool has_pci_device(const std::filesystem::path& root, std::string_view vendor, std::string_view device);
 

@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/terminal_text.hpp"
 
 namespace eha::cli {
 namespace {
@@ -57,24 +58,24 @@ Console::Console(const ConsoleOptions& options)
 }
 
 void Console::error(std::string_view text) const {
-  for_each_line(text, [](std::string_view line) { spdlog::error("{}", line); });
+  for_each_line(terminal_text(text), [](std::string_view line) { spdlog::error("{}", line); });
 }
 
 void Console::warning(std::string_view text) const {
-  for_each_line(text, [](std::string_view line) { spdlog::warn("{}", line); });
+  for_each_line(terminal_text(text), [](std::string_view line) { spdlog::warn("{}", line); });
 }
 
 void Console::info(std::string_view text) const {
-  for_each_line(text, [](std::string_view line) { spdlog::info("{}", line); });
+  for_each_line(terminal_text(text), [](std::string_view line) { spdlog::info("{}", line); });
 }
 
 void Console::debug(std::string_view text) const {
-  for_each_line(text, [](std::string_view line) { spdlog::debug("{}", line); });
+  for_each_line(terminal_text(text), [](std::string_view line) { spdlog::debug("{}", line); });
 }
 
 void Console::print(std::string_view text) const {
   if (options_.json) return;
-  write_out(text);
+  write_out(terminal_text(text));
   if (text.empty() || text.back() != '\n') write_out("\n");
 }
 
@@ -107,7 +108,7 @@ nlohmann::ordered_json Console::taken_documents() {
 void Console::next_step(std::string_view command) const {
   if (options_.json || options_.quiet || kept_) return;
   const bool takes_units = !options_.units.empty() && command.starts_with("eha ");
-  write_out(fmt::format("Next: {}{}\n", command, takes_units ? " --units " + options_.units : ""));
+  write_out(fmt::format("Next: {}{}\n", terminal_text(command), takes_units ? " --units " + options_.units : ""));
 }
 
 void Console::show_run(std::string_view line) {
@@ -117,7 +118,7 @@ void Console::show_run(std::string_view line) {
     const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
     const std::size_t width = is_known ? size.ws_col - 1U : 79U;
     // Carriage return, then erase to the end of the line (ECMA-48 EL).
-    std::cerr << "\r" << line.substr(0, width) << "\x1b[K" << std::flush;
+    std::cerr << "\r" << terminal_text(line.substr(0, width)) << "\x1b[K" << std::flush;
     bar_drawn_ = true;
     return;
   }
@@ -131,7 +132,7 @@ void Console::show_run(std::string_view line) {
 void Console::progress(double share, std::string_view text) {
   if (!bar_wanted_) return;
   if (text.ends_with('\n')) {
-    std::cerr << "\r\x1b[K" << text << std::flush;
+    std::cerr << "\r\x1b[K" << terminal_text(text) << std::flush;
     return;
   }
   const auto now = std::chrono::steady_clock::now();
@@ -146,7 +147,8 @@ void Console::progress(double share, std::string_view text) {
   const std::string bar =
       std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kWidth - filled), '.');
   // Carriage return, then erase to the end of the line (ECMA-48 EL).
-  std::cerr << fmt::format("\r[{}] {:3.0f} % {}{}\x1b[K", bar, 100.0 * std::clamp(share, 0.0, 1.0), text, left)
+  std::cerr << fmt::format("\r[{}] {:3.0f} % {}{}\x1b[K", bar, 100.0 * std::clamp(share, 0.0, 1.0), terminal_text(text),
+                           left)
             << std::flush;
   bar_drawn_ = true;
 }
@@ -165,7 +167,7 @@ bool Console::confirm(std::string_view question) const {
   if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1) {
     throw UsageError(fmt::format("{} There is no terminal to ask on: add --yes to confirm", question));
   }
-  std::cerr << question << " Type yes to go on: " << std::flush;
+  std::cerr << terminal_text(question) << " Type yes to go on: " << std::flush;
   std::string answer;
   std::getline(std::cin, answer);
   return answer == "yes";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <iterator>
 #include <optional>
@@ -9,8 +10,11 @@
 #include <variant>
 #include <vector>
 
+#include "core/priorities.hpp"
+#include "daemon/delays/delays.hpp"
 #include "daemon/doctor/card_checks.hpp"
 #include "daemon/doctor/check.hpp"
+#include "daemon/doctor/delay_checks.hpp"
 #include "daemon/doctor/limit_checks.hpp"
 #include "daemon/doctor/machine_checks.hpp"
 #include "daemon/doctor/run_folder_check.hpp"
@@ -29,8 +33,8 @@ using doctor::Check;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kDoctorFooter = R"(
-Checks kernel, scheduling, limits, CPUs and disk; for a rig on a card also the device, its driver, board and safety
-lines. Each line is ok, warn or fail; warn and fail name the remedy. Nothing is changed and nothing moves.
+Checks kernel, scheduling, limits, CPUs, what can make ticks late, and disk; for a rig on a card also the device, its
+driver, board and safety lines. Each line is ok, warn or fail; warn and fail name the remedy. Nothing is changed and nothing moves.
 Exit code, of the worst failure: 78 rig file, 69 device, 77 permission, 74 disk; 0 without a failure.
 
 Examples:
@@ -120,6 +124,8 @@ ExitCode execute(const DoctorCommand& command, Console& console) {
                                 .files = doctor::read_system_files(kRoot),
                                 .privileges = doctor::probe_privileges(realtime.priority)};
   append(checks, doctor::check_machine(machine, realtime, moves ? doctor::Stakes::machine : doctor::Stakes::simulated));
+  delays::LoopThread loop{.cpu = realtime.cpu, .priority = std::min(realtime.priority, kHighestLoopPriority)};
+  append(checks, doctor::check_delays(delays::standing_delays(kRoot, delays::read_counters(kRoot), loop), loop.cpu));
   if (moves) {
     checks.push_back(check_trust(*rig));
     if (const auto* card = std::get_if<hal::ComediOptions>(&rig->backend)) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/delays/run_delays.hpp"
 #include "daemon/doctor/latency.hpp"
 #include "daemon/doctor/load_threads.hpp"
 #include "daemon/eha/command.hpp"
@@ -22,9 +23,12 @@ namespace {
 using acquisition::Histogram;
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kRoot = "/";
+
 constexpr const char* kLatencyFooter = R"(
 Runs the tick loop on the simulated rig in real time and shows how late ticks wake up and how long they take [us].
-Passes when 99.9 % wake up within 50 us and all within 150 us, no tick takes over 300 us, and none is skipped.
+Passes when 99.9 % wake up within 50 us and all within 150 us, no tick takes over 300 us, and none is skipped. Else it
+names what held the loop up: threads of higher priority, interrupts, the other half of the core, the host, the firmware.
 --rig takes period, priority and CPU of the loop from a rig file; its card is not touched.
 Exit code 0: passed; 12: missed.
 
@@ -88,6 +92,13 @@ void show(const acquisition::RunReport& report, const std::vector<doctor::Gate>&
   }
 }
 
+void show(const std::vector<delays::Delay>& seen, const Console& console) {
+  console.print(seen.empty() ? "the counters of the kernel name no cause" : "what held the loop up meanwhile:");
+  for (const delays::Delay& delay : seen) {
+    console.print(fmt::format("  {:<10}  {}\n{:<12}-> {}", delay.name, delay.found, "", delay.remedy));
+  }
+}
+
 ExitCode execute(const LatencyCommand& command, Console& console) {
   const config::RealtimeOptions realtime = realtime_options(command.rig_file);
   console.info(fmt::format("the tick loop on the simulated rig for {:g} s, a tick every {:g} s{}", command.duration_s,
@@ -95,6 +106,7 @@ ExitCode execute(const LatencyCommand& command, Console& console) {
   StopOnSignals stop;
   std::optional<doctor::LoadThreads> load;
   if (command.load) load.emplace();
+  const delays::Counters before = delays::read_counters(kRoot);
   const acquisition::RunReport report =
       doctor::measure_latency(command.duration_s, realtime, stop.request(), [&](const acquisition::Snapshot& now) {
         console.progress(static_cast<double>(now.experiment_row) / std::max(1U, now.experiment_rows),
@@ -102,6 +114,7 @@ ExitCode execute(const LatencyCommand& command, Console& console) {
                                      now.experiment_row * realtime.sample_period_s, command.duration_s,
                                      static_cast<double>(now.latency_max_ns) * 1e-3, now.counters.late));
       });
+  const std::vector<delays::Delay> seen = delays::delays_of_run(before, realtime, report);
   load.reset();
   console.end_progress();
   for (const std::string& sentence : report.realtime.refused) console.warning(sentence);
@@ -119,14 +132,17 @@ ExitCode execute(const LatencyCommand& command, Console& console) {
                 {"load", command.load},
                 {"passed", passed},
                 {"gates", Json::array()},
+                {"delays", Json::array()},
                 {"report", record::describe_report(report)},
                 {"exit_code", static_cast<int>(code)}};
+  for (const delays::Delay& delay : seen) document["delays"].push_back(delays::to_json(delay));
   for (const doctor::Gate& gate : gates) {
     document["gates"].push_back(
         {{"name", gate.name}, {"value", gate.value}, {"limit", gate.limit}, {"met", gate.met()}});
   }
   console.print_json(document);
   show(report, gates, console);
+  if (!passed) show(seen, console);
   if (report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(report));
   console.print(passed ? "PASSED: fit for a rig" : "MISSED: `eha doctor` lists remedies");
   return code;

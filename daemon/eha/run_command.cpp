@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -21,6 +22,7 @@
 #include "daemon/eha/place_text.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/ruler.hpp"
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/run_service.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
@@ -124,6 +126,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   }
   for (const std::string& sentence : run.report.realtime.refused) console.warning(sentence);
   for (const std::string& sentence : acquisition::warnings(run.report)) console.warning(sentence);
+  for (const delays::Delay& delay : run.delays) console.warning(delays::sentence_of(delay));
   return {std::move(run), was_guarded};
 }
 
@@ -269,6 +272,10 @@ ExitCode execute(const RunCommand& command, Console& console) {
   require_local_rig_file(rig);
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
+  if (std::any_of(planned.begin(), planned.end(),
+                  [](const PlannedRun& one) { return one.experiment.config.characterises; })) {
+    require_agreement_with_ruler(command, command.ruler, console);
+  }
   std::string confirmation;
   for (const PlannedRun& one : planned) {
     if (const auto text = confirmation_text(rig, one.experiment.config)) {
@@ -314,6 +321,9 @@ void add_run(CLI::App& app, ParsedLine& line) {
   sub->add_flag("--detach", run.detach, "Queue the experiments and leave; not with --local")->excludes(local);
   sub->add_flag("--accept-travel-risk", run.accept_travel_risk,
                 "Play even if half of the rehearsed rods reach a limit");
+  sub->add_option("--ruler", run.ruler,
+                  "Where a ruler shows the rod, such as 2.95in or 75mm; for [characterise] without [following]")
+      ->type_name("LENGTH");
 }
 
 }  // namespace eha::cli

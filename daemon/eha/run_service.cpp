@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +23,7 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/place_text.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
+#include "daemon/eha/ruler.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/run_follower.hpp"
 #include "daemon/eha/short_report.hpp"
@@ -186,6 +188,10 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   const std::string units = rig.value("units", "");
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
   for (const ExperimentFile& file : files) rehearse_for_service(file, status, risk, console);
+  if (std::any_of(files.begin(), files.end(),
+                  [](const ExperimentFile& file) { return config::characterises(file.text, file.name); })) {
+    require_agreement_with_ruler(command, command.ruler, console);
+  }
   std::vector<std::string> names;
   for (const ExperimentFile& file : files) names.push_back(file.name);
   if (rig.at("moves") == true && !command.yes &&

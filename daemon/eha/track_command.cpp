@@ -9,6 +9,7 @@
 
 #include "config/controller_config.hpp"
 #include "config/file_kind.hpp"
+#include "config/track_text.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/axis_table.hpp"
 #include "daemon/eha/command.hpp"
@@ -52,10 +53,7 @@ Examples:
 struct TrackCommand : DriveOptions {
   std::string source;                         ///< controller file or run folder
   std::optional<std::string> reference = {};  ///< CSV of set points
-  std::optional<double> step_in = {};
-  std::optional<double> sine_in = {};
-  std::optional<double> sine_Hz = {};
-  std::optional<double> hold_s = {};
+  config::TrackedMotion motion = {};
 };
 
 /// Set points of a CSV file as tables of [track], and the first as the place to begin at.
@@ -76,22 +74,6 @@ std::string reference_text(const std::string& file) {
                         factor * table.columns[1][i]);
   }
   return text + fmt::format("[start]\ndisplacement_in = {:#}\n", factor * table.columns[1].front());
-}
-
-std::string experiment_text(const TrackCommand& command) {
-  // As a multi-line literal string: a controller file has no three apostrophes in a row.
-  std::string text =
-      fmt::format("schema = 1\nname = \"track-{}\"\n\n[track]\n", config::load_controller(command.source).name);
-  const auto add = [&](const char* key, const std::optional<double>& value) {
-    if (value) text += fmt::format("{} = {:#}\n", key, *value);
-  };
-  add("step_in", command.step_in);
-  add("sine_in", command.sine_in);
-  add("sine_Hz", command.sine_Hz);
-  add("hold_s", command.hold_s);
-  text += "controller = '''\n" + config::read_config_file(command.source) + "'''\n";
-  if (command.reference) text += reference_text(*command.reference);
-  return text;
 }
 
 }  // namespace
@@ -154,8 +136,11 @@ ExitCode execute(const TrackCommand& command, Console& console) {
   }
   RunCommand run{command};
   run.experiment_file = "track " + command.source;
-  run.text = experiment_text(command);
-  run.simulated_tick_s = config::load_controller(command.source).settings.tick_s;
+  const std::string text = config::read_config_file(command.source);
+  const config::ControllerConfig controller = config::parse_controller(text, command.source);
+  run.text = config::track_experiment(controller.name, text, command.motion);
+  if (command.reference) *run.text += reference_text(*command.reference);
+  run.simulated_tick_s = controller.settings.tick_s;
   return execute(run, console);
 }
 
@@ -170,12 +155,14 @@ void add_track(CLI::App& app, ParsedLine& line) {
   sub->add_option("reference", track.reference,
                   "Set points to follow instead of the trial (CSV: time_s and position_mm or _in)")
       ->type_name("CSV");
-  sub->add_option("--step", track.step_in, "Way of the step and the trapezoids [in]")
+  sub->add_option("--step", track.motion.step_in, "Way of the step and the trapezoids [in]")
       ->type_name("IN")
       ->check(positive());
-  sub->add_option("--sine", track.sine_in, "Amplitude of the sine [in]")->type_name("IN")->check(positive());
-  sub->add_option("--frequency", track.sine_Hz, "Frequency of the sine [Hz]")->type_name("HZ")->check(positive());
-  sub->add_option("--hold", track.hold_s, "Duration of the hold (default 20 s)")
+  sub->add_option("--sine", track.motion.sine_in, "Amplitude of the sine [in]")->type_name("IN")->check(positive());
+  sub->add_option("--frequency", track.motion.sine_Hz, "Frequency of the sine [Hz]")
+      ->type_name("HZ")
+      ->check(positive());
+  sub->add_option("--hold", track.motion.hold_s, "Duration of the hold (default 20 s)")
       ->type_name("SECONDS")
       ->check(positive());
   add_drive_options(*sub, track);

@@ -79,6 +79,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     if (!sentence.empty()) entry.note += (entry.note.empty() ? "" : "; ") + sentence;
   }
   entry.warnings = acquisition::warnings(run.report);
+  for (const delays::Delay& delay : run.delays) entry.warnings.push_back(delays::sentence_of(delay));
   for (const std::string& sentence : entry.warnings) spdlog::warn("experiment {}: {}", entry.id, sentence);
   if (run.only_placed && std::isfinite(run.displacement_in)) {
     entry.placed_in = run.displacement_in;

@@ -21,7 +21,7 @@ constexpr int kDigitsOfSingle = 7;
 
 /// Of "rec.in" or "rec/in" only the field may end in a unit; "X(:,2)" has none.
 std::pair<std::string, std::string> name_and_unit_of_array(const std::string& label) {
-  if (label.back() == ')' || label.back() == ']') return {label, ""};
+  if (label.ends_with(')') || label.ends_with(']')) return {label, ""};
   const std::size_t separator = label.find_last_of("./");
   const std::size_t field = separator == std::string::npos ? 0 : separator + 1;
   auto [name, unit] = name_and_unit(std::string_view(label).substr(field));

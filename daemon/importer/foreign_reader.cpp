@@ -21,6 +21,7 @@
 #include "core/os/child_process.hpp"
 #include "core/os/files.hpp"
 #include "core/program_path.hpp"
+#include "daemon/importer/column_names.hpp"
 
 namespace eha::importer {
 namespace {
@@ -55,7 +56,8 @@ void send_text(int descriptor, std::string_view text) {
   send_bytes(descriptor, text.data(), text.size());
 }
 
-/// What eha-reader sends, which is as little trusted as the file.
+/// What eha-reader sends, which is as little trusted as the file: its texts are made readable, because names and
+/// refusals go to a terminal.
 class Answers {
  public:
   explicit Answers(os::FileDescriptor pipe) : pipe_(std::move(pipe)) {}
@@ -83,7 +85,9 @@ class Answers {
     std::uint64_t size = 0;
     if (!take(size) || size > kLongestText) return false;
     text.resize(size);
-    return take_bytes(text.data(), size);
+    if (!take_bytes(text.data(), size)) return false;
+    text = readable(text, kLongestText);
+    return true;
   }
 
  private:

@@ -86,7 +86,8 @@ std::optional<std::string> to_utf8(std::string_view text, const char* from) {
   return result;
 }
 
-TextLines::TextLines(const std::filesystem::path& path, os::FileDescriptor text) : path_(path), file_(std::move(text)) {
+TextLines::TextLines(const std::filesystem::path& path, os::FileDescriptor text)
+    : path_(path), file_(std::move(text)), converter_(nullptr, &iconv_close) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) os::throw_system_error("read", path, EISDIR);
   if (!file_) file_ = os::open_file(path, O_RDONLY);
@@ -97,9 +98,7 @@ TextLines::TextLines(const std::filesystem::path& path, os::FileDescriptor text)
   if (text_.find('\n') == std::string::npos && text_.find('\r') != std::string::npos) line_end_ = '\r';
 }
 
-TextLines::~TextLines() {
-  if (converter_ != nullptr) iconv_close(static_cast<iconv_t>(converter_));
-}
+TextLines::~TextLines() = default;
 
 void TextLines::choose_encoding() {
   const std::string_view bytes = text_;
@@ -123,7 +122,7 @@ void TextLines::choose_encoding() {
   iconv_t handle = iconv_open("UTF-8", utf16);
   // NOLINTNEXTLINE(performance-no-int-to-ptr): iconv(3) says so
   if (handle == reinterpret_cast<iconv_t>(-1)) throw std::bad_alloc();
-  converter_ = handle;
+  converter_.reset(handle);
   const std::string raw = text_.substr(mark);
   text_.clear();
   convert_utf16(raw);
@@ -131,7 +130,7 @@ void TextLines::choose_encoding() {
 
 void TextLines::convert_utf16(std::string_view bytes) {
   rest_.append(bytes);
-  const auto left = convert(static_cast<iconv_t>(converter_), rest_, text_);
+  const auto left = convert(converter_.get(), rest_, text_);
   if (!left || (at_end_ && *left > 0)) {
     throw DataError(fmt::format("{}: the text is not valid UTF-16; save the file as UTF-8", path_.string()));
   }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -55,9 +56,9 @@ class TextLines {
   std::uint64_t size_ = 0;
   std::uint64_t bytes_read_ = 0;
   std::string encoding_;
-  void* converter_ = nullptr;  ///< iconv_t, for UTF-16
-  std::string rest_;           ///< bytes of an incomplete UTF-16 character
-  std::string text_;           ///< read and not yet handed out, from begin_
+  std::unique_ptr<void, int (*)(void*)> converter_;  ///< iconv_t, for UTF-16
+  std::string rest_;                                 ///< bytes of an incomplete UTF-16 character
+  std::string text_;                                 ///< read and not yet handed out, from begin_
   std::size_t begin_ = 0;
   char line_end_ = '\n';
   bool at_end_ = false;

@@ -13,6 +13,7 @@
 #include "core/os/files.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
 #include "daemon/acquisition/record_queue.hpp"
+#include "daemon/delays/run_delays.hpp"
 #include "daemon/play/journal_thread.hpp"
 #include "daemon/play/source.hpp"
 #include "daemon/record/journal.hpp"
@@ -120,6 +121,8 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   run.watch.phase = RunWatch::Phase::playing;
   const record::FolderWatch folder(request.folder);
   JournalThread writer(*queue, journal, folder, request.time_base, run.watch);
+  const bool is_real_time = request.time_base == TimeBase::monotonic;
+  const delays::Counters before = is_real_time ? delays::read_counters("/") : delays::Counters{};
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
     const std::unique_ptr<acquisition::CommandSource> source = make_source(request);
     return acquisition::run(run.rig, run.machine, *source, request.rig.limits, request.rig.realtime,
@@ -134,6 +137,10 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
                        .write_error = {},
                        .only_placed = request.experiment.place_in.has_value(),
                        .displacement_in = run.watch.board.read().displacement_in};
+  const acquisition::LoopCounters& counted = finished.report.counters;
+  if (is_real_time && (counted.late > 0 || counted.skipped > 0)) {
+    finished.delays = delays::delays_of_run(before, request.rig.realtime, finished.report);
+  }
   run.watch.phase = RunWatch::Phase::draining;
   finished.write_error = writer.finish();
   is_journal_sound = writer.journal_is_sound();
@@ -159,6 +166,9 @@ void write_files(FinishedRun& finished, record::JournalWriter* journal, record::
   }
   manifest.files.clear();
   record::put_report(manifest, finished.report, finished.write_error);
+  for (const delays::Delay& delay : finished.delays) {
+    manifest.other["report"]["delays"].push_back(delays::to_json(delay));
+  }
   attempt([&] { record::write_manifest(finished.folder, manifest); });
   if (!finished.write_error.empty() && outcome == Outcome::completed) outcome = Outcome::write_failed;
 }

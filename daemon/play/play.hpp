@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "config/experiment_config.hpp"
 #include "config/rig_config.hpp"
@@ -15,6 +16,7 @@
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/acquisition/stop_request.hpp"
+#include "daemon/delays/delays.hpp"
 #include "daemon/play/run_watch.hpp"
 #include "hal/rig.hpp"
 
@@ -38,10 +40,11 @@ struct PlayRequest {
 /// A run that has ended.
 struct FinishedRun {
   std::filesystem::path folder;
-  acquisition::RunReport report;  ///< outcome write_failed also when only the files after the journal failed
-  std::string write_error;        ///< message of the write that failed; empty when everything was written
-  bool only_placed = false;       ///< the rod was moved to a place; there is nothing to fit
-  double displacement_in = 0.0;   ///< of the last reading [in]
+  acquisition::RunReport report;           ///< outcome write_failed also when only the files after the journal failed
+  std::string write_error;                 ///< message of the write that failed; empty when everything was written
+  bool only_placed = false;                ///< the rod was moved to a place; there is nothing to fit
+  double displacement_in = 0.0;            ///< of the last reading [in]
+  std::vector<delays::Delay> delays = {};  ///< what held the loop up, where ticks were late
 };
 
 /// Called about ten times a second in the thread that called play(). When it throws, the run is ramped out, its files

@@ -215,6 +215,8 @@ std::string quoted(const std::string& text) {
       const bool is_control = static_cast<unsigned char>(c) < ' ' || c == '\x7f';
       // gnuplot 5.4 misreads a doubled quote at the beginning of a constant.
       result += c == '\'' ? std::string("\xE2\x80\x99") : std::string(1, is_control ? ' ' : c);
+    } else if (length == 2 && text[at] == '\xC2' && static_cast<unsigned char>(text[at + 1]) < 0xA0) {
+      result += ' ';  // controls a terminal, as the characters below a blank do
     } else {
       result.append(text, at, length);
     }

@@ -18,38 +18,75 @@
 namespace eha {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr const char* kSiteFolder = "/etc/ehad";
+
+/// A rig file in its folder, both open: what is asked of one and of the other cannot be of two, whatever becomes of the
+/// links in the path meanwhile.
+class OpenRigFile {
+ public:
+  explicit OpenRigFile(const config::RigConfig& rig)
+      : rig_(rig), folder_(os::open_file(folder_of(rig.file_name), O_PATH | O_DIRECTORY)) {
+    file_ = os::FileDescriptor(openat(folder_.get(), fs::path(rig.file_name).filename().c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file_) os::throw_system_error("open", rig.file_name, errno);
+  }
+
+  void require_trust() const {
+    struct stat facts {};
+    if (fstat(file_.get(), &facts) != 0) os::throw_system_error("look at", rig_.file_name, errno);
+    if (facts.st_uid != 0 || (facts.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
+      throw PermissionError(
+          fmt::format("{}: a rig file that drives a real card must belong to root and be writable by no one else, "
+                      "because its limits protect the machine; as root: chown root {} && chmod go-w {}",
+                      rig_.file_name, rig_.file_name, rig_.file_name));
+    }
+    // The owner just checked is that of the file there now; the limits may have been read from another one.
+    if (os::read_file(fmt::format("/proc/self/fd/{}", file_.get())) != rig_.text) {
+      throw PermissionError(fmt::format("{}: the file changed while it was read; try again", rig_.file_name));
+    }
+  }
+
+  [[nodiscard]] bool is_of_site() const {
+    std::error_code error;
+    const fs::path folder = fs::read_symlink(fmt::format("/proc/self/fd/{}", folder_.get()), error);
+    return !error && lies_in_site(folder);
+  }
+
+  [[nodiscard]] static bool lies_in_site(const fs::path& folder) {
+    std::error_code error;
+    const fs::path site = fs::canonical(kSiteFolder, error);
+    return !error && std::mismatch(site.begin(), site.end(), folder.begin(), folder.end()).first == site.end();
+  }
+
+ private:
+  static fs::path folder_of(const std::string& file) {
+    const fs::path folder = fs::path(file).parent_path();
+    return folder.empty() ? fs::path(".") : folder;
+  }
+
+  const config::RigConfig& rig_;
+  os::FileDescriptor folder_;
+  os::FileDescriptor file_;
+};
 
 }  // namespace
 
 void require_trusted_rig_file(const config::RigConfig& rig) {
-  if (!hal::moves_machine(rig.backend)) return;
-  const os::FileDescriptor file = os::open_file(rig.file_name, O_RDONLY);
-  struct stat facts {};
-  if (fstat(file.get(), &facts) != 0) os::throw_system_error("look at", rig.file_name, errno);
-  if (facts.st_uid != 0 || (facts.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
-    throw PermissionError(
-        fmt::format("{}: a rig file that drives a real card must belong to root and be writable by no one else, "
-                    "because its limits protect the machine; as root: chown root {} && chmod go-w {}",
-                    rig.file_name, rig.file_name, rig.file_name));
-  }
-  // The owner just checked is that of the file there now; the limits may have been read from another one.
-  if (os::read_file(fmt::format("/proc/self/fd/{}", file.get())) != rig.text) {
-    throw PermissionError(fmt::format("{}: the file changed while it was read; try again", rig.file_name));
-  }
+  if (hal::moves_machine(rig.backend)) OpenRigFile(rig).require_trust();
 }
 
 bool is_site_rig_file(const std::string& file_name) {
-  namespace fs = std::filesystem;
   std::error_code error;
   const fs::path folder = fs::canonical(fs::absolute(file_name, error).parent_path(), error);
-  const fs::path site = fs::canonical(kSiteFolder, error);
-  return !error && std::mismatch(site.begin(), site.end(), folder.begin(), folder.end()).first == site.end();
+  return !error && OpenRigFile::lies_in_site(folder);
 }
 
 void require_local_rig_file(const config::RigConfig& rig) {
-  require_trusted_rig_file(rig);
-  if (geteuid() == 0 || !hal::moves_machine(rig.backend) || is_site_rig_file(rig.file_name)) return;
+  if (!hal::moves_machine(rig.backend)) return;
+  const OpenRigFile file(rig);
+  file.require_trust();
+  if (geteuid() == 0 || file.is_of_site()) return;
   throw PermissionError(
       fmt::format("{}: without the service, only root drives a card with a rig file outside {}; use the service, or "
                   "have root put the file of this rig there",

@@ -15,6 +15,8 @@ using Complex = std::complex<double>;
 
 /// Of the fractional filters, below the frequency of the tick: five decades.
 constexpr double kBandShare = 1e-5;
+constexpr double kLeast = 1e-9;
+constexpr double kMost = 1e9;
 
 void require(bool holds, const char* what, double value) {
   if (!holds) throw ConfigError(fmt::format("controller: {}: got {:g}", what, value));
@@ -53,8 +55,10 @@ FractionalFilter fractional_filter(double order, double low_rad_s, double high_r
 }
 
 AxisCoefficients coefficients(const AxisSettings& s) {
-  const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
-  const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0.0; };
+  // No product or quotient of a tick leaves the range of doubles: the command would be no number.
+  const auto positive = [](double value) { return value >= kLeast && value <= kMost; };
+  const auto not_negative = [](double value) { return value >= 0.0 && value <= kMost; };
+  const auto finite = [](double value) { return std::abs(value) <= kMost; };
   require(positive(s.tick_s), "tick: expected a positive number of seconds", s.tick_s);
   require(not_negative(s.feedback.kp), "kp: expected 0 or more", s.feedback.kp);
   require(not_negative(s.feedback.ki), "ki: expected 0 or more", s.feedback.ki);
@@ -67,21 +71,21 @@ AxisCoefficients coefficients(const AxisSettings& s) {
   require(!(s.feedback.ki > 0.0) || positive(s.tracking_s), "tracking time: expected a positive number of seconds",
           s.tracking_s);
   require(positive(s.most_speed), "greatest speed: expected a positive number", s.most_speed);
-  require(std::isfinite(s.inverse.null), "null: expected a number", s.inverse.null);
+  require(finite(s.inverse.null), "null: expected a number", s.inverse.null);
   require(not_negative(s.inverse.dead_band), "dead band: expected 0 or more", s.inverse.dead_band);
   require(positive(s.inverse.gain_positive), "gain: expected a positive number", s.inverse.gain_positive);
   require(positive(s.inverse.gain_negative), "gain: expected a positive number", s.inverse.gain_negative);
   require(positive(s.inverse.smoothing), "smoothing: expected a positive number", s.inverse.smoothing);
   for (const double value : {s.feed_forward.position_rate, s.feed_forward.rest, s.feed_forward.velocity_share,
                              s.feed_forward.acceleration_s, s.reference.lowest}) {
-    require(std::isfinite(value), "feed-forward: expected a number", value);
+    require(finite(value), "feed-forward: expected a number", value);
   }
-  require(s.reference.highest > s.reference.lowest, "travel: expected an upper end above the lower one",
-          s.reference.highest);
+  require(finite(s.reference.highest) && s.reference.highest > s.reference.lowest,
+          "travel: expected an upper end above the lower one", s.reference.highest);
   require(positive(s.reference.velocity), "velocity: expected a positive number", s.reference.velocity);
   require(positive(s.reference.acceleration), "acceleration: expected a positive number", s.reference.acceleration);
   require(positive(s.reference.jerk), "jerk: expected a positive number", s.reference.jerk);
-  require(s.command_max > s.command_min && std::isfinite(s.command_max) && std::isfinite(s.command_min),
+  require(s.command_max > s.command_min && finite(s.command_max) && finite(s.command_min),
           "command range: expected a maximum above the minimum", s.command_max);
   require(positive(s.slew_per_s), "slew: expected a positive number", s.slew_per_s);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Writes the seeds of the fuzz targets: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,toml,model,protocol}.
+// Writes the seeds of the fuzz targets: fuzz_seeds FOLDER makes FOLDER/fuzz_{journal,csv,mat,hdf5,toml,model,protocol}.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -13,6 +13,7 @@
 #include "daemon/record/journal.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/model/model_file.hpp"
+#include "tests/unit/importer/foreign_fixtures.hpp"
 
 namespace {
 
@@ -53,6 +54,7 @@ void write_records(const path& folder) {
                         "# a comment\ntime_s,voltage_V,displacement_in\n0,1,2.5\n0.001,-1,2.25\n0.002,+1e-3,2.125\n");
   write_file_atomically(folder / "quoted", "\xEF\xBB\xBFtime_s,\"a \"\"b\"\"_V\",c\r\n10,\"1\",2\r\n20,3,4\r\n");
   write_file_atomically(folder / "rounded", "time_s,u,y\n0.000000,1,2\n0.000977,3,4\n0.001953,5,6\n0.002930,7,8\n");
+  write_file_atomically(folder / "utf16", std::string("\xFF\xFEt\0,\0u\0\n\0\x31\0", 14));
   write_file_atomically(folder / "gap", "time_s,u,y\n1e1,1,2\n2e1,1,2\n4e1,1,2\n");
 }
 
@@ -115,6 +117,14 @@ void write_requests(const path& folder) {
                         "\"params\":{\"entry\":0.5,\"x\":[[[[1]]]]}}\n\xff\n{\"id\":1,\"method\":\"que");
 }
 
+void write_arrays(const path& folder) {
+  for (const eha::importer::foreign::Fixture& fixture : eha::importer::foreign::fixtures()) {
+    const path file = folder / ("fuzz_" + fixture.kind) / fixture.name;
+    std::filesystem::create_directories(file.parent_path());
+    write_file_atomically(file, fixture.content);
+  }
+}
+
 path made(const path& folder) {
   std::filesystem::create_directories(folder);
   return folder;
@@ -131,6 +141,7 @@ int main(int argc, char** argv) {
     const path folder = argv[1];
     write_journals(made(folder / "fuzz_journal"));
     write_records(made(folder / "fuzz_csv"));
+    write_arrays(folder);
     write_models(made(folder / "fuzz_model"));
     write_configurations(made(folder / "fuzz_toml"));
     write_requests(made(folder / "fuzz_protocol"));

@@ -67,7 +67,7 @@ TEST(Rehearsal, IsSaidToBeMissingWhereTheRigFileDoesNotHaveTheValve) {
   folder.write("short.toml",
                "schema = 1\nname = \"short\"\nduration_s = 10.0\n[excitation]\nkind = \"sine\"\n"
                "tones = [{ frequency_Hz = 0.5, amplitude_V = 1.0 }]\n[[model]]\nname = \"il\"\n"
-               "structure = \"integrator_lag\"\n");
+               "structure = \"integrator_lag\"\ninput_map = \"valve\"\n");
   const Ended played = run_eha({"run", "short.toml", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
   EXPECT_NE(played.err.find(missing), std::string::npos) << played.err;
   // What plays no table of its own is not rehearsed at all.

@@ -88,6 +88,15 @@ TEST_F(ServiceArming, AsksForARulersReadingBeforeTheFirstMotionWithoutFollowing)
   EXPECT_EQ(differs.code, static_cast<int>(ExitCode::configuration));
   EXPECT_NE(differs.err.find("eha calibrate"), std::string::npos) << differs.err;
   EXPECT_EQ(rig_.card().enabled_ns, 0);
+  const auto file = daemon_.folder() / "sheet.toml";
+  std::ofstream(file) << "schema = 1\nname = \"sheet\"\n\n[characterise]\n";
+  for (const char* way : {"--no-progress", "--detach"}) {
+    const Ended run = run_eha({"run", file.string(), "--yes", way, "--socket", daemon_.socket()}, daemon_.folder());
+    EXPECT_EQ(run.code, static_cast<int>(ExitCode::usage)) << run.out;
+    EXPECT_NE(run.err.find("--ruler LENGTH"), std::string::npos) << run.err;
+  }
+  EXPECT_EQ(rig_.card().enabled_ns, 0);
+  EXPECT_TRUE(Client(daemon_.socket()).call("queue").at("entries").empty());
   const Ended begun = interrupt_eha(
       {"characterise", "--yes", "--ruler", "74.9mm", "--socket", daemon_.socket()}, daemon_.folder(),
       [&] { return rig_.card().is_enabled(); }, SIGINT);

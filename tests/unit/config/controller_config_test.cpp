@@ -7,6 +7,8 @@
 #include <string>
 
 #include "config/file_kind.hpp"
+#include "config/toml_section.hpp"
+#include "config/track_text.hpp"
 #include "core/error.hpp"
 
 namespace eha::config {
@@ -88,6 +90,30 @@ TEST(ControllerFile, NamesLineAndColumnOfWhatIsWrong) {
   EXPECT_NE(refusal(text, "velocity_in_per_s = 0.4", "velocity_in_per_s = -0.4").find("c.toml:"), std::string::npos);
   EXPECT_NE(refusal(text, "[fault]", "[faults]").find("fault"), std::string::npos);
   EXPECT_NE(refusal(text, "jerk_in_per_s3 = 25.0", "jerk_in_per_s3 = 0.001").find("jerk"), std::string::npos);
+}
+
+TEST(ControllerFile, HasNoNumberOfWhichATickMakesNone) {
+  const std::string text = controller_text(controller());
+  for (const char* huge : {"1e308", "inf", "nan", "2e9"}) {
+    EXPECT_NE(refusal(text, "kp_per_s = 12.3456789012345", std::string("kp_per_s = ") + huge).find("kp"),
+              std::string::npos)
+        << huge;
+    EXPECT_NE(refusal(text, "rest_in = 2.9", std::string("rest_in = -") + huge), "") << huge;
+  }
+  EXPECT_NE(refusal(text, "gain_negative_in_per_V_s = 0.13", "gain_negative_in_per_V_s = 1e-300").find("gain"),
+            std::string::npos);
+  EXPECT_NE(refusal(text, "tick_s = 0.002", "tick_s = -0.002"), "");
+}
+
+TEST(TrackExperiment, KeepsNameAndTextOfAStrangersFileAsValues) {
+  const std::string name = "a\"\n[excitation]\nkind = \"sine";
+  const std::string text = "# '''\n[excitation]\nx = \"\"\"'''\\\t\x01\n\"";
+  const std::string experiment = track_experiment(name, text, {.step_in = 0.5});
+  const Document document = parse_document(experiment, "track.toml");
+  EXPECT_EQ(document.root.size(), 3U) << experiment;
+  EXPECT_EQ(document.root["name"].value<std::string>(), "track-a---excitation--kind----sine");
+  EXPECT_EQ(document.root["track"]["controller"].value<std::string>(), text);
+  EXPECT_EQ(document.root["track"]["step_in"].value<double>(), 0.5);
 }
 
 }  // namespace

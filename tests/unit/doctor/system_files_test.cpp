@@ -23,14 +23,6 @@ class Root {
   test::TemporaryFolder folder_;
 };
 
-TEST(SystemFiles, ReadsTheKernelsListOfCpus) {
-  EXPECT_EQ(cpu_list("0-3"), (Cpus{0, 1, 2, 3}));
-  EXPECT_EQ(cpu_list("0-1,5,8-9"), (Cpus{0, 1, 5, 8, 9}));
-  EXPECT_EQ(cpu_list("3"), Cpus{3});
-  EXPECT_EQ(cpu_list(""), Cpus{});
-  EXPECT_EQ(cpu_list("none,2,-,4-,x-1,99999999999"), Cpus{2});
-}
-
 TEST(SystemFiles, AreReadBelowTheRoot) {
   const Root root;
   root.write("sys/devices/system/cpu/online", "0-3\n");

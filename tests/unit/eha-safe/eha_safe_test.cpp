@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "fast_clock.hpp"
 #include "hal/snapshot_file.hpp"
 #include "snapshot_file.hpp"
 
@@ -34,6 +35,7 @@ Result run(const std::string& command) {
 const std::string kProgram = EHA_SAFE;
 
 TEST(EhaSafe, EndsLoudlyWhenItCannotMakeTheRigSafe) {
+  const testing::FastClock clock;
   const testing::SnapshotFile snapshot;
   const Result result = run(kProgram + " " + snapshot.path().string());
   EXPECT_EQ(result.status, 69);
@@ -64,6 +66,7 @@ TEST(EhaSafe, NamesTheSnapshotThatALocalRunLeft) {
 }
 
 TEST(EhaSafe, ActsAtTheEndOfItsInputUnlessItHeardDone) {
+  const testing::FastClock clock;
   const testing::SnapshotFile snapshot;
   const std::string guard = kProgram + " --guard " + snapshot.path().string();
   Result result = run("printf 'done\\n' | " + guard);

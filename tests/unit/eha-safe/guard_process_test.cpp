@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "core/error.hpp"
+#include "fast_clock.hpp"
 #include "snapshot_file.hpp"
 
 namespace eha {
@@ -68,6 +69,7 @@ TEST(GuardProcess, HoldsNoDescriptorOfItsParentThatIsCloseOnExec) {
 }
 
 TEST(GuardProcess, ActsWhenItIsDroppedWithoutAWord) {
+  const testing::FastClock clock;
   const testing::SnapshotFile snapshot;
   ::testing::internal::CaptureStderr();
   pid_t pid = -1;
@@ -83,6 +85,7 @@ TEST(GuardProcess, ActsWhenItIsDroppedWithoutAWord) {
 class GuardOfAProcess : public ::testing::TestWithParam<int> {};
 
 TEST_P(GuardOfAProcess, ActsWhenThatIsKilledOrStopped) {
+  const testing::FastClock clock;
   const testing::SnapshotFile snapshot;
   int report[2];
   ASSERT_EQ(pipe(report), 0);

@@ -54,6 +54,41 @@ std::string with(std::string content, const std::string& what, const std::string
   return content.replace(at, what.size(), by);
 }
 
+TEST(ForeignReader, MakesNamesReadableBeforeATerminalShowsThem) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "names.h5";
+  const hid_t h5 = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hsize_t size = kRows;
+  const hid_t space = H5Screate_simple(1, &size, nullptr);
+  const std::vector<double> values = numbers(0.0, 0.01);
+  const hid_t data = H5Dcreate2(h5, "t\x1b[2J", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  ASSERT_GE(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+  H5Dclose(data);
+  H5Fflush(h5, H5F_SCOPE_GLOBAL);
+  const std::string one = os::read_file(file);
+  // A second one without numbers is refused by its name.
+  const hsize_t many = 10'000'000;
+  const hid_t empty = H5Screate_simple(1, &many, nullptr);
+  H5Dclose(H5Dcreate2(h5, "u\x1b]0;x\a", H5T_NATIVE_DOUBLE, empty, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  H5Sclose(empty);
+  H5Sclose(space);
+  H5Fclose(h5);
+  const Arrays arrays = read_foreign("hdf5", folder.write("one.h5", one));
+  ASSERT_EQ(arrays.columns.size(), 1U);
+  EXPECT_EQ(arrays.columns[0].name, "t?[2J");
+  EXPECT_NE(refusal_of("hdf5", file).find("the dataset u?]0;x? is said"), std::string::npos)
+      << refusal_of("hdf5", file);
+}
+
+TEST(ForeignReader, TakesAnArrayWithoutAName) {
+  const test::TemporaryFolder folder;
+  // MAT-file 4: type, rows, columns, imaginary, length of the name with its end.
+  std::string mat = bytes_of<std::int32_t>({0, 2, 1, 0, 1}) + '\0' + bytes_of({1.0, 2.0});
+  const auto table = table_of_arrays("unnamed.mat", read_foreign("mat", folder.write("unnamed.mat", mat)));
+  ASSERT_EQ(table->columns().size(), 1U);
+  EXPECT_EQ(table->columns()[0].name, "");
+}
+
 TEST(ForeignReader, GivesTheNumbersOfEveryKind) {
   const test::TemporaryFolder folder;
   for (const Fixture& fixture : foreign::fixtures()) {

@@ -20,6 +20,18 @@ using record::InputSeries;
 using record::series_csv;
 using test::TemporaryFolder;
 
+TEST(SeriesCsv, KeepsANameWithQuotesAndSeparatorsInOneColumn) {
+  const TemporaryFolder folder;
+  const std::vector<double> time_s{0.0, 0.1, 0.2};
+  for (const char* name : {"a \"b\"", "a,b", "a;b"}) {
+    const auto path = folder.write("y.csv", series_csv(time_s, {name, "V"}, Eigen::Vector3d(1.0, 2.0, 3.0)));
+    const InputSeries again = import_input(path, {}, "").series;
+    EXPECT_EQ(again.channel.name, name);
+    EXPECT_EQ(again.channel.unit, "V");
+    EXPECT_EQ(again.values, Eigen::VectorXd(Eigen::Vector3d(1.0, 2.0, 3.0)));
+  }
+}
+
 const std::string kHeader = "time_s,voltage_V,displacement_in\n";
 
 ident::Record read(const std::string& text) {

@@ -47,6 +47,9 @@ TEST(Quoted, IsAConstantInWhichNothingIsExpanded) {
   EXPECT_EQ(quoted("it's"), "'it\xE2\x80\x99s'");
   EXPECT_EQ(quoted("a\nplot x\tb"), "'a plot x b'");
   EXPECT_EQ(quoted("\xC2\xB5m \xFF \xC3"), "'\xC2\xB5m ? ?'");
+  EXPECT_EQ(quoted("a\xC2\x9B"
+                   "b"),
+            "'a b'");
 }
 
 TEST(Gnuplot, TakesNoLabelForACommand) {

@@ -2,12 +2,16 @@
 #include "daemon/rig/trusted_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <fstream>
 #include <functional>
+#include <thread>
 
 #include "core/error.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -51,6 +55,60 @@ TEST(LocalRigFile, OfACardIsOneOfEtcForEverybodyButRoot) {
   EXPECT_NO_THROW(require_local_rig_file(card)) << "root may";
   EXPECT_TRUE(is_refused_to_a_user(card));
   EXPECT_FALSE(is_refused_to_a_user(owned("sim.toml")));
+}
+
+/// In a mount table of its own with an /etc/ehad: another user turns a link to and fro between that and a folder with
+/// another file of root, and asks again and again. @returns how often that file was taken; -1: not possible here
+int times_taken(const std::filesystem::path& outside, const std::filesystem::path& links) {
+  constexpr int kTries = 3000;
+  constexpr int kImpossible = 255;
+  const pid_t child = fork();
+  if (child == 0) {
+    if (unshare(CLONE_NEWNS) != 0 || mount("", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+        mount("tmpfs", "/etc", "tmpfs", 0, nullptr) != 0 || mkdir("/etc/ehad", 0755) != 0) {
+      _exit(kImpossible);
+    }
+    std::ofstream("/etc/ehad/rig.toml") << "# the file of the site\n";
+    config::RigConfig rig = config::load_rig(outside / "rig.toml");
+    rig.file_name = links / "link" / "rig.toml";
+    if (setresuid(65534, 65534, 65534) != 0) _exit(kImpossible);
+    std::atomic<bool> goes_on = true;
+    std::thread turning([&] {
+      for (int i = 0; goes_on; ++i) {
+        std::filesystem::create_directory_symlink(i % 2 == 0 ? outside : "/etc/ehad", links / "next");
+        std::filesystem::rename(links / "next", links / "link");
+      }
+    });
+    int taken = 0;
+    for (int i = 0; i < kTries && taken < 100; ++i) {
+      try {
+        require_local_rig_file(rig);
+        ++taken;
+      } catch (const Error&) {
+        // As it should be.
+      }
+    }
+    goes_on = false;
+    turning.join();
+    _exit(taken);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  return WEXITSTATUS(status) == kImpossible ? -1 : WEXITSTATUS(status);
+}
+
+TEST(LocalRigFile, IsNotTakenThroughALinkThatTurnsMeanwhile) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root, whom such a file belongs to";
+  const test::TemporaryFolder outside;
+  const test::TemporaryFolder links;
+  chmod(outside.path().c_str(), 0755);
+  chmod(links.path().c_str(), 0777);
+  outside.write("rig.toml", config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml").text);
+  chmod((outside.path() / "rig.toml").c_str(), 0644);
+  const int taken = times_taken(outside.path(), links.path());
+  if (taken < 0) GTEST_SKIP() << "needs a mount table of its own";
+  EXPECT_EQ(taken, 0);
 }
 
 TEST(LocalRigFile, LiesInEtcWhateverItsPathLooksLike) {

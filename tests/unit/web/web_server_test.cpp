@@ -339,9 +339,10 @@ TEST_F(WebServerTest, AnswersAStopDuringTenThousandConnectionsOfAnotherUser) {
   ASSERT_FALSE(took_ms.empty());
   std::sort(took_ms.begin(), took_ms.end());
   std::printf("%zu stops during %d connections, the slowest %.1f ms\n", took_ms.size(), kConnections, took_ms.back());
-  // The storm takes a processor, and what else runs on a shared machine may take the other one.
+  // A stop waits its turn behind some thousand connections in the accept queue, each of which costs 20 us of a
+  // processor. The storm takes a processor, and what else runs on a shared machine may take the other one.
   EXPECT_LT(took_ms[took_ms.size() * 9 / 10], 500.0) << "a stop takes that long";
-  EXPECT_LT(took_ms.back(), 2000.0);
+  EXPECT_LT(took_ms.back(), 1000.0);
 }
 
 TEST_F(WebServerTest, BlamesTheUserOfAConnectionThatIsClosedAtOnce) {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace eha {
+
+/// Text for a terminal: names, units and reasons of files are data of a stranger, and what would control the terminal
+/// (ECMA-48: U+0000 to U+001F but newline and tab, U+007F to U+009F) becomes '?'. Other bytes stay.
+[[nodiscard]] inline std::string terminal_text(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : '\0');
+    if (byte == 0xC2 && next >= 0x80 && next < 0xA0) {
+      result += '?';
+      ++i;
+    } else {
+      const bool controls = (byte < ' ' && byte != '\n' && byte != '\t') || byte == 0x7f;
+      result += controls ? '?' : text[i];
+    }
+  }
+  return result;
+}
+
+}  // namespace eha

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/delays/counters.hpp"
+
+// Why was a tick late? What on a machine can hold the loop up, and what did while it ran.
+
+namespace eha::delays {
+
+/// One cause of late ticks.
+struct Delay {
+  std::string name;    ///< "interrupts"
+  std::string found;   ///< "interrupt 130 (nvme0q1) came 5200 times a second to CPU 1"
+  std::string remedy;  ///< command or change
+};
+
+/// The thread that keeps the ticks.
+struct LoopThread {
+  std::optional<int> cpu = {};   ///< bound to it; none: it runs on any
+  int priority = 0;              ///< SCHED_FIFO
+  pid_t process = 0;             ///< its own threads are no culprits
+  std::int64_t preemptions = 0;  ///< how often another thread took its place
+};
+
+/// What the machine is set up with: interrupts and the kernel's own work on the loop's CPU, the other half of its core,
+/// threads of higher priority, a share of real-time threads that is too small, a host beneath it.
+/// Most questions need a loop that is bound to a CPU.
+/// @param root  "/", or a folder laid out like it
+[[nodiscard]] std::vector<Delay> standing_delays(const std::filesystem::path& root, const Counters& now,
+                                                 const LoopThread& loop);
+
+/// What happened between two readings of the counters, as far as it can make ticks late. Empty when the counters show
+/// nothing, or were read less than 0.1 s apart. A thread that ended before the second reading is not seen.
+/// @param root  for the share of real-time threads and the halves of cores
+[[nodiscard]] std::vector<Delay> seen_delays(const std::filesystem::path& root, const Counters& before,
+                                             const Counters& after, const LoopThread& loop);
+
+/// "late ticks: FOUND; REMEDY", for messages.
+[[nodiscard]] std::string sentence_of(const Delay& delay);
+
+}  // namespace eha::delays

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace eha::cli {
+
+class Console;
+struct DriveOptions;
+
+/// Before a valve is measured on a rig that moves a machine and of which nothing is known: does the sensor agree with a
+/// ruler within 0.1 in? Asks for the reading on a terminal. Does nothing where the rig file has [following].
+/// @param ruler  "2.95in"; none: asked for
+/// @throws UsageError   no reading, and no terminal to ask on   @throws ConfigError  they differ
+/// @throws DeviceError  the rod cannot be read
+void require_agreement_with_ruler(const DriveOptions& command, const std::optional<std::string>& ruler,
+                                  const Console& console);
+
+}  // namespace eha::cli

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/terminal_text.hpp"
+
+#include <gtest/gtest.h>
+
+namespace eha {
+namespace {
+
+TEST(TerminalText, LetsNothingThroughThatControlsATerminal) {
+  EXPECT_EQ(terminal_text("a\x1b[2J\x1b]0;x\a\r\b\x7f"), "a?[2J?]0;x????");
+  EXPECT_EQ(terminal_text(std::string_view("a\0b", 3)), "a?b");
+  EXPECT_EQ(terminal_text("\xC2\x9B"
+                          "31m\xC2\x80\xC2"),
+            "?31m?\xC2");
+}
+
+TEST(TerminalText, KeepsLinesTabsAndEveryLanguage) {
+  constexpr std::string_view kText =
+      "Weg [mm]\tf\xC3\xBCr \xE2\x80\x99x\xE2\x80\x99 \xC2\xB5m\n\xE6\xB2\xB9\xF0\x9F\x94\xA7\n";
+  EXPECT_EQ(terminal_text(kText), kText);
+}
+
+}  // namespace
+}  // namespace eha
