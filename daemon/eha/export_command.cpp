@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "config/controller_config.hpp"
+#include "config/rig_config.hpp"
 #include "core/code_text.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -50,7 +51,7 @@ std::string export_footer() {
 A model's function takes the input [input unit], one value a row, and the rows' distance [s], and gives the output; bias
 or valve map, offset and the states at the first row are included. Octave, MATLAB: y = NAME(u, step_s). Python:
 NAME(u, step_s). C: NAME_init(&model, step_s), then y = NAME_step(&model, u) for each row. NAME is the file's, else eha_ and
-the model's. Whole orders are exact for a held input. Fractional orders are replaced by a stable rational function at most
+the model's; the arguments' names end in their units (u_V). Whole orders are exact for a held input. Fractional orders are replaced by a stable rational function at most
 1 % and 1 degree off over the band; the file states the error measured. Without -o the text goes to standard output.
 
 Examples:
@@ -122,6 +123,15 @@ ExitCode export_model(const ExportCommand& command, const ident::ModelFormat& fo
   return ExitCode::ok;
 }
 
+/// Unit of lengths that the rig of a controller asks for; empty where its file cannot be read any more.
+std::string rig_units(const config::ControllerConfig& controller) {
+  try {
+    return config::load_rig(controller.provenance.rig_file).units;
+  } catch (const Error&) {
+    return {};
+  }
+}
+
 /// The controller as a table for people: figure, value, interval, unit, in the unit that is asked for.
 ExitCode export_table(const ExportCommand& command, const config::ControllerConfig& controller, Console& console) {
   std::string text = "figure;value;lower;upper;unit\n";
@@ -129,8 +139,9 @@ ExitCode export_table(const ExportCommand& command, const config::ControllerConf
     text += has_interval ? fmt::format("{}\n", fmt::join(cells, ";"))
                          : fmt::format("{};{};;;{}\n", cells[0], cells[1], cells[2]);
   };
-  for (const auto& cells : tune::promise_rows(controller.promise, console.unit())) add(cells, true);
-  for (const auto& cells : tune::setting_rows(controller, console.unit())) add(cells, false);
+  const DisplayUnit unit = console.unit(rig_units(controller));
+  for (const auto& cells : tune::promise_rows(controller.promise, unit)) add(cells, true);
+  for (const auto& cells : tune::setting_rows(controller, unit)) add(cells, false);
   if (!command.output) {
     console.print_content(text);
     return ExitCode::ok;
@@ -155,8 +166,12 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
         fmt::format("{} is a controller; --format: expected one of {}, got {}", command.source, names, command.format));
   }
   const config::ControllerConfig controller = config::load_controller(command.source);
-  ident::ExportedController exported{.coefficients = ident::coefficients(controller.settings), .notes = {}};
-  exported.notes = ident::controller_notes(exported.coefficients, controller.name);
+  const DisplayUnit unit = console.unit(rig_units(controller));
+  ident::ExportedController exported{
+      .coefficients = ident::coefficients(ident::in_length_unit(controller.settings, unit.factor("in"))),
+      .notes = {},
+      .length_unit = unit.of("in")};
+  exported.notes = ident::controller_notes(exported.coefficients, controller.name, exported.length_unit);
   std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + controller.name);
   if ((command.format == "octave" || command.format == "simulink") && function == "axis") {
     console.warning(
