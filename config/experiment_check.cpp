@@ -51,6 +51,7 @@ class ConflictSearch {
     check_decimation();
     check_place("place.displacement_in", experiment_.place_in);
     check_place("start.displacement_in", experiment_.start_in);
+    check_way_back();
     check_hold();
     check_track();
     if (experiment_.place_in || experiment_.track) {
@@ -103,6 +104,26 @@ class ConflictSearch {
         fmt::format("{0:.4g} to {1:.4g} {4}, the travel limits of {2} less {3:.3g} {4}", factor * lowest_in,
                     factor * highest_in, rig_.file_name, factor * margin_in, unit.of("in")),
         fmt::format("{:.4g} {}", factor * *place_in, unit.of("in")));
+  }
+
+  /// Beyond a limit the sensor's word is all there is: it must be known to be right.
+  void check_way_back() {
+    if (!experiment_.brings_back || !hal::moves_machine(rig_.backend)) return;
+    const auto refuse = [&](const std::string& expected, const std::string& got) {
+      add("place.way_back",
+          fmt::format("{} in {}; else move the rod by hand with the hydraulics off", expected, rig_.file_name), got);
+    };
+    if (!rig_.limits.following) refuse("[following], by which the sensor is compared with the command,", "none");
+    const auto& sensor = rig_.limits.sensor;
+    if (!sensor || !sensor->open_circuit_V) {
+      refuse("[sensor] with open_circuit_V, so that an open wire is no rod beyond a limit,", "none");
+      return;
+    }
+    if (*sensor->open_circuit_V >= sensor->valid_min_V && *sensor->open_circuit_V <= sensor->valid_max_V) {
+      refuse(fmt::format("an open_circuit_V outside the valid band of the sensor, {:g} to {:g} V,", sensor->valid_min_V,
+                         sensor->valid_max_V),
+             fmt::format("{:g} V", *sensor->open_circuit_V));
+    }
   }
 
   void check_hold() {

@@ -147,6 +147,7 @@ void read_motion(Section& root, ExperimentConfig& experiment) {
   if (auto section = root.section("place", Need::optional)) {
     double place_in = 0.0;
     section->number("displacement_in", place_in, Range::any());
+    section->boolean("way_back", experiment.brings_back, Need::optional);
     section->finish();
     experiment.place_in = place_in;
     return;

@@ -35,6 +35,7 @@ struct ExperimentConfig {
   std::string name;
   ident::Excitation excitation;         ///< none is played unless is_fitted()
   std::optional<double> place_in = {};  ///< [place]: moves the rod there, in duration_s at most, and plays nothing [in]
+  bool brings_back = false;             ///< [place]: also from beyond a travel limit, inward only
   bool characterises = false;           ///< [characterise]: plays what the valve sheet needs, for kSheetDuration_s
   std::optional<Track> track = {};      ///< [track]: plays the trial of a controller, in closed loop
   std::optional<double> start_in = {};  ///< [start]: where the rod is moved first [in]

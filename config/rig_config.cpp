@@ -101,7 +101,6 @@ class LimitChecks {
         fmt::format("a displacement that the sensor can show, {:.6g}..{:.6g}", range.low, range.high);
     if (!range.contains(rig_.limits.travel_min_in)) add_issue("travel_min_in", expected, rig_.limits.travel_min_in);
     if (!range.contains(rig_.limits.travel_max_in)) add_issue("travel_max_in", expected, rig_.limits.travel_max_in);
-    check_initial_displacement();
   }
 
   void check_sensor(const SensorBand& sensor) {
@@ -125,16 +124,6 @@ class LimitChecks {
     if (!upper.contains(sensor.valid_max_V)) {
       add("valid_max_V", fmt::format(kExpected, "highest", upper.low, upper.high), sensor.valid_max_V);
     }
-  }
-
-  void check_initial_displacement() {
-    const std::optional<double> initial_in = hal::initial_displacement_in(rig_.backend);
-    const Range travel = Range::between(rig_.limits.travel_min_in, rig_.limits.travel_max_in);
-    if (!initial_in || !(travel.low < travel.high) || travel.contains(*initial_in)) return;
-    const std::string key = fmt::format("{}.initial_displacement_in", hal::name_of(rig_.backend));
-    document_.issues.add(position_of(document_.positions, key), key,
-                         fmt::format("a displacement within the limits' travel, {}..{}", travel.low, travel.high),
-                         fmt::format("{}", *initial_in));
   }
 
   const RigConfig& rig_;

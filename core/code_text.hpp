@@ -83,6 +83,15 @@ constexpr auto kReserved = std::to_array<std::string_view>({"and",        "as",
   return result;
 }
 
+/// A quantity's name with its unit, for a variable: ("y", "mm") is y_mm. Only these units become code; with another
+/// one, or none, the name alone.
+[[nodiscard]] inline std::string with_unit(std::string_view name, std::string_view unit) {
+  constexpr auto kUnits = std::to_array<std::string_view>({"V", "mV", "A", "mA", "in", "mm", "cm", "m", "um", "ft",
+                                                           "deg", "rad", "bar", "psi", "Pa", "kPa", "MPa", "N", "kN"});
+  const bool is_known = std::find(kUnits.begin(), kUnits.end(), unit) != kUnits.end();
+  return is_known ? std::string(name) + "_" + std::string(unit) : std::string(name);
+}
+
 /// Text that may stand in a comment of any of these languages, or in a string between double quotes: letters, digits,
 /// blanks and the characters of kPunctuation; all others become '_', and what is beyond `length` becomes "...". No
 /// sequence of them ends a comment or a string, begins an escape or a trigraph, or is a directive. It is no format of

@@ -30,6 +30,10 @@ class CommandSource {
   };
   [[nodiscard]] virtual Stage stage() const noexcept { return Stage::playing; }
 
+  /// Whether a rod that stands beyond a travel limit may be moved inward; see LimitMonitor::allow_way_back(). Fixed
+  /// while the run lasts.
+  [[nodiscard]] virtual bool brings_back() const noexcept { return false; }
+
   /// Why the run must not go on; asked for in each tick of ramp_in and running. Without a fault it goes on.
   [[nodiscard]] virtual Breach breach() const noexcept { return {}; }
 

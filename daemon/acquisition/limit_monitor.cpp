@@ -8,6 +8,7 @@ namespace eha::acquisition {
 namespace {
 
 constexpr double kJumpTolerance_s = 0.010;
+constexpr double kOutward_in = 0.1;    // on the way back: more than the noise that arming allows
 constexpr double kDrivenShare = 0.10;  // wider than the dead band of the valves this is meant for, some 1 to 5 %
 
 }  // namespace
@@ -84,8 +85,17 @@ Breach LimitMonitor::check_travel(double displacement_in) noexcept {
   const double middle_in = 0.5 * (limits_.travel_min_in + limits_.travel_max_in);
   const double half_in = 0.5 * (limits_.travel_max_in - limits_.travel_min_in);
   travel_share_ = std::max(middle_in - lowest_in, highest_in - middle_in) / half_in;
-  if (lowest_in < limits_.travel_min_in) return {Fault::travel_limit, lowest_in, limits_.travel_min_in};
-  if (highest_in > limits_.travel_max_in) return {Fault::travel_limit, highest_in, limits_.travel_max_in};
+  double lower_limit_in = limits_.travel_min_in;
+  double upper_limit_in = limits_.travel_max_in;
+  if (way_back_) {
+    const bool is_first = readings_ == 1;
+    lower_reached_in_ = is_first ? displacement_in : std::max(lower_reached_in_, displacement_in);
+    upper_reached_in_ = is_first ? displacement_in : std::min(upper_reached_in_, displacement_in);
+    lower_limit_in = std::min(lower_limit_in, lower_reached_in_ - kOutward_in);
+    upper_limit_in = std::max(upper_limit_in, upper_reached_in_ + kOutward_in);
+  }
+  if (lowest_in < lower_limit_in) return {Fault::travel_limit, lowest_in, lower_limit_in};
+  if (highest_in > upper_limit_in) return {Fault::travel_limit, highest_in, upper_limit_in};
   return {};
 }
 

@@ -38,6 +38,10 @@ class LimitMonitor {
   /// @param applied_V  the voltage held since the reading before [V]
   [[nodiscard]] Breach check(std::int64_t at_ns, const hal::RigReading& reading, double applied_V) noexcept;
 
+  /// Before the first reading: a rod that stands beyond a travel limit may move inward. Beyond the limit, the limit is
+  /// then the innermost place that the rod has reached, less 0.1 in for noise; from 0.1 in inside on it is the rig's.
+  void allow_way_back() noexcept { way_back_ = true; }
+
   /// Of the last reading checked [in/s].
   [[nodiscard]] double velocity_in_per_s() const noexcept { return velocity_in_per_s_; }
 
@@ -62,6 +66,9 @@ class LimitMonitor {
   std::array<std::int64_t, config::kLongestVelocityWindow> times_ns_{};
   std::array<double, config::kLongestVelocityWindow> positions_in_{};
   std::size_t readings_ = 0;
+  bool way_back_ = false;
+  double lower_reached_in_ = 0.0;  ///< on the way back: the innermost places, from below and from above
+  double upper_reached_in_ = 0.0;
   double velocity_in_per_s_ = 0.0;
   double travel_share_ = 0.0;
   std::uint32_t last_code_ = 0;

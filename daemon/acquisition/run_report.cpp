@@ -24,8 +24,8 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
       return fmt::format("the rod is at, or would not stop before, {0:.3f} {2}, the limit is {1:.3f} {2}; {3}",
                          shown_value, shown_limit, length,
                          report.at_ns < kBegun_ns
-                             ? "it stood there when the run began: move it back by hand with the hydraulics off, or "
-                               "correct calibration or limits in the rig file"
+                             ? "it stood there when the run began: if you see it stand there, `eha goto` brings it "
+                               "inward, and asks first; else correct calibration or limits in the rig file"
                              : "lower the excitation or start further from the end");
     case Fault::velocity_limit:
       return fmt::format(

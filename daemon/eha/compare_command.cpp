@@ -72,7 +72,7 @@ void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& m
   plot::Panel gain{"", "gain [dB]"};
   plot::Panel phase{"frequency [Hz]", "phase [deg]"};
   gain.log_x = phase.log_x = true;
-  int style = 0;
+  int style = 1;
   for (const auto& [label, model] : models) {
     if (!model->bode) continue;
     gain.series.push_back({.label = label, .x = model->bode->frequency_Hz, .y = model->bode->gain_dB, .style = style});
@@ -130,13 +130,16 @@ void add_changes(std::vector<std::string>& sentences, const ident::PlantChange& 
 
 Compared described(const identify::RunComparison& comparison, const std::vector<identify::Source>& sources) {
   Compared out;
+  std::vector<std::string> names;
+  for (const identify::Source& source : sources) names.push_back(source.name);
+  const std::vector<std::string> titles = report::titles_of(names);
   Json runs = Json::array();
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const identify::ComparedRun& run = comparison.runs[i];
     const ident::Model& model = run.fit.model;
     const ident::Score& score = model.estimation->score;
-    out.models.emplace_back(sources[i].name, &model);
-    out.subjects.push_back({.label = sources[i].name,
+    out.models.emplace_back(titles[i], &model);
+    out.subjects.push_back({.label = titles[i],
                             .model = model,
                             .change = run.change,
                             .time_s = run.fit.time_s,
@@ -159,9 +162,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     any_changed = any_changed || change.changed;
     add_changes(out.findings.sentences, change, model);
   }
-  out.findings.title =
-      fmt::format("Comparison of {} and {}", sources.front().name,
-                  sources.size() == 2 ? sources.back().name : fmt::format("{} others", sources.size() - 1));
+  out.findings.title = fmt::format("Comparison of {} and {}", titles.front(),
+                                   titles.size() == 2 ? titles.back() : fmt::format("{} others", titles.size() - 1));
   out.findings.heading = any_changed ? "The plant has changed" : "No change of the plant found";
   out.findings.is_alike = !any_changed;
   out.findings.sentences.push_back(
@@ -189,12 +191,13 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   std::vector<std::vector<std::string>> rows;
   Json entries = Json::array();
   std::string sentences;
+  const std::vector<std::string> titles = report::titles_of(files);
   for (std::size_t i = 0; i < models.size(); ++i) {
     const identify::ScoredModel& one = scored[i];
     const ident::Score best = one.validation.offset_reestimated.value_or(one.validation.score);
-    out.models.emplace_back(files[i], &models[i]);
-    out.subjects.push_back({.label = files[i], .model = models[i]});
-    out.findings.sentences.push_back(fmt::format("{}: R2 {:.2f} %, rms error {:.3g} {}; of {} plant", files[i],
+    out.models.emplace_back(titles[i], &models[i]);
+    out.subjects.push_back({.label = titles[i], .model = models[i]});
+    out.findings.sentences.push_back(fmt::format("{}: R2 {:.2f} %, rms error {:.3g} {}; of {} plant", titles[i],
                                                  best.r2_percent, one.rms_error, models[i].output_unit,
                                                  one.refit ? plant_of(one) : "an unknown"));
     rows.push_back({files[i], fmt::format("{:.2f}", one.validation.score.r2_percent),
@@ -218,7 +221,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
         files[i], best.r2_percent, one.rms_error / one.refit_rms_error, source.name);
     sentences += change_sentences(*one.change, models[i]);
   }
-  out.findings.title = fmt::format("Models on {}", source.name);
+  out.findings.title = fmt::format("Models on {}", report::titles_of({source.name}).front());
   const auto of_another =
       std::count_if(scored.begin(), scored.end(), [](const auto& one) { return one.of_another_plant; });
   out.findings.heading = fmt::format("{} of {} models are of another plant", of_another, scored.size());
@@ -244,14 +247,15 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
   Compared out;
   Json entries = Json::array();
   const double level = identify::kFalseAlarm / static_cast<double>(models.size() - 1);
-  out.models.emplace_back(files.front(), &models.front());
-  out.subjects.push_back({.label = files.front(), .model = models.front()});
+  const std::vector<std::string> titles = report::titles_of(files);
+  out.models.emplace_back(titles.front(), &models.front());
+  out.subjects.push_back({.label = titles.front(), .model = models.front()});
   out.findings.title = "Comparison of models";
   out.findings.is_alike = true;
   for (std::size_t i = 1; i < models.size(); ++i) {
     const ident::PlantChange change = ident::compare_parameters(models.front(), models[i], level);
-    out.models.emplace_back(files[i], &models[i]);
-    out.subjects.push_back({.label = files[i], .model = models[i], .change = change});
+    out.models.emplace_back(titles[i], &models[i]);
+    out.subjects.push_back({.label = titles[i], .model = models[i], .change = change});
     out.findings.is_alike = out.findings.is_alike && !change.changed;
     add_changes(out.findings.sentences, change, models[i]);
     out.text += fmt::format("{} and {}: {}\n", files.front(), files[i],

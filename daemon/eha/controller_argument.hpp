@@ -14,4 +14,7 @@ namespace eha::cli {
 /// @throws ConfigError, IoError, PermissionError
 [[nodiscard]] tune::ControllerSubject controller_subject(config::ControllerConfig controller);
 
+/// The unit of lengths that the rig of a controller asks for; empty where its file cannot be read any more.
+[[nodiscard]] std::string rig_units_of_controller(const config::ControllerConfig& controller);
+
 }  // namespace eha::cli

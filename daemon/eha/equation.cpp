@@ -9,16 +9,19 @@
 namespace eha::cli {
 namespace {
 
+/// A unit behind a number; nothing where it is unknown.
+std::string behind(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
+
 /// "u + 0.3281 V", or the valve map in words.
 std::string driving_text(const ident::Model& model) {
   if (model.input_map) {
-    return fmt::format("map(u); map: null {:.4g} {}, dead band {:.4g} {}, negative gain ratio {:.4g}",
-                       model.input_map->null, model.input_unit, model.input_map->dead_band, model.input_unit,
-                       model.input_map->negative_gain_ratio);
+    return fmt::format("map(u); map: null {:.4g}{}, dead band {:.4g}{}, negative gain ratio {:.4g}",
+                       model.input_map->null, behind(model.input_unit), model.input_map->dead_band,
+                       behind(model.input_unit), model.input_map->negative_gain_ratio);
   }
   if (std::abs(model.input_bias) <= 0.0) return "u";
-  return fmt::format("(u {} {:.4g} {})", model.input_bias < 0.0 ? '-' : '+', std::abs(model.input_bias),
-                     model.input_unit);
+  return fmt::format("(u {} {:.4g}{})", model.input_bias < 0.0 ? '-' : '+', std::abs(model.input_bias),
+                     behind(model.input_unit));
 }
 
 }  // namespace
@@ -46,8 +49,8 @@ std::string equation(const ident::Model& model, double factor, const std::string
   const bool is_one_term = g.numerator.size() == 1;
   const std::string numerator = polynomial(g.numerator, factor);
   std::string text =
-      fmt::format("y = {:.5g} {} + G {}, G = {} / ({})", factor * model.initial_output, unit, driving_text(model),
-                  is_one_term ? numerator : "(" + numerator + ")", polynomial(g.denominator));
+      fmt::format("y = {:.5g}{} + G {}, G = {} / ({})", factor * model.initial_output, behind(unit),
+                  driving_text(model), is_one_term ? numerator : "(" + numerator + ")", polynomial(g.denominator));
   if (g.delay_s > 0.0) text += fmt::format(" exp(-{:.5g} s)", g.delay_s);
   return text;
 }

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "config/controller_config.hpp"
+#include "config/rig_config.hpp"
 #include "core/code_text.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -52,7 +53,7 @@ std::string export_footer() {
 A model's function takes the input [input unit], one value a row, and the rows' distance [s], and gives the output; bias
 or valve map, offset and the states at the first row are included. Octave, MATLAB: y = NAME(u, step_s). Python:
 NAME(u, step_s). C: NAME_init(&model, step_s), then y = NAME_step(&model, u) for each row. NAME is the file's, else eha_ and
-the model's. Whole orders are exact for a held input. Fractional orders are replaced by a stable rational function at most
+the model's; the arguments' names end in their units (u_V). Whole orders are exact for a held input. Fractional orders are replaced by a stable rational function at most
 1 % and 1 degree off over the band; the file states the error measured. Without -o the text goes to standard output.
 
 Examples:
@@ -130,8 +131,9 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
 }
 
 ExitCode export_table(const ExportCommand& command, const config::ControllerConfig& controller, Console& console) {
-  const std::string text = axis_table(
-      {.controller = controller, .model = model_of(controller), .sheet = sheet_of(controller)}, console.unit());
+  const std::string text =
+      axis_table({.controller = controller, .model = model_of(controller), .sheet = sheet_of(controller)},
+                 console.unit(rig_units_of_controller(controller)));
   if (!command.output) {
     console.print_content(text);
     return ExitCode::ok;
@@ -156,8 +158,12 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
         fmt::format("{} is a controller; --format: expected one of {}, got {}", command.source, names, command.format));
   }
   const config::ControllerConfig controller = config::load_controller(command.source);
-  ident::ExportedController exported{.coefficients = ident::coefficients(controller.settings), .notes = {}};
-  exported.notes = ident::controller_notes(exported.coefficients, controller.name);
+  const DisplayUnit unit = console.unit(rig_units_of_controller(controller));
+  ident::ExportedController exported{
+      .coefficients = ident::coefficients(ident::in_length_unit(controller.settings, unit.factor("in"))),
+      .notes = {},
+      .length_unit = unit.of("in")};
+  exported.notes = ident::controller_notes(exported.coefficients, controller.name, exported.length_unit);
   std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + controller.name);
   if ((command.format == "octave" || command.format == "simulink") && function == "axis") {
     console.warning(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <memory>
@@ -32,6 +33,9 @@ for 0.5 s; then the rig is safe, with the hydraulics off. It is a run like any o
 actuator is moved only after your confirmation, every limit of the rig file holds, Ctrl-C ramps out, and the way there is
 recorded. Null and dead band of the valve are compensated; [following] of the rig file makes it quicker.
 Code 11 when a limit or the time-out (120 s) ends it; the message gives the cause.
+A rod that stands beyond a travel limit is brought inward, and no further out, after two questions: whether you see it stand
+there, and whether to move it. Without a terminal --way-back and --yes answer them. Refused (78) where the rig file cannot show
+that the sensor is right: [following] and an open_circuit_V outside the valid band are needed.
 
 Examples:
   eha arm && eha goto 2.95in
@@ -48,14 +52,17 @@ Examples:
 struct PlaceCommand : DriveOptions {
   std::vector<std::string> words = {};  ///< a length with its unit, in one word or two
   bool is_relative = false;             ///< to where the rod is
+  bool way_back = false;                ///< a rod beyond a limit was seen to stand there
 };
 
 /// The longest way is some inches at 0.3 in/s or slower; see place::placing_time_s for what a way should take.
 constexpr double kTimeOut_s = 120.0;
 
-/// Where the rod is, and the unit that the rig file asks for.
+/// Where the rod is, its limits, and the unit that the rig file asks for.
 struct PlaceNow {
   double place_in = 0.0;
+  double lowest_in = 0.0;
+  double highest_in = 0.0;
   std::string units = {};
 };
 
@@ -66,7 +73,10 @@ PlaceNow place_now_of_service(const PlaceCommand& command) {
   const Json rod = status.value("rod", Json());
   if (!rod.is_object()) throw DeviceError("the service has not read the rod yet; try again");
   if (rod.at("error").is_string()) throw DeviceError(rod.at("error").get<std::string>());
-  return {rod.at("displacement_in"), status.at("rig").value("units", "")};
+  const Json& rig = status.at("rig");
+  const Json limits = rig.value("limits", Json());
+  if (!limits.is_object()) throw DeviceError("the service has no rig; eha status says more");
+  return {rod.at("displacement_in"), limits.at("travel_min_in"), limits.at("travel_max_in"), rig.value("units", "")};
 }
 
 PlaceNow place_now_of_rig(const PlaceCommand& command) {
@@ -75,7 +85,43 @@ PlaceNow place_now_of_rig(const PlaceCommand& command) {
   const std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
   hal::RigReading reading;
   if (rig->read(0, reading) != hal::RigStatus::ok) throw DeviceError("the rig cannot be read; eha doctor says more");
-  return {reading.displacement_in, config.units};
+  return {reading.displacement_in, config.limits.travel_min_in, config.limits.travel_max_in, config.units};
+}
+
+/// The rod before a placing; none where a run is on, which leaves it somewhere else.
+std::optional<PlaceNow> place_before(const PlaceCommand& command) {
+  if (command.local) return place_now_of_rig(command);
+  control::Client client(command.socket);
+  if (!client.call("status").at("run").is_null()) return std::nullopt;
+  return place_now_of_service(command);
+}
+
+enum class WayBack { not_needed, confirmed, refused };
+
+/// Asks twice before a rod beyond a limit is moved.
+WayBack way_back_of(const PlaceCommand& command, const PlaceNow& now, const std::string& place, const DisplayUnit& unit,
+                    const Console& console) {
+  if (now.place_in >= now.lowest_in && now.place_in <= now.highest_in) return WayBack::not_needed;
+  const double limit_in = now.place_in < now.lowest_in ? now.lowest_in : now.highest_in;
+  const double factor = unit.factor("in");
+  const std::string stands = fmt::format(
+      "the sensor says {:.3f} {}, {:.3f} {} beyond the travel limit of {:.4g} {}", factor * now.place_in, unit.of("in"),
+      factor * std::abs(now.place_in - limit_in), unit.of("in"), factor * limit_in, unit.of("in"));
+  const bool can_ask = isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1;
+  if (!can_ask && !(command.way_back && command.yes)) {
+    throw UsageError(fmt::format(
+        "{}; nothing was moved. Look at the rod. If it stands there: the same with --way-back --yes brings it "
+        "inward. If not, the sensor is wrong: eha read, eha calibrate",
+        stands));
+  }
+  if (!command.way_back && !console.confirm(fmt::format("Look at the rod: {}. Does it stand there?", stands))) {
+    return WayBack::refused;
+  }
+  if (!command.yes &&
+      !console.confirm(fmt::format("Switch the hydraulics on and bring it inward, slowly, to {}?", place))) {
+    return WayBack::refused;
+  }
+  return WayBack::confirmed;
 }
 
 /// Refuses a place beyond the travel limits, in the unit that the user reads.
@@ -112,19 +158,28 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
                                  command.is_relative ? "+0.2in or -5mm" : "2.95in or 75mm"));
   }
   double target_in = *length_in;
+  std::optional<PlaceNow> now;
   if (command.is_relative) {
-    const PlaceNow now = command.local ? place_now_of_rig(command) : place_now_of_service(command);
-    target_in += now.place_in;
-    const DisplayUnit unit = console.unit(now.units);
-    console.info(fmt::format("from {:.3f} to {:.3f} {}", unit.factor("in") * now.place_in,
+    now = command.local ? place_now_of_rig(command) : place_now_of_service(command);
+    target_in += now->place_in;
+    const DisplayUnit unit = console.unit(now->units);
+    console.info(fmt::format("from {:.3f} to {:.3f} {}", unit.factor("in") * now->place_in,
                              unit.factor("in") * target_in, unit.of("in")));
   }
   const char* name = command.is_relative ? "jog" : "goto";
   require_within_limits(command, target_in, fmt::format("{} {}", name, where), console);
+  if (!now) now = place_before(command);
+  const WayBack way_back =
+      now ? way_back_of(command, *now, where, console.unit(now->units), console) : WayBack::not_needed;
+  if (way_back == WayBack::refused) {
+    console.info("not confirmed; nothing was moved");
+    return ExitCode::interrupted;
+  }
   RunCommand run{command};
+  if (way_back == WayBack::confirmed) run.yes = true;
   run.experiment_file = fmt::format("{} {}", name, where);
-  run.text = fmt::format("schema = 1\nname = \"{}\"\nduration_s = {:g}\n\n[place]\ndisplacement_in = {:.4f}\n", name,
-                         kTimeOut_s, target_in);
+  run.text = fmt::format("schema = 1\nname = \"{}\"\nduration_s = {:g}\n\n[place]\ndisplacement_in = {:.4f}\n{}", name,
+                         kTimeOut_s, target_in, way_back == WayBack::confirmed ? "way_back = true\n" : "");
   return execute(run, console);
 }
 
@@ -134,6 +189,7 @@ void add_placing(CLI::App& app, const char* name, const char* help, const char* 
   sub->footer(footer);
   auto& place = options_of(*sub, line, std::move(defaults));
   sub->add_option("where", place.words, what)->required()->expected(1, 2)->type_name("LENGTH");
+  sub->add_flag("--way-back", place.way_back, "You see the rod stand beyond a travel limit, where the sensor says");
   add_drive_options(*sub, place);
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/rig_config.hpp"
 #include "core/os/files.hpp"
 #include "core/text.hpp"
 #include "daemon/eha/command.hpp"
@@ -18,11 +19,13 @@
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/track_report.hpp"
+#include "daemon/identify/fit_table.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/record_csv.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
 #include "daemon/report/display.hpp"
 #include "daemon/report/figures.hpp"
@@ -36,9 +39,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPlotFooter = R"(
-A run: measured output, its best models, errors and input over time; of `eha track`: reference, rod, error and command. A record or another table of eha: its columns over
-the first one. A model file: gain and phase with 95 % bounds, over the measured response if frequency_response.csv is
-beside it. A controller file: a step on its twin; its report
+A run: measured output, its best models, errors and input over time; fit.csv: the same with the two models of least
+error. A run of `eha track`: reference, rod, error and command. A record or another table of eha: its columns over the first one. A model file: gain and phase with 95 % bounds,
+over the measured response if frequency_response.csv is beside it, and below the measured gain over the model's, on a
+scale of its own. A controller file: a step on its twin; its report
 has trapezoids, sine and hold too. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
 Exit code 69: gnuplot is missing or failed.
 
@@ -100,10 +104,43 @@ plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
 }
 
 /// The step of a controller's trial.
-plot::Figure of_controller(const std::string& file) {
+plot::Figure of_controller(const std::string& file, const Console& console) {
   const tune::ControllerSubject subject = controller_subject(config::load_controller(file));
   if (!subject.trace) throw DataError(fmt::format("{}: nothing to plot; {}", file, subject.why_without_plots));
-  return tune::step_figure(*subject.trace, subject.controller);
+  return tune::step_figure(*subject.trace, subject.controller,
+                           console.unit(rig_units_of_controller(subject.controller)));
+}
+
+/// A file's name; a run's before it where it lies in one.
+std::string title_of(const std::string& file) {
+  const fs::path path(file);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code ignored;
+  const fs::path whole = fs::canonical(folder, ignored);
+  const bool is_of_run = record::is_run_folder(folder) && !whole.empty();
+  return is_of_run ? fmt::format("{}, {}", whole.filename().string(), path.filename().string())
+                   : path.filename().string();
+}
+
+/// fit.csv and frequency_response.csv have figures of their own; none for another table.
+std::optional<plot::Figure> of_known_table(const std::string& file, const record::NumberTable& table,
+                                           const std::string& rig_units, const DisplayUnit& unit) {
+  report::Subject subject;
+  if (table.find("gain_dB") != nullptr && table.find("phase_deg") != nullptr) {
+    subject.response = table;
+    // Only a run says which unit the gain has.
+    if (!rig_units.empty()) subject.record.emplace().output_channel = {"displacement", "in"};
+    subject = report::in_unit(std::move(subject), unit);
+    const std::string gain_unit = subject.record ? subject.record->output_channel.unit + "/V" : "";
+    return report::response_figure(*subject.response, gain_unit, title_of(file));
+  }
+  try {
+    subject.fit = identify::read_fit_table(file);
+  } catch (const DataError&) {
+    return std::nullopt;
+  }
+  if (subject.fit.models.empty()) return std::nullopt;
+  return report::fit_table_figure(report::in_unit(std::move(subject), unit).fit, title_of(file));
 }
 
 /// A panel for each unit, in the order of the columns; the first column is x.
@@ -126,11 +163,13 @@ plot::Figure of_table(const record::NumberTable& table, const std::string& name,
     if (panel.series.size() == kMostColumnsInPanel) continue;
     plot::Points points = plot::envelope(table.columns.front(), values);
     const int style = static_cast<int>(panel.series.size()) + 1;
-    panel.series.push_back({.label = column.name,
+    const plot::Series line{.label = column.name,
                             .x = std::move(points.x),
                             .y = std::move(points.y),
                             .mark = plot::Mark::line,
-                            .style = style});
+                            .style = style};
+    // Volts are played and held until the next row.
+    panel.series.push_back(column.unit == "V" && x.name == "time" ? report::held(line) : line);
   }
   if (figure.panels.empty()) throw DataError(name + ": one column alone; expected time_s and another one");
   figure.panels.back().x_label = report::axis_label(x);
@@ -161,13 +200,19 @@ bool is_own_table(const std::string& file) {
 plot::Figure figure_of(const std::string& source, const Console& console) {
   std::error_code ignored;
   if (fs::is_directory(source, ignored)) return of_run(source, console);
-  if (is_controller_file(source)) return of_controller(source);
+  if (is_controller_file(source)) return of_controller(source, console);
   if (fs::path(source).extension() == ".json") return of_model(source, console.unit(rig_units_of_model(source)));
-  if (is_own_table(source)) return of_table(record::read_number_table(source), source, console.unit());
+  if (is_own_table(source)) {
+    const record::NumberTable table = record::read_number_table(source);
+    const std::string rig_units = rig_units_of_model(source);
+    const DisplayUnit unit = console.unit(rig_units);
+    if (auto figure = of_known_table(source, table, rig_units, unit)) return *figure;
+    return of_table(table, title_of(source), unit);
+  }
   ident::Record record = identify::load_source(source, std::nullopt).record;
   record.output *= console.unit().factor(record.output_channel.unit);
   record.output_channel.unit = console.unit().of(record.output_channel.unit);
-  return report::record_figure(record, source);
+  return report::record_figure(record, title_of(source));
 }
 
 plot::CharacterSize terminal_size(std::size_t panels) {

@@ -115,7 +115,9 @@ std::string queue_table(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
   std::vector<std::vector<std::string>> rows;
   std::size_t over = 0;
+  const std::vector<std::string> ends = end_times(entries);
   for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
+    const std::string& end = ends[static_cast<std::size_t>(entries.rend() - entry) - 1];
     const std::string state = entry->at("state");
     const bool is_over = state == "over" || state == "cancelled";
     if (is_over && ++over > kMostOver) continue;
@@ -127,7 +129,7 @@ std::string queue_table(const Json& entries) {
     rows.insert(
         rows.begin(),
         {fmt::format("{}", entry->at("entry").get<std::int64_t>()), entry->value("name", ""), entry->value("user", ""),
-         state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", entry->value("run", ""), said});
+         state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", end, entry->value("run", ""), said});
   }
   if (rows.empty()) return "no experiments in the queue\n";
   return text_table({{"number", Align::right},
@@ -135,6 +137,7 @@ std::string queue_table(const Json& entries) {
                      {"of", Align::left},
                      {"state", Align::left},
                      {"s", Align::right},
+                     {"ends", Align::left},
                      {"run", Align::left},
                      {"", Align::left}},
                     rows);

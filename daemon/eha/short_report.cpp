@@ -90,6 +90,26 @@ std::string reasons_of(const Model& model) {
   return text;
 }
 
+/// Why each model is rejected; a reason that several share once, behind their names.
+std::string reasons_by_model(const std::vector<Model>& models) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+  for (const Model& model : models) {
+    if (!model.verdict || model.verdict->reasons.empty()) continue;
+    const std::string& reason = model.verdict->reasons.front();
+    auto at = std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.first == reason; });
+    if (at == groups.end()) at = groups.insert(groups.end(), {reason, {}});
+    at->second.push_back(model.name);
+  }
+  std::string text;
+  for (const auto& [reason, names] : groups) {
+    const bool fits = names.size() == 1 && names.front().size() < kLabel;
+    text += fits ? line(names.front().c_str(), reason)
+                 : line(names.size() == 1 ? "" : fmt::format("{} models", names.size()).c_str(),
+                        fmt::format("{}: {}", fmt::join(names, ", "), reason));
+  }
+  return text;
+}
+
 std::string recommended_text(const Model& model, const ident::Recommendation& recommendation) {
   std::string text = line("recommended", fmt::format("{} ({})", model.name, grade_text(model)));
   text += line("equation", equation(model, 1.0, model.output_unit));
@@ -215,11 +235,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   } else {
     text += line("recommended", "none");
     if (!recommendation.reason.empty()) text += line("because", recommendation.reason);
-    for (const Model& model : answer.models) {
-      if (model.verdict && !model.verdict->reasons.empty()) {
-        text += line(model.name.c_str(), model.verdict->reasons.front());
-      }
-    }
+    text += reasons_by_model(answer.models);
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;
   std::vector<std::vector<std::string>> rows;

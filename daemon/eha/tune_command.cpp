@@ -291,6 +291,14 @@ bool is_controller_file(const std::string& path) {
   return config::kind_of(config::read_config_file(path), path) == config::FileKind::controller;
 }
 
+std::string rig_units_of_controller(const config::ControllerConfig& controller) {
+  try {
+    return rig_of(controller.provenance.rig_file).units;
+  } catch (const Error&) {
+    return {};
+  }
+}
+
 tune::ControllerSubject controller_subject(config::ControllerConfig controller) {
   tune::ControllerSubject subject{.controller = std::move(controller)};
   const config::ControllerProvenance& from = subject.controller.provenance;

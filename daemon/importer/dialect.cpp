@@ -140,6 +140,29 @@ void take_header(const Reading& reading, std::size_t first, Dialect& dialect) {
   if (dialect.units.size() + 1 == reading.fields) dialect.units.insert(dialect.units.begin(), "");
 }
 
+/// Takes Yokogawa's rows of names and units, which have other rows between them.
+void take_trace_names(const Reading& reading, std::size_t first, Dialect& dialect) {
+  for (std::size_t i = 0; i < first; ++i) {
+    const Line& line = reading.lines[i];
+    if (line.fields.size() != reading.fields) continue;
+    if (line.fields.front() == "TraceName") {
+      dialect.names = line.fields;
+      dialect.names.front().clear();
+      dialect.header_line = line.number;
+    } else if (line.fields.front() == "VUnit") {
+      dialect.units = line.fields;
+      dialect.units.front().clear();
+    }
+  }
+}
+
+/// A name that is a number would be taken for the number of a column.
+void name_channels(std::vector<std::string>& names) {
+  for (std::string& name : names) {
+    if (!name.empty() && name.find_first_not_of("0123456789") == std::string::npos) name.insert(0, "channel ");
+  }
+}
+
 /// eha-record(5): no guess is made, so that its rows are judged and not searched for.
 std::optional<Dialect> record_format(const std::vector<std::string>& lines, const Options& options) {
   if (options.delimiter.value_or(',') != ',' || options.decimal.value_or('.') != '.') return std::nullopt;
@@ -186,19 +209,43 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
       if (reading.score > best.score) best = std::move(reading);
     }
   }
-  const auto first =
-      std::find_if(best.lines.begin(), best.lines.end(), [&](const Line& line) { return best.is_data(line); });
+  auto first = std::find_if(best.lines.begin(), best.lines.end(), [&](const Line& line) { return best.is_data(line); });
   if (first == best.lines.end()) {
     throw DataError(fmt::format(
         "{}: no rows of numbers found; the first line is \"{}\". Expected columns of numbers, such as time_s,voltage_V,"
         "displacement_in and below it 0,0.5,2.951",
         path, first_text(lines)));
   }
+  // Names that are numbers, "x-axis,1,2", above a row of units are no row of data.
+  const bool is_above_units =
+      first + 1 != best.lines.end() && (first + 1)->fields.size() == best.fields && !best.is_data(*(first + 1)) &&
+      std::all_of((first + 1)->fields.begin(), (first + 1)->fields.end(),
+                  [](const std::string& field) { return !field.empty() && may_be_unit(field); });
+  const auto later =
+      is_above_units ? std::find_if(first + 1, best.lines.end(), [&](const Line& line) { return best.is_data(line); })
+                     : first;
+  if (later != best.lines.end()) first = later;
+  // Yokogawa's rows have an empty first field, and the lines above them a word there: "BlockNumber",1,1.
+  const auto bare = std::find_if(first, best.lines.end(),
+                                 [&](const Line& line) { return best.is_data(line) && line.fields.front().empty(); });
+  const auto begins_with_word = [&](const Line& line) {
+    double ignored = 0.0;
+    return !best.is_data(line) || parse_number(line.fields.front(), best.decimal, ignored) == NumberKind::none;
+  };
+  const auto is_bare = [&](const Line& line) { return !best.is_data(line) || line.fields.front().empty(); };
+  const auto names_traces = [&](const Line& line) {
+    return !line.fields.empty() && line.fields.front() == "TraceName";
+  };
+  const bool are_bare = bare != best.lines.end() && std::any_of(first, bare, names_traces) &&
+                        std::all_of(first, bare, begins_with_word) && std::all_of(bare, best.lines.end(), is_bare);
+  if (are_bare) first = bare;
   Dialect dialect;
   dialect.delimiter = best.delimiter;
   dialect.decimal = best.decimal;
   dialect.first_data_line = first->number;
   take_header(best, static_cast<std::size_t>(first - best.lines.begin()), dialect);
+  if (are_bare) take_trace_names(best, static_cast<std::size_t>(first - best.lines.begin()), dialect);
+  if (is_above_units) name_channels(dialect.names);
   if (dialect.names.empty()) dialect.names = names_in_comment(lines, first->number, best);
   dialect.fields = best.fields;
   const auto ends_empty = [&](const Line& line) { return !best.is_data(line) || line.fields.back().empty(); };

@@ -210,13 +210,22 @@ class Finder {
     }
     if (!counting.empty()) {
       const std::size_t i = counting.front();
+      if (table_.told_period_s())
+        fail(fmt::format("column {} numbers the rows; {}", described(columns_, i), period_asked()));
       fail(fmt::format(
           "column {} counts 0, 1, 2: seconds, or the numbers of the rows? For seconds: `{}`; for the numbers "
           "of rows, with the sample period in seconds: `{}`",
           described(columns_, i), command(fmt::format("--time {}", i + 1)), command("--period SECONDS")));
     }
-    fail(fmt::format("no column of times; columns: {}. With the sample period in seconds: `{}`", list(),
-                     command("--period SECONDS")));
+    fail(fmt::format("no column of times; columns: {}; {}", list(), period_asked()));
+  }
+
+  /// Asks for the sample period, or offers what stands above the rows.
+  [[nodiscard]] std::string period_asked() const {
+    const std::optional<double> told_s = table_.told_period_s();
+    if (!told_s) return fmt::format("with the sample period in seconds: `{}`", command("--period SECONDS"));
+    return fmt::format("the lines above the rows say one every {:.9g} s: `{}`", *told_s,
+                       command(fmt::format("--period {:.9g}", *told_s)));
   }
 
   /// What the rows of a clock tell of the sample period, with the command that takes it.

@@ -77,6 +77,8 @@ class Table {
   [[nodiscard]] virtual bool is_record_format() const { return false; }
   /// "FILE:LINE" of the header where the file is text with one, else "FILE".
   [[nodiscard]] virtual std::string place() const = 0;
+  /// The sample period that stands above the rows [s]; none where nothing says it.
+  [[nodiscard]] virtual std::optional<double> told_period_s() const { return std::nullopt; }
   /// How far apart the rows of the whole file are by a column of dates or times of day, or of days of a spreadsheet.
   /// For a refusal: the file cannot be read after that. None when it does not tell.
   [[nodiscard]] virtual std::optional<RowPeriod> period_of_rows(std::size_t /*column*/) { return std::nullopt; }

@@ -16,6 +16,7 @@
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
 #include "daemon/importer/dialect.hpp"
+#include "daemon/importer/header_facts.hpp"
 #include "daemon/importer/text_lines.hpp"
 #include "daemon/record/record_csv.hpp"
 
@@ -65,6 +66,10 @@ class TextTable final : public Table {
     if (dialect_.fields > kMostColumns) {
       throw DataError(fmt::format("{}:{}: more than {} columns", path.string(), dialect_.header_line, kMostColumns));
     }
+    if (!dialect_.is_record_format) {
+      refuse_long_log(dialect_, path);
+      told_period_s_ = period_above_rows(first, dialect_);
+    }
     name_columns();
     sample(first);
     if (!dialect_.is_record_format) note_guesses();
@@ -73,6 +78,8 @@ class TextTable final : public Table {
   [[nodiscard]] const std::vector<Column>& columns() const override { return columns_; }
   [[nodiscard]] const std::vector<std::string>& guesses() const override { return guesses_; }
   [[nodiscard]] bool is_record_format() const override { return dialect_.is_record_format; }
+
+  [[nodiscard]] std::optional<double> told_period_s() const override { return told_period_s_; }
 
   [[nodiscard]] std::string place() const override {
     return dialect_.header_line > 0 ? fmt::format("{}:{}", path_.string(), dialect_.header_line) : path_.string();
@@ -347,6 +354,7 @@ class TextTable final : public Table {
   Dialect dialect_;
   std::vector<Column> columns_;
   std::vector<std::string> guesses_;
+  std::optional<double> told_period_s_;
 };
 
 }  // namespace

@@ -10,11 +10,20 @@
 
 namespace eha::place {
 
+/// Where a placing may begin.
+enum class Begin {
+  within_limits,
+  anywhere,  ///< also beyond a travel limit: inward only
+};
+
 /// A run that moves the rod to a place: over once it is there, a fault when its rows are used up before.
 class PlaceSource final : public acquisition::CommandSource {
  public:
   /// @param rows  the time-out [ticks]
-  PlaceSource(const PlaceController& controller, std::uint32_t rows) noexcept : controller_(controller), rows_(rows) {}
+  PlaceSource(const PlaceController& controller, std::uint32_t rows, Begin begin = Begin::within_limits) noexcept
+      : controller_(controller), rows_(rows), begin_(begin) {}
+
+  [[nodiscard]] bool brings_back() const noexcept override { return begin_ == Begin::anywhere; }
 
   [[nodiscard]] std::uint32_t rows() const noexcept override { return rows_; }
   [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return rows_; }
@@ -34,6 +43,7 @@ class PlaceSource final : public acquisition::CommandSource {
  private:
   PlaceController controller_;
   std::uint32_t rows_;
+  Begin begin_;
   std::uint32_t row_ = 0;
 };
 

@@ -36,8 +36,10 @@ std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
   const double step_s = request.rig.realtime.sample_period_s;
   const config::ExperimentConfig& experiment = request.experiment;
   if (experiment.place_in) {
-    return std::make_unique<place::PlaceSource>(place::PlaceController(limits, step_s, *experiment.place_in),
-                                                static_cast<std::uint32_t>(request.table_V.size()));
+    return std::make_unique<place::PlaceSource>(
+        place::PlaceController(limits, step_s, *experiment.place_in),
+        static_cast<std::uint32_t>(request.table_V.size()),
+        experiment.brings_back ? place::Begin::anywhere : place::Begin::within_limits);
   }
   if (experiment.characterises) {
     const config::Centring centring = config::centring_of(limits);

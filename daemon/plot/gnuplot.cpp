@@ -23,9 +23,6 @@ namespace eha::plot {
 namespace {
 
 constexpr std::size_t kMostMessages = 300;  // bytes of gnuplot's complaint that are repeated
-constexpr int kPanelHeight_px = 225;        // of a panel among several
-constexpr int kSinglePanelHeight_px = 300;
-constexpr int kMapHeight_px = 380;
 constexpr int kWidth_px = 600;
 
 std::string path_of_gnuplot() {
@@ -103,28 +100,24 @@ std::string run_gnuplot(std::string_view script) {
   return drawn;
 }
 
-int height_px(const Figure& figure) {
-  if (figure.panels.size() == 1) return figure.panels.front().is_map ? kMapHeight_px : kSinglePanelHeight_px;
-  return kPanelHeight_px * static_cast<int>(figure.panels.size());
-}
-
-std::string svg_terminal(const Figure& figure) {
-  return fmt::format("set terminal svg size {},{} noenhanced font 'Arial,14' background '#ffffff'\n", kWidth_px,
-                     height_px(figure));
+std::string svg_terminal(double height_px) {
+  return fmt::format("set terminal svg size {},{:.0f} noenhanced font 'Arial,14' background '#ffffff'\n", kWidth_px,
+                     height_px);
 }
 
 std::string terminal(const Figure& figure, Format format) {
   constexpr int kPixelRatio = 2;
+  const double height = height_px(figure, Surface::file);
   switch (format) {
     case Format::svg:
-      return svg_terminal(figure);
+      return svg_terminal(height);
     case Format::png:
       return fmt::format(
-          "set terminal pngcairo size {},{} noenhanced font 'Sans,{}' fontscale 0.8 linewidth {} pointscale {}\n",
-          kWidth_px * kPixelRatio, height_px(figure) * kPixelRatio, 15 * kPixelRatio, kPixelRatio, kPixelRatio);
+          "set terminal pngcairo size {},{:.0f} noenhanced font 'Sans,{}' fontscale 0.8 linewidth {} pointscale {}\n",
+          kWidth_px * kPixelRatio, height * kPixelRatio, 12 * kPixelRatio, kPixelRatio, kPixelRatio);
     case Format::pdf:
-      return fmt::format("set terminal pdfcairo size {:.2f}in,{:.2f}in noenhanced font 'Sans,12'\n", kWidth_px / 80.0,
-                         height_px(figure) / 80.0);
+      return fmt::format("set terminal pdfcairo size {:.2f}in,{:.2f}in noenhanced font 'Sans,10'\n", kWidth_px / 80.0,
+                         height / 80.0);
   }
   return {};
 }
@@ -190,7 +183,7 @@ std::vector<std::string> draw_elements(const std::vector<Figure>& figures, std::
   std::string script;
   for (const Figure& figure : figures) {
     // Each picture ends where the output is set anew.
-    script += "reset\nset output\n" + svg_terminal(figure) + script_of(figure, false);
+    script += "reset\nset output\n" + svg_terminal(height_px(figure, Surface::page)) + script_of(figure, Surface::page);
   }
   script += "set output\n";
   const std::string drawn = run_gnuplot(script);
@@ -210,13 +203,13 @@ std::vector<std::string> draw_elements(const std::vector<Figure>& figures, std::
 }  // namespace
 
 std::string draw(const Figure& figure, Format format) {
-  return run_gnuplot(terminal(figure, format) + script_of(figure, false));
+  return run_gnuplot(terminal(figure, format) + script_of(figure, Surface::file));
 }
 
 std::string draw_in_characters(const Figure& figure, const CharacterSize& size) {
   const std::string drawn =
       run_gnuplot(fmt::format("set terminal dumb size {},{} noenhanced nofeed\n", size.columns, size.rows) +
-                  script_of(figure, true));
+                  script_of(figure, Surface::characters));
   // Lines without the blanks at their ends.
   std::string text;
   for (std::size_t at = 0; at < drawn.size();) {

@@ -54,7 +54,17 @@ struct InlineFigure {
 /// ones, control characters spaces, and bytes that are no UTF-8 '?'.
 [[nodiscard]] std::string quoted(const std::string& text);
 
+/// Where a figure is drawn.
+enum class Surface {
+  characters,
+  page,  ///< below a heading, so without its title
+  file,
+};
+
+/// Height of a figure [px of a picture 600 wide]: its panels, with room for every line of their keys.
+[[nodiscard]] double height_px(const Figure& figure, Surface surface);
+
 /// The commands that draw a figure on the terminal set before; exposed for tests.
-[[nodiscard]] std::string script_of(const Figure& figure, bool in_characters);
+[[nodiscard]] std::string script_of(const Figure& figure, Surface surface);
 
 }  // namespace eha::plot

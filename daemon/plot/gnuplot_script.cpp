@@ -28,6 +28,15 @@ constexpr std::array<Style, 7> kStyles{{{"#9a9a9a", "solid", 3.5, 6},
                                         {"#7a2a90", "(5,5)", 1.6, 1},
                                         {"#8a6a00", "(14,4,2,4,2,4)", 1.6, 10}}};
 
+constexpr double kPanelHeight_px = 225.0;  // of a panel among several
+constexpr double kSinglePanelHeight_px = 300.0;
+constexpr double kMapHeight_px = 380.0;
+constexpr double kKeyLine_px = 20.0;
+constexpr double kTitle_px = 28.0;
+constexpr double kKeyWidth_px = 490.0;
+constexpr double kKeySample_px = 70.0;  // the line beside an entry, and air
+constexpr double kLetter_px = 8.5;
+
 constexpr Style kGuide{"#a0a0a0", "solid", 0.7, 6};
 
 const Style& style_of(int style) {
@@ -164,6 +173,25 @@ std::string y_ticks(const Panel& panel) {
 /// Names at the x axis need room: from this many on they are slanted.
 constexpr std::size_t kSlantedTicks = 6;
 
+/// Entries side by side in a panel's key, at least.
+std::size_t key_columns(const Panel& panel) {
+  std::size_t longest = 0;
+  for (const Series& series : panel.series) longest = std::max(longest, series.label.size());
+  const double entry_px = kKeySample_px + kLetter_px * static_cast<double>(longest);
+  return std::max<std::size_t>(1, static_cast<std::size_t>(kKeyWidth_px / entry_px));
+}
+
+double panel_height_px(const Panel& panel, bool is_alone) {
+  const auto entries = static_cast<std::size_t>(std::count_if(
+      panel.series.begin(), panel.series.end(), [](const Series& series) { return !series.label.empty(); }));
+  const std::size_t columns = key_columns(panel);
+  const std::size_t lines = (entries + columns - 1) / columns;
+  const double plain = panel.is_map ? kMapHeight_px : is_alone ? kSinglePanelHeight_px : kPanelHeight_px;
+  return plain + kKeyLine_px * static_cast<double>(lines > 1 ? lines - 1 : 0);
+}
+
+bool has_title(const Figure& figure, Surface surface) { return surface == Surface::file && !figure.title.empty(); }
+
 /// gnuplot takes a letter of the key for 0.7 em, part of which is air: with less width more entries fit into a row.
 std::string key_width(const Panel& panel) {
   constexpr double kAir = 0.2;
@@ -225,12 +253,24 @@ std::string quoted(const std::string& text) {
   return result + "'";
 }
 
-std::string script_of(const Figure& figure, bool in_characters) {
+double height_px(const Figure& figure, Surface surface) {
+  double height = has_title(figure, surface) ? kTitle_px : 0.0;
+  for (const Panel& panel : figure.panels) height += panel_height_px(panel, figure.panels.size() == 1);
+  return height;
+}
+
+std::string script_of(const Figure& figure, Surface surface) {
+  const bool in_characters = surface == Surface::characters;
+  const bool has_several = figure.panels.size() > 1;
+  const double whole_px = height_px(figure, surface);
+  const bool is_titled = has_title(figure, surface);
   std::string script = "set encoding utf8\n";
   if (in_characters) script += fmt::format("set title {}\n", quoted(figure.title));
   script += "set key outside top left horizontal Left reverse samplen 3 spacing 1.1\n";
   if (!in_characters) script += "set lmargin 11\nset rmargin 2.5\n";
-  if (figure.panels.size() > 1) script += fmt::format("set multiplot layout {},1\n", figure.panels.size());
+  if (has_several && in_characters) script += fmt::format("set multiplot layout {},1\n", figure.panels.size());
+  if (!in_characters) script += "set multiplot\n";
+  double top_px = whole_px - (is_titled ? kTitle_px : 0.0);
   std::size_t block = 0;
   for (const Panel& panel : figure.panels) {
     std::string plots;
@@ -241,13 +281,22 @@ std::string script_of(const Figure& figure, bool in_characters) {
       plots += (plots.empty() ? "" : ", \\\n  ") + plotted(name, series, in_characters);
     }
     add_axes(script, panel);
-    if (!in_characters) script += bottom_margin(panel) + key_width(panel);
+    if (!in_characters) {
+      const double height = panel_height_px(panel, !has_several);
+      top_px -= height;
+      script += fmt::format("set origin 0, {:.5f}\nset size 1, {:.5f}\n", top_px / whole_px, height / whole_px);
+      script += bottom_margin(panel) + key_width(panel);
+    }
     add_decoration(script, panel, in_characters);
+    if (is_titled && &panel == &figure.panels.front()) {
+      script += fmt::format("set label {} at screen 0.5, screen {:.4f} center front\n", quoted(figure.title),
+                            1.0 - 0.5 * kTitle_px / whole_px);
+    }
     // An empty panel keeps its axes.
     script += "plot " + (plots.empty() ? "[0:1] NaN notitle" : plots) + "\n";
     if (in_characters) script += "unset title\n";
   }
-  if (figure.panels.size() > 1) script += "unset multiplot\n";
+  if (has_several || !in_characters) script += "unset multiplot\n";
   return script;
 }
 

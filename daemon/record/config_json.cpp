@@ -136,6 +136,7 @@ Json to_json(const config::ExperimentConfig& experiment) {
   return {{"name", experiment.name},
           {"excitation", experiment.is_fitted() ? to_json(experiment.excitation) : Json(nullptr)},
           {"place_in", experiment.place_in ? Json(*experiment.place_in) : Json(nullptr)},
+          {"way_back", experiment.brings_back},
           {"characterises", experiment.characterises},
           {"track", experiment.track ? Json(experiment.track->controller.name) : Json(nullptr)},
           {"start_in", experiment.start_in ? Json(*experiment.start_in) : Json(nullptr)},

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
+#include <utility>
 
 #include "daemon/report/figures.hpp"
 #include "ident/model/parameter_text.hpp"
@@ -109,7 +111,105 @@ void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range&
   phase.series.push_back(std::move(p));
 }
 
+/// Gain of each line over that of a model at the line [dB], with its 95 % bars.
+Panel gain_error_panel(const std::vector<double>& measured_dB, const std::vector<double>& model_dB,
+                       const NumberTable& response, const std::string& model) {
+  Panel panel{.x_label = "", .y_label = "gain error [dB]", .log_x = true};
+  const std::vector<double>& f = *response.find("frequency_Hz");
+  const std::vector<double>& level = *response.find("gain");
+  const std::vector<double>& std = *response.find("std");
+  Series bars{.label = "measured over " + model + ", 95 %", .x = f, .mark = Mark::error_bars, .style = 1};
+  Range range;
+  range.add(0.0);
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    const double relative = std::min(0.9, ident::kInterval95 * std[i] / level[i]);
+    const double error = measured_dB[i] - model_dB[i];
+    bars.y.push_back(error);
+    bars.lower.push_back(error + 20.0 * std::log10(1.0 - relative));
+    bars.upper.push_back(error + 20.0 * std::log10(1.0 + relative));
+    range.add(bars.lower.back());
+    range.add(bars.upper.back());
+  }
+  panel.series.push_back(std::move(bars));
+  panel.rules.push_back({.at = 0.0, .vertical = false});
+  panel.y_range = range.widened(0.01);
+  return panel;
+}
+
+bool is_measured(const NumberTable* response) {
+  if (response == nullptr) return false;
+  for (const char* name : {"frequency_Hz", "gain", "gain_dB", "phase_deg", "std"}) {
+    if (response->find(name) == nullptr) return false;
+  }
+  return !response->find("frequency_Hz")->empty();
+}
+
+/// Puts the panel between gain and phase, with their x axis.
+plot::Figure stacked(const std::string& title, Panel gain, std::optional<Panel> error, Panel phase) {
+  plot::Figure figure{.title = title, .panels = {std::move(gain)}};
+  if (error) {
+    error->x_range = phase.x_range;
+    error->shades = phase.shades;
+    figure.panels.push_back(std::move(*error));
+  }
+  figure.panels.push_back(std::move(phase));
+  return figure;
+}
+
+/// Names of the models whose columns are nearest to the measured gain, at most kMostCurves.
+std::vector<std::string> nearest_models(const NumberTable& response) {
+  constexpr std::string_view kEnding = "_gain_dB";
+  const std::vector<double>& measured = *response.find("gain_dB");
+  std::vector<std::pair<double, std::string>> all;
+  for (std::size_t column = 0; column < response.names.size(); ++column) {
+    const std::string& name = response.names[column];
+    if (!name.ends_with(kEnding)) continue;
+    double most = 0.0;
+    for (std::size_t i = 0; i < measured.size(); ++i) {
+      most = std::max(most, std::abs(response.columns[column][i] - measured[i]));
+    }
+    all.emplace_back(most, name.substr(0, name.size() - kEnding.size()));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> names;
+  for (const auto& [distance, name] : all) {
+    if (names.size() < kMostCurves) names.push_back(name);
+  }
+  return names;
+}
+
 }  // namespace
+
+plot::Figure response_figure(const NumberTable& response, const std::string& unit, const std::string& title) {
+  Panel gain{.x_label = "", .y_label = unit.empty() ? "gain [dB]" : "gain [dB re " + unit + "]", .log_x = true};
+  Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
+  if (!is_measured(&response)) return {.title = title, .panels = {std::move(gain), std::move(phase)}};
+  Range gains;
+  Range phases;
+  const std::vector<double>& f = *response.find("frequency_Hz");
+  const std::vector<std::string> names = nearest_models(response);
+  int style = 1;
+  for (const std::string& name : names) {
+    const auto* phase_deg = response.find(name + "_phase_deg");
+    gain.series.push_back({.label = name, .x = f, .y = *response.find(name + "_gain_dB"), .style = style});
+    if (phase_deg != nullptr) phase.series.push_back({.label = "", .x = f, .y = *phase_deg, .style = style});
+    ++style;
+  }
+  for (const Series& series : gain.series)
+    std::for_each(series.y.begin(), series.y.end(), [&](double y) { gains.add(y); });
+  for (const Series& series : phase.series)
+    std::for_each(series.y.begin(), series.y.end(), [&](double y) { phases.add(y); });
+  add_measured(response, gain, phase, gains, phases);
+  gain.y_range = gains.widened(3.0);
+  phase.y_range = phases.widened(5.0);
+  phase.x_range = gain.x_range = std::pair(0.7 * f.front(), 1.4 * f.back());
+  std::optional<Panel> error;
+  if (!names.empty()) {
+    error = gain_error_panel(*response.find("gain_dB"), *response.find(names.front() + "_gain_dB"), response,
+                             names.front());
+  }
+  return stacked(title, std::move(gain), std::move(error), std::move(phase));
+}
 
 plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const NumberTable* response,
                          const std::string& title) {
@@ -150,7 +250,12 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
   if (frequencies.low < frequencies.high) {
     for (Panel* panel : {&gain, &phase}) panel->x_range = std::pair(frequencies.low, frequencies.high);
   }
-  return {.title = title, .panels = {std::move(gain), std::move(phase)}};
+  std::optional<Panel> error;
+  if (first != nullptr && is_measured(response)) {
+    const ident::BodeCurve at_lines = ident::bode_curve(*first, *response->find("frequency_Hz"), {});
+    error = gain_error_panel(*response->find("gain_dB"), at_lines.gain_dB, *response, first->name);
+  }
+  return stacked(title, std::move(gain), std::move(error), std::move(phase));
 }
 
 }  // namespace eha::report

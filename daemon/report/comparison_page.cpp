@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <span>
+#include <system_error>
 #include <utility>
 
+#include "core/error.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
@@ -130,7 +133,78 @@ Item bode_item(const std::vector<ComparedSubject>& subjects) {
   return item;
 }
 
+std::vector<ident::Model> labelled(const std::vector<ComparedSubject>& subjects) {
+  std::vector<ident::Model> models;
+  for (const ComparedSubject& subject : subjects) {
+    models.push_back(subject.model);
+    models.back().name = subject.label;
+  }
+  return models;
+}
+
+/// The valves over one another about their nulls; none where no model has one.
+std::optional<Item> valve_item(const std::vector<ident::Model>& models) {
+  constexpr double kShownDeadBands = 4.0;
+  std::vector<const ident::Model*> valves;
+  double low = 0.0;
+  double high = 0.0;
+  Item item{.heading = "Static map of each valve; dead band and null of the last one are marked"};
+  for (const ident::Model& model : models) {
+    if (!model.input_map) continue;
+    const ident::ValveMap& map = *model.input_map;
+    const double reach = kShownDeadBands * map.dead_band + 0.1;
+    low = valves.empty() ? map.null - reach : std::min(low, map.null - reach);
+    high = valves.empty() ? map.null + reach : std::max(high, map.null + reach);
+    valves.push_back(&model);
+    item.remark.seen += fmt::format("{} passes nothing from {:.3g} to {:.3g} {}. ", model.name,
+                                    map.null - map.dead_band, map.null + map.dead_band, model.input_unit);
+  }
+  if (valves.empty()) return std::nullopt;
+  item.figure = plot::Figure{.title = item.heading, .panels = {valve_panel(valves, low, high)}};
+  item.remark.good = "Lines that cover one another.";
+  item.remark.to_do = "A wider flat part is a wider dead band; a shifted one is a null that moved.";
+  return item;
+}
+
+std::optional<Item> step_item(const std::vector<ident::Model>& models) {
+  std::vector<const ident::Model*> shown;
+  Item item{.heading = "Output and speed after a step of 1 " + models.front().input_unit + " behind the valve"};
+  try {
+    for (const ident::Model& model : models) {
+      shown.push_back(&model);
+      item.remark.seen += step_sentence(model) + " ";
+    }
+    item.figure = step_figure(shown, item.heading);
+  } catch (const ConfigError&) {
+    return std::nullopt;  // no step: more zeros than poles
+  }
+  item.remark.good = "Lines that cover one another.";
+  item.remark.to_do = "A lower speed is a lower gain: pressure, leak or valve.";
+  return item;
+}
+
 }  // namespace
+
+std::vector<std::string> titles_of(const std::vector<std::string>& paths) {
+  std::vector<std::string> titles;
+  std::vector<std::string> longer;
+  for (const std::string& path : paths) {
+    std::error_code ignored;
+    const std::filesystem::path whole = std::filesystem::canonical(path, ignored);
+    const std::filesystem::path& known = whole.empty() ? std::filesystem::path(path) : whole;
+    const bool is_folder = std::filesystem::is_directory(known, ignored);
+    titles.push_back((is_folder ? known.filename() : known.stem()).string());
+    std::filesystem::path above = known.parent_path();
+    // Models of two runs: the run's name tells them apart, not "models".
+    while (above.filename() == "models" || above.filename() == "rejected") above = above.parent_path();
+    longer.push_back(above.filename().string() + "/" + titles.back());
+  }
+  std::vector<std::string> distinct = titles;
+  for (std::size_t i = 0; i < titles.size(); ++i) {
+    if (std::count(titles.begin(), titles.end(), titles[i]) > 1) distinct[i] = longer[i];
+  }
+  return distinct;
+}
 
 Page comparison_page(const ComparisonFindings& findings, const std::vector<ComparedSubject>& subjects) {
   const std::string lead =
@@ -148,7 +222,12 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
   if (Item item = records_item(subjects); item.figure) time.items.push_back(std::move(item));
   Section frequency{.title = "Frequency response"};
   frequency.items.push_back(bode_item(subjects));
-  return assembled(findings.title, lead, {parameters, time, frequency, models});
+  const std::vector<ident::Model> named = labelled(subjects);
+  Section valve{.title = "Valve"};
+  if (auto item = valve_item(named)) valve.items.push_back(std::move(*item));
+  Section step{.title = "Step response"};
+  if (auto item = step_item(named)) step.items.push_back(std::move(*item));
+  return assembled(findings.title, lead, {parameters, valve, step, time, frequency, models});
 }
 
 }  // namespace eha::report

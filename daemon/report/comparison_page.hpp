@@ -31,7 +31,12 @@ struct ComparisonFindings {
   std::vector<std::string> sentences = {};
 };
 
-/// The before/after report: findings, parameters with joint intervals, records over time, Bode plots over one another.
+/// Short names of runs, records and model files that are told apart: a run's folder, a file's name without its ending,
+/// with the folder above it where two are alike. A link is followed.
+[[nodiscard]] std::vector<std::string> titles_of(const std::vector<std::string>& paths);
+
+/// The before/after report: findings, parameters with joint intervals, valves, steps, records and Bode plots over one
+/// another.
 /// @param subjects  at least one; values in the unit that is to be read. Cost as assembled()
 [[nodiscard]] Page comparison_page(const ComparisonFindings& findings, const std::vector<ComparedSubject>& subjects);
 

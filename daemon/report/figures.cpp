@@ -29,22 +29,6 @@ Series curve(std::span<const double> x, std::span<const double> y, const std::st
   return {.label = label, .x = std::move(points.x), .y = std::move(points.y), .mark = Mark::line, .style = style};
 }
 
-/// The same with each value held until the next.
-Series held(const Series& series) {
-  Series steps = series;
-  steps.x.clear();
-  steps.y.clear();
-  for (std::size_t i = 0; i < series.x.size(); ++i) {
-    if (i > 0) {
-      steps.x.push_back(series.x[i]);
-      steps.y.push_back(series.y[i - 1]);
-    }
-    steps.x.push_back(series.x[i]);
-    steps.y.push_back(series.y[i]);
-  }
-  return steps;
-}
-
 std::vector<double> residual(const identify::FitTable& table, const identify::FitColumn& column) {
   std::vector<double> values(table.measured.size());
   std::transform(table.measured.begin(), table.measured.end(), column.simulated.begin(), values.begin(),
@@ -116,7 +100,39 @@ double clearest_angle(const std::vector<std::complex<double>>& poles) {
   return best;
 }
 
+double rms(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, values.size())));
+}
+
+/// Beside a pole: "16.2 Hz, D = 0.52", or "T = 0.0056 s" of a real one; empty where no exponential of s belongs to it.
+std::string pole_caption(std::complex<double> value, double base_order) {
+  const double angle = std::arg(value) / base_order;
+  const double natural_rad_s = std::pow(std::abs(value), 1.0 / base_order);
+  if (angle < -1e-9 || angle > pi + 1e-9) return "";
+  if (std::abs(angle - pi) < 1e-9 || angle < 1e-9) {
+    return fmt::format("T = {:.3g} s", (angle < 1e-9 ? -1.0 : 1.0) / natural_rad_s);
+  }
+  return fmt::format("{:.3g} Hz, D = {:.2g}", natural_rad_s / (2.0 * pi), -std::cos(angle));
+}
+
 }  // namespace
+
+Series held(const Series& series) {
+  Series steps = series;
+  steps.x.clear();
+  steps.y.clear();
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    if (i > 0) {
+      steps.x.push_back(series.x[i]);
+      steps.y.push_back(series.y[i - 1]);
+    }
+    steps.x.push_back(series.x[i]);
+    steps.y.push_back(series.y[i]);
+  }
+  return steps;
+}
 
 std::string axis_label(const ident::Channel& channel) {
   return channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
@@ -155,6 +171,25 @@ plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::
     for (Panel* panel : {&output, &error, &input}) panel->rules.push_back({.at = *split_s, .vertical = true});
   }
   return {.title = title, .panels = {std::move(output), std::move(error), std::move(input)}};
+}
+
+plot::Figure fit_table_figure(const identify::FitTable& table, const std::string& title) {
+  std::vector<std::pair<double, std::string>> by_error;
+  for (const identify::FitColumn& column : table.models)
+    by_error.emplace_back(rms(residual(table, column)), column.model);
+  // An output that overflowed has an error that is no number; it comes last.
+  std::stable_sort(by_error.begin(), by_error.end(), [](const auto& a, const auto& b) {
+    return std::isfinite(a.first) && (!std::isfinite(b.first) || a.first < b.first);
+  });
+  std::vector<std::string> names;
+  for (const auto& [error, name] : by_error) {
+    if (names.size() < kMostCurves) names.push_back(name);
+  }
+  const bool is_part = by_error.size() > names.size();
+  return fit_figure(
+      table, names, std::nullopt,
+      is_part ? fmt::format("{}: the {} of {} models with the least error", title, names.size(), by_error.size())
+              : title);
 }
 
 Panel correlation_panel(const ident::Correlation& correlation, const std::string& y_label) {
@@ -198,21 +233,22 @@ std::size_t outside99(const ident::Correlation& correlation, int first_lag) {
 }
 
 plot::Figure pole_figure(const ident::Model& model) {
-  ident::Poles poles = ident::poles(model.transfer_function);
-  // Those of whole orders in Hz, as frequencies are everywhere.
-  const bool is_in_Hz = poles.is_commensurate && std::abs(poles.base_order - 1.0) < 1e-9;
-  if (is_in_Hz) {
-    for (auto& value : poles.values) value /= 2.0 * pi;
+  const ident::Poles poles = ident::poles(model.transfer_function);
+  const double q = poles.base_order;
+  // Frequencies are in Hz everywhere: |w| as the natural frequency |w|^(1/q) / 2 pi.
+  std::vector<std::complex<double>> in_Hz;
+  for (const auto& value : poles.values) {
+    in_Hz.push_back(std::polar(std::pow(std::abs(value), 1.0 / q) / (2.0 * pi), std::arg(value)));
   }
-  const Decades decades = decades_of(poles.values);
+  const Decades decades = decades_of(in_Hz);
   constexpr double kReach = 1.12;
   Panel panel{.x_label = "",
               .y_label = "",
               .x_range = std::pair(-kReach - 0.25, kReach + 0.25),
               .y_range = std::pair(-kReach, kReach),
               .is_map = true};
-  panel.series.push_back(sector(std::min(pi, 0.5 * pi * poles.base_order), 1.05));
-  const double away = clearest_angle(poles.values);
+  panel.series.push_back(sector(std::min(pi, 0.5 * pi * q), 1.05));
+  const double away = clearest_angle(in_Hz);
   const int step = (decades.high - decades.low + kMostRings - 1) / kMostRings;
   for (int decade = decades.low; decade <= decades.high; decade += step) {
     const double radius = decades.radius(std::pow(10.0, decade));
@@ -220,13 +256,16 @@ plot::Figure pole_figure(const ident::Model& model) {
     panel.series.back().label = "";
     panel.captions.push_back({.x = radius * std::cos(away),
                               .y = radius * std::sin(away),
-                              .text = fmt::format("{:g}{}", std::pow(10.0, decade), is_in_Hz ? " Hz" : "")});
+                              .text = fmt::format("{:g} Hz", std::pow(10.0, decade))});
   }
   Series points{.label = "poles of " + model.name, .mark = Mark::points, .style = 1};
-  for (const auto& value : poles.values) {
-    if (!(std::abs(value) > 0.0)) continue;
-    points.x.push_back(decades.radius(std::abs(value)) * std::cos(std::arg(value)));
-    points.y.push_back(decades.radius(std::abs(value)) * std::sin(std::arg(value)));
+  for (std::size_t i = 0; i < in_Hz.size(); ++i) {
+    if (!(std::abs(in_Hz[i]) > 0.0)) continue;
+    const double radius = decades.radius(std::abs(in_Hz[i]));
+    points.x.push_back(radius * std::cos(std::arg(in_Hz[i])));
+    points.y.push_back(radius * std::sin(std::arg(in_Hz[i])));
+    const std::string caption = pole_caption(poles.values[i], q);
+    if (!caption.empty()) panel.captions.push_back({points.x.back(), points.y.back() + 0.1, caption});
   }
   panel.series.push_back(std::move(points));
   if (poles.order_at_zero > 0.0) {

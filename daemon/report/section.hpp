@@ -35,6 +35,7 @@ struct Section {
 [[nodiscard]] Section time_section(const Subject& subject);
 [[nodiscard]] Section models_section(const Subject& subject);
 [[nodiscard]] Section frequency_section(const Subject& subject);
+[[nodiscard]] Section step_section(const Subject& subject);
 [[nodiscard]] Section stability_section(const Subject& subject);
 [[nodiscard]] Section residual_section(const Subject& subject);
 [[nodiscard]] Section valve_section(const Subject& subject);

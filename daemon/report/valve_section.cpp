@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
 #include "ident/signal/valve_map.hpp"
@@ -68,23 +69,8 @@ Section valve_section(const Subject& subject) {
     low = *least;
     high = *greatest;
   }
-  std::vector<double> u{low, map.null - map.dead_band, map.null + map.dead_band, high};
-  std::sort(u.begin(), u.end());
-  const Eigen::VectorXd v = ident::mapped(map, Eigen::Map<const Eigen::VectorXd>(u.data(), 4));
-  plot::Panel panel{.x_label = fmt::format("input [{}]", model.input_unit),
-                    .y_label = fmt::format("passed on [{}]", model.input_unit)};
-  panel.series.push_back({.label = "without a dead band",
-                          .x = {low, high},
-                          .y = {low - map.null, high - map.null},
-                          .mark = plot::Mark::line,
-                          .style = 2});
-  panel.series.push_back(
-      {.label = "valve of " + model.name, .x = u, .y = {v.begin(), v.end()}, .mark = plot::Mark::line, .style = 1});
-  panel.shades.push_back({map.null - map.dead_band, map.null + map.dead_band});
-  panel.rules.push_back({.at = 0.0, .vertical = false});
-  panel.rules.push_back({.at = map.null, .vertical = true});
   Item item{.heading = "Static map of the valve in " + model.name + "; the dead band is shaded, the null dashed"};
-  item.figure = {.title = item.heading, .panels = {std::move(panel)}};
+  item.figure = {.title = item.heading, .panels = {valve_panel({&model}, low, high)}};
   item.remark = remark_on_valve(subject, model);
   section.items.push_back(std::move(item));
   return section;

@@ -203,7 +203,7 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
 }
 
-plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller) {
+plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller, const DisplayUnit& unit) {
   const ident::AxisSettings& settings = controller.settings;
   const ident::TrialMotion motion(settings, ident::trial_plan(settings), settings.reference.lowest);
   std::size_t rows = 0;
@@ -215,7 +215,7 @@ plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig
     return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rows));
   };
   return motion_figure({first(trace.time_s), first(trace.reference_in), first(trace.rod_in), first(trace.command_V)},
-                       fmt::format("{}: a step on the simulated rig", controller.name));
+                       fmt::format("{}: a step on the simulated rig", controller.name), unit);
 }
 
 std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& p, const DisplayUnit& display) {

@@ -45,7 +45,8 @@ struct ControllerSubject {
 [[nodiscard]] plot::Figure motion_figure(const TrialTrace& trace, std::string title,
                                          const DisplayUnit& unit = DisplayUnit("in"));
 /// The first second and the step of it.
-[[nodiscard]] plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller);
+[[nodiscard]] plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller,
+                                       const DisplayUnit& unit = DisplayUnit("in"));
 
 /// Rows for people: figure, value, interval, unit.
 [[nodiscard]] std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& promise,

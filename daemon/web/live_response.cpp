@@ -12,6 +12,8 @@
 #include <utility>
 
 #include "config/experiment_config.hpp"
+#include "config/rig_config.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/record/experiment_rows.hpp"
@@ -94,6 +96,34 @@ Json distortion_of(const ident::LineResponse& line) {
   return std::max(line.even_distortion_dB.value_or(-INFINITY), line.odd_distortion_dB.value_or(-INFINITY));
 }
 
+/// The valve of a rig file; none without [following], or where an earlier version wrote a file that is refused now.
+std::optional<ident::ValveMap> valve_of(const std::string& rig_text, const std::string& source) {
+  try {
+    const config::RigConfig rig = config::parse_rig(rig_text, source);
+    if (!rig.limits.following) return std::nullopt;
+    const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
+    return ident::ValveMap{.null = valve.null_V,
+                           .dead_band = valve.dead_band_V,
+                           .negative_gain_ratio = valve.gain_negative_in_per_V_s / valve.gain_positive_in_per_V_s};
+  } catch (const ConfigError&) {
+    return std::nullopt;
+  }
+}
+
+/// What a valve passes on of each excited line: the rod's response is the measured one divided by it.
+std::vector<std::complex<double>> valve_response(const ident::ValveMap& valve, ident::Record record,
+                                                 const ident::Periods& periods,
+                                                 const std::vector<ident::LineResponse>& lines) {
+  std::vector<double> lines_Hz;
+  for (const ident::LineResponse& line : lines) lines_Hz.push_back(line.frequency_Hz);
+  record.output = ident::mapped(valve, record.input);
+  std::vector<std::complex<double>> passed;
+  for (const ident::LineResponse& line : ident::measure_frequency_response(record, periods, lines_Hz).lines) {
+    passed.push_back(line.response * hold_of(line.frequency_Hz, record.step_s));  // volts to volts: nothing is held
+  }
+  return passed;
+}
+
 /// The longest run of neighbouring lines that are known; null without one.
 Json usable_band(const std::vector<ident::LineResponse>& lines) {
   std::size_t begin = 0;
@@ -152,6 +182,7 @@ PeriodPlan plan_periods(const record::RunHeader& header, const std::string& sour
   plan.discard = ident::discarded_rows(header.discard_s, header.sample_period_s);
   const identify::ExcitedPeriod excited =
       identify::excited_period(experiment.excitation, header.sample_period_s, plan.rows, header.samples_per_repetition);
+  plan.valve = valve_of(header.rig_text, source);
   plan.period = excited.samples;
   plan.lines_Hz = excited.lines_Hz;
   if (plan.period == 0) return plan;
@@ -209,6 +240,7 @@ LiveResponse measure_live_response(const std::filesystem::path& journal, const P
     line.std *= std::abs(held);
     result.lines.push_back(line);
   }
+  if (plan.valve && !result.lines.empty()) result.valve = valve_response(*plan.valve, record, periods, result.lines);
   return result;
 }
 
@@ -220,11 +252,15 @@ std::string describe(const std::string& run, const PeriodPlan& plan, const LiveR
     // Unwrapped from line to line.
     last_deg = lines.empty() ? angle_deg : angle_deg - 360.0 * std::round((angle_deg - last_deg) / 360.0);
     const double relative = line.std / std::abs(line.response);
+    const bool has_valve = lines.size() < response.valve.size();
+    const std::complex<double> valve = has_valve ? response.valve[lines.size()] : 0.0;
     lines.push_back({{"f_Hz", line.frequency_Hz},
                      {"magnitude_dB", 20.0 * std::log10(std::abs(line.response))},
                      {"magnitude_std_dB", kDecibelsPerRelative * relative},
                      {"phase_deg", last_deg},
                      {"phase_std_deg", kDegreesPerRadian * relative},
+                     {"valve_dB", has_valve ? Json(20.0 * std::log10(std::abs(valve))) : Json(nullptr)},
+                     {"valve_phase_deg", has_valve ? Json(std::arg(valve) * kDegreesPerRadian) : Json(nullptr)},
                      {"noise_dB", line.noise_dB},
                      {"distortion_dB", distortion_of(line)}});
   }

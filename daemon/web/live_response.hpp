@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <complex>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -10,6 +11,7 @@
 
 #include "daemon/record/run_header.hpp"
 #include "ident/signal/frequency_response.hpp"
+#include "ident/signal/valve_map.hpp"
 
 namespace eha::web {
 
@@ -20,6 +22,7 @@ struct PeriodPlan {
   std::size_t discard = 0;       ///< rows at the start
   std::size_t rows = 0;          ///< of the whole experiment
   double step_s = 0.0;
+  std::optional<ident::ValveMap> valve = {};  ///< of the rig's [following]
   std::size_t thinning = 1;  ///< every how many rows are measured, after a filter that lets the lines pass
 };
 
@@ -31,6 +34,8 @@ struct LiveResponse {
   std::size_t rows = 0;     ///< of the experiment, in the journal
   std::size_t periods = 0;  ///< whole ones after the discarded time, 0 or at least 2
   std::vector<ident::LineResponse> lines;
+  /// What the valve's dead band makes of the input at each line, V/V; empty where the rig file has no [following].
+  std::vector<std::complex<double>> valve;
   std::string refusal;  ///< why there is none, one sentence; empty otherwise
 };
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/code_text.hpp"
 #include "ident/export/model_formats.hpp"
 
 namespace eha::ident {
@@ -37,8 +38,8 @@ typedef struct {
 /* Prepares a model for rows step_s seconds apart, at the start of a record. Returns 0, or -1 when step_s is not positive
    or NAME_DELAY_ROWS is too small for it. */
 int FUNCTION_init(FUNCTION_model *model, double step_s);
-/* The output of this row, then moves on with `input` held until the next one. */
-double FUNCTION_step(FUNCTION_model *model, double input);
+/* The output of this row, then moves on with the input held until the next one. */
+double FUNCTION_step(FUNCTION_model *model, double INPUT_NAME);
 )";
 
 constexpr const char* kFunctions = R"(
@@ -129,7 +130,7 @@ int FUNCTION_init(FUNCTION_model *model, double step_s) {
   return 0;
 }
 
-double FUNCTION_step(FUNCTION_model *model, double input) {
+double FUNCTION_step(FUNCTION_model *model, double INPUT_NAME) {
   const int length = model->length;
   double v, before, now, output;
   int i, j, s;
@@ -196,17 +197,20 @@ std::string c_text(const ExportedModel& model, const std::string& function) {
   std::string name = function;
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
 
+  const std::string input = with_unit("u", model.input_unit);
+  const std::string output = with_unit("y", model.output_unit);
   std::string text = "/*\n";
   for (const std::string& line : notes(model)) text += " * " + line + "\n";
   text += fmt::format(
       " *\n * C99, no allocation, no library but libm; include this file, or compile it and copy the declarations:\n"
-      " *   {0}_model model;\n *   if ({0}_init(&model, 0.001) == 0) y = {0}_step(&model, u);\n */\n#include "
-      "<math.h>\n",
-      function);
+      " *   {0}_model model;\n *   if ({0}_init(&model, 0.001) == 0) {1} = {0}_step(&model, {2});\n "
+      "*/\n#include <math.h>\n",
+      function, output, input);
   const double buffer = std::min(kLongestBuffer, std::ceil(model.sections.delay_s / kShortestStep_s) + 2.0);
   text += filled(kDeclarations, {{"COUNT", std::to_string(sections.size())},
                                  {"HIGHEST", std::to_string(order)},
                                  {"BUFFER", fmt::format("{:.0f}", buffer)},
+                                 {"INPUT_NAME", input},
                                  {"NAME_", name + "_"},
                                  {"FUNCTION_", function + "_"}});
   text += fmt::format("\nstatic const int {}_count = {};\n", function, count);
@@ -234,15 +238,16 @@ std::string c_text(const ExportedModel& model, const std::string& function) {
   matrix("numerator", &Section::numerator);
   matrix("state", &Section::state);
 
-  std::string driving = fmt::format("  v = input + ({});", number(model.input_bias));
+  std::string driving = fmt::format("  v = {} + ({});", input, number(model.input_bias));
   if (model.input_map) {
     const double half = std::max(0.0, model.input_map->dead_band);
-    driving =
-        fmt::format("  v = 0.0;\n  if (input > {0}) v = input - ({0});\n  if (input < {1}) v = {2} * (input - ({1}));",
-                    number(model.input_map->null + half), number(model.input_map->null - half),
-                    number(model.input_map->negative_gain_ratio));
+    driving = fmt::format("  v = 0.0;\n  if ({3} > {0}) v = {3} - ({0});\n  if ({3} < {1}) v = {2} * ({3} - ({1}));",
+                          number(model.input_map->null + half), number(model.input_map->null - half),
+                          number(model.input_map->negative_gain_ratio), input);
   }
-  return text + filled(kFunctions, {{"DRIVING", driving}, {"NAME_", name + "_"}, {"FUNCTION_", function + "_"}});
+  return text +
+         filled(kFunctions,
+                {{"DRIVING", driving}, {"INPUT_NAME", input}, {"NAME_", name + "_"}, {"FUNCTION_", function + "_"}});
 }
 
 }  // namespace eha::ident

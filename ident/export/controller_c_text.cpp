@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
+#include "core/code_text.hpp"
 #include "ident/export/controller_formats.hpp"
 
 namespace eha::ident {
@@ -10,8 +11,8 @@ constexpr const char* kShapeOfC = R"(/*
 @NOTES@ *
  * C99, no allocation, no library but libm; include this file, or compile it and copy the declarations:
  *   @F@_controller c;
- *   @F@_start(&c, position, command_as_it_stands);
- *   every tick: command = @F@_step(&c, set_point, position);
+ *   @F@_start(&c, @POSITION@, command_V);  with the command as it stands
+ *   every tick: command_V = @F@_step(&c, @SET_POINT@, @POSITION@);
  */
 #include <math.h>
 
@@ -62,7 +63,9 @@ static double @F@_lags(const double *pole, const double *gain, int count, double
 }
 
 /* Begins without a bump: the reference where the rod is, the command where it stands. */
-void @F@_start(@F@_controller *c, double measured, double command) {
+void @F@_start(@F@_controller *c, double @POSITION@, double command_V) {
+  const double measured = @POSITION@;
+  const double command = command_V;
   int i;
   c->measured = c->position = c->reference = measured;
   c->set_point = @F@_clamp(measured, @F@_lowest, @F@_highest);
@@ -85,8 +88,10 @@ void @F@_start(@F@_controller *c, double measured, double command) {
   }
 }
 
-/* One tick: the command. A set point or a position that is not finite counts as the one before. */
-double @F@_step(@F@_controller *c, double set_point, double measured) {
+/* One tick: the command [V]. A set point or a position that is not finite counts as the one before. */
+double @F@_step(@F@_controller *c, double @SET_POINT@, double @POSITION@) {
+  const double set_point = @SET_POINT@;
+  const double measured = @POSITION@;
   const double h = @F@_tick;
   const double a_most = @F@_acceleration_limit;
   double target, speed, x1, x2, d, way, y, a, wanted, next, oldest, velocity, acceleration;
@@ -176,6 +181,8 @@ std::string controller_c_text(const ExportedController& controller, const std::s
                                  {"DP", real_list(c.derivative.pole, c.derivative.count)},
                                  {"DG", real_list(c.derivative.gain, c.derivative.count)},
                                  {"FILTER", c.has_filter ? "1" : "0"},
+                                 {"SET_POINT", with_unit("set_point", controller.length_unit)},
+                                 {"POSITION", with_unit("position", controller.length_unit)},
                                  {"F", function}});
 }
 

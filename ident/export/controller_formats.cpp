@@ -23,16 +23,28 @@ constexpr std::array kControllerFormats{
 
 std::span<const ControllerFormat> controller_formats() { return kControllerFormats; }
 
-std::vector<std::string> controller_notes(const AxisCoefficients& c, std::string_view name) {
+AxisSettings in_length_unit(AxisSettings s, double factor) {
+  for (double* length : {&s.rest_error, &s.most_speed, &s.inverse.gain_positive, &s.inverse.gain_negative,
+                         &s.inverse.smoothing, &s.feed_forward.rest, &s.reference.lowest, &s.reference.highest,
+                         &s.reference.velocity, &s.reference.acceleration, &s.reference.jerk}) {
+    *length *= factor;
+  }
+  return s;
+}
+
+std::vector<std::string> controller_notes(const AxisCoefficients& c, std::string_view name,
+                                          const std::string& length_unit) {
   const AxisSettings& s = c.settings;
+  const std::string length = code_text(length_unit, 10);
   return {
       fmt::format("Controller of an axis: {}, made by eha tune.", code_text(name, 60)),
-      fmt::format("Position in in, command in V; call it every {:g} s, no more and no less.", s.tick_s),
+      fmt::format("Position in {}, command in V; call it every {:g} s, no more and no less.", length, s.tick_s),
       fmt::format("Feedback {}: kp {:.6g} /s, ki {:.6g} /s^2, kd {:.6g}, filter {:g} s; orders {:g} and {:g}.",
                   text(s.kind), s.feedback.kp, s.feedback.ki, s.feedback.kd, s.feedback.filter_s,
                   s.feedback.integral_order, s.feedback.derivative_order),
-      fmt::format("Reference within {:g} .. {:g} in, {:.4g} in/s, {:.4g} in/s^2, {:.4g} in/s^3.", s.reference.lowest,
-                  s.reference.highest, s.reference.velocity, s.reference.acceleration, s.reference.jerk),
+      fmt::format("Reference within {0:g} .. {1:g} {5}, {2:.4g} {5}/s, {3:.4g} {5}/s^2, {4:.4g} {5}/s^3.",
+                  s.reference.lowest, s.reference.highest, s.reference.velocity, s.reference.acceleration,
+                  s.reference.jerk, length),
       fmt::format("Command within {:g} .. {:g} V, {:g} V/s. The limits of the rig come after it.", s.command_min,
                   s.command_max, s.slew_per_s),
   };

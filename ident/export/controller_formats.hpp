@@ -15,7 +15,11 @@ namespace eha::ident {
 struct ExportedController {
   AxisCoefficients coefficients;
   std::vector<std::string> notes;  ///< for the head of the file, plain text; see controller_notes()
+  std::string length_unit = "in";  ///< of positions, in the names of arguments
 };
+
+/// The same controller for positions in another unit, of which `factor` make one of the present unit: 25.4 for mm.
+[[nodiscard]] AxisSettings in_length_unit(AxisSettings settings, double factor);
 
 /// An export format of a controller. A new one is a row of controller_formats() and a function.
 struct ControllerFormat {
@@ -36,7 +40,8 @@ struct ControllerFormat {
 [[nodiscard]] std::string controller_simulink_text(const ExportedController& controller, const std::string& function);
 
 /// What a file's head says: kind, gains, units, tick. The name is a stranger's text and passes code_text().
-[[nodiscard]] std::vector<std::string> controller_notes(const AxisCoefficients& coefficients, std::string_view name);
+[[nodiscard]] std::vector<std::string> controller_notes(const AxisCoefficients& coefficients, std::string_view name,
+                                                        const std::string& length_unit);
 
 /// The controller's scalars by the names that the exported texts use, in a fixed order.
 [[nodiscard]] std::vector<std::pair<std::string, double>> controller_numbers(const AxisCoefficients& coefficients);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/code_text.hpp"
 #include "ident/export/controller_formats.hpp"
 
 namespace eha::ident {
@@ -65,18 +66,18 @@ constexpr const char* kTick = R"(
 
   % Filtered error.
   if isfinite(measured), c.measured = measured; end
-  error_in = c.reference - c.measured;
+  error_now = c.reference - c.measured;
 @FILTER@
   % Feedback and feed-forward: the speed that is asked for.
   derivative = 0;
   if kd > 0
-    derived = derivative_direct * error_in + DERIVATIVE_GAIN * c.derivative_x';
-    c.derivative_x = DERIVATIVE_POLE .* c.derivative_x + (1 - DERIVATIVE_POLE) * error_in;
+    derived = derivative_direct * error_now + DERIVATIVE_GAIN * c.derivative_x';
+    c.derivative_x = DERIVATIVE_POLE .* c.derivative_x + (1 - DERIVATIVE_POLE) * error_now;
     derivative = kd * (derived - c.derived) / tick;
     c.derived = derived;
   end
   asked = position_rate * (c.reference - rest) + velocity_share * velocity + acceleration_s * acceleration ...
-          + kp * error_in + c.integral + derivative;
+          + kp * error_now + c.integral + derivative;
   w = min(max(asked, -most_speed), most_speed);
 
   % Inverse of the valve, limits.
@@ -93,55 +94,59 @@ constexpr const char* kTick = R"(
 
   % Integrator.
   if ki_tick > 0
-    drive = integral_direct * error_in + INTEGRAL_GAIN * c.integral_x';
-    c.integral_x = INTEGRAL_POLE .* c.integral_x + (1 - INTEGRAL_POLE) * error_in;
-    if ~(c.is_limited && drive * lost < 0) && abs(error_in) >= rest_error
+    drive = integral_direct * error_now + INTEGRAL_GAIN * c.integral_x';
+    c.integral_x = INTEGRAL_POLE .* c.integral_x + (1 - INTEGRAL_POLE) * error_now;
+    if ~(c.is_limited && drive * lost < 0) && abs(error_now) >= rest_error
       c.integral = c.integral + ki_tick * drive;
     end
     if c.is_limited, c.integral = c.integral + back * lost; end
   end
 )";
 
-constexpr const char* kFilterOfScript = R"(  value = error_in;
-  error_in = filter_b * value + c.filter_1;
-  c.filter_1 = 2 * filter_b * value - filter_a1 * error_in + c.filter_2;
-  c.filter_2 = filter_b * value - filter_a2 * error_in;
+constexpr const char* kFilterOfScript = R"(  value = error_now;
+  error_now = filter_b * value + c.filter_1;
+  c.filter_1 = 2 * filter_b * value - filter_a1 * error_now + c.filter_2;
+  c.filter_2 = filter_b * value - filter_a2 * error_now;
 )";
 
-constexpr const char* kOctave = R"(function [command, c] = @F@(c, set_point, measured)
-@NOTES@% c = @F@('start', position, command_as_it_stands);
-% every tick: [command, c] = @F@(c, set_point, position);
+constexpr const char* kOctave = R"(function [command_V, c] = @F@(c, @SET_POINT@, @POSITION@)
+@NOTES@% c = @F@('start', @POSITION@, command_V) with the command as it stands;
+% every tick: [command_V, c] = @F@(c, @SET_POINT@, @POSITION@);
 % c.reference is the generated reference, c.is_limited says that a limit changed the command.
 @NUMBERS@
+  set_point = @SET_POINT@;
+  measured = @POSITION@;
   if ischar(c)
     command = measured;
     measured = set_point;
     c = struct();
     @START@
-    command = c;  % the first output of the start is the state
+    command_V = c;  % the first output of the start is the state
     return;
   end
-@TICK@  command = c.command;
+@TICK@  command_V = c.command;
 end
 )";
 
 constexpr const char* kSimulink =
-    R"(function [command, reference, is_limited] = @F@(set_point, measured, command_at_start)
+    R"(function [command_V, @REFERENCE@, is_limited] = @F@(@SET_POINT@, @POSITION@, command_at_start_V)
 %#codegen
-@NOTES@% For a MATLAB Function block with the tick as its sample time. command_at_start [V] is read in the first call only.
+@NOTES@% For a MATLAB Function block with the tick as its sample time. command_at_start_V is read in the first call only.
 % It keeps its state in a persistent variable: one block a model, or copies of the file under other names.
 @NUMBERS@
+  set_point = @SET_POINT@;
+  measured = @POSITION@;
   persistent c
   if isempty(c)
-    command = command_at_start;
+    command = command_at_start_V;
     c = struct('measured', 0, 'position', 0, 'reference', 0, 'set_point', 0, 'velocity', 0, 'velocity_sum', 0, ...
                'positions', zeros(1, TAPS), 'velocities', zeros(1, TAPS), 'position_sum', 0, 'at', 1, ...
                'filter_1', 0, 'filter_2', 0, 'derived', 0, 'integral_x', zeros(1, numel(INTEGRAL_POLE)), ...
                'derivative_x', zeros(1, numel(DERIVATIVE_POLE)), 'command', 0, 'is_limited', false, 'integral', 0);
     @START@
   end
-@TICK@  command = c.command;
-  reference = c.reference;
+@TICK@  command_V = c.command;
+  @REFERENCE@ = c.reference;
   is_limited = c.is_limited;
 end
 )";
@@ -165,6 +170,9 @@ std::string text_of(const char* shape, const ExportedController& controller, con
                              {"IG", real_list(c.integral.gain, c.integral.count)},
                              {"DP", real_list(c.derivative.pole, c.derivative.count)},
                              {"DG", real_list(c.derivative.gain, c.derivative.count)},
+                             {"SET_POINT", with_unit("set_point", controller.length_unit)},
+                             {"POSITION", with_unit("position", controller.length_unit)},
+                             {"REFERENCE", with_unit("reference", controller.length_unit)},
                              {"F", function}});
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/code_text.hpp"
 #include "ident/export/controller_formats.hpp"
 
 namespace eha::ident {
@@ -6,8 +7,8 @@ namespace {
 
 constexpr const char* kShapeOfPython = R"("""
 @NOTES@
-    c = @F@(position, command_as_it_stands)
-    every tick: command = c.step(set_point, position)
+    c = @F@(@POSITION@, command_V)  with the command as it stands
+    every tick: command_V = c.step(@SET_POINT@, @POSITION@)
 """
 import math
 
@@ -46,8 +47,9 @@ def _lags(pole, gain, direct, x, value):
 
 
 class @F@:
-    def __init__(self, measured, command):
+    def __init__(self, @POSITION@, command_V):
         """Begins without a bump: the reference where the rod is, the command where it stands."""
+        measured, command = @POSITION@, command_V
         self.measured = self.position = self.reference = measured
         self.set_point = _clamp(measured, lowest, highest)
         self.velocity = self.velocity_sum = 0.0
@@ -64,8 +66,9 @@ class @F@:
         if ki_tick > 0.0:
             self.integral = _clamp(_speed(self.command), -most_speed, most_speed) - position_rate * (measured - rest)
 
-    def step(self, set_point, measured):
-        """One tick: the command. A set point or a position that is not finite counts as the one before."""
+    def step(self, @SET_POINT@, @POSITION@):
+        """One tick: the command [V]. A set point or a position that is not finite counts as the one before."""
+        set_point, measured = @SET_POINT@, @POSITION@
         target = _clamp(set_point if math.isfinite(set_point) else self.set_point, lowest, highest)
         speed = (target - self.set_point) / tick
         if abs(speed) > velocity_limit:
@@ -143,6 +146,8 @@ std::string controller_python_text(const ExportedController& controller, const s
                                       {"DP", real_list(c.derivative.pole, c.derivative.count)},
                                       {"DG", real_list(c.derivative.gain, c.derivative.count)},
                                       {"FILTER", c.has_filter ? "True" : "False"},
+                                      {"SET_POINT", with_unit("set_point", controller.length_unit)},
+                                      {"POSITION", with_unit("position", controller.length_unit)},
                                       {"F", function}});
 }
 

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/code_text.hpp"
 #include "ident/export/controller_formats.hpp"
 
 namespace eha::ident {
 namespace {
 
 constexpr const char* kShapeOfBlock = R"((*
-@NOTES@Call it in a cyclic task of that period. Manual hands ManualCommand through, within the limits; it begins again without a bump
+@NOTES@Call it in a cyclic task of that period. Manual hands ManualCommand_V through, within the limits; it begins again without a bump
 where Manual ends. Hold keeps the reference where it is.
 *)
 FUNCTION_BLOCK @F@
 VAR_INPUT
-  SetPoint : LREAL;       (* in *)
-  Actual : LREAL;         (* in *)
+  @SET_POINT@ : LREAL;
+  @ACTUAL@ : LREAL;
   Manual : BOOL;
-  ManualCommand : LREAL;  (* V *)
+  ManualCommand_V : LREAL;
   Hold : BOOL;
 END_VAR
 VAR_OUTPUT
-  Command : LREAL;        (* V *)
-  Reference : LREAL;      (* in, generated *)
+  Command_V : LREAL;
+  @REFERENCE@ : LREAL;  (* generated *)
   Limited : BOOL;         (* range, slew or speed changed the command *)
 END_VAR
 VAR
@@ -68,19 +69,19 @@ END_VAR
 
 IF Manual OR NOT Started THEN
   IF NOT Started THEN
-    Commanded := LIMIT(c_command_min, ManualCommand, c_command_max);
+    Commanded := LIMIT(c_command_min, ManualCommand_V, c_command_max);
   END_IF;
-  Wanted := LIMIT(c_command_min, ManualCommand, c_command_max);
+  Wanted := LIMIT(c_command_min, ManualCommand_V, c_command_max);
   Commanded := LIMIT(Commanded - c_slew_tick, Wanted, Commanded + c_slew_tick);
-  Position := Actual;
-  SetPointBefore := LIMIT(c_lowest, Actual, c_highest);
+  Position := @ACTUAL@;
+  SetPointBefore := LIMIT(c_lowest, @ACTUAL@, c_highest);
   Velocity := 0.0;
   VelocitySum := 0.0;
   FOR i := 0 TO @LAST_TAP@ DO
-    Positions[i] := Actual;
+    Positions[i] := @ACTUAL@;
     Velocities[i] := 0.0;
   END_FOR;
-  PositionSum := Actual * @TAPS_REAL@;
+  PositionSum := @ACTUAL@ * @TAPS_REAL@;
   Slot := 0;
   Filter1 := 0.0;
   Filter2 := 0.0;
@@ -99,11 +100,11 @@ IF Manual OR NOT Started THEN
     IF ABS(Given) > c_smoothing THEN
       Given := Gain * (Off - SEL(Off > 0.0, -c_dead_band, c_dead_band));
     END_IF;
-    IntegralPart := LIMIT(-c_most_speed, Given, c_most_speed) - c_position_rate * (Actual - c_rest);
+    IntegralPart := LIMIT(-c_most_speed, Given, c_most_speed) - c_position_rate * (@ACTUAL@ - c_rest);
   END_IF;
   Started := TRUE;
-  Command := Commanded;
-  Reference := Actual;
+  Command_V := Commanded;
+  @REFERENCE@ := @ACTUAL@;
   Limited := FALSE;
   IF Manual THEN
     RETURN;
@@ -113,7 +114,7 @@ END_IF;
 (* Reference generator. *)
 Target := SetPointBefore;
 IF NOT Hold THEN
-  Target := LIMIT(c_lowest, SetPoint, c_highest);
+  Target := LIMIT(c_lowest, @SET_POINT@, c_highest);
 END_IF;
 Speed := (Target - SetPointBefore) / c_tick;
 IF ABS(Speed) > c_velocity_limit THEN
@@ -145,12 +146,12 @@ IF Slot > @LAST_TAP@ THEN
   Slot := 0;
 END_IF;
 Velocity := Following;
-Reference := PositionSum / @TAPS_REAL@;
+@REFERENCE@ := PositionSum / @TAPS_REAL@;
 RefVelocity := VelocitySum / @TAPS_REAL@;
 RefAcceleration := (Following - Oldest) / (@TAPS_REAL@ * c_tick);
 
 (* Filtered error. *)
-Error := Reference - Actual;
+Error := @REFERENCE@ - @ACTUAL@;
 @FILTER@
 (* Feedback and feed-forward: the speed that is asked for. *)
 DerivativePart := 0.0;
@@ -163,7 +164,7 @@ IF c_kd > 0.0 THEN
   DerivativePart := c_kd * (Value - Derived) / c_tick;
   Derived := Value;
 END_IF;
-Asked := c_position_rate * (Reference - c_rest) + c_velocity_share * RefVelocity + c_acceleration_s * RefAcceleration
+Asked := c_position_rate * (@REFERENCE@ - c_rest) + c_velocity_share * RefVelocity + c_acceleration_s * RefAcceleration
          + c_kp * Error + IntegralPart + DerivativePart;
 W := LIMIT(-c_most_speed, Asked, c_most_speed);
 
@@ -194,7 +195,7 @@ IF c_ki_tick > 0.0 THEN
     IntegralPart := IntegralPart + c_back * Lost;
   END_IF;
 END_IF;
-Command := Commanded;
+Command_V := Commanded;
 END_FUNCTION_BLOCK
 )";
 
@@ -227,6 +228,9 @@ std::string controller_st_text(const ExportedController& controller, const std::
                                      {"DP", real_list(c.derivative.pole, c.derivative.count)},
                                      {"DG", real_list(c.derivative.gain, c.derivative.count)},
                                      {"FILTER", c.has_filter ? kFilterOfBlock : ""},
+                                     {"SET_POINT", with_unit("SetPoint", controller.length_unit)},
+                                     {"ACTUAL", with_unit("Actual", controller.length_unit)},
+                                     {"REFERENCE", with_unit("Reference", controller.length_unit)},
                                      {"F", function}});
 }
 

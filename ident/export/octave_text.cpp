@@ -2,18 +2,20 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <string_view>
+
+#include "core/code_text.hpp"
 #include "ident/export/model_formats.hpp"
 
 namespace eha::ident {
 namespace {
 
-constexpr const char* kHead = R"(function y = {0}(u, step_s)
-% y = {0}(u, step_s): output of the model for the input u, one value a row, rows step_s seconds apart.
+constexpr const char* kHead = R"(function {1} = {0}({2}, step_s)
+% {1} = {0}({2}, step_s): output of the model for the input, one value a row, rows step_s seconds apart.
 )";
 
 constexpr const char* kBody = R"(
   if ~(isscalar(step_s) && step_s > 0), error('step_s: expected a positive number of seconds'); end
-  u = u(:);
   rows = numel(u);
   samples = delay_s / step_s;
   whole = floor(samples);
@@ -43,18 +45,21 @@ constexpr const char* kBody = R"(
   end
 
   y = initial_output + direct * v(1:rows);
-  if isempty(x), return; end
   for k = 1:rows
+    if isempty(x), break; end
     y(k) = y(k) + c * x;
     x = A * x + before * v(k) + now * v(k + 1);
   end
+  @OUTPUT@
 end
 )";
 
 }  // namespace
 
 std::string octave_text(const ExportedModel& model, const std::string& function) {
-  std::string text = fmt::format(kHead, function);
+  const std::string input = with_unit("u", model.input_unit);
+  const std::string output = with_unit("y", model.output_unit);
+  std::string text = fmt::format(kHead, function, output, input);
   for (const std::string& line : notes(model)) text += "% " + line + "\n";
   text += "\n  % rate [rad/s], denominator and numerator below the highest power of s/rate, state at the first row\n";
   text += "  sections = {\n";
@@ -65,15 +70,19 @@ std::string octave_text(const ExportedModel& model, const std::string& function)
   text += "  };\n";
   text += fmt::format("  direct = {};\n  delay_s = {};\n  initial_output = {};\n", model.sections.direct,
                       model.sections.delay_s, model.initial_output);
+  text += "  u = " + input + "(:);\n";
   if (model.input_map) {
     text += fmt::format(
         "  null = {};\n  dead_band = {};\n  negative_gain_ratio = {};\n"
-        "  v = max(u(:) - (null + dead_band), 0) + negative_gain_ratio * min(u(:) - (null - dead_band), 0);\n",
+        "  v = max(u - (null + dead_band), 0) + negative_gain_ratio * min(u - (null - dead_band), 0);\n",
         model.input_map->null, model.input_map->dead_band, model.input_map->negative_gain_ratio);
   } else {
-    text += fmt::format("  v = u(:) + {};\n", model.input_bias);
+    text += fmt::format("  v = u + {};\n", model.input_bias);
   }
-  return text + kBody;
+  std::string body = kBody;
+  constexpr std::string_view kOutput = "  @OUTPUT@\n";
+  body.replace(body.find(kOutput), kOutput.size(), output == "y" ? "" : "  " + output + " = y;\n");
+  return text + body;
 }
 
 }  // namespace eha::ident

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/code_text.hpp"
 #include "ident/export/model_formats.hpp"
 
 namespace eha::ident {
@@ -46,11 +47,11 @@ def _stacked(step_s, late_s):
 
 constexpr const char* kFunction = R"(
 
-def {0}(u, step_s):
-    """Output of the model for the input u, one value a row, rows step_s seconds apart."""
+def {0}({2}, step_s):
+    """Output of the model for the input, one value a row, rows step_s seconds apart."""
     if not step_s > 0:
         raise ValueError("step_s: expected a positive number of seconds")
-    u = np.asarray(u, dtype=float).ravel()
+    u = np.asarray({2}, dtype=float).ravel()
     samples = DELAY_S / step_s
     whole = int(np.floor(samples))
     if samples - whole > 1 - 1e-9:
@@ -91,7 +92,7 @@ std::string python_text(const ExportedModel& model, const std::string& function)
   } else {
     text += fmt::format("INPUT_BIAS = {}\n", model.input_bias);
   }
-  return text + kCommon + fmt::format(kFunction, function, driving);
+  return text + kCommon + fmt::format(kFunction, function, driving, with_unit("u", model.input_unit));
 }
 
 }  // namespace eha::ident

@@ -164,6 +164,26 @@ TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {
   EXPECT_EQ(client.call("status").at("state"), "faulted");
 }
 
+TEST_F(ServicePlace, BringsBackARodBeyondALimitOnlyWhenItWasSeenThere) {
+  std::string rig = content_of(daemon_.rig_file());
+  const std::string start = "initial_displacement_in = 2.95";
+  rig.replace(rig.find(start), start.size(), "initial_displacement_in = 5.85");
+  std::ofstream(daemon_.rig_file()) << rig;
+  Client client(daemon_.socket());
+  client.call("reload");
+  client.call("arm");
+  const Ended unseen = eha({"goto", "2.95in", "--fast", "--yes"});
+  EXPECT_EQ(unseen.code, static_cast<int>(ExitCode::usage)) << unseen.err;
+  EXPECT_NE(unseen.err.find("--way-back"), std::string::npos) << unseen.err;
+  EXPECT_NEAR(rod_in(), 5.85, 0.01) << "nothing was moved";
+  const std::int64_t unasked = submit(client, kGoTo);
+  EXPECT_EQ(follow(daemon_, unasked).at("outcome"), "faulted") << "a placing that nobody was asked about trips";
+  client.call("arm");
+  const Ended back = eha({"goto", "2.95in", "--fast", "--yes", "--way-back", "--json"});
+  ASSERT_EQ(back.code, 0) << back.err;
+  EXPECT_NEAR(rod_in(), 2.95, 0.03);
+}
+
 TEST_F(ServicePlace, MovesALocalRigToo) {
   const Ended there =
       run_eha({"goto", "75mm", "--local", "--fast", "--rig", daemon_.rig_file(), "--json"}, daemon_.folder());

@@ -80,6 +80,7 @@ TEST_F(MillimetreRig, ShowsNoInches) {
   const std::string run = run_.string();
   const std::string model = models_.front();
   const std::string input = run + "/data_40ms.csv";
+  ASSERT_EQ(eha({"tune", model, "--rig", "rig.toml", "-o", "axis.toml"}).code, 0);
   const std::vector<std::vector<std::string>> commands{
       {"runs", "list"},
       {"runs", "show", run},
@@ -107,6 +108,17 @@ TEST_F(MillimetreRig, ShowsNoInches) {
       {"fit", run, "--model", "integrator_lag", "-o", "m"},
       {"fit", run, "--model", "integrator_lag", "-o", "m", "-v"},
       {"fit", run, "--model", "io", "--input-map", "valve", "--split", "1", "-o", "m"},
+      {"export", model, "--format", "fmu", "-o", "rod.fmu"},
+      {"plot", run + "/fit.csv"},
+      {"plot", run + "/frequency_response.csv"},
+      {"plot", "axis.toml"},
+      {"check", "axis.toml", "--rig", "rig.toml"},
+      {"export", "axis.toml", "--format", "c"},
+      {"export", "axis.toml", "--format", "st"},
+      {"export", "axis.toml", "--format", "octave"},
+      {"export", "axis.toml", "--format", "python"},
+      {"export", "axis.toml", "--format", "simulink"},
+      {"export", "axis.toml", "--format", "csv"},
       {"compare", run, run},
       {"compare", run, run, "-o", "changes.html"},
       {"compare", model, run},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page in a browser, against a live ehad on the simulated rig. The tests build on one another: one bench, one page.
 import assert from 'node:assert/strict';
-import { mkdirSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
@@ -21,8 +21,13 @@ function listenTo(opened) {
   });
 }
 
-async function open(options = {}) {
+/** @param options  of the context; `asks`: whether the page asks for the token, as on a device that it is new to */
+async function open({ asks = false, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  if (!asks) {
+    // A report in a tab of the page has no storage.
+    await context.addInitScript(() => { try { sessionStorage.setItem('eha-token-declined', 'yes'); } catch { /* none */ } });
+  }
   context.on('page', listenTo);
   const opened = await context.newPage();
   await opened.goto(bench.address);
@@ -84,13 +89,22 @@ before(async () => {
   await bench.startDaemon();
   await bench.startWeb();
   browser = await launchBrowser();
-  page = await open();
+  page = await open({ asks: true });
 });
 
 after(async () => {
   await browser?.close();
   await bench.close();
   if (process.exitCode) console.error(bench.logs);
+});
+
+test('asks for the token when it opens, once, and shows the rig without it', async () => {
+  await until('the question', () => page.locator('#token-dialog').isVisible());
+  await page.click('#token-cancel');
+  await page.reload();
+  await pageSays('the state', '#state-word', /^(idle|faulted)$/);
+  await pageSays('that Stop still needs it', '#stop-effect', /needs the token/);
+  assert.equal(await page.locator('#token-dialog').isVisible(), false);
 });
 
 test('shows the rig before anything is armed', async () => {
@@ -110,6 +124,16 @@ test('the first key reaches Stop, and the focus is seen', async () => {
 });
 
 test('curves move while an experiment runs', async () => {
+  // Where the page says that it fits, which may take less than a second.
+  await page.evaluate(() => {
+    window.fitting = {};
+    const look = () => {
+      for (const id of ['queue', 'runs', 'state-meaning']) {
+        if (/fitting/.test(document.getElementById(id).textContent)) window.fitting[id] = true;
+      }
+    };
+    new MutationObserver(look).observe(document.body, { subtree: true, childList: true, characterData: true });
+  });
   assert.equal((await bench.eha('arm')).code, 0);
   run = bench.eha('run', kExperiment, '--no-progress');
   await pageSays('the run', '#state-word', /^running$/);
@@ -134,6 +158,8 @@ test('the intervals of the response shrink period by period', async () => {
   assert.ok(rows > 0, `${rows} rows`);
   assert.match(await text('#gain-plot .caption'), /mm\/V/);
   assert.match(await text('#response-run'), /-short, being played: \d+ periods so far/);
+  assert.match(await text('#response-valve'), /makes up to [+-]?\d+\.\d deg of the phase, at .* the valve's, not the rod's/);
+  assert.match(await text('#response-table tr:first-child td:nth-child(6)'), /^[+-]?\d+\.\d$/, 'the part of the phase that is the dead band\'s');
   await takeScreenshots('running');
   const late = await widest(9);
   assert.ok(early > 0 && late > 0 && late < early, `+-${early} dB after 2 periods, +-${late} dB after 9`);
@@ -153,6 +179,7 @@ test('a sample is on the page within 200 ms', async () => {
 test('verdict and report appear after the run', async () => {
   const ended = await run;
   assert.equal(ended.code, 0, ended.text);
+  assert.deepEqual(await page.evaluate(() => Object.keys(window.fitting).sort()), ['queue', 'runs', 'state-meaning']);
   await until('the run is listed', () => page.locator('#runs .grade.good, #runs .grade.usable').count());
   assert.match(await text('#runs > li:first-child'), /recommended: rig \((good|usable)\)/);
   const [report] = await Promise.all([page.context().waitForEvent('page'), page.click('#runs a:has-text("report")')]);
@@ -179,6 +206,8 @@ test('a broken run folder is listed as such, and may vanish', async () => {
 test('a wrong token is said, and stops nothing', async () => {
   run = bench.eha('run', kExperiment, '--no-progress');
   await pageSays('the run', '#state-word', /^running$/);
+  await pageSays('that the earlier response stays', '#response-run', /being played, has no response yet: .* Shown below: \S+-short, \d+ periods/);
+  assert.ok(await page.locator('#response-table tr').count() >= 3, 'its lines are still there');
   await page.click('#stop');
   await page.fill('#token', 'guessed');
   await page.click('#token-stop');
@@ -196,6 +225,32 @@ test('the token is checked when it is entered', async () => {
   await until('the dialog closes', async () => !(await page.locator('#token-dialog').isVisible()));
   assert.equal((await bench.status()).state, 'running');
   await pageSays('what Stop does', '#stop-effect', /ramps the command down/);
+});
+
+test('the device keeps the token', async () => {
+  const other = await page.context().newPage();
+  await other.goto(bench.address);
+  await until('its Stop is ready', async () => /ramps the command down/.test(await other.locator('#stop-effect').textContent()));
+  assert.equal(await other.locator('#token-dialog').isVisible(), false);
+  await other.close();
+});
+
+test('the queue is in playing order', async () => {
+  const named = ['first', 'second', 'third'].map((name) => {
+    const file = path.join(bench.folder, `${name}.toml`);
+    writeFileSync(file, readFileSync(kExperiment, 'utf8').replace('name = "short"', `name = "${name}"`));
+    return file;
+  });
+  assert.equal((await bench.eha('run', ...named, '--detach')).code, 0);
+  const shown = () => page.locator('#queue > li > p.title').allTextContents();
+  const numberOf = async (name) => (await shown()).find((title) => title.includes(`"${name}"`))?.match(/^\d+/)[0];
+  await until('they are listed', () => numberOf('third'));
+  assert.equal((await bench.eha('queue', 'move', await numberOf('third'), '1')).code, 0);
+  await until('the order', async () => {
+    const [played, ...rest] = await shown();
+    return /"short".*running/.test(played) && /"third".*next$/.test(rest[0]) && /"first".*2\. in turn$/.test(rest[1]) && /"second".*3\. in turn$/.test(rest[2]);
+  });
+  for (const name of ['first', 'second', 'third']) assert.equal((await bench.eha('queue', 'cancel', await numberOf(name))).code, 0);
 });
 
 test('forged hosts and other origins are refused', async () => {
@@ -261,12 +316,12 @@ test('a killed ehad is said within a second, and the page recovers', async () =>
   await page.click('#stop');
   await pageSays('with a token that Stop does not reach the rig', '#stop-banner', kUnreached);
   forgive(/503/);
-  const kept = await page.evaluate(() => sessionStorage.getItem('eha-token'));
-  await page.evaluate(() => { sessionStorage.removeItem('eha-token'); document.querySelector('#stop-banner').textContent = ''; });
+  const kept = await page.evaluate(() => localStorage.getItem('eha-token'));
+  await page.evaluate(() => { localStorage.removeItem('eha-token'); document.querySelector('#stop-banner').textContent = ''; });
   await page.click('#stop');
   await pageSays('without one too', '#stop-banner', kUnreached);
   assert.equal(await page.locator('#token-dialog').isVisible(), false, 'no token helps');
-  await page.evaluate((token) => sessionStorage.setItem('eha-token', token), kept);
+  await page.evaluate((token) => localStorage.setItem('eha-token', token), kept);
   await bench.startDaemon();
   await until('the page is live', async () => !(await page.locator('#contact-banner').isVisible()));
   const before_ns = await data('#live-card', 'newest-ns');

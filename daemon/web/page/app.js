@@ -63,7 +63,9 @@ poll('api/state', kState_ms, (answer) => {
   rig.show(answer.status, unit, travel);
   if (!live.newest()) rig.showRod(answer.status.rod?.displacement_in ?? null, unit, travel);
   queue.show(answer.queue ?? [], answer.queue_left_out ?? 0);
+  runs.fits((answer.queue ?? []).filter((entry) => entry.state === 'fitting' && entry.run).map((entry) => entry.run));
   stop.show(answer.status);
+  stop.opened();
   playedRun = answer.status.run?.run || null;
   // A run that begins, ends or is fitted changes the lists at once.
   const now = JSON.stringify([answer.status.run?.entry ?? null, answer.status.worker?.entry ?? null]);

@@ -9,10 +9,18 @@ export class QueueView {
     this.shown = null;
   }
 
-  /** @param entries  as in the protocol, oldest first @param leftOut  how many are over and not among them */
+  /**
+   * Shows first what is played, then what waits in the order in which it will be played, then what is fitted or over, the newest first.
+   * @param entries  as in the protocol: what is over, what is played, what waits in its order
+   * @param leftOut  how many are over and not among them
+   */
   show(entries, leftOut) {
     let over = 0;
-    const rows = [...entries].reverse().filter((entry) => !isOver(entry) || ++over <= kMostOver);
+    const newestFirst = [...entries].reverse();
+    const rows = [...entries.filter((entry) => entry.state === 'running'), ...entries.filter(isQueued),
+      ...newestFirst.filter((entry) => entry.state === 'fitting'),
+      ...newestFirst.filter((entry) => isOver(entry) && ++over <= kMostOver)];
+    let turn = 0;
     const earlier = Math.max(0, over - kMostOver) + leftOut;
     const wanted = JSON.stringify([rows, earlier]);
     if (wanted === this.shown) return;
@@ -21,7 +29,7 @@ export class QueueView {
       : earlier > 0 ? `${earlier} earlier ones are over: eha queue --json lists them.` : '');
     byId('queue').replaceChildren(...rows.map((entry) => make('li', {},
       make('p', { class: 'title' }, make('strong', {}, `${entry.entry} "${entry.name}"`), ` of ${entry.user} `,
-        make('span', { class: `tag ${entry.state}` }, entry.state)),
+        make('span', { class: `tag ${entry.state}` }, isQueued(entry) ? `${entry.state}, ${placeText(++turn)}` : entry.state)),
       said(entry) ? make('p', { class: 'note' }, said(entry)) : null)));
   }
 }
@@ -30,8 +38,18 @@ function isOver(entry) {
   return entry.state === 'over' || entry.state === 'cancelled';
 }
 
+function isQueued(entry) {
+  return entry.state === 'waiting' || entry.state === 'held';
+}
+
+/** @param turn  1 for what is played next */
+function placeText(turn) {
+  return turn === 1 ? 'next' : `${turn}. in turn`;
+}
+
 function said(entry) {
   if (entry.state === 'waiting' || entry.state === 'held') return `waits for ${entry.waits_for ?? ''}`;
+  if (entry.state === 'fitting') return 'models are fitted to its record';
   return entry.state === 'running' ? '' : verdictText(entry);
 }
 

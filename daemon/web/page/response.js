@@ -20,8 +20,25 @@ export class ResponseView {
       this.options(() => this.phaseRange(), (plot) => this.drawPhase(plot)), [[], []]);
   }
 
-  /** Shows an answer of /api/response. @param isPlayed  whether its run goes on */
+  /**
+   * Shows an answer of /api/response. The response of an earlier run stays until the run of the answer has one.
+   * @param isPlayed  whether its run goes on
+   */
   show(answer, isPlayed, unit) {
+    const hasLines = (answer.lines ?? []).length > 0;
+    if (hasLines || !this.kept) {
+      if (hasLines) this.kept = answer;
+      this.draw(answer, isPlayed, unit, '');
+    } else if (answer.run === this.kept.run) {
+      this.draw(this.kept, isPlayed, unit, '');
+    } else {
+      const what = isPlayed ? `Run ${answer.run}, being played, has no response yet` : `Run ${answer.run} has no response`;
+      this.draw(this.kept, false, unit, `${what}: ${answer.unknown || 'none'}. Shown below: `);
+    }
+  }
+
+  /** @param before  what is said before the run's name */
+  draw(answer, isPlayed, unit, before) {
     const shift_dB = unit.shift_dB;
     this.lines = (answer.lines ?? []).map((line) => ({
       ...line,
@@ -29,7 +46,7 @@ export class ResponseView {
       gain_half_dB: half(line.magnitude_std_dB),
       phase_half_deg: half(line.phase_std_deg),
     })).filter((line) => line.gain_dB !== null && line.f_Hz > 0);
-    this.label(answer, isPlayed, unit);
+    this.label(answer, isPlayed, unit, before);
     this.showTable();
     const frequencies = this.lines.map((line) => line.f_Hz);
     this.gain.plot.setData([frequencies, this.lines.map((line) => line.gain_dB)]);
@@ -39,22 +56,34 @@ export class ResponseView {
     setText(byId('gain-unit'), `${unit.name}/V`);
   }
 
-  label(answer, isPlayed, unit) {
+  label(answer, isPlayed, unit, before) {
     const run = answer.run;
     const periods = answer.periods ?? 0;
     const length = periods === 1 ? '1 period' : `${periods} periods`;
     setText(byId('response-run'), run === null || run === undefined ? 'No run yet.'
-      : isPlayed ? `Run ${run}, being played: ${length} so far.` : `Last run, ${run}: ${length}.`);
+      : isPlayed ? `Run ${run}, being played: ${length} so far.`
+        : before ? `${before}${run}, ${length}.` : `Last run, ${run}: ${length}.`);
     byId('response-plots').hidden = this.lines.length === 0;
     setText(byId('response-rows'), count(answer.rows));
     const band = answer.usable_band_Hz;
     setText(byId('response-band'), band ? `${short(band[0])} .. ${short(band[1])} Hz` : 'none');
     setText(byId('response-known'), answer.unknown || '-');
     setText(byId('response-intervals'), this.intervalText(run, periods));
+    setText(byId('response-valve'), this.valveText());
     const card = byId('response-card');
     setAttribute(card, 'data-periods', periods);
     setAttribute(card, 'data-widest-db', this.widestNow()?.gain_half_dB ?? '');
     setAttribute(byId('gain-plot'), 'aria-label', `gain at ${this.lines.length} lines, unit dB of ${unit.name}/V; the table below has the values`);
+  }
+
+  /** What of the response the valve's dead band makes. */
+  valveText() {
+    const known = this.lines.filter((line) => isNumber(line.valve_phase_deg));
+    if (known.length === 0) return this.lines.length === 0 ? '-' : 'not known: the rig file has no [following]';
+    const most = known.reduce((a, b) => (Math.abs(b.valve_phase_deg) > Math.abs(a.valve_phase_deg) ? b : a));
+    const least = known.reduce((a, b) => (b.valve_dB < a.valve_dB ? b : a));
+    return `makes up to ${fixed(most.valve_phase_deg, 1, true)} deg of the phase, at ${short(most.f_Hz)} Hz, and ` +
+      `${fixed(least.valve_dB, 1, true)} dB of the gain, at ${short(least.f_Hz)} Hz: the valve's, not the rod's; less at larger amplitudes`;
   }
 
   widestNow() {
@@ -77,7 +106,7 @@ export class ResponseView {
     const cell = (text) => make('td', {}, text);
     byId('response-table').replaceChildren(...this.lines.map((line) => make('tr', {},
       make('th', { scope: 'row' }, short(line.f_Hz)), cell(fixed(line.gain_dB, 2)), cell(fixed(line.gain_half_dB, 2)),
-      cell(fixed(line.phase_deg, 1)), cell(fixed(line.phase_half_deg, 1)), cell(fixed(line.noise_dB, 1)),
+      cell(fixed(line.phase_deg, 1)), cell(fixed(line.phase_half_deg, 1)), cell(fixed(line.valve_phase_deg, 1, true)), cell(fixed(line.noise_dB, 1)),
       cell(fixed(line.distortion_dB, 1)))));
   }
 
@@ -114,7 +143,8 @@ export class ResponseView {
     if (this.lines.length === 0) return [-180, 0];
     const ends = this.lines.flatMap((line) => {
       const reach = Math.min(line.phase_half_deg ?? 0, 60);
-      return [line.phase_deg - reach, line.phase_deg + reach];
+      const withoutValve = line.phase_deg - (line.valve_phase_deg ?? 0);
+      return [line.phase_deg - reach, line.phase_deg + reach, withoutValve];
     });
     return [Math.min(...ends) - 10, Math.max(...ends) + 10];
   }
@@ -140,6 +170,7 @@ export class ResponseView {
       const x = plot.valToPos(line.f_Hz, 'x', true);
       const y = (value) => plot.valToPos(line.phase_deg + value, 'y', true);
       interval(pen, x, y(0), line.phase_half_deg, y);
+      if (isNumber(line.valve_phase_deg)) square(pen, x, y(-line.valve_phase_deg), colour('--volts'));
     }
     pen.ctx.restore();
   }
@@ -199,6 +230,11 @@ function interval({ ctx, unit }, x, y, half_value, at) {
 function triangle({ ctx, unit }, x, y, paint) {
   const r = 4.5 * unit;
   shape(ctx, paint, [[x - r, y - r], [x + r, y - r], [x, y + r]], unit);
+}
+
+function square({ ctx, unit }, x, y, paint) {
+  const r = 4 * unit;
+  shape(ctx, paint, [[x - r, y - r], [x + r, y - r], [x + r, y + r], [x - r, y + r]], unit);
 }
 
 function diamond({ ctx, unit }, x, y, paint) {

@@ -36,7 +36,9 @@ export class RigView {
     const reason = typeof status.reason === 'string' ? status.reason : '';
     setText(byId('state-glyph'), known.glyph);
     setText(byId('state-word'), state);
-    setText(byId('state-meaning'), state === 'idle' && reason ? reason : known.meaning);
+    const meaning = state === 'idle' && reason ? reason : known.meaning;
+    const fitting = status.worker ? `; fitting ${status.worker.entry} "${status.worker.name}"` : '';
+    setText(byId('state-meaning'), isDriven(status) ? meaning : meaning + fitting);
     setAttribute(byId('state'), 'data-state', state);
     setText(byId('rig-name'), status.rig.name);
     setText(byId('rig-kind'), status.rig.moves ? `${status.rig.backend}, moves a machine` : `${status.rig.backend}, no machine moves`);

@@ -10,24 +10,34 @@ const kInProgress = 'in_progress';
 export class RunsView {
   constructor() {
     this.shown = null;
+    this.runs = null;
+    this.fitting = [];
+  }
+
+  /** @param fitting  ids of runs whose models are being fitted */
+  fits(fitting) {
+    if (JSON.stringify(fitting) === JSON.stringify(this.fitting)) return;
+    this.fitting = fitting;
+    if (this.runs) this.show(this.runs);
   }
 
   /** @param runs  answer of /api/runs */
   show(runs) {
-    const wanted = JSON.stringify(runs);
+    this.runs = runs;
+    const wanted = JSON.stringify([runs, this.fitting]);
     if (wanted === this.shown) return;
     this.shown = wanted;
     setText(byId('runs-note'), runs.length === 0 ? 'No runs yet. eha run EXPERIMENT.toml plays one.' : '');
     const open = new Set([...document.querySelectorAll('#runs details[open]')].map((element) => element.dataset.run));
-    byId('runs').replaceChildren(...runs.map((run) => item(run, open.has(run.id))));
+    byId('runs').replaceChildren(...runs.map((run) => item(run, open.has(run.id), this.fitting.includes(run.id))));
   }
 }
 
-function item(run, isOpen) {
+function item(run, isOpen, isFitted) {
   const isChosen = Boolean(run.recommended);
   return make('li', { 'data-run': run.id },
     make('p', { class: 'title' }, make('strong', {}, run.name || run.id), ` ${run.started ? localTime(run.started) : ''} `, tag(run)),
-    ['unreadable', kInProgress].includes(run.outcome) ? null : make('p', {}, recommendation(run)),
+    ['unreadable', kInProgress].includes(run.outcome) ? null : make('p', {}, recommendation(run, isFitted)),
     run.reason ? make('p', { class: 'note' }, `${isChosen ? 'chosen as' : 'because'}: ${run.reason}`) : null,
     run.note || run.error ? make('p', { class: 'note' }, run.note || run.error) : null,
     make('div', { class: 'links' }, reportLink(run), downloads(run, isOpen)));
@@ -44,7 +54,8 @@ function tag(run) {
   return make('span', { class: `tag ${isPlain ? '' : 'not-completed'}` }, run.outcome);
 }
 
-function recommendation(run) {
+function recommendation(run, isFitted) {
+  if (isFitted) return make('span', { class: 'grade' }, 'fitting');
   if (run.recommended) {
     return make('span', { class: `grade ${run.grade}` }, `${kSigns[run.grade] ?? ''} recommended: ${run.recommended} (${run.grade})`);
   }

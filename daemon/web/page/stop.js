@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The Stop button and its token, which this tab keeps until it is closed.
+// The Stop button and its token, which this device keeps. It is asked for when the page opens.
 import { byId, setAttribute, setText, showBanner } from './dom.js';
 import { stateOf } from './rig.js';
 
 const kKey = 'eha-token';
+/** Set in a tab in which the token was not given; Stop still asks. */
+const kDeclined = 'eha-token-declined';
 const kPatience_ms = 3000;
 const kTold_ms = 15000;
 const kUnreached = 'NOT STOPPED: the service cannot be reached from this page. Use the emergency stop at the rig.';
@@ -32,6 +34,10 @@ export class StopButton {
     this.dialog = byId('token-dialog');
     this.isReached = true;
     this.button.addEventListener('click', () => this.press());
+    this.hasOpened = false;
+    this.dialog.addEventListener('close', () => {
+      if (this.token === null) sessionStorage.setItem(kDeclined, 'yes');
+    });
     byId('token-cancel').addEventListener('click', () => this.dialog.close());
     byId('token-form').addEventListener('submit', (event) => {
       event.preventDefault();
@@ -43,7 +49,23 @@ export class StopButton {
   }
 
   get token() {
-    return sessionStorage.getItem(kKey);
+    return localStorage.getItem(kKey);
+  }
+
+  /** Once the rig is shown: asks for the token, or has the kept one checked, which eha-web may have changed. */
+  async opened() {
+    if (this.hasOpened) return;
+    this.hasOpened = true;
+    if (this.token === null) {
+      if (sessionStorage.getItem(kDeclined) === null) this.ask('');
+      return;
+    }
+    try {
+      const answer = await post('api/token', this.token);
+      if (answer.status === 401) this.refused(answer, 'The kept token is no longer right');
+    } catch {
+      // Contact says that eha-web does not answer.
+    }
   }
 
   /** Takes note of whether eha-web and ehad answer; where they do not, no token helps. */
@@ -114,7 +136,7 @@ export class StopButton {
   }
 
   accepted(token, text) {
-    sessionStorage.setItem(kKey, token);
+    localStorage.setItem(kKey, token);
     byId('token').value = '';
     if (this.dialog.open) this.dialog.close();
     this.button.focus();
@@ -126,7 +148,7 @@ export class StopButton {
     if (answer.status === 503 || !this.isReached) {
       this.unreached();
     } else if (answer.status === 401) {
-      sessionStorage.removeItem(kKey);
+      localStorage.removeItem(kKey);
       this.show(null);
       this.ask(`${consequence}: wrong token.`);
     } else if (this.dialog.open) {

@@ -73,6 +73,42 @@ TEST(LimitMonitor, GuardsTheLowerEndOfTravelInTheSameWay) {
   EXPECT_GT(position_in, 0.2 + 4.0 * 4.0 / 800.0);
 }
 
+TEST(LimitMonitor, LetsARodThatIsOutsideMoveInwardOnlyWhereThatIsAsked) {
+  // A tenth of an inch a second, from beyond each limit.
+  for (const auto& [from_in, inward] : {std::pair(5.85, -0.1), std::pair(0.05, 0.1)}) {
+    LimitMonitor back(test_limits(), 0.001);
+    back.allow_way_back();
+    double position_in = 0.0;
+    EXPECT_EQ(move(back, from_in, inward, position_in, 20'000).fault, Fault::none);
+    EXPECT_NEAR(position_in, from_in + inward * 19.999, 1e-9) << "2 in further, within the limits";
+
+    LimitMonitor out(test_limits(), 0.001);
+    out.allow_way_back();
+    EXPECT_EQ(move(out, from_in, -inward, position_in).fault, Fault::travel_limit);
+    EXPECT_LT(std::abs(position_in - from_in), 0.1);
+  }
+}
+
+TEST(LimitMonitor, KeepsTheRigsLimitOnceARodHasComeBack) {
+  LimitMonitor monitor(test_limits(), 0.001);
+  monitor.allow_way_back();
+  double position_in = 5.85;
+  int k = 0;
+  const auto go = [&](double speed_in_per_s, double to_in) {
+    Breach breach;
+    while (breach.fault == Fault::none && (to_in - position_in) * speed_in_per_s > 0.0) {
+      breach = monitor.check(k * kTick_ns, at(position_in, static_cast<std::uint32_t>(k)), 0.0);
+      position_in += 0.001 * speed_in_per_s;
+      ++k;
+    }
+    return breach;
+  };
+  EXPECT_EQ(go(-0.1, 5.5).fault, Fault::none);
+  const Breach again = go(0.1, 5.9);
+  EXPECT_EQ(again.fault, Fault::travel_limit);
+  EXPECT_DOUBLE_EQ(again.limit, 5.7) << "that of the rig file";
+}
+
 TEST(LimitMonitor, TripsAtOnceOnARodThatIsOutside) {
   LimitMonitor monitor(test_limits(), 0.001);
   EXPECT_EQ(monitor.check(0, at(5.71), 0.0).fault, Fault::travel_limit);

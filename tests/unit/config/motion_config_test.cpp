@@ -56,12 +56,39 @@ TEST(MotionConfig, RefusesPlacesTooNearToALimit) {
                        "e.toml:5:19: place.displacement_in"));
 }
 
+TEST(MotionConfig, BringsAMachinesRodBackOnlyWhereItsSensorIsKnownToBeRight) {
+  const std::string text =
+      "schema = 1\nname = \"g\"\nduration_s = 60.0\n[place]\ndisplacement_in = 3.0\nway_back = true\n";
+  RigConfig rig = load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml");
+  rig.limits.following = sim().limits.following;
+  rig.limits.sensor = SensorBand{.valid_min_V = 0.1, .valid_max_V = 9.9, .open_circuit_V = -10.0};
+  EXPECT_EQ(refusal(text, rig), "");
+  rig.limits.sensor->open_circuit_V = 5.0;
+  EXPECT_TRUE(contains(refusal(text, rig), "an open_circuit_V outside the valid band")) << refusal(text, rig);
+  rig.limits.sensor->open_circuit_V.reset();
+  EXPECT_TRUE(contains(refusal(text, rig), "[sensor] with open_circuit_V"));
+  rig.limits.following.reset();
+  EXPECT_TRUE(contains(refusal(text, rig), "[following]"));
+}
+
+TEST(MotionConfig, LetsASimulatedRodBeginBeyondALimit) {
+  // To practise the way back; beyond its stroke it cannot be.
+  std::string text = sim().text;
+  const std::string start = "initial_displacement_in = 2.95";
+  text.replace(text.find(start), start.size(), "initial_displacement_in = 5.85");
+  EXPECT_NO_THROW(static_cast<void>(parse_rig(text, "rig.toml")));
+  text.replace(text.find("initial_displacement_in = 5.85"), start.size(), "initial_displacement_in = 5.95");
+  EXPECT_THROW(static_cast<void>(parse_rig(text, "rig.toml")), ConfigError);
+}
+
 TEST(MotionConfig, TakesAPlaceInsteadOfAnExcitation) {
   const std::string place = "schema = 1\nname = \"g\"\nduration_s = 60.0\n[place]\ndisplacement_in = 3.0\n";
   const auto prepared = parse_prepared_experiment(place, "e.toml", sim());
   EXPECT_EQ(prepared.config.place_in, 3.0);
   EXPECT_EQ(prepared.table_V.size(), 60'000);
   EXPECT_EQ(prepared.table_V.cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_FALSE(prepared.config.brings_back);
+  EXPECT_TRUE(parse_prepared_experiment(place + "way_back = true\n", "e.toml", sim()).config.brings_back);
   EXPECT_TRUE(contains(refusal(place + "[start]\ndisplacement_in = 3.0\n"), "start: expected no such key"));
   EXPECT_TRUE(contains(refusal(experiment("[place]\ndisplacement_in = 3.0\n")), "excitation: expected no such key"));
 }

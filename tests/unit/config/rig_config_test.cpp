@@ -301,11 +301,6 @@ INSTANTIATE_TEST_SUITE_P(
              {"23:19: sim.resolution_bits: expected an integer from 8 to 24, got 25"}},
         Edit{&kSim,
              "initial_displacement_in = 2.5",
-             "initial_displacement_in = 0.1",
-             {"24:27: sim.initial_displacement_in: expected a displacement within the limits' travel, 0.2..5.5, got "
-              "0.1"}},
-        Edit{&kSim,
-             "initial_displacement_in = 2.5",
              "command_max_V = 4.2",
              {"6:17: limits.command_max_V: expected a voltage within the output converter's -10..4.2, got 4.5"}}));
 

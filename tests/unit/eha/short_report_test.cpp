@@ -55,6 +55,24 @@ TEST(ShortReport, ShowsLengthsInTheAskedUnit) {
   EXPECT_NE(short_report(answer, DisplayUnit("mm")).find("largest error   0.1 bar"), std::string::npos);
 }
 
+TEST(ShortReport, GivesAReasonThatModelsShareOnce) {
+  Answer answer = answer_with("none");
+  ident::Model& model = answer.models[0];
+  model.verdict->accepted = false;
+  model.verdict->grade = ident::Grade::rejected;
+  model.verdict->reasons = {"The rod stands on an end stop from 0.39 s."};
+  for (const char* name : {"integrator_lag_valve", "cylinder"}) {
+    answer.models.push_back(answer.models[0]);
+    answer.models.back().name = name;
+  }
+  const std::string text = short_report(answer, {});
+  const std::size_t at = text.find("0.39");
+  ASSERT_NE(at, std::string::npos) << text;
+  EXPECT_EQ(text.find("0.39", at + 1), std::string::npos) << text;
+  EXPECT_NE(text.find("\n3 models        "), std::string::npos) << text;
+  EXPECT_NE(text.find("integrator_lag_valve,"), std::string::npos) << text;
+}
+
 TEST(ShortReport, GivesAReasonInTheAskedUnitAlone) {
   Answer answer = answer_with("none");
   ident::Model& model = answer.models[0];

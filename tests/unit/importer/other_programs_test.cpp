@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <string>
 #include <vector>
@@ -107,6 +108,44 @@ std::vector<Program> programs() {
                  rows("timestamps,Valve,Rod\nsec,V,mm\n,,\n",
                       [&](int k) { return fmt::format("{:.6f},{:.6f},{:.6f}\n", seconds(k), volts(k), place(k)); }),
                  "V", "mm"});
+  // InfiniiVision, "CSV": two rows of header, the channels by their numbers.
+  all.push_back({"Keysight",
+                 "scope_1.csv",
+                 rows("x-axis,1,2\nsecond,Volt,Volt\n",
+                      [&](int k) {
+                        return fmt::format("{:+.9E},{:+.6E},{:+.6E}\n", -0.1 + seconds(k), volts(k), 0.1 * place(k));
+                      }),
+                 "V",
+                 "V",
+                 0.1,
+                 {.input = "2", .output = "3"},
+                 "--input 2 --output 3"});
+  // DS1000Z: rows are numbered, the period stands in the header.
+  all.push_back({"Rigol",
+                 "rigol.csv",
+                 rows("X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1.000000e-01,1.000000e-03,\n",
+                      [&](int k) { return fmt::format("{},{:.4e},{:.4e},,\n", k, volts(k), 0.1 * place(k)); }),
+                 "",
+                 "",
+                 0.1,
+                 {.input = "2", .output = "3", .period_s = 1e-3},
+                 "--period 0.001"});
+  // DLM3000 and DL850, ASCII: no time at all, but HResolution.
+  all.push_back({"Yokogawa",
+                 "wave.csv",
+                 rows("\"Header Size\",16\n\"Model "
+                      "Name\",\"DLM3054\"\n\"Comment\",\"\"\n\"BlockNumber\",1,1\n\"TraceName\",\"CH1\","
+                      "\"CH2\"\n\"BlockSize\",200,200\n\"VUnit\",\"V\",\"V\"\n\"SampleRate\",1.0E+03,1.0E+"
+                      "03\n\"HResolution\",1.0E-03,"
+                      "1.0E-03\n\"HOffset\",-1.0E-01,-1.0E-01\n\"HUnit\",\"s\",\"s\"\n\"DisplayBlockSize\",200,200\n"
+                      "\"DisplayPointNo.\",1,1\n\"Date\",\"2026/11/23\",\"2026/11/"
+                      "23\"\n\"Time\",\"10:00:00.10\",\"10:00:00.10\"\n\n",
+                      [&](int k) { return fmt::format(",{:.6E},{:.6E}\n", volts(k), 0.1 * place(k)); }),
+                 "V",
+                 "V",
+                 0.1,
+                 {.input = "2", .output = "3", .period_s = 1e-3},
+                 "--period 0.001"});
   return all;
 }
 
@@ -146,6 +185,40 @@ TEST_P(OtherProgram, IsReadAsItsRecordOrAskedAbout) {
     EXPECT_NE(std::string(error.what()).find(program.asked), std::string::npos) << error.what();
   }
   expect_record(import_record(path, program.answer));
+}
+
+TEST(WinCC, IsRefusedWithACommandThatMakesColumnsOfItsRows) {
+  // TIA Portal's data log: a row for each variable and time, Time_ms a million times a spreadsheet's days.
+  std::string log = "\"VarName\";\"TimeString\";\"VarValue\";\"Validity\";\"Time_ms\"\n";
+  for (int k = 0; k < kRows; ++k) {
+    const std::string time = fmt::format("{:.9f}", 46349.416666667 * 1e6 + kStep_s * k / 0.0864);
+    log += fmt::format("\"Ventil_V\";\"23.11.2026 10:00:00\";{};1;{}\n", german(fmt::format("{:.6f}", volts(k))),
+                       german(time));
+    log += fmt::format("\"Weg_mm\";\"23.11.2026 10:00:00\";{};1;{}\n", german(fmt::format("{:.6f}", place(k))),
+                       german(time));
+  }
+  log += "\"$RT_OFF$\";\"23.11.2026 10:00:01\";0;2;46349416678,2407\n";
+  const test::TemporaryFolder folder;
+  const auto path = folder.write("log0.csv", log);
+  std::string message;
+  try {
+    static_cast<void>(import_record(path, {}));
+    FAIL() << "taken";
+  } catch (const DataError& error) {
+    message = error.what();
+  }
+  const std::size_t begin = message.find('`');
+  ASSERT_NE(begin, std::string::npos) << message;
+  const std::string command = message.substr(begin + 1, message.find('`', begin + 1) - begin - 1);
+  ASSERT_EQ(std::system(fmt::format("cd '{}' && {}", folder.path().string(), command).c_str()), 0) << command;
+  const ident::Record record = import_record(folder.path() / "log0-columns.csv", {.resample = true}).record;
+  ASSERT_EQ(record.input.size(), kRows);
+  EXPECT_NEAR(record.step_s, kStep_s, 1e-6);
+  for (int k = 0; k < kRows; ++k) {
+    ASSERT_NEAR(record.input[k], volts(k), 1e-3) << k;
+    ASSERT_NEAR(record.output[k], place(k), 1e-2) << k;
+  }
+  EXPECT_EQ(record.output_channel.unit, "mm");
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, OtherProgram, testing::ValuesIn(programs()),

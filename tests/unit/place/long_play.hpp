@@ -30,7 +30,7 @@ struct LongPlay : acquisition::Play {
   double move(hal::Rig& rig, double target_in, double time_out_s = 60.0) {
     limits = used_limits;
     PlaceSource source(PlaceController(limits, realtime.sample_period_s, target_in),
-                       static_cast<std::uint32_t>(std::lround(time_out_s / realtime.sample_period_s)));
+                       static_cast<std::uint32_t>(std::lround(time_out_s / realtime.sample_period_s)), begin);
     return play_on(rig, source);
   }
 
@@ -55,6 +55,7 @@ struct LongPlay : acquisition::Play {
     return rows.back().displacement_in;
   }
 
+  Begin begin = Begin::within_limits;
   config::RigLimits used_limits = limits_of_the_simulated_rig();
 };
 

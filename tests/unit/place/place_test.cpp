@@ -67,6 +67,38 @@ TEST(Place, StopsAtALimitThatTheRodReachesOnTheWay) {
   EXPECT_LT(end_in, 4.0);
 }
 
+TEST(Place, BringsARodBackFromBeyondALimitAtPlacingSpeed) {
+  for (const double from_in : {5.88, 0.02}) {
+    hal::SimOptions options;
+    options.initial_displacement_in = from_in;
+    const std::unique_ptr<hal::Rig> rig = hal::open_rig(options, 0.0);
+    LongPlay play;
+    play.begin = Begin::anywhere;
+    EXPECT_NEAR(play.move(*rig, 2.95), 2.95, kTolerance_in) << from_in;
+    EXPECT_EQ(play.report.outcome, Outcome::completed) << from_in;
+    for (std::size_t i = 100; i < play.rows.size(); ++i) {
+      const double speed = std::abs(play.rows[i].displacement_in - play.rows[i - 100].displacement_in) / 0.1;
+      ASSERT_LT(speed, 0.4) << "at row " << i;
+      ASSERT_LT(std::abs(play.rows[i].displacement_in - 2.95), std::abs(from_in - 2.95) + 0.02) << "no further out";
+    }
+  }
+}
+
+TEST(Place, TripsWhereTheRodBeyondALimitMovesOutward) {
+  // The valve is plugged the other way round.
+  hal::SimOptions options;
+  options.initial_displacement_in = 5.77;
+  const std::unique_ptr<hal::Rig> plant = hal::open_rig(options, 0.0);
+  hal::FaultRig rig(*plant,
+                    {{.kind = hal::FaultKind::reversed_sensor, .first_tick = 2, .ticks = hal::InjectedFault::kAlways}},
+                    hal::spin_for, options.conversion());
+  LongPlay play;
+  play.begin = Begin::anywhere;
+  play.move(rig, 2.95);
+  EXPECT_EQ(play.report.outcome, Outcome::faulted);
+  EXPECT_TRUE(play.report.safe_confirmed);
+}
+
 TEST(Place, SaysThatTheRodDoesNotMove) {
   hal::SimOptions options;
   options.valve_dead_band_V = 4.9;

@@ -106,6 +106,32 @@ TEST(Gnuplot, DrawsPicturesOfEveryFormat) {
   EXPECT_NE(draw(ramp("a", "b"), Format::svg).find("<svg"), std::string::npos);
 }
 
+TEST(Gnuplot, GivesALongKeyRoomOfItsOwn) {
+  Figure figure = ramp("a", "measured");
+  figure.panels.push_back(figure.panels.front());
+  const double short_key = height_px(figure, Surface::page);
+  for (const char* name :
+       {"integrator_lag_residual", "cylinder_residual", "io1_residual", "io_residual", "fo_residual"}) {
+    figure.panels.back().series.push_back(figure.panels.back().series.front());
+    figure.panels.back().series.back().label = name;
+  }
+  // Six entries, at most two of which fit beside one another.
+  EXPECT_GE(height_px(figure, Surface::page), short_key + 2 * 18.0);
+  const std::string script = script_of(figure, Surface::page);
+  const auto height_of = [&](std::size_t panel) {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i <= panel; ++i) at = script.find("set size 1, ", at) + 12;
+    return std::stod(script.substr(at)) * height_px(figure, Surface::page);
+  };
+  EXPECT_GT(height_of(1), height_of(0) + 2 * 18.0) << "the panel with the long key grows, not the other one";
+}
+
+TEST(Gnuplot, DrawsTheTitleIntoFilesOnly) {
+  EXPECT_NE(draw(ramp("rod of the bench", "b"), Format::svg).find("rod of the bench"), std::string::npos);
+  const std::string page = script_of(ramp("rod of the bench", "b"), Surface::page);
+  EXPECT_EQ(page.find("rod of the bench"), std::string::npos) << "a page has it as the heading";
+}
+
 TEST(Gnuplot, KeepsCharactersWithinTheTerminal) {
   const std::string text = draw_in_characters(ramp("a ramp", "measured"), {.columns = 60, .rows = 20});
   EXPECT_NE(text.find("measured"), std::string::npos);

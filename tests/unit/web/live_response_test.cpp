@@ -94,6 +94,36 @@ std::filesystem::path journal_of(const ident::Record& record, const test::Tempor
   return path;
 }
 
+TEST(LiveResponse, TellsTheRodFromTheValvesDeadBand) {
+  // The same lag behind a dead band: response over valve is the lag's alone, whatever the amplitude.
+  const test::TemporaryFolder folder;
+  ident::Record behind = record_of(6 * kPeriod, 0.0);
+  const PeriodPlan without = plan_periods(header_of(6), "test");
+  EXPECT_FALSE(without.valve.has_value()) << "no rig file, no valve";
+  PeriodPlan plan = without;
+  plan.valve = ident::ValveMap{.null = 0.1, .dead_band = 0.4, .negative_gain_ratio = 0.8};
+  const LiveResponse lag = measure_live_response(journal_of(behind, folder), without);
+  EXPECT_TRUE(lag.valve.empty());
+  const Eigen::VectorXd passed = ident::mapped(*plan.valve, behind.input);
+  const double keeps = std::exp(-kStep_s / 0.1);
+  double y = 0.0;
+  for (Eigen::Index k = 0; k < passed.size(); ++k) {
+    behind.output[k] = y;
+    y = keeps * y + (1.0 - keeps) * passed[k];
+  }
+  const LiveResponse live = measure_live_response(journal_of(behind, folder), plan);
+  ASSERT_EQ(live.valve.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_GT(std::abs(live.valve[i] - 1.0), 0.1) << "the valve takes a share";
+    const std::complex<double> rod = live.lines[i].response / live.valve[i];
+    // The valve's harmonics above the thinned rate fold back onto the lines.
+    EXPECT_LT(std::abs(rod / lag.lines[i].response - 1.0), 0.01) << live.lines[i].frequency_Hz;
+  }
+  const Json answer = Json::parse(describe("run", plan, live, live.rows));
+  EXPECT_NEAR(answer.at("lines")[0].at("valve_phase_deg").get<double>(),
+              std::arg(live.valve[0]) * 180.0 / std::numbers::pi, 1e-9);
+}
+
 TEST(LiveResponse, IsThatOfTheWholeRecordToTheStopbandOfTheFilter) {
   const test::TemporaryFolder folder;
   const ident::Record record = record_of(6 * kPeriod, 0.0);

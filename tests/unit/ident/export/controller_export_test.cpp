@@ -83,8 +83,9 @@ class ControllerExport : public ::testing::TestWithParam<FeedbackKind> {
         << test::content_of(folder_.path() / "log");
   }
 
-  ExportedController controller_{coefficients(settings(GetParam())),
-                                 controller_notes(coefficients(settings(GetParam())), "test */ (* \"\"\" *) name")};
+  ExportedController controller_{
+      coefficients(settings(GetParam())),
+      controller_notes(coefficients(settings(GetParam())), "test */ (* \"\"\" *) name", "in")};
   std::vector<double> expected_;
   test::TemporaryFolder folder_;
 };
@@ -100,6 +101,35 @@ TEST_P(ControllerExport, RunsInCWithoutAWarning) {
   ASSERT_NO_FATAL_FAILURE(run("gcc -std=c99 -O1 -Wall -Wextra -Wconversion -Wpedantic -Werror main.c -o main -lm"));
   ASSERT_NO_FATAL_FAILURE(run("sh -c './main <input >output'"));
   expect_equal();
+}
+
+TEST_P(ControllerExport, GivesTheSameVoltsForMillimetres) {
+  ExportedController in_mm;
+  in_mm.coefficients = coefficients(in_length_unit(controller_.coefficients.settings, 25.4));
+  in_mm.notes = controller_notes(in_mm.coefficients, "axis", "mm");
+  in_mm.length_unit = "mm";
+  AxisController in_inches(controller_.coefficients);
+  AxisController same(in_mm.coefficients);
+  in_inches.start(2.0, 0.1);
+  same.start(2.0 * 25.4, 0.1);
+  for (int k = 0; k < 3000; ++k) {
+    const double r = k < 1000 ? 2.0 : 3.5;
+    const double y = 2.0 + 0.0004 * k;
+    ASSERT_NEAR(same.step(25.4 * r, 25.4 * y).command, in_inches.step(r, y).command, 1e-9) << k;
+  }
+  EXPECT_NE(in_mm.notes[1].find("Position in mm, command in V"), std::string::npos) << in_mm.notes[1];
+  EXPECT_NE(
+      controller_c_text(in_mm, "axis").find("axis_step(axis_controller *c, double set_point_mm, double position_mm)"),
+      std::string::npos);
+  EXPECT_NE(controller_python_text(in_mm, "axis").find("def step(self, set_point_mm, position_mm):"),
+            std::string::npos);
+  EXPECT_NE(controller_octave_text(in_mm, "axis").find("function [command_V, c] = axis(c, set_point_mm, position_mm)"),
+            std::string::npos);
+  EXPECT_NE(controller_simulink_text(in_mm, "axis")
+                .find("[command_V, reference_mm, is_limited] = axis(set_point_mm, "
+                      "position_mm, command_at_start_V)"),
+            std::string::npos);
+  EXPECT_NE(controller_st_text(in_mm, "axis").find("  SetPoint_mm : LREAL;\n  Actual_mm : LREAL;"), std::string::npos);
 }
 
 TEST_P(ControllerExport, RunsInPython) {
@@ -139,11 +169,11 @@ TEST_P(ControllerExport, RunsAsStructuredText) {
                 "#include <stdio.h>\n#include \"iec_std_lib.h\"\nTIME __CURRENT_TIME;\nBOOL __DEBUG;\n"
                 "#include \"POUS.h\"\n#include \"POUS.c\"\nstatic AXIS block;\nint main(void) {\n"
                 "  double r, y;\n  AXIS_init__(&block, 0);\n  block.EN.value = 1;\n"
-                "  block.MANUAL.value = 1;\n  block.ACTUAL.value = 2.0;\n  block.MANUALCOMMAND.value = 0.1;\n"
+                "  block.MANUAL.value = 1;\n  block.ACTUAL_IN.value = 2.0;\n  block.MANUALCOMMAND_V.value = 0.1;\n"
                 "  AXIS_body__(&block);\n  block.MANUAL.value = 0;\n"
-                "  while (scanf(\"%lf %lf\", &r, &y) == 2) {\n    block.SETPOINT.value = r;\n"
-                "    block.ACTUAL.value = y;\n    AXIS_body__(&block);\n"
-                "    printf(\"%.17g\\n\", (double)block.COMMAND.value);\n  }\n  return 0;\n}\n");
+                "  while (scanf(\"%lf %lf\", &r, &y) == 2) {\n    block.SETPOINT_IN.value = r;\n"
+                "    block.ACTUAL_IN.value = y;\n    AXIS_body__(&block);\n"
+                "    printf(\"%.17g\\n\", (double)block.COMMAND_V.value);\n  }\n  return 0;\n}\n");
   ASSERT_NO_FATAL_FAILURE(run("gcc -w -O1 -I '" + library + "/C' main.c -o main -lm"));
   ASSERT_NO_FATAL_FAILURE(run("sh -c './main <input >output'"));
   expect_equal(1e-6);

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/importer/dialect.hpp"
+
+namespace eha::importer {
+
+/// The sample period that a program writes above its rows [s]: "HResolution" of Yokogawa, "Increment" of Rigol, "Sample
+/// Interval", "Delta_X", or one over a "SampleRate" in Hz. The value stands behind its name or below it. None where no
+/// line says one, or where two differ.
+/// @param lines  the file's first, of which those above dialect.first_data_line are looked at
+[[nodiscard]] std::optional<double> period_above_rows(const std::vector<std::string>& lines, const Dialect& dialect);
+
+/// Refuses a log that has one row for each variable and time, as WinCC writes it ("VarName";"TimeString";"VarValue"),
+/// with a command that writes a column for each variable. @throws DataError
+void refuse_long_log(const Dialect& dialect, const std::filesystem::path& path);
+
+}  // namespace eha::importer

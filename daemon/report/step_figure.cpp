@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "daemon/report/figures.hpp"
+#include "ident/fractional/poles.hpp"
+#include "ident/fractional/simulate.hpp"
+
+namespace eha::report {
+namespace {
+
+using std::numbers::pi;
+
+constexpr Eigen::Index kRows = 400;
+constexpr double kLeastDamping = 0.05;  // a pair with less is shown for as long as one with this
+constexpr double kShownLags = 6.0;      // of the slowest lag
+constexpr double kShownBands = 3.0;     // of the time of the highest usable frequency
+constexpr double kWithoutBand_s = 1.0;
+constexpr double kStillMoving = 0.05;  // of the greatest speed: the output goes on
+
+/// The time 1/(2 pi f) of the ends of a model's usable band [s]; none without a band.
+struct BandTimes {
+  double slowest_s = 0.0;
+  double fastest_s = 0.0;
+};
+
+std::optional<BandTimes> band_times(const ident::Model& model) {
+  if (!model.verdict || !model.verdict->usable_band) return std::nullopt;
+  const ident::FrequencyInterval& band = *model.verdict->usable_band;
+  if (!(band.lowest_Hz > 0.0) || !(band.highest_Hz > 0.0)) return std::nullopt;
+  return BandTimes{1.0 / (2.0 * pi * band.lowest_Hz), 1.0 / (2.0 * pi * band.highest_Hz)};
+}
+
+/// How long the lags of a model take that its band reaches, its delay included [s].
+double shown_s(const ident::Model& model) {
+  const ident::Poles poles = ident::poles(model.transfer_function);
+  const std::optional<BandTimes> band = band_times(model);
+  double shown = band ? kShownBands * band->fastest_s : 0.0;
+  for (const auto& value : poles.values) {
+    if (!(std::abs(value) > 0.0)) continue;
+    const double angle = std::min(pi, std::abs(std::arg(value)) / poles.base_order);
+    const double lag_s =
+        std::pow(std::abs(value), -1.0 / poles.base_order) / std::clamp(-std::cos(angle), kLeastDamping, 1.0);
+    // A slower lag is an integrator, as far as the record tells.
+    if (lag_s <= (band ? band->slowest_s : kWithoutBand_s)) shown = std::max(shown, kShownLags * lag_s);
+  }
+  if (!(shown > 0.0)) shown = kWithoutBand_s;
+  return shown + 2.0 * model.transfer_function.delay_s;
+}
+
+Eigen::VectorXd step_response(const ident::TransferFunction& g, double step_s) {
+  const Eigen::VectorXd input = Eigen::VectorXd::Ones(kRows);
+  try {
+    return ident::simulate(g, input, step_s);
+  } catch (const ConfigError&) {
+    return ident::simulate(g, input, step_s, ident::SimulationMethod::gl1);  // not stable
+  }
+}
+
+/// Differences over the step, one less than values.
+std::vector<double> speeds(const Eigen::VectorXd& output, double step_s) {
+  std::vector<double> result;
+  for (Eigen::Index k = 0; k + 1 < output.size(); ++k) result.push_back((output[k + 1] - output[k]) / step_s);
+  return result;
+}
+
+}  // namespace
+
+plot::Figure step_figure(const std::vector<const ident::Model*>& models, const std::string& title) {
+  const std::string& unit = models.front()->output_unit;
+  plot::Panel output{.x_label = "", .y_label = axis_label({"output", unit})};
+  plot::Panel speed{.x_label = "time after the step [s]", .y_label = axis_label({"speed", unit + "/s"})};
+  double duration_s = 0.0;
+  for (const ident::Model* model : models) duration_s = std::max(duration_s, shown_s(*model));
+  const double step_s = duration_s / static_cast<double>(kRows - 1);
+  int style = 1;
+  for (const ident::Model* model : models) {
+    const Eigen::VectorXd y = step_response(model->transfer_function, step_s);
+    plot::Series outputs{.label = model->name, .x = {}, .y = {y.begin(), y.end()}, .style = style};
+    for (Eigen::Index k = 0; k < kRows; ++k) outputs.x.push_back(static_cast<double>(k) * step_s);
+    plot::Series rates{.label = "", .x = {}, .y = speeds(y, step_s), .style = style};
+    for (Eigen::Index k = 0; k + 1 < kRows; ++k) rates.x.push_back((static_cast<double>(k) + 0.5) * step_s);
+    output.series.push_back(std::move(outputs));
+    speed.series.push_back(std::move(rates));
+    ++style;
+  }
+  if (const auto band = band_times(*models.front())) {
+    for (plot::Panel* panel : {&output, &speed}) panel->shades.push_back({0.0, std::min(band->fastest_s, duration_s)});
+  }
+  for (plot::Panel* panel : {&output, &speed}) panel->x_range = std::pair(0.0, duration_s);
+  return {.title = title, .panels = {std::move(output), std::move(speed)}};
+}
+
+std::string step_sentence(const ident::Model& model) {
+  const double step_s = shown_s(model) / static_cast<double>(kRows - 1);
+  const Eigen::VectorXd y = step_response(model.transfer_function, step_s);
+  const std::vector<double> rate = speeds(y, step_s);
+  const double fastest = std::abs(
+      *std::max_element(rate.begin(), rate.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
+  const bool goes_on = std::abs(rate.back()) > kStillMoving * fastest;
+  const double final = goes_on ? rate.back() : y[kRows - 1];
+  const auto has_reached = [&](double value) { return value * (final < 0.0 ? -1.0 : 1.0) >= 0.632 * std::abs(final); };
+  const auto at = goes_on ? std::find_if(rate.begin(), rate.end(), has_reached) - rate.begin()
+                          : std::find_if(y.begin(), y.end(), has_reached) - y.begin();
+  return fmt::format("1 {} behind the valve {} {:.3g} {} with {}; 63 % of that after {:.2g} s.", model.input_unit,
+                     goes_on ? "moves the output at" : "brings the output to", final,
+                     model.output_unit + (goes_on ? "/s" : ""), model.name, static_cast<double>(at) * step_s);
+}
+
+plot::Panel valve_panel(const std::vector<const ident::Model*>& models, double low, double high) {
+  const ident::Model& last = *models.back();
+  plot::Panel panel{.x_label = fmt::format("input [{}]", last.input_unit),
+                    .y_label = fmt::format("passed on [{}]", last.input_unit)};
+  panel.series.push_back({.label = "without a dead band",
+                          .x = {low, high},
+                          .y = {low - last.input_map->null, high - last.input_map->null},
+                          .style = plot::kGuideStyle});
+  int style = 1;
+  for (const ident::Model* model : models) {
+    const ident::ValveMap& map = *model->input_map;
+    std::vector<double> u{low, map.null - map.dead_band, map.null + map.dead_band, high};
+    std::sort(u.begin(), u.end());
+    const Eigen::VectorXd v = ident::mapped(map, Eigen::Map<const Eigen::VectorXd>(u.data(), 4));
+    panel.series.push_back({.label = "valve of " + model->name, .x = u, .y = {v.begin(), v.end()}, .style = style++});
+  }
+  const ident::ValveMap& marked = *last.input_map;
+  panel.shades.push_back({marked.null - marked.dead_band, marked.null + marked.dead_band});
+  panel.rules.push_back({.at = 0.0, .vertical = false});
+  panel.rules.push_back({.at = marked.null, .vertical = true});
+  return panel;
+}
+
+}  // namespace eha::report

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/error.hpp"
+#include "daemon/report/figures.hpp"
+#include "daemon/report/section.hpp"
+
+namespace eha::report {
+
+Section step_section(const Subject& subject) {
+  Section section{.title = "Step response"};
+  std::vector<const ident::Model*> shown;
+  for (const ReportedModel& reported : subject.models) {
+    if (shown.size() < kMostCurves) shown.push_back(&reported.model);
+  }
+  if (shown.empty()) return section;
+  Item item{.heading = "Output and speed after a step of 1 " + shown.front()->input_unit + " behind the valve"};
+  try {
+    item.figure = step_figure(shown, item.heading);
+    item.remark.seen = step_sentence(*shown.front());
+  } catch (const ConfigError&) {
+    return section;  // no step: more zeros than poles
+  }
+  item.remark.good = "Both models agree outside the grey part, which is faster than the usable band.";
+  item.remark.to_do =
+      "For a controller that reacts within the grey part, excite higher frequencies (eha design) and fit again.";
+  section.items.push_back(std::move(item));
+  return section;
+}
+
+}  // namespace eha::report
