@@ -193,8 +193,10 @@ std::string controller_text(const ControllerConfig& controller) {
   ReferenceTable reference{&c.settings};
   write(text, "reference", "Bounds of the generated reference", reference);
   CommandTable command{&c.settings};
-  write(text, "command", "Limits of the command, as the rig's", command);
-  write(text, "promise", "On every drawn rig: value, and the interval that holds 95 %", c.promise);
+  write(text, "command", "Limits of the command: the rig's, and within its closed_loop_max_V of the null", command);
+  write(text, "promise",
+        "On the drawn rigs: the median, and their range with a quarter of it more; of margins 95 % of the draws",
+        c.promise);
   write(text, "fault", "Beyond these a run of it is a fault", c.fault);
   write(text, "provenance", "What it was made from", c.provenance);
   return text;

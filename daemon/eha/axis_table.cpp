@@ -20,7 +20,7 @@
 namespace eha::cli {
 namespace {
 
-constexpr std::size_t kCells = 8;
+constexpr std::size_t kCells = 9;
 using Row = std::array<std::string, kCells>;
 
 /// A cell as spreadsheets take it: quoted where it holds a comma; a name that would be a formula is none.
@@ -45,7 +45,7 @@ bool is_of_valve(const std::string& setting) {
 std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
   const config::ControllerConfig& c = table.controller;
   std::vector<Row> rows{
-      {"part", "figure", "value", "from", "to", "measured", "unit", "kept"},
+      {"part", "figure", "value", "from", "to", "measured", "noise adds to", "unit", "kept"},
       {"axis", "controller", c.name},
       {"axis", "rig", c.provenance.rig},
       {"axis", "run", c.provenance.run},
@@ -59,8 +59,8 @@ std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
     const std::string form = ident::engineering_form(in_unit(model, unit));
     if (!form.empty()) rows.push_back({"model", "in figures", form});
     if (model.validation) {
-      rows.push_back(
-          {"model", "fit on unseen data", fmt::format("{:.1f}", model.validation->score.fit_percent), "", "", "", "%"});
+      rows.push_back({"model", "fit on unseen data", fmt::format("{:.1f}", model.validation->score.fit_percent), "", "",
+                      "", "", "%"});
     }
     if (model.verdict) rows.push_back({"model", "verdict", std::string(ident::text(model.verdict->grade))});
   }
@@ -70,7 +70,7 @@ std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
       const double factor = unit.factor(of);
       const auto number = [&](double value) { return fmt::format("{:.4g}", factor * value); };
       rows.push_back({"valve, measured", what, number(m->value), number(m->value - m->half_width),
-                      number(m->value + m->half_width), "", unit.of(of)});
+                      number(m->value + m->half_width), "", "", unit.of(of)});
     };
     const ident::ValveSheet& sheet = *table.sheet;
     row("null", sheet.null_V, "V");
@@ -78,24 +78,25 @@ std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
     row("gain extending", sheet.gain_positive_in_per_V_s, "in/(V s)");
     row("gain retracting", sheet.gain_negative_in_per_V_s, "in/(V s)");
     rows.push_back({"valve, measured", "sensor noise, RMS", fmt::format("{:.3g}", sheet.noise_in * unit.factor("in")),
-                    "", "", "", unit.of("in")});
+                    "", "", "", "", unit.of("in")});
   }
   const std::vector<std::vector<std::string>> settings = tune::setting_rows(c, unit);
   for (const bool valve : {true, false}) {
     for (const auto& setting : settings) {
       if (is_of_valve(setting[0]) != valve) continue;
-      rows.push_back({valve ? "valve, as used" : "controller", setting[0], setting[1], "", "", "", setting[2]});
+      rows.push_back({valve ? "valve, as used" : "controller", setting[0], setting[1], "", "", "", "", setting[2]});
     }
   }
   for (const auto& figure : tune::promise_rows(c.promise, unit)) {
-    Row row{"promise", figure[0], figure[1], figure[2], figure[3], "", figure[4]};
+    Row row{"promise", figure[0], figure[1], figure[2], figure[3], "", "", figure[4]};
     const auto found = std::find_if(table.measured.begin(), table.measured.end(),
                                     [&](const track::KeptFigure& f) { return f.name == figure[0]; });
     if (found != table.measured.end()) {
       row[5] = fmt::format("{:.3g}", found->measured * unit.factor(found->unit));
-      row[7] = track::kept_text(*found);
+      row[6] = fmt::format("{:.2g}", found->noise * unit.factor(found->unit));
+      row[8] = track::kept_text(*found);
     } else if (!table.measured.empty()) {
-      row[7] = "not measured";
+      row[8] = "not measured";
     }
     rows.push_back(std::move(row));
   }

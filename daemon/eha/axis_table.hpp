@@ -21,9 +21,9 @@ struct AxisTable {
   std::vector<track::KeptFigure> measured = {};
 };
 
-/// CSV for spreadsheets, separated by commas: part, figure, value, from, to, measured, unit, kept. From and to
-/// are the 95 % interval of what was measured and of margins, and the range of the trials with a quarter of it more.
-/// Lengths in the unit.
+/// CSV for spreadsheets, separated by commas: part, figure, value, from, to, measured, noise adds to, unit, kept. From
+/// and to are the 95 % interval of what was measured and of margins, and the range of the trials with a quarter of it
+/// more. Lengths in the unit.
 [[nodiscard]] std::string axis_table(const AxisTable& table, const DisplayUnit& unit);
 
 /// The model of a controller, where its file is as it was. @throws nothing

@@ -67,18 +67,19 @@ ExitCode execute(const ReportCommand& command, Console& console) {
   std::vector<std::string> missing;
   if (is_controller) {
     if (!command.output) path = fs::path(command.sources.front()).replace_extension(".html");
-    const tune::ControllerSubject subject = controller_subject(config::load_controller(command.sources.front()));
+    tune::ControllerSubject subject = controller_subject(config::load_controller(command.sources.front()));
     if (!subject.inputs) {
       console.warning(
           fmt::format("{}: its model or rig file is no longer there, or has changed; the plots are left out",
                       command.sources.front()));
     }
+    subject.unit = console.unit(rig_units_of_controller(subject.controller));
     const report::Page page = tune::controller_page(subject);
     os::write_file_atomically(path, page.html);
     missing = page.missing;
   } else if (is_run && command.sources.size() == 1 &&
              fs::exists(fs::path(command.sources.front()) / track::kTrackFile)) {
-    const report::Page page = track_page(track::track_result(command.sources.front()));
+    const report::Page page = track_page(track::track_result(command.sources.front()), unit);
     os::write_file_atomically(path, page.html);
     missing = page.missing;
   } else if (is_run && !command.output && command.sources.size() == 1) {

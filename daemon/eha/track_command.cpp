@@ -32,7 +32,7 @@ constexpr const char* kTableFile = "axis_table.csv";
 
 constexpr const char* kTrackFooter = R"(
 Plays the trial of a controller (a file of `eha tune`) in closed loop: a step, trapezoids as fast as the reference may move,
-a sine and a hold of 20 s (the promise is for 60 s: --hold 60). It is a run like any other: every limit of the rig file
+a sine and a hold of 60 s. It is a run like any other: every limit of the rig file
 holds, a real actuator is moved only after your confirmation, Ctrl-C ramps out, and the way is recorded. Nothing of the
 controller stays in force after it. It is a fault when the rod follows worse (following_error) or the command swings more
 often (oscillation) than the controller's file allows. Prints what was measured beside what was promised, and writes
@@ -85,7 +85,7 @@ tune::TrialTrace trace_of(const track::TrackResult& result) {
           .command_V = result.rows.command_V};
 }
 
-report::Page track_page(const track::TrackResult& result) {
+report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit) {
   tune::ControllerSubject subject = controller_subject(result.controller);
   tune::MeasuredTrial& trial = subject.measured.emplace();
   trial.run = result.folder.filename().string();
@@ -93,6 +93,7 @@ report::Page track_page(const track::TrackResult& result) {
     trial.figures.push_back({f.name, f.measured, f.unit, track::kept_text(f)});
   }
   trial.changes = result.changes;
+  subject.unit = unit;
   trial.trace = trace_of(result);
   return tune::controller_page(subject);
 }
@@ -107,7 +108,7 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
                                                                       .sheet = sheet_of(result.controller),
                                                                       .measured = result.figures},
                                                                      unit));
-    const report::Page page = track_page(result);
+    const report::Page page = track_page(result, unit);
     os::write_file_atomically(result.folder / report::kReportFile, page.html);
     for (const std::string& sentence : page.missing) console.warning(sentence);
   }
@@ -116,7 +117,9 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
   document["exit_code"] = static_cast<int>(code);
   console.print_json(document);
   console.print(track::track_text(result, unit));
-  console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
+  if (wanted == TrackFiles::write) {
+    console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
+  }
   const std::string& model = result.controller.provenance.model;
   std::error_code ignored;
   if (std::filesystem::is_regular_file(model, ignored)) {
@@ -162,7 +165,7 @@ void add_track(CLI::App& app, ParsedLine& line) {
   sub->add_option("--frequency", track.motion.sine_Hz, "Frequency of the sine [Hz]")
       ->type_name("HZ")
       ->check(positive());
-  sub->add_option("--hold", track.motion.hold_s, "Duration of the hold (default 20 s)")
+  sub->add_option("--hold", track.motion.hold_s, "Duration of the hold (default 60 s, which the promise is for)")
       ->type_name("SECONDS")
       ->check(positive());
   add_drive_options(*sub, track);

@@ -22,6 +22,6 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles files, const
 [[nodiscard]] tune::TrialTrace trace_of(const track::TrackResult& result);
 
 /// The controller's page with what the run shows.
-[[nodiscard]] report::Page track_page(const track::TrackResult& result);
+[[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit);
 
 }  // namespace eha::cli

@@ -106,17 +106,19 @@ config::RigConfig rig_of(const fs::path& file_or_run) {
 }
 
 /// The rig file that is meant: the named one, that of the run which the model is from, or the default one.
-fs::path rig_path(const TuneCommand& command) {
+fs::path rig_path(const TuneCommand& command, const ident::Model& model) {
   if (command.rig_file) return *command.rig_file;
   std::error_code ignored;
   fs::path folder = fs::canonical(command.model_file, ignored).parent_path();
   for (int level = 0; level < 3 && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
     if (record::is_run_folder(folder)) return folder;
   }
+  const auto record = model.provenance.find("record");
+  if (record != model.provenance.end() && record::is_run_folder(record->second)) return record->second;
   return load_rig_or_default(std::nullopt).file_name;
 }
 
-tune::TuneChoices choices_of(const TuneCommand& command) {
+tune::TuneChoices choices_of(const TuneCommand& command, const config::RigConfig& rig) {
   tune::TuneChoices choices{.purpose = command.purpose,
                             .kind = command.kind,
                             .sensitivity = command.sensitivity.value_or(
@@ -131,7 +133,14 @@ tune::TuneChoices choices_of(const TuneCommand& command) {
     }
     choices.twin = *sim;
   }
-  if (command.sheet_run) choices.sheet = sheet::sheet_of_run(*command.sheet_run).sheet;
+  if (command.sheet_run) {
+    const sheet::RunSheet sheet = sheet::sheet_of_run(*command.sheet_run);
+    if (sheet.rig.name != rig.name) {
+      throw UsageError(fmt::format("--sheet {}: the valve of {}, where the rig is {}; name the rig file with --rig",
+                                   *command.sheet_run, sheet.rig.name, rig.name));
+    }
+    choices.sheet = sheet.sheet;
+  }
   return choices;
 }
 
@@ -165,7 +174,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   }
   refuse_existing(command.output);
   const ident::Model model = read_model(command.model_file);
-  const fs::path rig_file = fs::canonical(rig_path(command));
+  const fs::path rig_file = fs::canonical(rig_path(command, model));
   const config::RigConfig rig = rig_of(rig_file);
   if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
     console.warning(fmt::format("{}: the model was rejected: {}", command.model_file, model.verdict->reasons.front()));
@@ -173,7 +182,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   tune::TuneInputs inputs;
   tune::Tuned tuned;
   try {
-    inputs = tune::tune_inputs(model, rig, choices_of(command));
+    inputs = tune::tune_inputs(model, rig, choices_of(command, rig));
     if (command.twin_file) inputs.twin = *command.twin_file;
     tuned = tune::tune(inputs.plant, inputs.task, identify::thread_executor());
   } catch (const DataError& error) {
@@ -197,7 +206,9 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   os::write_file_atomically(command.output, config::controller_text(controller));
   fs::path page_file = command.output;
   page_file.replace_extension(".html");
-  const report::Page page = tune::controller_page({.controller = controller, .inputs = inputs, .trace = tuned.trace});
+  tune::ControllerSubject subject{.controller = controller, .inputs = inputs, .trace = tuned.trace};
+  subject.unit = console.unit(rig.units);
+  const report::Page page = tune::controller_page(subject);
   os::write_file_atomically(page_file, page.html);
   for (const std::string& sentence : page.missing) console.warning(sentence);
 
@@ -321,7 +332,7 @@ tune::ControllerSubject controller_subject(config::ControllerConfig controller) 
   command.purpose = subject.controller.purpose == "hold" ? ident::AxisPurpose::hold : ident::AxisPurpose::track;
   command.tick_s = subject.controller.settings.tick_s;
   if (fs::is_regular_file(from.twin, ignored)) command.twin_file = from.twin;
-  subject.inputs = tune::tune_inputs(read_model(from.model), rig, choices_of(command));
+  subject.inputs = tune::tune_inputs(read_model(from.model), rig, choices_of(command, rig));
   ident::TrialPlan plan = ident::trial_plan(subject.controller.settings);
   plan.hold_s = 5.0;
   hal::SimOptions twin = subject.inputs->task.twin;

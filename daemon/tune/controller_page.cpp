@@ -27,10 +27,12 @@ std::vector<double> thinned(const std::vector<double>& values, std::size_t every
 
 report::Item motion(const ControllerSubject& subject) {
   report::Item item{.heading = "Step, trapezoids, sine and hold on the twin"};
-  item.figure = motion_figure(*subject.trace, item.heading);
+  item.figure = motion_figure(*subject.trace, item.heading, subject.unit);
   const config::ControllerPromise& p = subject.controller.promise;
-  item.remark.seen = fmt::format("The error in trapezoids is promised within {:.2g} in in RMS, {:.2g} in at worst.",
-                                 p.following_rms_in.upper, p.following_worst_in.upper);
+  const double factor = subject.unit.factor("in");
+  item.remark.seen = fmt::format("The error in trapezoids is promised within {:.2g} {} in RMS, {:.2g} {} at worst.",
+                                 factor * p.following_rms_in.upper, subject.unit.of("in"),
+                                 factor * p.following_worst_in.upper, subject.unit.of("in"));
   item.remark.good = "The error is small while the rod moves and at rest, and the command does not swing at rest.";
   item.remark.to_do = "Compare the rig's own run with this; a larger error says that valve or load have changed.";
   return item;
@@ -265,12 +267,14 @@ std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfi
 namespace {
 
 /// Measured beside promised.
-report::Section measured(const MeasuredTrial& trial, const config::ControllerPromise& promise) {
+report::Section measured(const MeasuredTrial& trial, const config::ControllerPromise& promise,
+                         const DisplayUnit& unit) {
   std::vector<std::vector<std::string>> rows;
-  for (const auto& row : promise_rows(promise)) {
+  for (const auto& row : promise_rows(promise, unit)) {
     for (const MeasuredFigure& figure : trial.figures) {
       if (figure.name == row[0])
-        rows.push_back({row[0], fmt::format("{:.3g}", figure.value), row[3], row[4], figure.kept});
+        rows.push_back(
+            {row[0], fmt::format("{:.3g}", unit.factor(figure.unit) * figure.value), row[3], row[4], figure.kept});
     }
   }
   std::vector<std::string> changes;
@@ -285,7 +289,7 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
                                                  rows) +
                                    report::list(changes)});
   report::Item item{.heading = "Step, trapezoids, sine and hold on the rig"};
-  item.figure = motion_figure(trial.trace, item.heading);
+  item.figure = motion_figure(trial.trace, item.heading, unit);
   item.remark.seen = "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod.";
   item.remark.good = "As on the twin, below.";
   item.remark.to_do = "A larger error: measure the valve again (eha characterise), then eha tune.";
@@ -302,7 +306,7 @@ report::Page controller_page(const ControllerSubject& subject) {
       report::escaped(fmt::format("{} controller \"{}\" for {}, to {}, tick {:g} s", ident::text(c.settings.kind),
                                   c.name, c.provenance.rig, c.purpose, c.settings.tick_s)));
   std::vector<report::Section> sections;
-  if (subject.measured) sections.push_back(measured(*subject.measured, c.promise));
+  if (subject.measured) sections.push_back(measured(*subject.measured, c.promise, subject.unit));
   report::Section promise{.title = "Promise"};
   promise.items.push_back(
       {.heading = fmt::format("On {} drawn rigs; margins over 200 draws of the model", c.promise.twins),
@@ -329,7 +333,7 @@ report::Page controller_page(const ControllerSubject& subject) {
   settings.items.push_back(
       {.heading = "Numbers of the file",
        .html = report::table({{"setting", Column::text}, {"value", Column::number}, {"unit", Column::text}},
-                             setting_rows(c, DisplayUnit("in")))});
+                             setting_rows(c, subject.unit))});
   settings.items.push_back({.heading = "Made from",
                             .html = report::table({{"what", Column::text}, {"which", Column::wide_text}},
                                                   {{"model", c.provenance.model},

@@ -35,6 +35,7 @@ struct ControllerSubject {
   std::optional<TrialTrace> trace = {};   ///< on the twin as it is
   std::string why_without_plots = {};     ///< which file is gone or has changed, and what to type
   std::optional<MeasuredTrial> measured = {};
+  DisplayUnit unit = DisplayUnit("in");  ///< of lengths
 };
 
 /// The controller as one HTML page: promise, step and tracking on the twin, Bode and Nyquist plots of the open loop

@@ -96,29 +96,23 @@ std::size_t chosen(const std::vector<Candidate>& candidates, double rest_allowed
 }
 
 /// A PI is a PID without a derivative: where it has the less error, because of a shorter filter, it is the PID.
-void take_pi_for_pid(std::vector<std::optional<ident::AxisDesign>>& designs, std::optional<double>& fractional_gain) {
-  std::optional<ident::AxisDesign>* pid = nullptr;
-  const ident::AxisDesign* pi = nullptr;
-  for (auto& design : designs) {
-    if (design && design->settings.kind == FeedbackKind::pi) pi = &*design;
-    if (design && design->settings.kind == FeedbackKind::pid) pid = &design;
-  }
-  if (pi == nullptr || pid == nullptr || pi->feedback.squared_error >= (*pid)->feedback.squared_error) return;
-  if (fractional_gain) *fractional_gain *= std::sqrt(pi->feedback.squared_error / (*pid)->feedback.squared_error);
-  *pid = *pi;
-  (*pid)->settings.kind = FeedbackKind::pid;
+std::optional<ident::AxisDesign> better_of(std::optional<ident::AxisDesign> pid, std::optional<ident::AxisDesign> pi) {
+  if (!pi || (pid && pid->feedback.squared_error <= pi->feedback.squared_error)) return pid;
+  pi->settings.kind = FeedbackKind::pid;
+  return pi;
 }
 
 std::string remark_on_fractional_orders(double gain) {
   const double percent = std::max(0.0, 100.0 * (1.0 - 1.0 / gain));
   return gain > ident::kFractionalIsWorth
              ? fmt::format(
-                   "Fractional orders (--kind fopid) would lower the error after a sudden load by {:.0f} % against the "
-                   "best PI or PID of the same margin and noise. That is no error of following a reference.",
+                   "Fractional orders: a search finds {:.0f} % less error after a sudden load than with the best PI or "
+                   "PID of the same margin and noise. `eha tune --kind fopid` shows what they do in the trials.",
                    percent)
              : fmt::format(
-                   "Fractional orders are not worth their effort here: {:.1f} % less error after a load than "
-                   "a PID of the same margin and noise.",
+                   "Fractional orders are not worth their effort here: {:.0f} % less error after a sudden load than "
+                   "with "
+                   "the best PI or PID of the same margin and noise.",
                    percent);
 }
 
@@ -174,9 +168,10 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                     "would make the rod hunt.",
                     d.settings.rest_error));
   }
-  lines.push_back(
-      fmt::format("References move at up to {:.3g} in/s and {:.3g} in/s^2, as valve and slew of the rig allow.",
-                  d.settings.reference.velocity, d.settings.reference.acceleration));
+  lines.push_back(fmt::format(
+      "References move at up to {:.3g} in/s and {:.3g} in/s^2: so much the valve gives within the limits slew_V_per_s, "
+      "velocity_limit_in_per_s and closed_loop_max_V of the rig.",
+      d.settings.reference.velocity, d.settings.reference.acceleration));
   if (!plant.has_covariance) {
     lines.emplace_back("The model file has no covariance: the margins assume 5 % for the gain and 10 % for the lag.");
   }
@@ -208,11 +203,25 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
   executor(kinds.size(), [&](std::size_t nth) {
     const std::size_t i = kinds.size() - 1 - nth;
     found[i] = ident::design_axis(plant, task.axis, kinds[i]);
+    if (task.kind == FeedbackKind::pid) {
+      found[i] = better_of(std::move(found[i]), ident::design_axis(plant, task.axis, FeedbackKind::pi));
+    }
     if (!task.kind && kinds[i] == FeedbackKind::pid && found[i]) {
       fractional_gain = ident::gain_of_fractional_orders(plant, task.axis, *found[i]);
     }
   });
-  take_pi_for_pid(found, fractional_gain);
+  if (!task.kind) {
+    const auto of = [&](FeedbackKind kind) -> std::optional<ident::AxisDesign>& {
+      return found.at(static_cast<std::size_t>(std::find(kinds.begin(), kinds.end(), kind) - kinds.begin()));
+    };
+    std::optional<ident::AxisDesign>& pid = of(FeedbackKind::pid);
+    const std::optional<ident::AxisDesign>& pi = of(FeedbackKind::pi);
+    if (pid && pi && fractional_gain) {
+      *fractional_gain *= std::min(1.0, std::sqrt(pi->feedback.squared_error / pid->feedback.squared_error));
+    }
+    pid = better_of(std::move(pid), pi);
+    if (pid && !fractional_gain) fractional_gain = ident::gain_of_fractional_orders(plant, task.axis, *pid);
+  }
   for (const auto& design : found) {
     if (!design) continue;
     // The kinds that are only compared are tried with their full gain.

@@ -113,7 +113,7 @@ TEST_F(Axis, KeepsItsPromiseOnTheSimulatedRig) {
 
 TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {
   const std::string table = content_of(track_run() / "axis_table.csv");
-  EXPECT_EQ(lines_beginning_with(table, "part,figure,value,from,to,measured,unit,kept"), 1U);
+  EXPECT_EQ(lines_beginning_with(table, "part,figure,value,from,to,measured,noise adds to,unit,kept"), 1U);
   for (const char* row :
        {"axis,rig,simulated rig,", "model,name,lagging,", "model,verdict,", "\"valve, measured\",dead band,0.15",
         "\"valve, as used\",dead band,0.15", "controller,kp,", "promise,Ms,"}) {
