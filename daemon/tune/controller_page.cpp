@@ -315,7 +315,7 @@ report::Page controller_page(const ControllerSubject& subject) {
                               {"from", Column::number},
                               {"to", Column::number},
                               {"unit", Column::text}},
-                             promise_rows(c.promise)) +
+                             promise_rows(c.promise, subject.unit)) +
                report::list(lines_of(c.promise.remarks))});
   report::Section plots{.title = "On the twin"};
   if (subject.trace) plots.items.push_back(motion(subject));

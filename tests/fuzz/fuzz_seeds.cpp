@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "config/controller_config.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/record_csv.hpp"
@@ -56,6 +57,34 @@ void write_records(const path& folder) {
   write_file_atomically(folder / "rounded", "time_s,u,y\n0.000000,1,2\n0.000977,3,4\n0.001953,5,6\n0.002930,7,8\n");
   write_file_atomically(folder / "utf16", std::string("\xFF\xFEt\0,\0u\0\n\0\x31\0", 14));
   write_file_atomically(folder / "gap", "time_s,u,y\n1e1,1,2\n2e1,1,2\n4e1,1,2\n");
+  // Heads of other programs; tests/unit/importer/other_programs_test.cpp has whole files.
+  write_file_atomically(folder / "dspace",
+                        "descriptor,,,\npath,,Model Root/u,Model Root/y\ntrace,time,u,y\nunit,s,V,mm\n"
+                        "trace_values,0.0,0,50\ntrace_values,0.001,0.1,51\ntrace_values,0.002,0.2,52\n");
+  write_file_atomically(
+      folder / "mts",
+      "MTS793|BTW|ENU|1|2|.|/|:|1|0|0|A\nData Header:\tCyclic\tTime:\t0.5\tSec\n\n"
+      "Time\tAxial Displacement\tAxial Command\nSec\tmm\tV\n0\t50\t0\n0.001\t51\t0.1\n0.002\t52\t0.2\n");
+  write_file_atomically(
+      folder / "rigol",
+      "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1.0e-01,1.0e-03,\n0,0,4.5,,\n1,0.1,4.6,,\n2,0.2,4.7,,\n");
+  write_file_atomically(folder / "keysight",
+                        "x-axis,1,2\nsecond,Volt,Volt\n-1E-1,0,4.5\n-9.9E-2,0.1,4.6\n-9.8E-2,0.2,4.7\n");
+  write_file_atomically(folder / "yokogawa",
+                        "\"TraceName\",\"CH1\",\"CH2\"\n\"VUnit\",\"V\",\"V\"\n\"HResolution\",0.001,0.001\n\n,0,4.5\n,"
+                        "0.1,4.6\n,0.2,4.7\n");
+  write_file_atomically(folder / "clock",
+                        "Zeit;Ventil [V];Weg [mm]\n23.11.2026 10:00:00,000;0,5;45,2\n23.11.2026 10:00:00,010;0,6;45,3\n"
+                        "23.11.2026 10:00:00,020;0,7;#WERT!\n23.11.2026 10:00:00,030;0,8;45,5\n");
+  write_file_atomically(
+      folder / "whole_seconds",
+      "Zeit;u;y\n10:00:00;0,5;45,2\n10:00:00;0,6;45,3\n10:00:01;0,7;45,4\n10:00:01;0,8;45,5\n10:00:00;1;2\n");
+  write_file_atomically(folder / "days", "Time,u,y\n46349.41670000,1,2\n46349.41670012,2,3\n46349.41670023,3,4\n");
+  write_file_atomically(
+      folder / "labview",
+      "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\tOne\n***End_of_Header***\t\n\n"
+      "Channels\t2\nX_Dimension\tTime\tTime\nDelta_X\t0,001\t0,001\n***End_of_Header***\t\t\n"
+      "X_Value\tu\ty\tComment\n0,000\t1,5\t2\n0,001\t1,6\t3\n0,002\t1,7\t4\n");
 }
 
 void write_models(const path& folder) {
@@ -101,6 +130,7 @@ void write_configurations(const path& folder) {
                         head + "\"prms\", amplitude_V = 2.0, levels = 5, hold_s = 0.5, seed = 7 }\n" + rest);
   write_file_atomically(folder / "chirp.toml",
                         head + "\"chirp\", amplitude_V = 1, frequency_min_Hz = 0.1, frequency_max_Hz = 2 }\n" + rest);
+  write_file_atomically(folder / "controller.toml", eha::config::controller_text({}));
   write_file_atomically(folder / "step.toml", head + "\"step\", amplitude_V = 1, hold_s = 0.5 }\n" + rest);
 }
 

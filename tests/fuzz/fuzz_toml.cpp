@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The readers of rig and experiment files either refuse with ConfigError or return a configuration whose limits hold
-// and that a run's manifest can store.
+// The readers of rig, experiment and controller files either refuse with ConfigError or return a configuration whose
+// limits hold and that a run's manifest can store.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/controller_config.hpp"
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
@@ -75,7 +76,7 @@ void check_experiment(const ExperimentConfig& experiment, const RigConfig& rig) 
           "something is left after the discarded time");
   require(experiment.fit.decimation >= 1 && experiment.fit.split > 0.0 && experiment.fit.split <= 1.0,
           "the record is divided sanely");
-  require(!experiment.models.empty() && experiment.repetitions >= 1, "an experiment has models and repetitions");
+  require(experiment.repetitions >= 1, "an experiment has repetitions");
   if (experiment.duration_s / rig.realtime.sample_period_s > kMostTicks) return;
   Eigen::VectorXd table_V;
   try {
@@ -92,6 +93,14 @@ void check_experiment(const ExperimentConfig& experiment, const RigConfig& rig) 
       "no experiment widens the rig's limits");
 }
 
+/// A controller that is written reads back as the same file.
+void check_controller(const eha::config::ControllerConfig& controller) {
+  const std::string text = eha::config::controller_text(controller);
+  const auto again = accepted([](auto... of) { return eha::config::parse_controller(of...); }, text);
+  require(again.has_value(), "a written controller can be read:\n" + text);
+  require(eha::config::controller_text(*again) == text, "a written controller reads back as itself");
+}
+
 const RigConfig& shipped_rig() {
   static const RigConfig rig = eha::config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
   return rig;
@@ -104,6 +113,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto kind = accepted([](auto... of) { return eha::config::kind_of(of...); }, text);
   const auto rig = accepted([](auto... of) { return eha::config::parse_rig(of...); }, text);
   const auto experiment = accepted([](auto... of) { return eha::config::parse_experiment(of...); }, text);
+  const auto controller = accepted([](auto... of) { return eha::config::parse_controller(of...); }, text);
+  if (controller) check_controller(*controller);
   if (rig) {
     require(kind == FileKind::rig, "an accepted rig is known for one");
     require_places(*rig, text);
