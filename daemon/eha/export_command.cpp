@@ -78,8 +78,9 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
   if (is_folder(command.source)) {
     const auto model = record::is_run_folder(command.source) ? recommended_model(command.source) : std::nullopt;
     if (!model) {
-      throw UsageError(fmt::format("{} is no run that recommends a model; --format {} exports one: name its file",
-                                   command.source, format.name));
+      throw UsageError(
+          fmt::format("{} is no run that recommends a model, which --format {} exports; name one of {}/models/*.json",
+                      command.source, format.name, command.source));
     }
     command.source = model->string();
   }

@@ -22,15 +22,15 @@ namespace {
 constexpr double kMean_s = 0.05;
 constexpr double kExtremes = 5.0;  // standard deviations that the greatest of some 10^5 values of noise reaches
 
-/// Of a rod at rest, from differences of neighbours.
+/// Of a rod that rests or moves smoothly, from how far each reading is from the middle of its neighbours.
 double noise_of(const TrackRows& rows, std::size_t from) {
   double sum = 0.0;
   double count = 0.0;
-  for (std::size_t i = from + 1; i < rows.rod_in.size(); ++i) {
-    sum += std::pow(rows.rod_in[i] - rows.rod_in[i - 1], 2);
+  for (std::size_t i = from + 1; i + 1 < rows.rod_in.size(); ++i) {
+    sum += std::pow(rows.rod_in[i - 1] - 2.0 * rows.rod_in[i] + rows.rod_in[i + 1], 2);
     count += 1.0;
   }
-  return count > 0.0 ? std::sqrt(0.5 * sum / count) : 0.0;
+  return count > 0.0 ? std::sqrt(sum / (6.0 * count)) : 0.0;
 }
 
 /// Means of `width` values about each row; shorter at the ends.
@@ -152,7 +152,7 @@ TrackResult track_result(const std::filesystem::path& folder) {
     if (motion.part(i + 1) == ident::TrialMotion::Part::hold) hold = std::min(hold, i);
   }
   const ident::TrialFigures did = score.figures();
-  result.noise_in = noise_of(rows, hold);
+  result.noise_in = noise_of(rows, is_own ? 0 : hold);
   const double noise = result.noise_in / std::sqrt(static_cast<double>(width));
   const config::ControllerPromise& p = result.controller.promise;
   const auto rms = [&](double value) { return value - std::sqrt(std::max(0.0, value * value - noise * noise)); };
@@ -167,7 +167,9 @@ TrackResult track_result(const std::filesystem::path& folder) {
   result.valve = valve_of(rows, rod, c.settings.tick_s);
   result.mean_reference_in = reference;
   result.mean_rod_in = rod;
-  result.changes = changes_of(result.valve, c.settings.inverse, DisplayUnit("in"));
+  // Set points of one's own need not have the speeds that tell a valve.
+  result.shows_valve = !is_own;
+  if (result.shows_valve) result.changes = changes_of(result.valve, c.settings.inverse, DisplayUnit("in"));
   return result;
 }
 
@@ -202,8 +204,9 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
         unit.factor("in/s") * result.controller.settings.reference.velocity, unit.of("in/s"),
         unit.factor("in/s^2") * result.controller.settings.reference.acceleration, unit.of("in/s^2"));
   }
-  for (const std::string& change : changes_of(result.valve, result.controller.settings.inverse, unit))
-    text += fmt::format("The moving rod shows: {}.\n", change);
+  std::vector<std::string> changes;
+  if (result.shows_valve) changes = changes_of(result.valve, result.controller.settings.inverse, unit);
+  for (const std::string& change : changes) text += fmt::format("The moving rod shows: {}.\n", change);
   const std::string summary = kept_text(result);
   text += result.is_kept() ? fmt::format("{}: nothing breaks the promise; {}.\n", result.controller.name, summary)
                            : fmt::format(

@@ -19,6 +19,7 @@ namespace eha::ident {
 namespace {
 
 constexpr int kGridPoints = 160;
+constexpr double kBelowBand = 1.0 / 3.0;  // of the lowest usable frequency
 constexpr double kGridBelow = 1e-5;  // of the Nyquist frequency
 constexpr int kTries = 20;           // of a draw, for one that is a plant
 // A model file without a covariance.
@@ -173,6 +174,11 @@ AxisPlant axis_plant(const Model& model, const AxisTask& task) {
   plant.inverse.position /= factor;
   plant.inverse.velocity = 1.0;
   plant.inverse.acceleration /= factor;
+  // A pole far below the record's band: the record does not tell it from an integrator, nor how it is elsewhere in the
+  // travel. The feedback bears it.
+  if (std::abs(plant.inverse.position) < kBelowBand * 2.0 * std::numbers::pi * band_of(model).lowest_Hz) {
+    plant.inverse.position = 0.0;
+  }
   plant.order_at_zero = poles(g).order_at_zero;
   if (plant.order_at_zero > 1.5) refuse("it integrates more than once, which no valve and rod do");
   plant.rest = model.initial_output;

@@ -170,7 +170,7 @@ TEST(SampledFeedback, IsWhatTheControllerDoes) {
     s.command_min = -1e6;
     s.command_max = 1e6;
     s.most_speed = 1e6;
-    s.slew_per_s = 1e12;
+    s.slew_per_s = 1e9;
     const AxisCoefficients c = coefficients(s);
     AxisController controller(c);
     controller.start(3.0, 0.0);
