@@ -57,11 +57,11 @@ std::string report_of_run(const std::filesystem::path& folder, const std::string
 
 std::optional<fs::path> recommended_model(const fs::path& folder) {
   const nlohmann::ordered_json other = record::read_manifest(folder).other;
-  const std::string name =
-      other.value(nlohmann::ordered_json::json_pointer("/identification/recommendation/model"), std::string());
-  const fs::path file = folder / record::kModelsFolder / (name + ".json");
+  const nlohmann::ordered_json::json_pointer place("/identification/recommendation/model");
+  if (!other.contains(place) || !other.at(place).is_string()) return std::nullopt;  // null: none is recommended
+  const fs::path file = folder / record::kModelsFolder / (other.at(place).get<std::string>() + ".json");
   std::error_code ignored;
-  if (name.empty() || !fs::is_regular_file(file, ignored)) return std::nullopt;
+  if (!fs::is_regular_file(file, ignored)) return std::nullopt;
   return file;
 }
 

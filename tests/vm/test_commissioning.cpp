@@ -199,9 +199,18 @@ TEST(Commissioning, StopsWhereTheRodStandsBeyondALimit) {
   const Board board("pci1716_card", kRod);
   place(board, 4.2);
   EhaRun run({"goto", "3in", "--rig", patient_pci1716_rig({}, {{"travel_max_in", "4.0"}})});
-  EXPECT_EQ(run.process().wait(), 11) << run.process().output();
-  EXPECT_TRUE(has(run.process().output(), "move it back by hand")) << run.process().output();
-  EXPECT_NEAR(true_place_in(board), 4.2, 0.05);
+  EXPECT_EQ(run.process().wait(), 2) << run.process().output();
+  EXPECT_TRUE(has(run.process().output(), "--way-back")) << run.process().output();
+  EXPECT_NEAR(true_place_in(board), 4.2, 1e-3);
+  expect_safe();
+}
+
+TEST(Commissioning, BringsARodInwardThatStandsBeyondALimit) {
+  const Board board("pci1716_card", kRod);
+  place(board, 4.2);
+  EhaRun run({"goto", "3.5in", "--way-back", "--rig", patient_pci1716_rig({}, {{"travel_max_in", "4.0"}})});
+  EXPECT_EQ(run.process().wait(), 0) << run.process().output();
+  EXPECT_NEAR(true_place_in(board), 3.5, 0.04);
   expect_safe();
 }
 
