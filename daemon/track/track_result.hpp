@@ -58,7 +58,7 @@ struct TrackResult {
   std::vector<double> mean_rod_in;        ///< the same
   double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from set points of one's own
   SeenValve valve;
-  bool shows_valve = true;  ///< the trial has the speeds that tell it
+  bool shows_valve = true;                      ///< the trial has the speeds that tell it
   std::vector<std::string> changes;             ///< of the valve against the controller's, a phrase each
   [[nodiscard]] bool is_kept() const noexcept;  ///< no figure is broken
 };

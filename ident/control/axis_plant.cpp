@@ -20,8 +20,8 @@ namespace {
 
 constexpr int kGridPoints = 160;
 constexpr double kBelowBand = 1.0 / 3.0;  // of the lowest usable frequency
-constexpr double kGridBelow = 1e-5;  // of the Nyquist frequency
-constexpr int kTries = 20;           // of a draw, for one that is a plant
+constexpr double kGridBelow = 1e-5;       // of the Nyquist frequency
+constexpr int kTries = 20;                // of a draw, for one that is a plant
 // A model file without a covariance.
 constexpr double kAssumedGainStd = 0.05;
 constexpr double kAssumedLagStd = 0.1;

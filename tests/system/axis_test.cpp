@@ -182,8 +182,8 @@ TEST_F(Axis, EndsWithoutATuneLineWhereNoModelIsRecommended) {
   strict.replace(strict.find("structure = \"integrator_lag\"\ninput_map = \"valve\""), std::string::npos,
                  "structure = \"io\"\npoles = 4\n[acceptance]\nmin_validation_r2_percent = 99.9999999\n");
   folder_->write("strict.toml", strict);
-  const Ended run = run_eha({"run", "strict.toml", "--local", "--fast", "--rig", "rig.toml", "-o", "strict_runs"},
-                            folder_->path());
+  const Ended run =
+      run_eha({"run", "strict.toml", "--local", "--fast", "--rig", "rig.toml", "-o", "strict_runs"}, folder_->path());
   EXPECT_EQ(run.code, 3) << run.out << run.err;
   EXPECT_EQ(run.err.find("internal error"), std::string::npos) << run.err;
   EXPECT_EQ(next_of(run, "tune"), "") << run.out;
