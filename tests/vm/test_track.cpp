@@ -112,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(OfTheStandInCard, TrackWith,
                                            Event{"AReversedSensor", {{"ai_slope_percent", -100}}, 0, 2.0},
                                            Event{"AHalvedSlope", {{"ai_slope_percent", 50}}, 0, 4.0},
                                            Event{"AnOpenWire", {{"ai_open_mV", 10000}, {"ai_open", 1}}, 0, 0.2}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace eha::test
