@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/record/csv_field.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 #include "daemon/tune/controller_page.hpp"
@@ -23,15 +24,13 @@ namespace {
 constexpr std::size_t kCells = 9;
 using Row = std::array<std::string, kCells>;
 
-/// A cell as spreadsheets take it: quoted where it holds a comma; a name that would be a formula is none.
+/// A cell as spreadsheets take it: a name that would be a formula is none.
 std::string cell(std::string text) {
   double number = 0.0;
   const char* end = text.data() + text.size();
   const bool is_number = std::from_chars(text.data(), end, number).ptr == end;
   if (!is_number && text.find_first_of("=+-@") == 0) text.insert(0, 1, '\'');
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
-  return '"' + text + '"';
+  return record::csv_field(text);
 }
 
 /// Settings that belong to the valve.

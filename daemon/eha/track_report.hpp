@@ -11,7 +11,7 @@
 
 namespace eha::cli {
 
-/// Whether track.json and track.csv are written into the run folder, or are there already.
+/// Whether track.json, track.csv, axis_table.csv and report.html are written into the run folder, or are there already.
 enum class TrackFiles { write, keep };
 
 /// Prints what a completed run of [track] shows beside the controller's promise.
