@@ -158,6 +158,10 @@ void read_motion(Section& root, ExperimentConfig& experiment) {
     section->finish();
     experiment.start_in = start_in;
   }
+  if (auto section = root.section("precision", Need::optional)) {
+    section->number("gain_percent", experiment.precision.emplace().gain_percent, Range::above(0.0));
+    section->finish();
+  }
   if (auto section = root.section("hold", Need::optional)) {
     experiment.hold.emplace();
     section->number("gain_V_per_in", experiment.hold->gain_V_per_in, Range::above(0.0));
@@ -177,14 +181,14 @@ ExperimentConfig read_experiment(Document& document) {
     experiment.duration_s = ident::kSheetDuration_s;
     experiment.fit.discard_s = 0.0;
     experiment.fit.decimation = kSheetDecimation;
-    for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "model"}) {
+    for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "precision", "model"}) {
       root.forbid(key, "[characterise], which plays what the valve sheet needs");
     }
   } else if (auto tracked = root.section("track", Need::optional)) {
     read_track(*tracked, experiment, document);
     experiment.fit.discard_s = 0.0;
     experiment.fit.decimation = kSheetDecimation;
-    for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "model"}) {
+    for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "precision", "model"}) {
       root.forbid(key, "[track], which plays the trial of a controller");
     }
   } else {
@@ -195,7 +199,9 @@ ExperimentConfig read_experiment(Document& document) {
   if (experiment.characterises || document.positions.contains("track")) {
     // Nothing more is asked for.
   } else if (experiment.place_in) {
-    for (const char* key : {"excitation", "start", "hold", "model"}) root.forbid(key, "[place], which plays nothing");
+    for (const char* key : {"excitation", "start", "hold", "precision", "model"}) {
+      root.forbid(key, "[place], which plays nothing");
+    }
     experiment.fit.discard_s = 0.0;
   } else if (auto section = root.section("excitation")) {
     read_excitation(*section, experiment.excitation, document);
@@ -207,6 +213,10 @@ ExperimentConfig read_experiment(Document& document) {
   read_acceptance(root, experiment.acceptance);
   root.finish();
   check_models(experiment.models, experiment.fit.procedure, document);
+  if (experiment.precision && experiment.repetitions < 2 && document.issues.clean("repetitions")) {
+    add_fault(document, "repetitions", "2 or more with [precision], which ends the run after one of them",
+              fmt::format("{}", experiment.repetitions));
+  }
   if (document.issues.clean("duration_s") && document.issues.clean("record.discard_s") &&
       experiment.fit.discard_s >= experiment.duration_s) {
     add_fault(document, "record.discard_s", fmt::format("less than duration_s = {}", experiment.duration_s),

@@ -24,6 +24,13 @@ struct Hold {
   std::optional<double> gain_V_per_in = {};  ///< volts for each inch off the prediction; none: hold_gains().usual
 };
 
+/// Ends the run early: `[precision]`.
+struct Precision {
+  /// Of the gain K of integrator_lag behind the valve's map, fitted to the rows so far: half of its 95 % interval, of
+  /// its value [%].
+  double gain_percent = 0.0;
+};
+
 /// Plays a controller's trial: `[track]`.
 struct Track {
   ControllerConfig controller;
@@ -40,6 +47,7 @@ struct ExperimentConfig {
   std::optional<Track> track = {};      ///< [track]: plays the trial of a controller, in closed loop
   std::optional<double> start_in = {};  ///< [start]: where the rod is moved first [in]
   std::optional<Hold> hold = {};        ///< [hold]
+  std::optional<Precision> precision = {};  ///< [precision]: ends the run after the repetition that reaches it
   double duration_s = 0.0;              ///< of one repetition [s]
   int repetitions = 1;
   ident::FitOptions fit;  ///< decimation, discarded time, split, procedure, seed

@@ -161,6 +161,7 @@ std::string_view to_text(Outcome outcome) noexcept { return name_in(kOutcomes, o
 ExitCode exit_code(const RunReport& report) noexcept {
   switch (report.outcome) {
     case Outcome::completed:
+    case Outcome::precise_enough:
     case Outcome::recovered:
       return ExitCode::ok;
     case Outcome::interrupted:

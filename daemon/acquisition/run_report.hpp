@@ -16,14 +16,28 @@
 
 namespace eha::acquisition {
 
-/// How a run ended. Only `completed` runs are fitted without being asked.
-enum class Outcome : std::uint8_t { completed, interrupted, faulted, deadline, write_failed, recovered };
-inline constexpr EnumNames<Outcome, 6> kOutcomes{{{"completed", Outcome::completed},
+/// How a run ended. Only a run that is_whole() is fitted without being asked.
+enum class Outcome : std::uint8_t {
+  completed,
+  precise_enough,  ///< early, after a repetition, as its experiment wants it
+  interrupted,
+  faulted,
+  deadline,
+  write_failed,
+  recovered
+};
+inline constexpr EnumNames<Outcome, 7> kOutcomes{{{"completed", Outcome::completed},
+                                                  {"precise_enough", Outcome::precise_enough},
                                                   {"interrupted", Outcome::interrupted},
                                                   {"faulted", Outcome::faulted},
                                                   {"deadline", Outcome::deadline},
                                                   {"write_failed", Outcome::write_failed},
                                                   {"recovered", Outcome::recovered}}};
+
+/// Whether a run played what it was to play.
+[[nodiscard]] constexpr bool is_whole(Outcome outcome) noexcept {
+  return outcome == Outcome::completed || outcome == Outcome::precise_enough;
+}
 
 /// The first fault of a run.
 struct FaultReport {

@@ -30,6 +30,7 @@ void add_doctor(CLI::App& app, ParsedLine& line);
 void add_latency(CLI::App& app, ParsedLine& line);
 void add_tune(CLI::App& app, ParsedLine& line);
 void add_track(CLI::App& app, ParsedLine& line);
+void add_commission(CLI::App& app, ParsedLine& line);
 void add_study(CLI::App& app, ParsedLine& line);
 void add_completion(CLI::App& app, ParsedLine& line);
 void add_read(CLI::App& app, ParsedLine& line);
@@ -58,6 +59,7 @@ inline constexpr std::array kCommands{add_run,
                                       add_latency,
                                       add_tune,
                                       add_track,
+                                      add_commission,
                                       add_study,
                                       add_completion,
                                       add_read,

@@ -156,6 +156,17 @@ void add_design(CLI::App& app, ParsedLine& line) {
       ->needs(band)
       ->excludes(odd_random)
       ->check(CLI::Range(2, 500).description(""));
+  sub->add_option("--repetitions", design.repetitions,
+                  "With --band: play the period so often, each a repetition (default three periods as one)")
+      ->type_name("N")
+      ->needs(band)
+      ->excludes(odd_random)
+      ->check(CLI::Range(2, 1000).description(""));
+  sub->add_option("--precision", design.precision_percent,
+                  "With --band and --repetitions: end the run once the gain's 95 % interval is +- this [%]")
+      ->type_name("PERCENT")
+      ->needs("--repetitions")
+      ->check(finite_number("a positive number", [](double x) { return x > 0.0; }));
   sub->add_option("--period", design.period_s, "Period of the tones, 1 to 1000 s (default 20); 1/period is their grid")
       ->type_name("SECONDS")
       ->needs(band)

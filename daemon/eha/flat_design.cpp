@@ -23,7 +23,8 @@
 namespace eha::cli {
 namespace {
 
-constexpr int kPeriods = 3;  ///< the first of which is discarded
+constexpr int kPeriods = 3;            ///< without repetitions; the first is discarded
+constexpr double kDiscardShare = 0.2;  ///< of the first repetition
 
 /// Harmonics of 1 / period, spread evenly over the logarithm of the band, each once.
 std::vector<std::size_t> spread_harmonics(double low_Hz, double high_Hz, double period_s, int tones) {
@@ -88,17 +89,23 @@ std::string band_experiment_text(const DesignCommand& command, const config::Rig
   std::string text = fmt::format(
       "# Made by `eha design --band {:g}:{:g} --tones {} --period {:g}` for \"{}\".\n# {}\nschema = 1\nname = "
       "\"band\"\n"
-      "duration_s = {:.3f}\n\n[start]\ndisplacement_in = {:.3f}\n\n[hold]\n\n[excitation]\nkind = \"multisine\"\n"
+      "duration_s = {:.3f}\n{}\n[start]\ndisplacement_in = {:.3f}\n\n[hold]\n\n[excitation]\nkind = \"multisine\"\n"
       "offset_V = {:.3f}\ntones = [\n",
-      command.band->lowest_Hz, command.band->highest_Hz, command.tones, period_s, rig.name, remark, kPeriods * period_s,
-      middle_in, rig.limits.following->null_V);
+      command.band->lowest_Hz, command.band->highest_Hz, command.tones, period_s, rig.name, remark,
+      command.repetitions ? period_s : kPeriods * period_s,
+      command.repetitions ? fmt::format("repetitions = {}\n", *command.repetitions) : "", middle_in, rig.limits.following->null_V);
   for (std::size_t k = 0; k < harmonics.size(); ++k) {
     text +=
         fmt::format("  {{ frequency_Hz = {:.6f}, amplitude_V = {:.4f}, phase_rad = {:.4f} }},\n",
                     static_cast<double>(harmonics[k]) / period_s, amplitude_V, phase_rad[static_cast<Eigen::Index>(k)]);
   }
   const int decimation = compared_ticks(static_cast<double>(harmonics.back()) / period_s, rig.realtime.sample_period_s);
-  return text + fmt::format("]\n\n[record]\ndiscard_s = {:.3f}\ndecimation = {}\n", period_s, decimation);
+  text += fmt::format("]\n\n[record]\ndiscard_s = {:.3f}\ndecimation = {}\n", command.repetitions ? kDiscardShare * period_s : period_s, decimation);
+  if (command.precision_percent) {
+    text += fmt::format("\n[precision]  # ends the run after the repetition that reaches it\ngain_percent = {:g}\n",
+                        *command.precision_percent);
+  }
+  return text;
 }
 
 }  // namespace

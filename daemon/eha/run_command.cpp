@@ -32,6 +32,7 @@
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/play/play.hpp"
+#include "daemon/precision/precision_watch.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/rig/arming.hpp"
@@ -89,14 +90,21 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();
+  const fs::path folder = record::create_run_folder(command.output, experiment.config.name);
+  const auto early_end =
+      precision::watch_of(experiment.config, rig_config, folder, [&console](const std::string& sentence) {
+        console.end_progress();
+        console.info(sentence);
+      });
   const play::PlayRequest request{
       .rig = rig_config,
       .experiment = experiment.config,
       .table_V = {experiment.table_V.data(), static_cast<std::size_t>(experiment.table_V.size())},
       .predicted_in = {experiment.predicted_in.data(), static_cast<std::size_t>(experiment.predicted_in.size())},
-      .folder = record::create_run_folder(command.output, experiment.config.name),
+      .folder = folder,
       .time_base = command.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse,
+      .early_end = early_end.get(),
       .page = &local.page(),
       .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); }};
   const DisplayUnit unit = console.unit(rig_config.units);
@@ -133,7 +141,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
 /// Reports a run that did not complete or lost its guard: the cause, and the kept record.
 ExitCode report_incomplete(const Acquired& acquired, bool characterises, const DisplayUnit& unit, Console& console) {
   const play::FinishedRun& run = acquired.run;
-  if (run.report.outcome != acquisition::Outcome::completed) console.error(acquisition::describe(run.report, unit));
+  if (!acquisition::is_whole(run.report.outcome)) console.error(acquisition::describe(run.report, unit));
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
   using acquisition::Fault;
@@ -158,7 +166,7 @@ ExitCode report_incomplete(const Acquired& acquired, bool characterises, const D
         "discarded time)",
         folder, folder));
   }
-  const bool is_guards_fault = !acquired.was_guarded && (run.report.outcome == acquisition::Outcome::completed ||
+  const bool is_guards_fault = !acquired.was_guarded && (acquisition::is_whole(run.report.outcome) ||
                                                          run.report.outcome == acquisition::Outcome::interrupted);
   const ExitCode code = is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report);
   console.print_json({{"schema", "eha-run/1"},
@@ -194,7 +202,7 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   const DisplayUnit unit = console.unit(source.units);
   write_report(folder, unit, written, console);
   print_identification(identification, written,
-                       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, unit, console);
+                       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", acquisition::to_text(source.outcome)}}, unit, console);
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
@@ -236,7 +244,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   const Acquired acquired = acquire(command, rig, planned, console);
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
-  if (run.report.outcome != acquisition::Outcome::completed || !acquired.was_guarded) {
+  if (!acquisition::is_whole(run.report.outcome) || !acquired.was_guarded) {
     return {report_incomplete(acquired, experiment.characterises, console.unit(rig.units), console), false};
   }
   if (experiment.characterises) {

@@ -64,6 +64,12 @@ record::Purpose purpose_of(const std::string& folder, const Console& console) {
   }
 }
 
+/// Whether the following runs may start: this one completed, with or without an accepted model.
+bool has_completed(const Json& entry) {
+  const auto outcome = value_in(acquisition::kOutcomes, entry.value("outcome", ""));
+  return outcome && acquisition::is_whole(*outcome);
+}
+
 /// @param rig  as the service's status has it
 ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, const Console& console) {
   const std::string units = rig.value("units", "");
@@ -81,7 +87,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   if (purpose == record::Purpose::tracking) return show_track(folder, TrackFiles::keep, console);
   if (code != ExitCode::ok && !note.empty()) console.error(note);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
-  if (!folder.empty() && entry.value("outcome", "") != "completed") {
+  if (!folder.empty() && !has_completed(entry)) {
     // A placing and a characterisation, whose text is the command's own, have nothing to fit.
     console.info(command.text ? fmt::format("the partial record is in {}", folder)
                               : fmt::format("the partial record is in {}; `eha fit {}` fits it", folder, folder));
@@ -174,9 +180,6 @@ ExitCode leave(const Json& entries, const RunCommand& command, const Console& co
   console.next_step(is_held ? through(command.socket, "eha arm") : through(command.socket, "eha status --watch"));
   return ExitCode::ok;
 }
-
-/// Whether the following runs may start: this one completed, with or without an accepted model.
-bool has_completed(const Json& entry) { return entry.value("outcome", "") == "completed"; }
 
 }  // namespace
 

@@ -15,9 +15,9 @@ using acquisition::State;
 
 constexpr std::array kMetricStates{State::faulted, State::idle,     State::armed,    State::ramp_in,
                                    State::running, State::ramp_out, State::safe_stop};
-constexpr std::array<Outcome, Totals::kOutcomes> kAllOutcomes{Outcome::completed,    Outcome::interrupted,
-                                                              Outcome::faulted,      Outcome::deadline,
-                                                              Outcome::write_failed, Outcome::recovered};
+constexpr std::array<Outcome, Totals::kOutcomes> kAllOutcomes{
+    Outcome::completed, Outcome::precise_enough, Outcome::interrupted, Outcome::faulted,
+    Outcome::deadline,  Outcome::write_failed,   Outcome::recovered};
 
 class Text {
  public:

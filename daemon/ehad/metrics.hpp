@@ -14,7 +14,7 @@ namespace eha::service {
 
 /// Sums over the runs since the service started.
 struct Totals {
-  static constexpr std::size_t kOutcomes = 6;  ///< of acquisition::Outcome
+  static constexpr std::size_t kOutcomes = 7;  ///< of acquisition::Outcome
 
   std::uint64_t ticks = 0;
   std::uint64_t late = 0;

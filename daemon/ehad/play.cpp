@@ -3,7 +3,10 @@
 
 #include <optional>
 
+#include <spdlog/spdlog.h>
+
 #include "config/prepared_experiment.hpp"
+#include "daemon/precision/precision_watch.hpp"
 
 namespace eha::service {
 
@@ -13,6 +16,9 @@ play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, 
   const config::PreparedExperiment prepared = config::parse_prepared_experiment(entry.experiment, entry.file, config);
   std::optional<OwnedRig> simulated;
   OwnedRig& rig = card != nullptr ? *card : simulated.emplace(config, snapshot);
+  const auto early_end = precision::watch_of(prepared.config, config, folder, [&entry](const std::string& sentence) {
+    spdlog::info("experiment {}: {}", entry.id, sentence);
+  });
   const play::PlayRequest request{
       .rig = config,
       .experiment = prepared.config,
@@ -21,6 +27,7 @@ play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, 
       .folder = folder,
       .time_base = entry.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = non_realtime,
+      .early_end = early_end.get(),
       .watch = &watch,
       .page = &rig.page(),
       .share_journal = [&rig](const os::FileDescriptor& journal) { rig.hold(journal); }};

@@ -39,7 +39,8 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
       entry.note = fmt::format("ehad ended during this run, and the run cannot be read: {}", error.what());
     }
   }
-  if (entry.outcome == acquisition::to_text(acquisition::Outcome::completed)) {
+  if (entry.outcome == acquisition::to_text(acquisition::Outcome::completed) ||
+      entry.outcome == acquisition::to_text(acquisition::Outcome::precise_enough)) {
     // The run had ended by itself; only its queue entry was not saved.
     entry.state = only_places(entry) ? EntryState::over : EntryState::fitting;
     entry.exit_code = 0;

@@ -85,11 +85,11 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     entry.placed_in = run.displacement_in;
     rig_.rod_is_at(run.displacement_in);
   }
-  if (outcome == Outcome::completed && run.only_placed) {
+  if (acquisition::is_whole(outcome) && run.only_placed) {
     spdlog::info("experiment {}: the rod is at {:.3f} in", entry.id, run.displacement_in);
     close_entry(entry, ExitCode::ok);
-  } else if (outcome == Outcome::completed) {
-    spdlog::info("experiment {}: completed; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id,
+  } else if (acquisition::is_whole(outcome)) {
+    spdlog::info("experiment {}: {}; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id, entry.outcome,
                  run.report.counters.late, run.report.counters.skipped, run.report.counters.ticks,
                  static_cast<double>(run.report.latency.maximum_ns()) * 1e-3);
     entry.state = EntryState::fitting;
@@ -101,12 +101,12 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     close_entry(entry, is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report));
   }
   lease_.renew(Clock::now());
-  if (outcome == Outcome::completed && !was_stopped && !is_unguarded && !shutting_down_ && rig_.rearm()) {
+  if (acquisition::is_whole(outcome) && !was_stopped && !is_unguarded && !shutting_down_ && rig_.rearm()) {
     start_next();
   } else {
     // After a stop or a fault the next experiment must not move the rig by itself.
     disarm_rig(fmt::format("experiment {}: {}", entry.id,
-                           outcome == Outcome::completed ? "stopped at its end" : entry.outcome),
+                           acquisition::is_whole(outcome) ? "stopped at its end" : entry.outcome),
                LeaseFate::kept);
   }
 }

@@ -76,7 +76,13 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
                     "with a record",
                     name));
   }
-  record::LoadedRun run = record::read_run(name);
+  record::LoadedRun run =
+      record::read_run(name, options.to_s ? record::StillGoing::read : record::StillGoing::refuse);
+  const double recorded_s = run.record.step_s * static_cast<double>(run.record.input.size());
+  if (!run.manifest.outcome && recorded_s < *options.to_s) {
+    throw DataError(fmt::format("{}: the run is still going, and its rows so far end at {:.4g} s, before --to {:.4g}",
+                                name, recorded_s, *options.to_s));
+  }
   source.record = std::move(run.record);
   source.run_folder = std::move(run.folder);
   source.rig_text = std::move(run.rig_text);
@@ -99,7 +105,7 @@ double interpolated_percent(const Source& source) {
 
 std::vector<std::string> warnings(const Source& source) {
   std::vector<std::string> sentences;
-  if (source.outcome != acquisition::Outcome::completed) {
+  if (!acquisition::is_whole(source.outcome)) {
     sentences.push_back(fmt::format("{} did not complete ({}); the fit uses the partial record", source.name,
                                     acquisition::to_text(source.outcome)));
   }

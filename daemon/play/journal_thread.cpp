@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <pthread.h>
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -91,6 +92,9 @@ void JournalThread::show(std::size_t count) {
 void JournalThread::write(std::size_t count) {
   try {
     if (count > 0) journal_.append({batch_.data(), count});
+    for (std::size_t i = 0; i < count; ++i) played_ += batch_[i].state == acquisition::State::running ? 1U : 0U;
+    // The last rows may wait for their block to be full.
+    watch_.journal_rows.store(played_ - std::min(played_, journal_.pending()), std::memory_order_release);
     // A run in virtual time can be repeated, so it is synchronised to the disk once, at its end.
     const auto now = std::chrono::steady_clock::now();
     if (time_base_ == TimeBase::monotonic && now - synchronised_ >= kSynchronise) {

@@ -65,6 +65,7 @@ class JournalThread {
   std::vector<acquisition::TickRecord> batch_;
   std::chrono::steady_clock::time_point synchronised_ = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
+  std::uint64_t played_ = 0;  ///< rows of the experiment that were appended
   bool journal_is_sound_ = true;
   std::string error_;
   std::atomic<bool> loop_ended_{false};

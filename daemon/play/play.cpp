@@ -123,13 +123,22 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   JournalThread writer(*queue, journal, folder, request.time_base, run.watch);
   const bool is_real_time = request.time_base == TimeBase::monotonic;
   const delays::Counters before = is_real_time ? delays::read_counters("/") : delays::Counters{};
-  std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
-    const std::unique_ptr<acquisition::CommandSource> source = make_source(request);
-    return acquisition::run(run.rig, run.machine, *source, request.rig.limits, request.rig.realtime,
+  const auto play_source = [&](acquisition::CommandSource& source) {
+    return acquisition::run(run.rig, run.machine, source, request.rig.limits, request.rig.realtime,
                             request.non_realtime, *clock, *queue, run.stop, run.watch.board, request.page);
+  };
+  std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
+    if (request.early_end == nullptr) return play_source(*make_source(request));
+    EarlyEndSource source(make_source(request), *request.early_end, request.time_base);
+    acquisition::RunReport report = play_source(source);
+    if (report.outcome == Outcome::completed && source.ended_early()) report.outcome = Outcome::precise_enough;
+    return report;
   });
   while (loop.wait_for(kProgressInterval) != std::future_status::ready) {
     display.show();
+    if (request.early_end != nullptr) {
+      request.early_end->note(static_cast<int>(run.watch.journal_rows.load() / request.table_V.size()));
+    }
     if (writer.hangs()) queue->report_writer_failure();
   }
   FinishedRun finished{.folder = request.folder,
@@ -161,7 +170,7 @@ void write_files(FinishedRun& finished, record::JournalWriter* journal, record::
   if (journal != nullptr) attempt([&] { journal->finish(record::describe_end(finished.report)); });
   attempt([&] { record::write_files_from_journal(finished.folder); });
   Outcome& outcome = finished.report.outcome;
-  if (!finished.write_error.empty() && (outcome == Outcome::completed || outcome == Outcome::interrupted)) {
+  if (!finished.write_error.empty() && (acquisition::is_whole(outcome) || outcome == Outcome::interrupted)) {
     outcome = Outcome::write_failed;
   }
   manifest.files.clear();
@@ -170,7 +179,7 @@ void write_files(FinishedRun& finished, record::JournalWriter* journal, record::
     manifest.other["report"]["delays"].push_back(delays::to_json(delay));
   }
   attempt([&] { record::write_manifest(finished.folder, manifest); });
-  if (!finished.write_error.empty() && outcome == Outcome::completed) outcome = Outcome::write_failed;
+  if (!finished.write_error.empty() && acquisition::is_whole(outcome)) outcome = Outcome::write_failed;
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/acquisition/stop_request.hpp"
 #include "daemon/delays/delays.hpp"
+#include "daemon/play/early_end.hpp"
 #include "daemon/play/run_watch.hpp"
 #include "hal/rig.hpp"
 
@@ -31,6 +32,7 @@ struct PlayRequest {
   std::filesystem::path folder;               ///< made by record::create_run_folder
   acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
   acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
+  EarlyEnd* early_end = nullptr;  ///< none: every repetition is played
   RunWatch* watch = nullptr;  ///< none: nobody watches the run
   GuardPage* page = nullptr;  ///< shared with the rig's guard; none: a killed process costs up to 0.2 s of the record
   /// Gives the guard the journal, whose lock it shares; called once, before the rig is driven.

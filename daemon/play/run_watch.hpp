@@ -20,6 +20,7 @@ struct RunWatch {
   acquisition::StatusBoard board;
   std::atomic<Phase> phase{Phase::preparing};
   std::atomic<std::uint64_t> writer_turns{0};  ///< grows unless the writer hangs in a call on the disk
+  std::atomic<std::uint64_t> journal_rows{0};  ///< of the experiment, in the journal
   SampleStream* samples = nullptr;             ///< gets the run's samples; must outlive the run; none: nobody follows
 };
 

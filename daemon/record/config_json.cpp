@@ -141,6 +141,7 @@ Json to_json(const config::ExperimentConfig& experiment) {
           {"track", experiment.track ? Json(experiment.track->controller.name) : Json(nullptr)},
           {"start_in", experiment.start_in ? Json(*experiment.start_in) : Json(nullptr)},
           {"hold", std::move(hold)},
+          {"precision", experiment.precision ? Json{{"gain_percent", experiment.precision->gain_percent}} : Json(nullptr)},
           {"duration_s", experiment.duration_s},
           {"repetitions", experiment.repetitions},
           {"record",

@@ -53,6 +53,8 @@ class JournalWriter {
   void finish(const nlohmann::ordered_json& end);
 
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
+  /// Rows that wait for their block to be full.
+  [[nodiscard]] std::uint64_t pending() const noexcept { return pending_.size(); }
   /// Open for reading and writing.
   [[nodiscard]] const os::FileDescriptor& file() const noexcept { return file_; }
 

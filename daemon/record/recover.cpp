@@ -35,7 +35,7 @@ bool is_complete(const std::filesystem::path& folder, const std::optional<Manife
 Outcome outcome_of(const JournalFacts& facts, const Manifest& manifest, const std::string& source) {
   const Outcome outcome = facts.end ? outcome_from_text(facts.end->value("outcome", ""), source)
                                     : manifest.outcome.value_or(Outcome::recovered);
-  return outcome == Outcome::completed && !facts.gaps.empty() ? Outcome::recovered : outcome;
+  return acquisition::is_whole(outcome) && !facts.gaps.empty() ? Outcome::recovered : outcome;
 }
 
 void count_rows(Recovery& recovery, const JournalFacts& facts) {

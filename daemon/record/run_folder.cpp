@@ -46,6 +46,7 @@ std::filesystem::path resolve(const std::filesystem::path& folder) {
 }
 
 void require_unchanged(const std::filesystem::path& path, const Manifest& manifest) {
+  if (!manifest.outcome) return;  // The journal of a run that is still going grows.
   for (const FileEntry& entry : manifest.files) {
     if (entry.path != path.filename().string()) continue;
     if (entry.sha256 == sha256_of_file(path)) return;
@@ -98,15 +99,18 @@ bool is_run_folder(const std::filesystem::path& path) {
                                                     : std::filesystem::is_regular_file(path / kJournalFile, ignored);
 }
 
-LoadedRun read_run(const std::filesystem::path& folder) {
+LoadedRun read_run(const std::filesystem::path& folder, StillGoing still_going) {
   LoadedRun run;
   run.folder = resolve(folder);
   run.manifest = read_manifest(run.folder);
-  if (!run.manifest.outcome) {
+  const bool is_read_so_far = !run.manifest.outcome && still_going == StillGoing::read &&
+                              std::filesystem::exists(run.folder / kJournalFile) &&
+                              is_being_written(run.folder / kJournalFile);
+  if (!run.manifest.outcome && !is_read_so_far) {
     throw DataError(run.folder.string() +
                     ": the run is still going, or its process died; in the second case: eha runs recover");
   }
-  run.outcome = *run.manifest.outcome;
+  run.outcome = run.manifest.outcome.value_or(acquisition::Outcome::completed);
   RunHeader header = read_run_header(run.manifest.other, (run.folder / kManifestFile).string());
   run.record.step_s = header.sample_period_s;
   run.samples_per_repetition = header.samples_per_repetition;

@@ -44,10 +44,16 @@ struct LoadedRun {
 /// Whether a path is a folder that holds a manifest or a journal.
 [[nodiscard]] bool is_run_folder(const std::filesystem::path& path);
 
+/// What becomes of a run that another process is still recording.
+enum class StillGoing {
+  refuse,
+  read,  ///< its rows so far, as those of a run that completed
+};
+
 /// Reads a run back from raw.h5, or from the journal if there is no raw.h5. A folder's `latest` link may be given.
 /// @throws DataError  a file was changed since the run (SHA-256), is damaged, or holds no experiment row
 /// @throws IoError, PermissionError  a file is missing or cannot be read
-[[nodiscard]] LoadedRun read_run(const std::filesystem::path& folder);
+[[nodiscard]] LoadedRun read_run(const std::filesystem::path& folder, StillGoing still_going = StillGoing::refuse);
 
 /// Every row as recorded, ramps included, from the same files with the same errors.
 [[nodiscard]] std::vector<acquisition::TickRecord> read_ticks(const std::filesystem::path& folder);

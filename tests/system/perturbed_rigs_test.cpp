@@ -5,9 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <stdexcept>
 #include <string>
 
+#include "tests/system/drawn_rigs.hpp"
 #include "tests/system/program.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -18,14 +18,6 @@ using nlohmann::json;
 
 double between(double low, double high, std::mt19937_64& draw) {
   return low + (high - low) * static_cast<double>(draw() >> 11) * 0x1p-53;
-}
-
-/// The text with the value of a key replaced, and what follows it on the line.
-std::string with_value(std::string text, const std::string& key, double value) {
-  const std::size_t at = text.find("\n" + key + " = ");
-  if (at == std::string::npos) throw std::runtime_error("sim.toml has no " + key);
-  const std::size_t end = text.find('\n', at + 1);
-  return text.replace(at + 1, end - at - 1, fmt::format("{} = {:.6f}", key, value));
 }
 
 class PerturbedRig : public testing::TestWithParam<int> {};

@@ -50,7 +50,7 @@ function reportLink(run) {
 }
 
 function tag(run) {
-  const isPlain = run.outcome === 'completed' || run.outcome === kInProgress;
+  const isPlain = ['completed', 'precise_enough'].includes(run.outcome) || run.outcome === kInProgress;
   return make('span', { class: `tag ${isPlain ? '' : 'not-completed'}` }, run.outcome);
 }
 

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/display_unit.hpp"
+
+namespace eha::cli {
+
+/// What a commissioning has done so far: a folder with `commission.json`, which is written after each step.
+class CommissionState {
+ public:
+  /// Reads the folder's file, or begins anew. @throws IoError, PermissionError, DataError  it is damaged
+  explicit CommissionState(std::filesystem::path folder);
+
+  [[nodiscard]] const std::filesystem::path& folder() const noexcept { return folder_; }
+  [[nodiscard]] std::filesystem::path file(const std::string& name) const { return folder_ / name; }
+
+  [[nodiscard]] bool has(const std::string& step) const { return document_.at("steps").contains(step); }
+  /// Result of a step that is done. @throws std::exception  it is not
+  [[nodiscard]] const nlohmann::ordered_json& result(const std::string& step) const {
+    return document_.at("steps").at(step);
+  }
+  /// A step is done. @throws IoError, PermissionError
+  void finish(const std::string& step, nlohmann::ordered_json result);
+
+  /// Fingerprint of the rig file as the commissioning left it; empty at first.
+  [[nodiscard]] std::string rig_sha256() const { return document_.value("rig_sha256", ""); }
+  void set_rig(const std::string& file, const std::string& sha256);
+
+  [[nodiscard]] const nlohmann::ordered_json& document() const noexcept { return document_; }
+
+ private:
+  void write() const;
+
+  std::filesystem::path folder_;
+  nlohmann::ordered_json document_;
+};
+
+/// The report of the whole: verdict, steps with links to their runs, valve, excitation, model, promise beside what was
+/// measured. @param rig  its name
+[[nodiscard]] std::string commission_page(const CommissionState& state, const std::string& rig,
+                                          const DisplayUnit& unit);
+
+}  // namespace eha::cli

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "config/experiment_config.hpp"
+#include "config/rig_config.hpp"
+#include "daemon/play/early_end.hpp"
+#include "daemon/worker/worker_process.hpp"
+
+namespace eha::precision {
+
+/// Folder within a run for the model of the rows so far.
+inline constexpr const char* kPrecisionFolder = "precision";
+
+/// Half of the 95 % interval of K in a model file, of its value [%]; infinite where the model has none.
+/// @throws ConfigError, IoError, PermissionError  as ident::model_from_text, os::read_file
+[[nodiscard]] double gain_percent(const std::filesystem::path& model_file);
+
+/// Fits integrator_lag behind the valve's map to the repetitions so far, in a process of its own at the lowest priority
+/// and off the loop's CPU, and is reached when its gain is known as well as [precision] wants. A fit that fails counts
+/// as one that is not precise. The model is RUN/precision/integrator_lag_valve.json, the same as of
+/// `eha fit RUN --model integrator_lag --input-map valve --split 1 --to SECONDS` after the run.
+class PrecisionWatch final : public play::EarlyEnd {
+ public:
+  /// Says a sentence about a repetition.
+  using Say = std::function<void(const std::string& sentence)>;
+
+  /// @param experiment  with [precision]   @param run  its folder
+  /// @throws DeviceError  the programs are not there
+  PrecisionWatch(const config::ExperimentConfig& experiment, const config::RigConfig& rig, std::filesystem::path run,
+                 Say say);
+
+  void note(int repetitions) override;
+
+ private:
+  void conclude(const worker::WorkerEnd& end);
+  void start(int repetitions);
+
+  double wanted_percent_;
+  double repetition_s_;
+  double row_s_;
+  std::optional<int> avoided_cpu_;
+  std::filesystem::path run_;
+  Say say_;
+  worker::WorkerPrograms programs_;
+  std::unique_ptr<worker::WorkerProcess> process_;
+  int fitted_repetitions_ = 0;
+};
+
+/// A watch for an experiment with [precision], else none. @throws DeviceError  as PrecisionWatch
+[[nodiscard]] std::unique_ptr<PrecisionWatch> watch_of(const config::ExperimentConfig& experiment,
+                                                       const config::RigConfig& rig, const std::filesystem::path& run,
+                                                       PrecisionWatch::Say say);
+
+}  // namespace eha::precision

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/system/drawn_rigs.hpp"
+
+namespace eha::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+/// One commissioning for all tests of the suite.
+class Commission : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    folder_->write("rig.toml", unknown_rig());
+    ended_ = new Ended(run_eha({"commission", "rig.toml", "--yes", "--fast", "--precision", "2.5"}, folder_->path()));
+  }
+  static void TearDownTestSuite() {
+    delete ended_;
+    delete folder_;
+  }
+  static std::filesystem::path file(const std::string& name) { return folder_->path() / name; }
+  static json state() { return json_of(file("commission/commission.json")); }
+
+  static TemporaryFolder* folder_;
+  static Ended* ended_;
+};
+
+TemporaryFolder* Commission::folder_ = nullptr;
+Ended* Commission::ended_ = nullptr;
+
+TEST_F(Commission, GoesFromAnUnknownValveToAnAxisThatKeepsItsPromise) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const json steps = state().at("steps");
+  EXPECT_TRUE(steps.at("track").at("kept").get<bool>());
+  EXPECT_NEAR(steps.at("sheet").at("dead_band_V").at("value").get<double>(), 0.15, 0.01);
+  EXPECT_THAT(content_of(file("rig.toml")), HasSubstr("[following]"));
+  EXPECT_EQ(content_of(file("commission/rig_before.toml")), unknown_rig());
+  EXPECT_THAT(content_of(file("commission/report.html")), HasSubstr("follows its reference as promised"));
+  EXPECT_THAT(ended_->out, HasSubstr("$ eha characterise"));
+}
+
+TEST_F(Commission, EndsTheRecordOnceTheGainIsKnown) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const json record = state().at("steps").at("record");
+  EXPECT_EQ(record.at("outcome"), "precise_enough");
+  EXPECT_LE(record.at("gain_percent").get<double>(), 2.5);
+  const std::filesystem::path run = file(record.at("run").get<std::string>());
+  const json manifest = json_of(run / "run.json");
+  const double rows = manifest.at("report").at("counters").at("experiment_rows").get<double>();
+  const double period = manifest.at("samples_per_repetition").get<double>();
+  EXPECT_EQ(std::fmod(rows, period), 0.0) << "ended within a repetition";
+  EXPECT_LT(rows, period * manifest.at("repetitions").get<double>());
+}
+
+TEST_F(Commission, JudgesTheRowsSoFarAsTheOfflineFitOfTheSameRows) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const std::filesystem::path run = file(state().at("steps").at("record").at("run").get<std::string>());
+  const json seen = json_of(run / "precision" / "integrator_lag_valve.json");
+  const json manifest = json_of(run / "run.json");
+  // The row before the last one that was played: the judged repetition is the last but one.
+  const double period_s = manifest.at("samples_per_repetition").get<double>() * 0.001;
+  const double rows = manifest.at("report").at("counters").at("experiment_rows").get<double>();
+  const double judged = rows / manifest.at("samples_per_repetition").get<double>() - 1.0;
+  const Ended again = run_eha({"fit", run.string(), "--model", "integrator_lag", "--input-map", "valve", "--split", "1",
+                               "--to", fmt::format("{:.6f}", judged * period_s - 0.0005), "-o", "offline"},
+                              folder_->path());
+  const json offline = json_of(file("offline") / "integrator_lag_valve.json");
+  const json& expected = offline.at("parameters");
+  ASSERT_EQ(seen.at("parameters").size(), expected.size()) << again.err;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    for (const char* member : {"value", "lower95", "upper95"}) {
+      const double value = expected[i].at(member).get<double>();
+      EXPECT_NEAR(seen.at("parameters")[i].at(member).get<double>(), value, 1e-9 * std::max(1e-3, std::abs(value)))
+          << expected[i].at("name") << " " << member;
+    }
+  }
+}
+
+TEST_F(Commission, GoesOnWithTheStepThatIsMissing) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const std::size_t runs = manifests_of(file("runs")).size();
+  json without_trial = state();
+  without_trial.at("steps").erase("track");
+  folder_->write("commission/commission.json", without_trial.dump());
+  const Ended again = run_eha({"commission", "rig.toml", "--yes", "--fast"}, folder_->path());
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(manifests_of(file("runs")).size(), runs + 1);
+  EXPECT_TRUE(state().at("steps").contains("track"));
+}
+
+TEST_F(Commission, RefusesARigFileThatHasChangedSinceItBegan) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const std::string rig = content_of(file("rig.toml"));
+  folder_->write("rig.toml", with_value(rig, "travel_max_in", 5.5));
+  const Ended again = run_eha({"commission", "rig.toml", "--yes", "--fast"}, folder_->path());
+  folder_->write("rig.toml", rig);
+  EXPECT_EQ(again.code, 2);
+  EXPECT_THAT(again.err, HasSubstr("has changed since"));
+}
+
+TEST(CommissionQuestions, AskOnATerminalOnly) {
+  const TemporaryFolder folder;
+  folder.write("rig.toml", unknown_rig());
+  const Ended ended = run_eha({"commission", "rig.toml", "--fast"}, folder.path());
+  EXPECT_EQ(ended.code, 2) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("--yes"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "runs"));
+}
+
+TEST(CommissionQuestions, AMachineIsCommissionedAttended) {
+  const TemporaryFolder folder;
+  folder.write("rig.toml", content_of(source_file("config/rigs/pci1716.toml")));
+  const Ended ended = run_eha({"commission", "rig.toml", "--yes"}, folder.path());
+  EXPECT_NE(ended.code, 0);
+  EXPECT_THAT(ended.err, HasSubstr("attended"));
+}
+
+}  // namespace
+}  // namespace eha::test
