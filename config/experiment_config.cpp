@@ -68,6 +68,8 @@ void read_acceptance(Section& root, ident::AcceptanceLimits& acceptance) {
 constexpr double kTrackHold_s = 60.0;  // as the promise
 constexpr double kLongestHold_s = 600.0;
 
+constexpr double kSweepErrorShare = 0.3;  // of the error that is a fault
+
 constexpr double kLongestReference_s = 3600.0;
 constexpr std::size_t kMostSetPoints = 5000;
 
@@ -105,6 +107,8 @@ void read_track(Section& section, ExperimentConfig& experiment, Document& docume
   section.number("sine_in", track.plan.sine, Range::above(0.0), Need::optional);
   section.number("sine_Hz", track.plan.sine_Hz, Range::above(0.0), Need::optional);
   section.integer("trapezoids", track.plan.trapezoids, 1, 1000, Need::optional);
+  bool sweeps = false;  // as of the runs before there was a sweep
+  section.boolean("sweep", sweeps, Need::optional);
   section.number("hold_s", track.plan.hold_s, Range::between(0.0, kLongestHold_s), Need::optional);
   std::vector<Section> points = section.sections("reference", Need::optional);
   for (Section& point : points) {
@@ -136,6 +140,10 @@ void read_track(Section& section, ExperimentConfig& experiment, Document& docume
               fmt::format("with sine_in at most half of the controller's travel, {:g} in", half_in),
               fmt::format("{:g} in", track.plan.step + track.plan.sine));
     return;
+  }
+  if (sweeps) {
+    track.plan.sweep = ident::margin_sweep(settings, track.plan.step,
+                                           kSweepErrorShare * track.controller.fault.following_error_in);
   }
   const ident::TrialMotion motion(settings, track.plan, settings.reference.lowest);
   experiment.duration_s = static_cast<double>(motion.rows()) * settings.tick_s;

@@ -18,6 +18,7 @@ struct TrackedMotion {
   std::optional<double> sine_in = {};
   std::optional<double> sine_Hz = {};
   std::optional<double> hold_s = {};
+  bool sweep = true;  ///< measures the margins
 };
 
 /// The experiment that plays a controller's trial. Name and text of a controller file are a stranger's: they stay
@@ -39,6 +40,7 @@ struct TrackedMotion {
   add("sine_in", motion.sine_in);
   add("sine_Hz", motion.sine_Hz);
   add("hold_s", motion.hold_s);
+  if (motion.sweep) experiment += "sweep = true\n";
   return experiment + "controller = " + toml_string(text) + "\n";
 }
 

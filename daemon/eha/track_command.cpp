@@ -32,7 +32,7 @@ constexpr const char* kTableFile = "axis_table.csv";
 
 constexpr const char* kTrackFooter = R"(
 Plays the trial of a controller (a file of `eha tune`) in closed loop: a step, trapezoids as fast as the reference may move,
-a sine and a hold of 60 s. It is a run like any other: every limit of the rig file
+a sweep that measures the margins, a sine and a hold of 60 s. It is a run like any other: every limit of the rig file
 holds, a real actuator is moved only after your confirmation, Ctrl-C ramps out, and the way is recorded. Nothing of the
 controller stays in force after it. It is a fault when the rod follows worse (following_error) or the command swings more
 often (oscillation) than the controller's file allows. Prints what was measured beside what was promised, and writes
@@ -168,6 +168,8 @@ void add_track(CLI::App& app, ParsedLine& line) {
   sub->add_option("--hold", track.motion.hold_s, "Duration of the hold (default 60 s, which the promise is for)")
       ->type_name("SECONDS")
       ->check(positive());
+  sub->add_flag_callback("--no-sweep", [&track] { track.motion.sweep = false; },
+                         "Leave out the sweep, which measures the margins");
   add_drive_options(*sub, track);
 }
 

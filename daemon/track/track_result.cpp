@@ -98,6 +98,36 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
   return changes;
 }
 
+/// Margins from the sweep's ways, whose rows begin at `first`, in the direction that has less of them.
+std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, const ident::TrialMotion& motion,
+                                                 const ident::MarginSweep& sweep, const ident::AxisSettings& settings) {
+  std::size_t first = 0;
+  while (first < rows.rod_in.size() && motion.part(first + 1) != ident::TrialMotion::Part::sweep) ++first;
+  if (first + sweep.rows() > rows.rod_in.size()) return std::nullopt;
+  std::vector<double> injected;
+  for (std::size_t i = 0; i < sweep.rows(); ++i) injected.push_back(sweep.injected(i));
+  std::optional<ident::MeasuredMargins> least;
+  for (const std::size_t direction : {std::size_t{0}, std::size_t{1}}) {
+    std::vector<ident::SweepWay> ways;
+    for (std::size_t way = direction; way < sweep.ways; way += 2) {
+      const std::size_t begin = way * sweep.way_rows() + sweep.lead_rows;
+      ways.push_back({std::span(injected).subspan(begin, sweep.measured_rows()),
+                      std::span(rows.rod_in).subspan(first + begin, sweep.measured_rows())});
+    }
+    ident::MeasuredMargins measured = ident::measured_margins(sweep, settings, ways);
+    if (!measured.margins.is_stable) return std::nullopt;
+    if (!least || measured.margins.phase_deg < least->margins.phase_deg) least = std::move(measured);
+  }
+  return least;
+}
+
+/// A figure whose standard error is known.
+KeptFigure margin_figure(const char* name, const char* unit, double measured, double std,
+                         const config::PromisedFigure& promised, Bound bound) {
+  constexpr double kStudents = 2.6;  // 95 % with 5 degrees of freedom
+  return {.name = name, .unit = unit, .measured = measured, .noise = kStudents * std, .promised = promised, .bound = bound};
+}
+
 }  // namespace
 
 bool TrackResult::is_kept() const noexcept {
@@ -164,6 +194,17 @@ TrackResult track_result(const std::filesystem::path& folder) {
                     {"error at rest, worst", "in", did.rest_error_in, kExtremes * noise, p.rest_error_in},
                     {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
   if (is_own) result.figures.resize(2);
+  if (experiment.track->plan.sweep && !is_own) {
+    result.margins = margins_of(rows, motion, *experiment.track->plan.sweep, c.settings);
+  }
+  if (result.margins) {
+    const ident::MeasuredMargins& m = *result.margins;
+    result.figures.push_back(margin_figure("Ms", "", m.margins.ms, m.ms_std, p.ms, Bound::most));
+    result.figures.push_back(
+        margin_figure("phase margin", "deg", m.margins.phase_deg, m.phase_std_deg, p.phase_margin_deg, Bound::least));
+    result.figures.push_back(
+        margin_figure("delay margin", "s", m.margins.delay_s, m.delay_std_s, p.delay_margin_s, Bound::least));
+  }
   result.valve = valve_of(rows, rod, c.settings.tick_s);
   result.mean_reference_in = reference;
   result.mean_rod_in = rod;
@@ -191,11 +232,13 @@ std::string kept_text(const TrackResult& result) {
 
 std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
   std::string text = fmt::format("{:<32} {:>9} {:>14} {:>12}  {:<4}  {}\n", "figure", "measured", "noise adds to",
-                                 "promised to", "unit", "kept");
+                                 "promised", "unit", "kept");
   for (const KeptFigure& f : result.figures) {
     const double factor = unit.factor(f.unit);
-    text += fmt::format("{:<32} {:>9.3g} {:>14.2g} {:>12.3g}  {:<4}  {}\n", f.name, factor * f.measured,
-                        factor * f.noise, factor * f.promised.upper, unit.of(f.unit), kept_text(f));
+    text += fmt::format("{:<32} {:>9.3g} {:>14.2g} {:>12}  {:<4}  {}\n", f.name, factor * f.measured,
+                        factor * f.noise,
+                        fmt::format("{} {:.3g}", f.bound == Bound::most ? "<=" : ">=", factor * f.limit()),
+                        unit.of(f.unit), kept_text(f));
   }
   if (result.reference_behind_in > 0.0) {
     text += fmt::format(
@@ -213,7 +256,8 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
                                  "{}: the promise is not kept; {}. Valve, load or sensor differ from what the "
                                  "controller was made for: eha characterise, then eha tune.\n",
                                  result.controller.name, summary);
-  return text + "Margins (Ms, Mt, phase, gain, delay) are not measured by this trial.\n";
+  return text + (result.margins ? "Margins: of the open loop, from the sweep, in the direction that has less of them.\n"
+                                : "Margins (Ms, Mt, phase, gain, delay) are not measured by this trial.\n");
 }
 
 nlohmann::ordered_json to_json(const TrackResult& result) {
@@ -225,7 +269,8 @@ nlohmann::ordered_json to_json(const TrackResult& result) {
          {"measured", f.measured},
          {"noise", f.noise},
          {"promised", f.promised.value},
-         {"promised_to", f.promised.upper},
+         {"promised_to", f.limit()},
+         {"promised_is", f.bound == Bound::most ? "most" : "least"},
          {"kept", f.is_decided() ? nlohmann::ordered_json(f.is_kept()) : nlohmann::ordered_json(nullptr)}});
   }
   return {{"schema", "eha-track/1"},

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,12 @@ namespace eha::track {
 inline constexpr const char* kTrackFile = "track.json";
 inline constexpr const char* kTrackRows = "track.csv";
 
+/// Which way a promised figure is broken.
+enum class Bound {
+  most,   ///< by more than the promise's upper value
+  least,  ///< by less than its lower one: a margin
+};
+
 /// A figure that was promised, and what the rig did.
 struct KeptFigure {
   std::string name;
@@ -22,11 +29,13 @@ struct KeptFigure {
   double measured = 0.0;
   double noise = 0.0;  ///< what the sensor's noise, and the means over 50 ms, can have added to it
   config::PromisedFigure promised;
+  Bound bound = Bound::most;
+  [[nodiscard]] double limit() const noexcept { return bound == Bound::most ? promised.upper : promised.lower; }
   /// Whether the noise leaves it to be seen that the promise is kept or not.
-  [[nodiscard]] bool is_decided() const noexcept {
-    return measured <= promised.upper || measured - noise > promised.upper;
-  }
-  [[nodiscard]] bool is_kept() const noexcept { return measured - noise <= promised.upper; }
+  [[nodiscard]] bool is_decided() const noexcept { return beyond() <= 0.0 || beyond() > noise; }
+  [[nodiscard]] bool is_kept() const noexcept { return beyond() <= noise; }
+  /// By how much it is worse than the limit.
+  [[nodiscard]] double beyond() const noexcept { return bound == Bound::most ? measured - limit() : limit() - measured; }
 };
 
 /// Rows of the trial, a row a tick from the controller's first.
@@ -58,6 +67,7 @@ struct TrackResult {
   std::vector<double> mean_rod_in;        ///< the same
   double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from set points of one's own
   SeenValve valve;
+  std::optional<ident::MeasuredMargins> margins = {};  ///< none: the trial has no sweep, or the loop was not steady
   bool shows_valve = true;                      ///< the trial has the speeds that tell it
   std::vector<std::string> changes;             ///< of the valve against the controller's, a phrase each
   [[nodiscard]] bool is_kept() const noexcept;  ///< no figure is broken

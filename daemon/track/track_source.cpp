@@ -41,7 +41,9 @@ double TrackSource::voltage_V(std::uint32_t row, const hal::RigReading& last) no
     motion_ = ident::TrialMotion(coefficients_.settings, plan_, last.displacement_in);
     controller_.start(last.displacement_in, null_V);
   }
-  const ident::AxisOutput out = controller_.step(motion_.set_point(row - first_row_ + 1), last.displacement_in);
+  const std::size_t tick = row - first_row_ + 1;
+  const ident::AxisOutput out =
+      controller_.step(motion_.set_point(tick), last.displacement_in - motion_.injected(tick));
   const double command_V = monitor_.bounded_V(out.command, last);
   const int swings = swings_.step(command_V);
   if (breach_.fault == Fault::none) {

@@ -41,11 +41,14 @@ TrialPlan trial_plan(const AxisSettings& settings) {
 
 TrialMotion::TrialMotion(const AxisSettings& settings, const TrialPlan& plan, double home) noexcept
     : reference_(plan.reference),
+      sweep_(plan.sweep && plan.reference.empty() ? &*plan.sweep : nullptr),
       home_(std::clamp(home, plan.lowest, plan.highest)),
       way_(home_ < 0.5 * (plan.lowest + plan.highest) ? plan.step : -plan.step),
       sine_(std::copysign(plan.sine, way_)),
       sine_rad_per_tick_(kTwoPi * plan.sine_Hz * settings.tick_s),
-      tick_s_(settings.tick_s) {
+      tick_s_(settings.tick_s),
+      lowest_(plan.lowest),
+      highest_(plan.highest) {
   move_ = ticks(move_s(settings.reference, plan.step) + kSettle_s, tick_s_);
   const std::size_t rest = ticks(kSettle_s, tick_s_);
   const std::size_t period = ticks(1.0 / plan.sine_Hz, tick_s_);
@@ -53,12 +56,13 @@ TrialMotion::TrialMotion(const AxisSettings& settings, const TrialPlan& plan, do
   std::array<std::size_t, kParts> lengths{rest,
                                           move_,
                                           move_ * 2 * static_cast<std::size_t>(std::max(0, plan.trapezoids)),
+                                          sweep_ != nullptr ? sweep_->rows() : 0,
                                           period,
                                           ticks((kSines + 1.0) / plan.sine_Hz, tick_s_) - period,
                                           rest,
                                           ticks(lead_s, tick_s_),
                                           ticks(plan.hold_s, tick_s_) - ticks(lead_s, tick_s_)};
-  if (!reference_.empty()) lengths = {rest, 0, ticks(reference_.back().time_s, tick_s_), 0, 0, rest, 0, 0};
+  if (!reference_.empty()) lengths = {rest, 0, ticks(reference_.back().time_s, tick_s_), 0, 0, 0, rest, 0, 0};
   std::size_t end = 0;
   for (std::size_t i = 0; i < kParts; ++i) ends_[i] = end += lengths[i];
 }
@@ -70,9 +74,9 @@ std::size_t TrialMotion::index(std::size_t row) const noexcept {
 }
 
 TrialMotion::Part TrialMotion::part(std::size_t row) const noexcept {
-  constexpr std::array<Part, kParts + 1> kAll{Part::rest,      Part::step, Part::trapezoids,
-                                              Part::sine_lead, Part::sine, Part::rest,
-                                              Part::hold_lead, Part::hold, Part::over};
+  constexpr std::array<Part, kParts + 1> kAll{Part::rest,  Part::step,      Part::trapezoids, Part::sweep,
+                                              Part::sine_lead, Part::sine, Part::rest,       Part::hold_lead,
+                                              Part::hold,  Part::over};
   return kAll[index(row)];
 }
 
@@ -99,11 +103,23 @@ double TrialMotion::set_point(std::size_t row) const noexcept {
   const double centre = home_ + way_;
   if (i == kRest) return home_;
   if (i == kTrapezoids) return since(row) / move_ % 2 == 0 ? home_ : centre;
+  if (i == kSweep) {
+    const std::size_t k = since(row);
+    const double share = static_cast<double>(k % sweep_->way_rows()) / static_cast<double>(sweep_->way_rows());
+    // Further on where there is room, else back.
+    const double way = std::copysign(sweep_->way(), way_);
+    const bool has_room = centre + way >= lowest_ && centre + way <= highest_;
+    return centre + (has_room ? way : -way) * (k / sweep_->way_rows() % 2 == 0 ? share : 1.0 - share);
+  }
   if (i == kSineLead || i == kSine) {
-    const auto k = static_cast<double>(row - ends_[kTrapezoids]);
+    const auto k = static_cast<double>(row - ends_[kSweep]);
     return centre + sine_ * 0.5 * (1.0 - std::cos(sine_rad_per_tick_ * k));
   }
   return centre;
+}
+
+double TrialMotion::injected(std::size_t row) const noexcept {
+  return index(row) == kSweep ? sweep_->injected(since(row)) : 0.0;
 }
 
 void TrialScore::take(std::size_t row, double reference, double rod) noexcept {

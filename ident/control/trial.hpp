@@ -4,10 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "ident/control/axis_controller.hpp"
+#include "ident/control/margin_sweep.hpp"
 
 namespace eha::ident {
 
@@ -23,6 +25,7 @@ struct TrialPlan {
   double sine = 0.2;  ///< amplitude [in]
   double sine_Hz = 0.2;
   int trapezoids = 2;  ///< forth and back, as fast as the reference may move
+  std::optional<MarginSweep> sweep = {};  ///< after the trapezoids; none: the margins are not measured
   double hold_s = 60.0;
   double lowest = 0.0;   ///< travel [in]
   double highest = 0.0;  ///< [in]
@@ -33,20 +36,22 @@ struct TrialPlan {
 /// Step and sine that suit travel and limits of a controller.
 [[nodiscard]] TrialPlan trial_plan(const AxisSettings& settings);
 
-/// The set points of a trial, one a tick: rest, step, trapezoids, sine, rest, hold; or rest, one's own in the place of
+/// The set points of a trial, one a tick: rest, step, trapezoids, sweep, sine, rest, hold; or rest, one's own in the place of
 /// the trapezoids, rest. The step leads towards the middle of the travel. Real-time safe.
 class TrialMotion {
  public:
-  /// @param plan  outlives this where it has set points of its own
+  /// @param plan  outlives this where it has set points of its own or a sweep
   /// @param home  where the rod is at first [in]
   TrialMotion(const AxisSettings& settings, const TrialPlan& plan, double home) noexcept;
 
-  enum class Part { rest, step, trapezoids, sine_lead, sine, hold_lead, hold, over };
+  enum class Part { rest, step, trapezoids, sweep, sine_lead, sine, hold_lead, hold, over };
 
   /// The same whatever the home.
   [[nodiscard]] std::size_t rows() const noexcept { return ends_.back(); }
   [[nodiscard]] Part part(std::size_t row) const noexcept;
   [[nodiscard]] double set_point(std::size_t row) const noexcept;
+  /// Taken from the reading before the controller gets it; 0 but in the sweep [in].
+  [[nodiscard]] double injected(std::size_t row) const noexcept;
   [[nodiscard]] double home() const noexcept { return home_; }
   [[nodiscard]] double way() const noexcept { return way_; }  ///< of the step, with its sign [in]
   [[nodiscard]] double tick_s() const noexcept { return tick_s_; }
@@ -54,12 +59,13 @@ class TrialMotion {
   [[nodiscard]] std::size_t since(std::size_t row) const noexcept;
 
  private:
-  enum Index : std::size_t { kRest, kStep, kTrapezoids, kSineLead, kSine, kRestAgain, kHoldLead, kHold, kParts };
+  enum Index : std::size_t { kRest, kStep, kTrapezoids, kSweep, kSineLead, kSine, kRestAgain, kHoldLead, kHold, kParts };
   [[nodiscard]] std::size_t index(std::size_t row) const noexcept;
 
   [[nodiscard]] double own_set_point(double time_s) const noexcept;
 
   std::span<const SetPoint> reference_;
+  const MarginSweep* sweep_ = nullptr;
   std::array<std::size_t, kParts> ends_{};  ///< row after each part
   std::size_t move_ = 0;                    ///< ticks of one move
   double home_;
@@ -67,6 +73,8 @@ class TrialMotion {
   double sine_;
   double sine_rad_per_tick_;
   double tick_s_;
+  double lowest_;   ///< travel [in]
+  double highest_;  ///< [in]
 };
 
 /// What a rod did in a trial. Errors are of the generated reference less the rod.

@@ -73,7 +73,7 @@ TEST(CommissionCampaign, KeepsThePromiseOnUnknownRigs) {
       rig_s += report.at("counters").at("ticks").get<double>() * run.at("sample_period_s").get<double>();
       outcomes += " " + run.at("outcome").get<std::string>();
       EXPECT_TRUE(run.at("outcome") == "completed" || run.at("outcome") == "precise_enough") << "rig " << i << outcomes;
-      EXPECT_LT(report.at("margins").at("travel").at("share").get<double>(), 1.0) << "rig " << i;
+      EXPECT_LT(report.at("margins").at("travel").at("percent").get<double>(), 100.0) << "rig " << i;
     }
     EXPECT_LE(rig_s, 600.0) << "rig " << i;
     longest_s = std::max(longest_s, rig_s);

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/control/margin_sweep.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace eha::ident {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr std::size_t kTones = MarginSweep::kHarmonics.size();
+/// Of the lowest peak among some thousand draws: 1.99 of the amplitude of a tone with weight 1.
+constexpr std::array<double, kTones> kPhases_rad{0.8, 1.46, 5.63, 1.56, 0.11, 5.98};
+constexpr double kLowestTone = 0.4;  // of the crossover
+constexpr double kSwept_s = 60.0;   // of all ways
+constexpr std::size_t kMostWays = 12;
+constexpr std::size_t kLeastWays = 4;
+constexpr double kWaySpeed = 0.6;     // of the fastest reference
+constexpr double kSweptSpeed = 0.8;   // of the way's speed: the valve stays open
+constexpr double kSweptSlew = 0.6;
+
+/// Of an integrating plant with the lag that the feed-forward knows.
+Complex plant(const AxisSettings& s, double w) {
+  return 1.0 / Complex(s.feed_forward.position_rate, w) * std::polar(1.0, -w * s.feed_forward.acceleration_s);
+}
+
+double crossover_rad_s(const AxisCoefficients& c) {
+  const std::vector<double> grid = log_grid(0.05, std::numbers::pi / c.settings.tick_s, 400);
+  double last = grid.front();
+  for (const double w : grid) {
+    if (std::abs(sampled_feedback(c, w) * plant(c.settings, w)) >= 1.0) last = w;
+  }
+  return last;
+}
+
+/// Greatest size over a period of the tones behind a response.
+double peak(const MarginSweep& sweep, const std::array<Complex, kTones>& response) {
+  constexpr int kPoints = 400;
+  double most = 0.0;
+  for (int i = 0; i < kPoints; ++i) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < kTones; ++k) {
+      const double angle = kTurn * MarginSweep::kHarmonics[k] * i / kPoints + sweep.phase_rad[k];
+      sum += std::real(sweep.amplitude[k] * response[k] * std::polar(1.0, angle));
+    }
+    most = std::max(most, std::abs(sum));
+  }
+  return most;
+}
+
+/// Rod over injection at each tone, of one way.
+std::array<Complex, kTones> response_of(const MarginSweep& sweep, const SweepWay& way) {
+  const auto rows = static_cast<Eigen::Index>(way.rod.size());
+  Eigen::MatrixXd a(rows, 2 + 2 * static_cast<Eigen::Index>(kTones));
+  Eigen::MatrixXd b(rows, 2);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(sweep.period_rows);
+    a(i, 0) = 1.0;
+    a(i, 1) = share - 0.5;
+    for (std::size_t k = 0; k < kTones; ++k) {
+      const double angle = kTurn * MarginSweep::kHarmonics[k] * share;
+      a(i, 2 + 2 * static_cast<Eigen::Index>(k)) = std::cos(angle);
+      a(i, 3 + 2 * static_cast<Eigen::Index>(k)) = std::sin(angle);
+    }
+    b(i, 0) = way.injected[static_cast<std::size_t>(i)];
+    b(i, 1) = way.rod[static_cast<std::size_t>(i)];
+  }
+  const Eigen::MatrixXd x = a.householderQr().solve(b);
+  std::array<Complex, kTones> h;
+  for (std::size_t k = 0; k < kTones; ++k) {
+    const auto row = 2 + 2 * static_cast<Eigen::Index>(k);
+    h[k] = Complex(x(row, 1), -x(row + 1, 1)) / Complex(x(row, 0), -x(row + 1, 0));
+  }
+  return h;
+}
+
+std::vector<Complex> loop_of(const std::vector<std::array<Complex, kTones>>& ways, std::size_t left_out) {
+  std::vector<Complex> loop(kTones);
+  for (std::size_t k = 0; k < kTones; ++k) {
+    Complex sum = 0.0;
+    double count = 0.0;
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+      if (i == left_out) continue;
+      sum += ways[i][k];
+      count += 1.0;
+    }
+    const Complex h = sum / count;
+    loop[k] = h / (1.0 - h);
+  }
+  return loop;
+}
+
+/// The margins of a smooth loop through the tones.
+LoopMargins margins_of(const MarginSweep& sweep, const AxisCoefficients& c, const std::vector<double>& w,
+                       const std::vector<Complex>& loop) {
+  constexpr int kPoints = 200;
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * static_cast<Eigen::Index>(kTones), 4);
+  Eigen::VectorXd b(a.rows());
+  const double unit = 1.0 / w.back();
+  for (std::size_t k = 0; k < kTones; ++k) {
+    const Complex rest = std::log(loop[k] / (sampled_feedback(c, w[k]) * plant(c.settings, w[k])));
+    const Complex h = loop[k] / (1.0 + loop[k]);
+    const double weight = sweep.amplitude[k] * std::abs(h * (1.0 - h));
+    const double x = w[k] * unit;
+    const auto row = 2 * static_cast<Eigen::Index>(k);
+    a(row, 0) = weight;
+    a(row, 1) = weight * x * x;
+    a(row + 1, 2) = weight * x;
+    a(row + 1, 3) = weight * x * x * x;
+    b[row] = weight * rest.real();
+    b[row + 1] = weight * rest.imag();
+  }
+  const Eigen::VectorXd s = a.colPivHouseholderQr().solve(b);
+  const std::vector<double> grid = log_grid(w.front(), w.back(), kPoints);
+  std::vector<Complex> smooth;
+  for (const double at : grid) {
+    const double x = at * unit;
+    smooth.push_back(sampled_feedback(c, at) * plant(c.settings, at) *
+                     std::exp(Complex(s[0] + s[1] * x * x, s[2] * x + s[3] * x * x * x)));
+  }
+  const double order =
+      (c.settings.feed_forward.position_rate == 0.0 ? 1.0 : 0.0) + (c.settings.feedback.ki > 0.0 ? 1.0 : 0.0);
+  return loop_margins(grid, smooth, order);
+}
+
+}  // namespace
+
+double MarginSweep::fundamental_rad_s() const noexcept {
+  return kTurn / (tick_s * static_cast<double>(period_rows));
+}
+
+double MarginSweep::injected(std::size_t row) const noexcept {
+  const double angle = kTurn * static_cast<double>(row % period_rows) / static_cast<double>(period_rows);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < kHarmonics.size(); ++k) {
+    sum += amplitude[k] * std::cos(angle * kHarmonics[k] + phase_rad[k]);
+  }
+  return sum;
+}
+
+MarginSweep margin_sweep(const AxisSettings& settings, double most_way, double most_error) {
+  const AxisCoefficients c = coefficients(settings);
+  const double h = settings.tick_s;
+  const double crossover = crossover_rad_s(c);
+  MarginSweep sweep;
+  sweep.tick_s = h;
+  // The highest tone stays below a third of the Nyquist frequency.
+  const double fundamental =
+      std::min(kLowestTone * crossover, std::numbers::pi / (3.0 * h * MarginSweep::kHarmonics.back()));
+  sweep.period_rows = static_cast<std::size_t>(std::ceil(kTurn / fundamental / h));
+  sweep.lead_rows = static_cast<std::size_t>(std::ceil(std::max(1.0, 6.0 / crossover) / h));
+  const double way_s = h * static_cast<double>(sweep.way_rows());
+  sweep.ways = std::clamp(2 * static_cast<std::size_t>(kSwept_s / way_s / 2.0), kLeastWays, kMostWays);
+  sweep.speed = std::min(kWaySpeed * settings.reference.velocity, most_way / way_s);
+  std::array<Complex, kTones> speed{};
+  std::array<Complex, kTones> slew{};
+  std::array<Complex, kTones> rod{};
+  const double steepest = 1.0 / std::min(settings.inverse.gain_positive, settings.inverse.gain_negative);
+  for (std::size_t k = 0; k < kTones; ++k) {
+    const double w = sweep.fundamental_rad_s() * MarginSweep::kHarmonics[k];
+    const Complex feedback = sampled_feedback(c, w);
+    // The phases are those of the speed.
+    const Complex g = plant(settings, w);
+    speed[k] = feedback / (1.0 + feedback * g);
+    slew[k] = steepest * Complex(0.0, w) * speed[k];
+    rod[k] = g * speed[k];
+    sweep.amplitude[k] = MarginSweep::kWeights[k] / std::abs(speed[k]);
+    sweep.phase_rad[k] = kPhases_rad[k] - std::arg(speed[k]);
+  }
+  const double scale = std::min({kSweptSpeed * sweep.speed / peak(sweep, speed),
+                                 kSweptSlew * settings.slew_per_s / peak(sweep, slew), most_error / peak(sweep, rod)});
+  for (double& amplitude : sweep.amplitude) amplitude *= scale;
+  return sweep;
+}
+
+MeasuredMargins measured_margins(const MarginSweep& sweep, const AxisSettings& settings,
+                                 std::span<const SweepWay> ways) {
+  const AxisCoefficients c = coefficients(settings);
+  MeasuredMargins measured;
+  for (const int harmonic : MarginSweep::kHarmonics) {
+    measured.w_rad_s.push_back(sweep.fundamental_rad_s() * harmonic);
+  }
+  std::vector<std::array<Complex, kTones>> responses;
+  for (const SweepWay& way : ways) responses.push_back(response_of(sweep, way));
+  measured.open_loop = loop_of(responses, responses.size());
+  measured.margins = margins_of(sweep, c, measured.w_rad_s, measured.open_loop);
+  double phase = 0.0;
+  double ms = 0.0;
+  double delay = 0.0;
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    const LoopMargins without = margins_of(sweep, c, measured.w_rad_s, loop_of(responses, i));
+    phase += std::pow(without.phase_deg - measured.margins.phase_deg, 2);
+    ms += std::pow(without.ms - measured.margins.ms, 2);
+    delay += std::pow(without.delay_s - measured.margins.delay_s, 2);
+  }
+  const auto count = static_cast<double>(responses.size());
+  const double factor = (count - 1.0) / count;
+  measured.phase_std_deg = std::sqrt(factor * phase);
+  measured.ms_std = std::sqrt(factor * ms);
+  measured.delay_std_s = std::sqrt(factor * delay);
+  return measured;
+}
+
+}  // namespace eha::ident
