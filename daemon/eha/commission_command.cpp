@@ -46,6 +46,7 @@ Examples:
   eha commission /etc/ehad/rig.toml --ruler 74mm)";
 
 constexpr int kRepetitions = 6;
+constexpr int kFurtherRepetitions = 4;  // the whole stays within 10 min of rig time
 constexpr double kPeriod_s = 10.0;
 constexpr double kLowest_Hz = 0.1;
 constexpr double kHighest_Hz = 2.0;
@@ -240,7 +241,7 @@ class Commissioning {
   void record_motion() {
     if (state_.has("record")) return;
     int repetitions = kRepetitions;
-    for (int attempt = 1;; ++attempt, repetitions *= 2) {
+    for (int attempt = 1;; ++attempt, repetitions = kFurtherRepetitions) {
       const std::string experiment =
           state_.file(attempt == 1 ? "excitation.toml" : fmt::format("excitation_{}.toml", attempt)).string();
       announce("record", fmt::format("the rod moves about the middle of its travel, tones up to {:.1f} Hz, at most {:g} "

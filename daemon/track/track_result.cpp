@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "config/experiment_config.hpp"
 #include "config/rig_config.hpp"
@@ -100,7 +101,8 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
 
 /// Margins from the sweep's ways, whose rows begin at `first`, in the direction that has less of them.
 std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, const ident::TrialMotion& motion,
-                                                 const ident::MarginSweep& sweep, const ident::AxisSettings& settings) {
+                                                 const ident::MarginSweep& sweep, const ident::AxisSettings& settings,
+                                                 bool& is_retracting) {
   std::size_t first = 0;
   while (first < rows.rod_in.size() && motion.part(first + 1) != ident::TrialMotion::Part::sweep) ++first;
   if (first + sweep.rows() > rows.rod_in.size()) return std::nullopt;
@@ -116,7 +118,11 @@ std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, const id
     }
     ident::MeasuredMargins measured = ident::measured_margins(sweep, settings, ways);
     if (!measured.margins.is_stable) return std::nullopt;
-    if (!least || measured.margins.phase_deg < least->margins.phase_deg) least = std::move(measured);
+    if (least && measured.margins.phase_deg >= least->margins.phase_deg) continue;
+    least = std::move(measured);
+    // The first way leads as the step does, or back where there is no room.
+    const std::size_t middle = first + direction * sweep.way_rows() + sweep.lead_rows;
+    is_retracting = rows.rod_in[middle + sweep.measured_rows() - 1] < rows.rod_in[middle];
   }
   return least;
 }
@@ -126,6 +132,25 @@ KeptFigure margin_figure(const char* name, const char* unit, double measured, do
                          const config::PromisedFigure& promised, Bound bound) {
   constexpr double kStudents = 2.6;  // 95 % with 5 degrees of freedom
   return {.name = name, .unit = unit, .measured = measured, .noise = kStudents * std, .promised = promised, .bound = bound};
+}
+
+/// Null without a sweep.
+nlohmann::ordered_json sweep_json(const TrackResult& result) {
+  if (!result.margins) return nullptr;
+  const ident::MeasuredMargins& m = *result.margins;
+  nlohmann::ordered_json tones = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < m.w_rad_s.size(); ++i) {
+    tones.push_back({{"frequency_Hz", m.w_rad_s[i] / (2.0 * std::numbers::pi)},
+                     {"open_loop_real", m.open_loop[i].real()},
+                     {"open_loop_imaginary", m.open_loop[i].imag()}});
+  }
+  const auto value = [](const ident::SweptValue& v) {
+    return nlohmann::ordered_json{{"value", v.value}, {"half_width95", v.half_width}};
+  };
+  return {{"direction", result.margins_retracting ? "retracting" : "extending"},
+          {"gain_share", value(m.gain_share)},
+          {"lag_s", value(m.lag_s)},
+          {"tones", std::move(tones)}};
 }
 
 }  // namespace
@@ -195,7 +220,8 @@ TrackResult track_result(const std::filesystem::path& folder) {
                     {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
   if (is_own) result.figures.resize(2);
   if (experiment.track->plan.sweep && !is_own) {
-    result.margins = margins_of(rows, motion, *experiment.track->plan.sweep, c.settings);
+    result.margins = margins_of(rows, motion, *experiment.track->plan.sweep, c.settings,
+                                result.margins_retracting);
   }
   if (result.margins) {
     const ident::MeasuredMargins& m = *result.margins;
@@ -256,6 +282,18 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
                                  "{}: the promise is not kept; {}. Valve, load or sensor differ from what the "
                                  "controller was made for: eha characterise, then eha tune.\n",
                                  result.controller.name, summary);
+  if (result.margins) {
+    const ident::InverseMap& map = result.controller.settings.inverse;
+    const bool is_retracting = result.margins_retracting;
+    const double gain = is_retracting ? map.gain_negative : map.gain_positive;
+    const ident::SweptValue& share = result.margins->gain_share;
+    const double factor = unit.factor(kGainUnit);
+    text += fmt::format("By the sweep the gain {} is {:.4g} +- {:.2g} {}, the lag with all delays {:.2g} +- {:.2g} ms "
+                        "(95 %).\n",
+                        is_retracting ? "retracting" : "extending", factor * gain * share.value,
+                        factor * gain * share.half_width, unit.of(kGainUnit), 1e3 * result.margins->lag_s.value,
+                        1e3 * result.margins->lag_s.half_width);
+  }
   return text + (result.margins ? "Margins: of the open loop, from the sweep, in the direction that has less of them.\n"
                                 : "Margins (Ms, Mt, phase, gain, delay) are not measured by this trial.\n");
 }
@@ -285,6 +323,7 @@ nlohmann::ordered_json to_json(const TrackResult& result) {
             {"dead_band_V", result.valve.dead_band_V},
             {"gain_positive_in_per_V_s", result.valve.gain_positive_in_per_V_s},
             {"gain_negative_in_per_V_s", result.valve.gain_negative_in_per_V_s}}},
+          {"sweep", sweep_json(result)},
           {"changes", result.changes}};
 }
 

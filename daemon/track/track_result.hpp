@@ -67,6 +67,7 @@ struct TrackResult {
   std::vector<double> mean_rod_in;        ///< the same
   double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from set points of one's own
   SeenValve valve;
+  bool margins_retracting = false;  ///< direction of `margins`
   std::optional<ident::MeasuredMargins> margins = {};  ///< none: the trial has no sweep, or the loop was not steady
   bool shows_valve = true;                      ///< the trial has the speeds that tell it
   std::vector<std::string> changes;             ///< of the valve against the controller's, a phrase each

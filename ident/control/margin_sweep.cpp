@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -94,10 +95,9 @@ std::vector<Complex> loop_of(const std::vector<std::array<Complex, kTones>>& way
   return loop;
 }
 
-/// The margins of a smooth loop through the tones.
-LoopMargins margins_of(const MarginSweep& sweep, const AxisCoefficients& c, const std::vector<double>& w,
-                       const std::vector<Complex>& loop) {
-  constexpr int kPoints = 200;
+/// a, -c, -b, d of the smooth loop through the tones, for frequencies over the highest tone.
+Eigen::Vector4d smooth_through(const MarginSweep& sweep, const AxisCoefficients& c, const std::vector<double>& w,
+                               const std::vector<Complex>& loop) {
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * static_cast<Eigen::Index>(kTones), 4);
   Eigen::VectorXd b(a.rows());
   const double unit = 1.0 / w.back();
@@ -114,7 +114,14 @@ LoopMargins margins_of(const MarginSweep& sweep, const AxisCoefficients& c, cons
     b[row] = weight * rest.real();
     b[row + 1] = weight * rest.imag();
   }
-  const Eigen::VectorXd s = a.colPivHouseholderQr().solve(b);
+  return a.colPivHouseholderQr().solve(b);
+}
+
+LoopMargins margins_of(const MarginSweep& sweep, const AxisCoefficients& c, const std::vector<double>& w,
+                       const std::vector<Complex>& loop) {
+  constexpr int kPoints = 200;
+  const double unit = 1.0 / w.back();
+  const Eigen::Vector4d s = smooth_through(sweep, c, w, loop);
   const std::vector<double> grid = log_grid(w.front(), w.back(), kPoints);
   std::vector<Complex> smooth;
   for (const double at : grid) {
@@ -125,6 +132,18 @@ LoopMargins margins_of(const MarginSweep& sweep, const AxisCoefficients& c, cons
   const double order =
       (c.settings.feed_forward.position_rate == 0.0 ? 1.0 : 0.0) + (c.settings.feedback.ki > 0.0 ? 1.0 : 0.0);
   return loop_margins(grid, smooth, order);
+}
+
+/// The mean and Student's interval of the mean.
+SweptValue mean_of(const std::vector<double>& values) {
+  const auto count = static_cast<double>(values.size());
+  SweptValue mean;
+  for (const double v : values) mean.value += v / count;
+  double square = 0.0;
+  for (const double v : values) square += (v - mean.value) * (v - mean.value);
+  const boost::math::students_t student(count - 1.0);
+  mean.half_width = boost::math::quantile(student, 0.975) * std::sqrt(square / (count - 1.0) / count);
+  return mean;
 }
 
 }  // namespace
@@ -188,6 +207,21 @@ MeasuredMargins measured_margins(const MarginSweep& sweep, const AxisSettings& s
   for (const SweepWay& way : ways) responses.push_back(response_of(sweep, way));
   measured.open_loop = loop_of(responses, responses.size());
   measured.margins = margins_of(sweep, c, measured.w_rad_s, measured.open_loop);
+  std::vector<double> gains;
+  std::vector<double> lags_s;
+  const auto count = static_cast<double>(responses.size());
+  const Eigen::Vector4d whole = smooth_through(sweep, c, measured.w_rad_s, measured.open_loop);
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    // Pseudo-values of the jackknife: the logarithm's bias is not in their mean.
+    const Eigen::Vector4d without = smooth_through(sweep, c, measured.w_rad_s, loop_of(responses, i));
+    const Eigen::Vector4d s = count * whole - (count - 1.0) * without;
+    gains.push_back(s[0]);
+    lags_s.push_back(settings.feed_forward.acceleration_s - s[2] / measured.w_rad_s.back());
+  }
+  measured.gain_share = mean_of(gains);
+  measured.gain_share.value = std::exp(measured.gain_share.value);
+  measured.gain_share.half_width *= measured.gain_share.value;
+  measured.lag_s = mean_of(lags_s);
   double phase = 0.0;
   double ms = 0.0;
   double delay = 0.0;
@@ -197,7 +231,6 @@ MeasuredMargins measured_margins(const MarginSweep& sweep, const AxisSettings& s
     ms += std::pow(without.ms - measured.margins.ms, 2);
     delay += std::pow(without.delay_s - measured.margins.delay_s, 2);
   }
-  const auto count = static_cast<double>(responses.size());
   const double factor = (count - 1.0) / count;
   measured.phase_std_deg = std::sqrt(factor * phase);
   measured.ms_std = std::sqrt(factor * ms);

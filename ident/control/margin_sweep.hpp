@@ -49,13 +49,23 @@ struct SweepWay {
   std::span<const double> rod;
 };
 
+/// A quantity with half of its 95 % interval.
+struct SweptValue {
+  double value = 0.0;
+  double half_width = 0.0;
+};
+
 /// Margins of a loop as it was measured, with standard errors from the scatter of the ways (jackknife).
 struct MeasuredMargins {
   LoopMargins margins;
   double phase_std_deg = 0.0;
   double ms_std = 0.0;
   double delay_std_s = 0.0;
-  std::vector<double> w_rad_s;                   ///< of the tones
+  /// Of the plant, with the injection as the instrument, which no noise of the loop is in: gain over that of the
+  /// settings' inverse, and lag with all delays from command to reading [s]. Student's t over the ways.
+  SweptValue gain_share;
+  SweptValue lag_s;
+  std::vector<double> w_rad_s;                  ///< of the tones
   std::vector<std::complex<double>> open_loop;  ///< at the tones
 };
 

@@ -15,6 +15,8 @@
 #include "hal/sim/normal_noise.hpp"
 #include "ident/control/margin_sweep.hpp"
 #include "ident/control/trial.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/structure/structures.hpp"
 #include "tests/unit/tune/random_rig.hpp"
 
 namespace eha::tune {
@@ -106,11 +108,156 @@ TEST(MarginSweep, MeasuresTheRigsOwnMargins) {
     if (std::getenv("EHA_SWEEP_SHOWS") != nullptr) fmt::print("{}\n", which);
     ASSERT_TRUE(own.is_stable && measured.margins.is_stable) << which;
     EXPECT_NEAR(measured.margins.phase_deg, own.phase_deg, 3.0) << which;
-    EXPECT_NEAR(measured.margins.ms, own.ms, 0.1 * own.ms) << which;
+    EXPECT_NEAR(measured.margins.ms, own.ms, 0.15 * own.ms) << which;
     worst_deg = std::max(worst_deg, std::abs(measured.margins.phase_deg - own.phase_deg));
   }
   RecordProperty("worst_deg", fmt::format("{:.2f}", worst_deg));
   fmt::print("worst {:.2f} deg\n", worst_deg);
+}
+
+/// An integrator with a lag behind a valve that the controller knows but for a part of its gain, a sensor with white
+/// noise and a load that wanders: what a direct fit takes for the plant.
+struct Twin {
+  double gain_share = 1.0;
+  double lag_s = 0.006;
+  double noise_in = 6e-4;
+  double load_in_per_s = 4e-3;  ///< standard deviation of the speed that the load causes
+};
+
+/// @returns of the ways in one direction
+/// @param record  gets the speed that was asked for and the readings of the whole sweep; may be none
+ident::MeasuredMargins swept(const Twin& twin, const ident::AxisSettings& settings, std::uint64_t seed,
+                             ident::Record* record = nullptr) {
+  ident::TrialPlan plan = ident::trial_plan(settings);
+  plan.sweep = ident::margin_sweep(settings, plan.step, 0.05);
+  const ident::MarginSweep& sweep = *plan.sweep;
+  const double h = settings.tick_s;
+  hal::NormalNoise noise(seed);
+  ident::AxisController controller(ident::coefficients(settings));
+  double rod = 2.0;
+  double speed = 0.0;
+  double load = 0.0;
+  controller.start(rod, settings.inverse.null);
+  std::vector<double> readings;
+  std::vector<double> asked;
+  std::vector<double> injected;
+  const double way = sweep.way();
+  for (std::size_t row = 0; row < sweep.rows(); ++row) {
+    const double share = static_cast<double>(row % sweep.way_rows()) / static_cast<double>(sweep.way_rows());
+    const double set_point = 2.0 + way * (row / sweep.way_rows() % 2 == 0 ? share : 1.0 - share);
+    const double reading = rod + twin.noise_in * noise();
+    readings.push_back(reading);
+    injected.push_back(sweep.injected(row));
+    asked.push_back(settings.inverse.speed(controller.step(set_point, reading - injected.back()).command));
+    const double wanted = twin.gain_share * asked.back();
+    // Exact over a tick of a held command.
+    const double decay = std::exp(-h / twin.lag_s);
+    rod += wanted * h + (speed - wanted) * twin.lag_s * (1.0 - decay) + load * h;
+    speed = wanted + (speed - wanted) * decay;
+    load = 0.99 * load + twin.load_in_per_s * std::sqrt(1.0 - 0.99 * 0.99) * noise();
+  }
+  if (record != nullptr) {
+    record->step_s = h;
+    record->input = Eigen::Map<const Eigen::VectorXd>(asked.data(), static_cast<Eigen::Index>(asked.size()));
+    record->output = Eigen::Map<const Eigen::VectorXd>(readings.data(), static_cast<Eigen::Index>(readings.size()));
+  }
+  std::vector<ident::SweepWay> ways;
+  for (std::size_t i = 0; i < sweep.ways; i += 2) {
+    const std::size_t begin = i * sweep.way_rows() + sweep.lead_rows;
+    ways.push_back({std::span(injected).subspan(begin, sweep.measured_rows()),
+                    std::span(readings).subspan(begin, sweep.measured_rows())});
+  }
+  return ident::measured_margins(sweep, settings, ways);
+}
+
+ident::AxisSettings known_settings() {
+  ident::AxisSettings s;
+  s.tick_s = 0.001;
+  s.kind = ident::FeedbackKind::p;
+  s.feedback = {.kp = 15.0, .filter_s = 0.003};
+  s.most_speed = 1.0;
+  s.inverse = {.null = -0.2, .dead_band = 0.15, .gain_positive = 0.148, .gain_negative = 0.13, .smoothing = 0.01};
+  s.feed_forward.acceleration_s = 0.0075;
+  s.reference = {.lowest = 0.15, .highest = 5.75, .velocity = 0.2, .acceleration = 1.0, .jerk = 40.0};
+  s.command_min = -5.0;
+  s.command_max = 5.0;
+  s.slew_per_s = 20.0;
+  return s;
+}
+
+TEST(MarginSweep, IntervalsOfTheClosedLoopFitCover) {
+  constexpr int kTwins = 300;
+  const ident::AxisSettings settings = known_settings();
+  int gain_covered = 0;
+  int lag_covered = 0;
+  double gain_error = 0.0;
+  double lag_error = 0.0;
+  double width = 0.0;
+  for (int i = 0; i < kTwins; ++i) {
+    ident::PortableDraw draw(9000 + static_cast<std::uint64_t>(i));
+    Twin twin;
+    twin.gain_share = 0.85 + 0.3 * draw.uniform();
+    twin.lag_s = 0.004 + 0.006 * draw.uniform();
+    const ident::MeasuredMargins m = swept(twin, settings, 50 + static_cast<std::uint64_t>(i));
+    // A command acts one tick before the next reading: half a tick of the hold, and no more.
+    const double lag_s = twin.lag_s + 0.5 * settings.tick_s;
+    gain_covered += std::abs(m.gain_share.value - twin.gain_share) <= m.gain_share.half_width ? 1 : 0;
+    lag_covered += std::abs(m.lag_s.value - lag_s) <= m.lag_s.half_width ? 1 : 0;
+    gain_error += (m.gain_share.value / twin.gain_share - 1.0) / kTwins;
+    lag_error += (m.lag_s.value - lag_s) / kTwins;
+    width += m.gain_share.half_width / kTwins;
+  }
+  fmt::print("gain covered {} of {}, mean error {:+.3f} %, +- {:.2f} %; lag covered {}, mean error {:+.3f} ms\n",
+             gain_covered, kTwins, 100.0 * gain_error, 100.0 * width, lag_covered, 1e3 * lag_error);
+  EXPECT_GE(gain_covered, 0.93 * kTwins);
+  EXPECT_LE(gain_covered, 0.97 * kTwins);
+  EXPECT_GE(lag_covered, 0.93 * kTwins);
+  EXPECT_LE(lag_covered, 0.97 * kTwins);
+}
+
+/// What docs/axis.md says of a fit of command and reading. EHA_SWEEP_TWINS: how many twins instead of 30.
+TEST(MarginSweep, ADirectFitOfAClosedLoopIsBiased) {
+  const char* asked = std::getenv("EHA_SWEEP_TWINS");
+  const int twins = asked != nullptr ? std::atoi(asked) : 30;
+  const ident::AxisSettings settings = known_settings();
+  ident::StructureOptions structure;
+  structure.structure = ident::structures::integrator_lag();
+  structure.name = "integrator_lag";
+  ident::FitOptions options;
+  options.decimation = 5;
+  options.discard_s = 1.0;
+  options.split = 1.0;
+  options.intervals = ident::IntervalMethod::straight;
+  double direct_error = 0.0;
+  double swept_error = 0.0;
+  double direct_lag_s = 0.0;
+  double swept_lag_s = 0.0;
+  int covered = 0;
+  for (int i = 0; i < twins; ++i) {
+    ident::PortableDraw draw(9000 + static_cast<std::uint64_t>(i));
+    Twin twin;
+    twin.gain_share = 0.85 + 0.3 * draw.uniform();
+    twin.lag_s = 0.004 + 0.006 * draw.uniform();
+    twin.load_in_per_s = 0.012;
+    ident::Record record;
+    const ident::MeasuredMargins m = swept(twin, settings, 50 + static_cast<std::uint64_t>(i), &record);
+    const ident::Model model = ident::fit(record, structure, options).model;
+    const auto value = [&](const char* name) -> const ident::ParameterEstimate& {
+      return *std::find_if(model.parameters.begin(), model.parameters.end(),
+                           [&](const ident::ParameterEstimate& p) { return p.name == name; });
+    };
+    direct_error += (value("K").value / twin.gain_share - 1.0) / twins;
+    direct_lag_s += (value("a2").value - twin.lag_s) / twins;
+    covered += value("K").lower95 <= twin.gain_share && twin.gain_share <= value("K").upper95 ? 1 : 0;
+    swept_error += (m.gain_share.value / twin.gain_share - 1.0) / twins;
+    swept_lag_s += (m.lag_s.value - twin.lag_s - 0.5 * settings.tick_s) / twins;
+  }
+  fmt::print(
+      "{} twins: direct fit: gain {:+.2f} %, its intervals cover {}, lag {:+.2f} ms; with the sweep as instrument: gain "
+      "{:+.2f} %, lag {:+.2f} ms\n",
+      twins, 100.0 * direct_error, covered, 1e3 * direct_lag_s, 100.0 * swept_error, 1e3 * swept_lag_s);
+  EXPECT_GT(direct_lag_s, 3e-4);
+  EXPECT_LT(std::abs(swept_lag_s), 3e-4);
 }
 
 }  // namespace
