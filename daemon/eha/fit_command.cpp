@@ -141,13 +141,6 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
 ExitCode execute(const FitCommand& command, Console& console) {
   const Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
-  if (source.experiment && source.experiment->track) {
-    throw DataError(fmt::format(
-        "{0}: a record in closed loop, whose command contains the noise of its readings; a fit of command and reading "
-        "would be biased. `eha track {0}` shows gain and lag with the sweep as the instrument; for a model play an "
-        "experiment, as `eha design --band` makes one",
-        command.source));
-  }
   console.end_progress();
   print_import(source.guess, source.repairs, console);
   const bool names_models = !command.models.families.empty() || !command.models.structure_files.empty();
@@ -157,6 +150,13 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   if (source.run_folder && source.experiment && source.experiment->track && !names_models) {
     return show_track(*source.run_folder, TrackFiles::write, console);
+  }
+  if (source.experiment && source.experiment->track) {
+    throw DataError(fmt::format(
+        "{0}: a record in closed loop, whose command contains the noise of its readings; a fit of command and reading "
+        "would be biased. `eha track {0}` shows gain and lag with the sweep as the instrument; for a model play an "
+        "experiment, as `eha design --band` makes one",
+        command.source));
   }
   const IdentificationTask task = task_for(command, source);
   print_warnings(source, task.options.decimation, console);
