@@ -142,8 +142,8 @@ void read_track(Section& section, ExperimentConfig& experiment, Document& docume
     return;
   }
   if (sweeps) {
-    track.plan.sweep = ident::margin_sweep(settings, track.plan.step,
-                                           kSweepErrorShare * track.controller.fault.following_error_in);
+    track.plan.sweep =
+        ident::margin_sweep(settings, track.plan.step, kSweepErrorShare * track.controller.fault.following_error_in);
   }
   const ident::TrialMotion motion(settings, track.plan, settings.reference.lowest);
   experiment.duration_s = static_cast<double>(motion.rows()) * settings.tick_s;

@@ -48,7 +48,7 @@ struct ExperimentConfig {
   std::optional<double> start_in = {};  ///< [start]: where the rod is moved first [in]
   std::optional<Hold> hold = {};        ///< [hold]
   std::optional<Precision> precision = {};  ///< [precision]: ends the run after the repetition that reaches it
-  double duration_s = 0.0;              ///< of one repetition [s]
+  double duration_s = 0.0;                  ///< of one repetition [s]
   int repetitions = 1;
   ident::FitOptions fit;  ///< decimation, discarded time, split, procedure, seed
   /// procedure = "both": the paper's procedure too, for comparison.

@@ -46,7 +46,7 @@ Examples:
   eha commission /etc/ehad/rig.toml --ruler 74mm)";
 
 constexpr int kRepetitions = 6;
-constexpr int kFurtherRepetitions = 4;  // the whole stays within 10 min of rig time
+constexpr int kFurtherRepetitions = 5;  // the whole stays within 10 min of rig time
 constexpr double kPeriod_s = 10.0;
 constexpr double kLowest_Hz = 0.1;
 constexpr double kHighest_Hz = 2.0;
@@ -59,7 +59,7 @@ struct CommissionCommand {
   bool fast = false;
   bool yes = false;
   bool allow_non_realtime = false;
-  double precision_percent = 1.0;
+  double precision_percent = 2.0;
   std::optional<std::string> ruler = {};
 };
 
@@ -244,9 +244,10 @@ class Commissioning {
     for (int attempt = 1;; ++attempt, repetitions = kFurtherRepetitions) {
       const std::string experiment =
           state_.file(attempt == 1 ? "excitation.toml" : fmt::format("excitation_{}.toml", attempt)).string();
-      announce("record", fmt::format("the rod moves about the middle of its travel, tones up to {:.1f} Hz, at most {:g} "
-                                     "min; it ends early when the gain is known to {:g} %.",
-                                     highest_Hz(), std::ceil(repetitions * kPeriod_s / 60.0), command_.precision_percent));
+      announce("record",
+               fmt::format("the rod moves about the middle of its travel, tones up to {:.1f} Hz, at most {:g} "
+                           "min; it ends early when the gain is known to {:g} %.",
+                           highest_Hz(), std::ceil(repetitions * kPeriod_s / 60.0), command_.precision_percent));
       std::vector<std::string> words{"design",
                                      "--rig",
                                      command_.rig_file,
@@ -303,8 +304,9 @@ class Commissioning {
 
   void make_controller() {
     if (state_.has("tune")) return;
-    announce("controller", "a controller is designed from the model and tried on 50 simulated rigs. Nothing moves; some "
-                           "seconds.");
+    announce("controller",
+             "a controller is designed from the model and tried on 50 simulated rigs. Nothing moves; some "
+             "seconds.");
     const std::string file = state_.file("axis.toml").string();
     std::error_code ignored;
     fs::remove(file, ignored);  // of a step that was not finished
@@ -317,8 +319,9 @@ class Commissioning {
 
   ExitCode try_controller() {
     if (!state_.has("track")) {
-      announce("trial", "the rod follows a step, trapezoids, a sine and rests for 60 s, in closed loop, under every limit "
-                        "of the rig file. Some 2 min.");
+      announce("trial",
+               "the rod follows a step, trapezoids, a sine and rests for 60 s, in closed loop, under every limit "
+               "of the rig file. Some 2 min.");
       auto [track, code] = drive({"track", state_.file("axis.toml").string()});
       if (code != ExitCode::ok && code != ExitCode::model_rejected) throw Stopped{code, "the trial is not whole"};
       state_.finish("track", std::move(track));
@@ -327,10 +330,10 @@ class Commissioning {
     os::write_file_atomically(page, commission_page(state_, rig_.name, console_.unit(rig_.units)));
     const bool is_kept = state_.result("track").at("kept").get<bool>();
     const ExitCode code = is_kept ? ExitCode::ok : ExitCode::model_rejected;
-    console_.print(fmt::format("\n{}: {}. Report of the whole: {}", rig_.name,
-                               is_kept ? "the axis keeps the controller's promise"
-                                       : "the axis does not keep the controller's promise",
-                               page.string()));
+    console_.print(fmt::format(
+        "\n{}: {}. Report of the whole: {}", rig_.name,
+        is_kept ? "the axis keeps the controller's promise" : "the axis does not keep the controller's promise",
+        page.string()));
     console_.print_json({{"schema", "eha-commission/1"},
                          {"folder", state_.folder().string()},
                          {"steps", state_.document().at("steps")},
@@ -365,7 +368,7 @@ void add_commission(CLI::App& app, ParsedLine& line) {
   sub->add_option("-o,--output", commission.folder, "Folder for the files of the commissioning (default commission)")
       ->type_name("FOLDER");
   sub->add_option("--precision", commission.precision_percent,
-                  "Wanted 95 % interval of the gain: +- this (default 1 %)")
+                  "Wanted 95 % interval of the gain: +- this (default 2 %)")
       ->type_name("PERCENT")
       ->check(finite_number("a positive number", [](double x) { return x > 0.0; }));
   sub->add_option("--ruler", commission.ruler,

@@ -51,11 +51,11 @@ std::string figures_table(const Json& track, const DisplayUnit& unit) {
     };
     const Json& kept = figure.at("kept");
     const char* verdict = kept.is_null() ? "hidden by noise" : kept.get<bool>() ? "yes" : "no";
-    rows.push_back({figure.at("figure").get<std::string>(), number("measured"), number("promised_to"), unit.of(own),
-                    verdict});
+    rows.push_back(
+        {figure.at("figure").get<std::string>(), number("measured"), number("promised_to"), unit.of(own), verdict});
   }
-  return report::table(
-      {{"axis"}, {"measured", Column::number}, {"promised limit", Column::number}, {"unit"}, {"kept"}}, rows);
+  return report::table({{"axis"}, {"measured", Column::number}, {"promised limit", Column::number}, {"unit"}, {"kept"}},
+                       rows);
 }
 
 /// A link to a file of a run's folder, or its name alone.
@@ -74,8 +74,8 @@ CommissionState::CommissionState(std::filesystem::path folder)
   if (!std::filesystem::exists(file(kStateFile), ignored)) return;
   const std::string name = file(kStateFile).string();
   document_ = Json::parse(os::read_file(name), nullptr, false);
-  if (!document_.is_object() || document_.value("schema", "") != "eha-commission/1" ||
-      !document_.contains("steps") || !document_.at("steps").is_object()) {
+  if (!document_.is_object() || document_.value("schema", "") != "eha-commission/1" || !document_.contains("steps") ||
+      !document_.at("steps").is_object()) {
     throw DataError(name + ": is no state of a commissioning; name another folder with -o");
   }
 }

@@ -22,10 +22,10 @@ struct DesignCommand {
   std::optional<std::string> twin_file = {};   ///< --twin: simulated rig that predicts; none: the rig if simulated
   std::optional<ident::FrequencyInterval> band = {};  ///< --band: writes an experiment of equal tones in this band
   int tones = 30;
-  double period_s = 20.0;                ///< of the tones
-  std::optional<int> repetitions = {};   ///< of the period; none: three periods as one
+  double period_s = 20.0;                        ///< of the tones
+  std::optional<int> repetitions = {};           ///< of the period; none: three periods as one
   std::optional<double> precision_percent = {};  ///< --precision: of the gain; none: every repetition is played
-  std::optional<int> realisations = {};  ///< --odd-random: of an odd-random multisine in the band; none: tones
+  std::optional<int> realisations = {};          ///< --odd-random: of an odd-random multisine in the band; none: tones
 };
 
 [[nodiscard]] ExitCode execute(const DesignCommand& command, Console& console);

@@ -93,14 +93,16 @@ std::string band_experiment_text(const DesignCommand& command, const config::Rig
       "offset_V = {:.3f}\ntones = [\n",
       command.band->lowest_Hz, command.band->highest_Hz, command.tones, period_s, rig.name, remark,
       command.repetitions ? period_s : kPeriods * period_s,
-      command.repetitions ? fmt::format("repetitions = {}\n", *command.repetitions) : "", middle_in, rig.limits.following->null_V);
+      command.repetitions ? fmt::format("repetitions = {}\n", *command.repetitions) : "", middle_in,
+      rig.limits.following->null_V);
   for (std::size_t k = 0; k < harmonics.size(); ++k) {
     text +=
         fmt::format("  {{ frequency_Hz = {:.6f}, amplitude_V = {:.4f}, phase_rad = {:.4f} }},\n",
                     static_cast<double>(harmonics[k]) / period_s, amplitude_V, phase_rad[static_cast<Eigen::Index>(k)]);
   }
   const int decimation = compared_ticks(static_cast<double>(harmonics.back()) / period_s, rig.realtime.sample_period_s);
-  text += fmt::format("]\n\n[record]\ndiscard_s = {:.3f}\ndecimation = {}\n", command.repetitions ? kDiscardShare * period_s : period_s, decimation);
+  text += fmt::format("]\n\n[record]\ndiscard_s = {:.3f}\ndecimation = {}\n",
+                      command.repetitions ? kDiscardShare * period_s : period_s, decimation);
   if (command.precision_percent) {
     text += fmt::format("\n[precision]  # ends the run after the repetition that reaches it\ngain_percent = {:g}\n",
                         *command.precision_percent);

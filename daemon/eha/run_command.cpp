@@ -201,8 +201,10 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   std::vector<fs::path> written = identify::publish(identification, folder);
   const DisplayUnit unit = console.unit(source.units);
   write_report(folder, unit, written, console);
-  print_identification(identification, written,
-                       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", acquisition::to_text(source.outcome)}}, unit, console);
+  print_identification(
+      identification, written,
+      {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", acquisition::to_text(source.outcome)}}, unit,
+      console);
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));

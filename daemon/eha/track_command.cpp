@@ -168,8 +168,8 @@ void add_track(CLI::App& app, ParsedLine& line) {
   sub->add_option("--hold", track.motion.hold_s, "Duration of the hold (default 60 s, which the promise is for)")
       ->type_name("SECONDS")
       ->check(positive());
-  sub->add_flag_callback("--no-sweep", [&track] { track.motion.sweep = false; },
-                         "Leave out the sweep, which measures the margins");
+  sub->add_flag_callback(
+      "--no-sweep", [&track] { track.motion.sweep = false; }, "Leave out the sweep, which measures the margins");
   add_drive_options(*sub, track);
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/play.hpp"
 
-#include <optional>
-
 #include <spdlog/spdlog.h>
+
+#include <optional>
 
 #include "config/prepared_experiment.hpp"
 #include "daemon/precision/precision_watch.hpp"

@@ -89,8 +89,8 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     spdlog::info("experiment {}: the rod is at {:.3f} in", entry.id, run.displacement_in);
     close_entry(entry, ExitCode::ok);
   } else if (acquisition::is_whole(outcome)) {
-    spdlog::info("experiment {}: {}; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id, entry.outcome,
-                 run.report.counters.late, run.report.counters.skipped, run.report.counters.ticks,
+    spdlog::info("experiment {}: {}; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id,
+                 entry.outcome, run.report.counters.late, run.report.counters.skipped, run.report.counters.ticks,
                  static_cast<double>(run.report.latency.maximum_ns()) * 1e-3);
     entry.state = EntryState::fitting;
     save(entry);

@@ -76,8 +76,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
                     "with a record",
                     name));
   }
-  record::LoadedRun run =
-      record::read_run(name, options.to_s ? record::StillGoing::read : record::StillGoing::refuse);
+  record::LoadedRun run = record::read_run(name, options.to_s ? record::StillGoing::read : record::StillGoing::refuse);
   const double recorded_s = run.record.step_s * static_cast<double>(run.record.input.size());
   if (!run.manifest.outcome && recorded_s < *options.to_s) {
     throw DataError(fmt::format("{}: the run is still going, and its rows so far end at {:.4g} s, before --to {:.4g}",

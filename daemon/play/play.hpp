@@ -33,7 +33,7 @@ struct PlayRequest {
   acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
   acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
   EarlyEnd* early_end = nullptr;  ///< none: every repetition is played
-  RunWatch* watch = nullptr;  ///< none: nobody watches the run
+  RunWatch* watch = nullptr;      ///< none: nobody watches the run
   GuardPage* page = nullptr;  ///< shared with the rig's guard; none: a killed process costs up to 0.2 s of the record
   /// Gives the guard the journal, whose lock it shares; called once, before the rig is driven.
   std::function<void(const os::FileDescriptor& journal)> share_journal = {};

@@ -22,7 +22,8 @@ constexpr std::chrono::seconds kPatience{120};
 
 std::filesystem::path program(const char* name) {
   std::filesystem::path path = find_program(name);
-  if (path.empty()) throw DeviceError(fmt::format("{}: not found beside this program; install the whole package", name));
+  if (path.empty())
+    throw DeviceError(fmt::format("{}: not found beside this program; install the whole package", name));
   return path;
 }
 
@@ -60,7 +61,8 @@ void PrecisionWatch::note(int repetitions) {
     if (!is_reached() && repetitions > judged()) start(repetitions);
   } catch (const std::exception& error) {
     process_.reset();
-    say_(fmt::format("the precision of the rows so far is not known, and every repetition is played: {}", error.what()));
+    say_(
+        fmt::format("the precision of the rows so far is not known, and every repetition is played: {}", error.what()));
     judged_.store(std::numeric_limits<int>::max(), std::memory_order_release);
   }
 }
@@ -86,7 +88,8 @@ void PrecisionWatch::conclude(const worker::WorkerEnd& end) {
   const bool is_fitted = end.exit_code && *end.exit_code <= static_cast<int>(ExitCode::not_converged) &&
                          std::filesystem::exists(file, ignored);
   const double percent = is_fitted ? gain_percent(file) : std::numeric_limits<double>::infinity();
-  const std::string after = fmt::format("after {} repetition{}", fitted_repetitions_, fitted_repetitions_ == 1 ? "" : "s");
+  const std::string after =
+      fmt::format("after {} repetition{}", fitted_repetitions_, fitted_repetitions_ == 1 ? "" : "s");
   if (std::isfinite(percent)) {
     say_(fmt::format("{} the gain is known to +-{:.2g} %, {:.2g} % are wanted", after, percent, wanted_percent_));
   } else {

@@ -133,36 +133,37 @@ Json to_json(const config::ExperimentConfig& experiment) {
     const auto& gain = experiment.hold->gain_V_per_in;
     hold = {{"gain_V_per_in", gain ? Json(*gain) : Json(nullptr)}};
   }
-  return {{"name", experiment.name},
-          {"excitation", experiment.is_fitted() ? to_json(experiment.excitation) : Json(nullptr)},
-          {"place_in", experiment.place_in ? Json(*experiment.place_in) : Json(nullptr)},
-          {"way_back", experiment.brings_back},
-          {"characterises", experiment.characterises},
-          {"track", experiment.track ? Json(experiment.track->controller.name) : Json(nullptr)},
-          {"start_in", experiment.start_in ? Json(*experiment.start_in) : Json(nullptr)},
-          {"hold", std::move(hold)},
-          {"precision", experiment.precision ? Json{{"gain_percent", experiment.precision->gain_percent}} : Json(nullptr)},
-          {"duration_s", experiment.duration_s},
-          {"repetitions", experiment.repetitions},
-          {"record",
-           {{"discard_s", fit.discard_s},
-            {"decimation", fit.decimation},
-            {"split", fit.split},
-            {"input_before_V", fit.input_before ? Json(*fit.input_before) : Json(nullptr)}}},
-          {"identification",
-           {{"procedure", experiment.compares_with_paper             ? "both"
-                          : fit.procedure == ident::Procedure::paper ? "paper"
-                                                                     : "default"},
-            {"seed", fit.seed}}},
-          {"models", std::move(models)},
-          {"acceptance",
-           {{"min_validation_r2_percent", experiment.acceptance.min_validation_r2_percent},
-            {"max_abs_error_in", finite_or_null(experiment.acceptance.max_abs_error)},
-            {"require_stable", experiment.acceptance.require_stable},
-            {"min_stability_margin_rad", experiment.acceptance.min_stability_margin_rad},
-            {"usable_gain_error_dB", experiment.acceptance.usable_gain_error_dB},
-            {"usable_phase_error_deg", experiment.acceptance.usable_phase_error_deg}}},
-          {"text", experiment.text}};
+  return {
+      {"name", experiment.name},
+      {"excitation", experiment.is_fitted() ? to_json(experiment.excitation) : Json(nullptr)},
+      {"place_in", experiment.place_in ? Json(*experiment.place_in) : Json(nullptr)},
+      {"way_back", experiment.brings_back},
+      {"characterises", experiment.characterises},
+      {"track", experiment.track ? Json(experiment.track->controller.name) : Json(nullptr)},
+      {"start_in", experiment.start_in ? Json(*experiment.start_in) : Json(nullptr)},
+      {"hold", std::move(hold)},
+      {"precision", experiment.precision ? Json{{"gain_percent", experiment.precision->gain_percent}} : Json(nullptr)},
+      {"duration_s", experiment.duration_s},
+      {"repetitions", experiment.repetitions},
+      {"record",
+       {{"discard_s", fit.discard_s},
+        {"decimation", fit.decimation},
+        {"split", fit.split},
+        {"input_before_V", fit.input_before ? Json(*fit.input_before) : Json(nullptr)}}},
+      {"identification",
+       {{"procedure", experiment.compares_with_paper             ? "both"
+                      : fit.procedure == ident::Procedure::paper ? "paper"
+                                                                 : "default"},
+        {"seed", fit.seed}}},
+      {"models", std::move(models)},
+      {"acceptance",
+       {{"min_validation_r2_percent", experiment.acceptance.min_validation_r2_percent},
+        {"max_abs_error_in", finite_or_null(experiment.acceptance.max_abs_error)},
+        {"require_stable", experiment.acceptance.require_stable},
+        {"min_stability_margin_rad", experiment.acceptance.min_stability_margin_rad},
+        {"usable_gain_error_dB", experiment.acceptance.usable_gain_error_dB},
+        {"usable_phase_error_deg", experiment.acceptance.usable_phase_error_deg}}},
+      {"text", experiment.text}};
 }
 
 }  // namespace eha::record

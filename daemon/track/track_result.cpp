@@ -131,7 +131,8 @@ std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, const id
 KeptFigure margin_figure(const char* name, const char* unit, double measured, double std,
                          const config::PromisedFigure& promised, Bound bound) {
   constexpr double kStudents = 2.6;  // 95 % with 5 degrees of freedom
-  return {.name = name, .unit = unit, .measured = measured, .noise = kStudents * std, .promised = promised, .bound = bound};
+  return {
+      .name = name, .unit = unit, .measured = measured, .noise = kStudents * std, .promised = promised, .bound = bound};
 }
 
 /// Null without a sweep.
@@ -220,8 +221,7 @@ TrackResult track_result(const std::filesystem::path& folder) {
                     {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
   if (is_own) result.figures.resize(2);
   if (experiment.track->plan.sweep && !is_own) {
-    result.margins = margins_of(rows, motion, *experiment.track->plan.sweep, c.settings,
-                                result.margins_retracting);
+    result.margins = margins_of(rows, motion, *experiment.track->plan.sweep, c.settings, result.margins_retracting);
   }
   if (result.margins) {
     const ident::MeasuredMargins& m = *result.margins;
@@ -261,8 +261,7 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
                                  "promised", "unit", "kept");
   for (const KeptFigure& f : result.figures) {
     const double factor = unit.factor(f.unit);
-    text += fmt::format("{:<32} {:>9.3g} {:>14.2g} {:>12}  {:<4}  {}\n", f.name, factor * f.measured,
-                        factor * f.noise,
+    text += fmt::format("{:<32} {:>9.3g} {:>14.2g} {:>12}  {:<4}  {}\n", f.name, factor * f.measured, factor * f.noise,
                         fmt::format("{} {:.3g}", f.bound == Bound::most ? "<=" : ">=", factor * f.limit()),
                         unit.of(f.unit), kept_text(f));
   }
@@ -288,11 +287,11 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
     const double gain = is_retracting ? map.gain_negative : map.gain_positive;
     const ident::SweptValue& share = result.margins->gain_share;
     const double factor = unit.factor(kGainUnit);
-    text += fmt::format("By the sweep the gain {} is {:.4g} +- {:.2g} {}, the lag with all delays {:.2g} +- {:.2g} ms "
-                        "(95 %).\n",
-                        is_retracting ? "retracting" : "extending", factor * gain * share.value,
-                        factor * gain * share.half_width, unit.of(kGainUnit), 1e3 * result.margins->lag_s.value,
-                        1e3 * result.margins->lag_s.half_width);
+    text += fmt::format(
+        "By the sweep the gain {} is {:.4g} +- {:.2g} {}, the lag with all delays {:.2g} +- {:.2g} ms "
+        "(95 %).\n",
+        is_retracting ? "retracting" : "extending", factor * gain * share.value, factor * gain * share.half_width,
+        unit.of(kGainUnit), 1e3 * result.margins->lag_s.value, 1e3 * result.margins->lag_s.half_width);
   }
   return text + (result.margins ? "Margins: of the open loop, from the sweep, in the direction that has less of them.\n"
                                 : "Margins (Ms, Mt, phase, gain, delay) are not measured by this trial.\n");

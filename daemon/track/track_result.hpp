@@ -35,7 +35,9 @@ struct KeptFigure {
   [[nodiscard]] bool is_decided() const noexcept { return beyond() <= 0.0 || beyond() > noise; }
   [[nodiscard]] bool is_kept() const noexcept { return beyond() <= noise; }
   /// By how much it is worse than the limit.
-  [[nodiscard]] double beyond() const noexcept { return bound == Bound::most ? measured - limit() : limit() - measured; }
+  [[nodiscard]] double beyond() const noexcept {
+    return bound == Bound::most ? measured - limit() : limit() - measured;
+  }
 };
 
 /// Rows of the trial, a row a tick from the controller's first.
@@ -67,11 +69,11 @@ struct TrackResult {
   std::vector<double> mean_rod_in;        ///< the same
   double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from set points of one's own
   SeenValve valve;
-  bool margins_retracting = false;  ///< direction of `margins`
+  bool margins_retracting = false;                     ///< direction of `margins`
   std::optional<ident::MeasuredMargins> margins = {};  ///< none: the trial has no sweep, or the loop was not steady
-  bool shows_valve = true;                      ///< the trial has the speeds that tell it
-  std::vector<std::string> changes;             ///< of the valve against the controller's, a phrase each
-  [[nodiscard]] bool is_kept() const noexcept;  ///< no figure is broken
+  bool shows_valve = true;                             ///< the trial has the speeds that tell it
+  std::vector<std::string> changes;                    ///< of the valve against the controller's, a phrase each
+  [[nodiscard]] bool is_kept() const noexcept;         ///< no figure is broken
 };
 
 /// Computes the figures of a completed run of [track]. Errors are means over 50 ms, because a reading's noise is no

@@ -17,11 +17,11 @@ constexpr std::size_t kTones = MarginSweep::kHarmonics.size();
 /// Of the lowest peak among some thousand draws: 1.99 of the amplitude of a tone with weight 1.
 constexpr std::array<double, kTones> kPhases_rad{0.8, 1.46, 5.63, 1.56, 0.11, 5.98};
 constexpr double kLowestTone = 0.4;  // of the crossover
-constexpr double kSwept_s = 60.0;   // of all ways
+constexpr double kSwept_s = 45.0;    // of all ways
 constexpr std::size_t kMostWays = 12;
 constexpr std::size_t kLeastWays = 4;
-constexpr double kWaySpeed = 0.6;     // of the fastest reference
-constexpr double kSweptSpeed = 0.8;   // of the way's speed: the valve stays open
+constexpr double kWaySpeed = 0.6;    // of the fastest reference
+constexpr double kSweptSpeed = 0.8;  // of the way's speed: the valve stays open
 constexpr double kSweptSlew = 0.6;
 
 /// Of an integrating plant with the lag that the feed-forward knows.
@@ -148,9 +148,7 @@ SweptValue mean_of(const std::vector<double>& values) {
 
 }  // namespace
 
-double MarginSweep::fundamental_rad_s() const noexcept {
-  return kTurn / (tick_s * static_cast<double>(period_rows));
-}
+double MarginSweep::fundamental_rad_s() const noexcept { return kTurn / (tick_s * static_cast<double>(period_rows)); }
 
 double MarginSweep::injected(std::size_t row) const noexcept {
   const double angle = kTurn * static_cast<double>(row % period_rows) / static_cast<double>(period_rows);

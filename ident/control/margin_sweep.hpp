@@ -24,7 +24,7 @@ struct MarginSweep {
   std::size_t ways = 0;         ///< even
   static constexpr std::array<double, kHarmonics.size()> kWeights{0.6, 1.0, 1.0, 0.7, 0.4, 0.2};  ///< of the speed
 
-  double speed = 0.0;           ///< of the rod between the tones [in/s]
+  double speed = 0.0;  ///< of the rod between the tones [in/s]
   double tick_s = 0.0;
   std::array<double, kHarmonics.size()> amplitude{};  ///< [in]
   std::array<double, kHarmonics.size()> phase_rad{};
@@ -70,9 +70,9 @@ struct MeasuredMargins {
 };
 
 /// The open loop L = H / (1 - H) from the closed one, H = rod over injection at each tone by least squares beside a
-/// straight line, the mean over the ways. (The closed loop's phase is no margin.) The margins are those of a smooth loop
-/// through the tones: L = C P exp(a - j b w - c w^2 + j d w^3), C the controller, P the plant that its feed-forward
-/// knows; a to d by least squares, each tone by its accuracy.
+/// straight line, the mean over the ways. (The closed loop's phase is no margin.) The margins are those of a smooth
+/// loop through the tones: L = C P exp(a - j b w - c w^2 + j d w^3), C the controller, P the plant that its
+/// feed-forward knows; a to d by least squares, each tone by its accuracy.
 /// @param ways  at least 2   @throws nothing
 /// Cost: O(rows), some ms.
 [[nodiscard]] MeasuredMargins measured_margins(const MarginSweep& sweep, const AxisSettings& settings,

@@ -74,9 +74,8 @@ std::size_t TrialMotion::index(std::size_t row) const noexcept {
 }
 
 TrialMotion::Part TrialMotion::part(std::size_t row) const noexcept {
-  constexpr std::array<Part, kParts + 1> kAll{Part::rest,  Part::step,      Part::trapezoids, Part::sweep,
-                                              Part::sine_lead, Part::sine, Part::rest,       Part::hold_lead,
-                                              Part::hold,  Part::over};
+  constexpr std::array<Part, kParts + 1> kAll{Part::rest, Part::step, Part::trapezoids, Part::sweep, Part::sine_lead,
+                                              Part::sine, Part::rest, Part::hold_lead,  Part::hold,  Part::over};
   return kAll[index(row)];
 }
 

@@ -24,7 +24,7 @@ struct TrialPlan {
   double step = 0.5;  ///< of the set point [in]
   double sine = 0.2;  ///< amplitude [in]
   double sine_Hz = 0.2;
-  int trapezoids = 2;  ///< forth and back, as fast as the reference may move
+  int trapezoids = 2;                     ///< forth and back, as fast as the reference may move
   std::optional<MarginSweep> sweep = {};  ///< after the trapezoids; none: the margins are not measured
   double hold_s = 60.0;
   double lowest = 0.0;   ///< travel [in]
@@ -36,8 +36,8 @@ struct TrialPlan {
 /// Step and sine that suit travel and limits of a controller.
 [[nodiscard]] TrialPlan trial_plan(const AxisSettings& settings);
 
-/// The set points of a trial, one a tick: rest, step, trapezoids, sweep, sine, rest, hold; or rest, one's own in the place of
-/// the trapezoids, rest. The step leads towards the middle of the travel. Real-time safe.
+/// The set points of a trial, one a tick: rest, step, trapezoids, sweep, sine, rest, hold; or rest, one's own in the
+/// place of the trapezoids, rest. The step leads towards the middle of the travel. Real-time safe.
 class TrialMotion {
  public:
   /// @param plan  outlives this where it has set points of its own or a sweep
@@ -59,7 +59,18 @@ class TrialMotion {
   [[nodiscard]] std::size_t since(std::size_t row) const noexcept;
 
  private:
-  enum Index : std::size_t { kRest, kStep, kTrapezoids, kSweep, kSineLead, kSine, kRestAgain, kHoldLead, kHold, kParts };
+  enum Index : std::size_t {
+    kRest,
+    kStep,
+    kTrapezoids,
+    kSweep,
+    kSineLead,
+    kSine,
+    kRestAgain,
+    kHoldLead,
+    kHold,
+    kParts
+  };
   [[nodiscard]] std::size_t index(std::size_t row) const noexcept;
 
   [[nodiscard]] double own_set_point(double time_s) const noexcept;

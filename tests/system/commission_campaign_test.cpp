@@ -79,13 +79,15 @@ TEST(CommissionCampaign, KeepsThePromiseOnUnknownRigs) {
     longest_s = std::max(longest_s, rig_s);
     kept += ended.code == 0 ? 1 : 0;
     precise += outcomes.find("precise_enough") != std::string::npos ? 1 : 0;
-    std::string said = ended.code == 0 ? "" : ended.err.substr(ended.err.size() - std::min<std::size_t>(600, ended.err.size()));
+    std::string said =
+        ended.code == 0 ? "" : ended.err.substr(ended.err.size() - std::min<std::size_t>(600, ended.err.size()));
     if (ended.code == 0 && i % 10 == 3) {
       ++changed;
       std::string rig = content_of(folder.path() / "rig.toml");
       const bool is_dead_band = i % 20 == 3;
-      rig = is_dead_band ? with_value(rig, "valve_dead_band_V", value_of(rig, "valve_dead_band_V") + 0.1)
-                         : with_value(rig, "valve_rated_flow_L_per_min", 0.8 * value_of(rig, "valve_rated_flow_L_per_min"));
+      rig = is_dead_band
+                ? with_value(rig, "valve_dead_band_V", value_of(rig, "valve_dead_band_V") + 0.1)
+                : with_value(rig, "valve_rated_flow_L_per_min", 0.8 * value_of(rig, "valve_rated_flow_L_per_min"));
       folder.write("rig.toml", rig);
       const Ended track =
           run_eha({"track", "commission/axis.toml", "--local", "--fast", "--rig", "rig.toml", "--json"}, folder.path());
@@ -105,8 +107,8 @@ TEST(CommissionCampaign, KeepsThePromiseOnUnknownRigs) {
     fmt::print("rig {}: exit code {},{}, {:.0f} s of rig time {}\n", i, ended.code, outcomes, rig_s, said);
     std::fflush(stdout);
   }
-  fmt::print("{} rigs: {} kept, {} ended early, at most {:.0f} s; of {} changed {} were noticed and named\n", rigs, kept,
-             precise, longest_s, changed, noticed);
+  fmt::print("{} rigs: {} kept, {} ended early, at most {:.0f} s; of {} changed {} were noticed and named\n", rigs,
+             kept, precise, longest_s, changed, noticed);
   EXPECT_GE(kept, static_cast<int>(0.95 * rigs));
   EXPECT_EQ(noticed, changed);
 }

@@ -75,8 +75,8 @@ std::optional<Axis> axis(unsigned seed) {
 /// The trial of a controller's text on a rig. @throws ConfigError  it is refused
 config::Track trial(const Axis& axis, const std::string& controller) {
   const config::PreparedExperiment prepared = config::parse_prepared_experiment(
-      "schema = 1\nname = \"track\"\n\n[track]\nhold_s = 3.0\ntrapezoids = 1\nsweep = true\ncontroller = '''\n" + controller +
-          "'''\n",
+      "schema = 1\nname = \"track\"\n\n[track]\nhold_s = 3.0\ntrapezoids = 1\nsweep = true\ncontroller = '''\n" +
+          controller + "'''\n",
       "track.toml", axis.rig);
   return *prepared.config.track;
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The margins that a sweep in closed loop measures, against those of the simulated rig's own response. 50 rigs.
+#include "ident/control/margin_sweep.hpp"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +15,6 @@
 #include "daemon/tune/tune_inputs.hpp"
 #include "hal/converter.hpp"
 #include "hal/sim/normal_noise.hpp"
-#include "ident/control/margin_sweep.hpp"
 #include "ident/control/trial.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/structure/structures.hpp"
@@ -59,8 +60,7 @@ ident::MeasuredMargins swept(hal::SimOptions rig, const ident::AxisSettings& set
   hal::NormalNoise noise(rig.seed);
   const auto read_in = [&] {
     const double volts = (cylinder.state().displacement_m / kInch_m - rig.offset_in) / rig.scale_in_per_V;
-    return rig.offset_in +
-           rig.scale_in_per_V * input.volts(input.code(volts + rig.sensor_noise_V * noise()));
+    return rig.offset_in + rig.scale_in_per_V * input.volts(input.code(volts + rig.sensor_noise_V * noise()));
   };
   const double home_in = read_in();
   const ident::TrialMotion motion(settings, plan, home_in);
@@ -99,12 +99,11 @@ TEST(MarginSweep, MeasuresTheRigsOwnMargins) {
     const ident::AxisSettings settings = controller_for(truth, tick_s, draw);
     const ident::LoopMargins own = true_margins(truth, settings);
     const ident::MeasuredMargins measured = swept(truth, settings);
-    const std::string which =
-        fmt::format("rig {}, tick {:g} s, kp {:.1f}: own {:.1f} deg, Ms {:.3f}, {:.4f} s; measured {:.1f} +- {:.1f} "
-                    "deg, {:.3f} +- {:.3f}, {:.4f} +- {:.4f} s",
-                    i, tick_s, settings.feedback.kp, own.phase_deg, own.ms, own.delay_s, measured.margins.phase_deg,
-                    measured.phase_std_deg, measured.margins.ms, measured.ms_std, measured.margins.delay_s,
-                    measured.delay_std_s);
+    const std::string which = fmt::format(
+        "rig {}, tick {:g} s, kp {:.1f}: own {:.1f} deg, Ms {:.3f}, {:.4f} s; measured {:.1f} +- {:.1f} "
+        "deg, {:.3f} +- {:.3f}, {:.4f} +- {:.4f} s",
+        i, tick_s, settings.feedback.kp, own.phase_deg, own.ms, own.delay_s, measured.margins.phase_deg,
+        measured.phase_std_deg, measured.margins.ms, measured.ms_std, measured.margins.delay_s, measured.delay_std_s);
     if (std::getenv("EHA_SWEEP_SHOWS") != nullptr) fmt::print("{}\n", which);
     ASSERT_TRUE(own.is_stable && measured.margins.is_stable) << which;
     EXPECT_NEAR(measured.margins.phase_deg, own.phase_deg, 3.0) << which;
@@ -253,7 +252,8 @@ TEST(MarginSweep, ADirectFitOfAClosedLoopIsBiased) {
     swept_lag_s += (m.lag_s.value - twin.lag_s - 0.5 * settings.tick_s) / twins;
   }
   fmt::print(
-      "{} twins: direct fit: gain {:+.2f} %, its intervals cover {}, lag {:+.2f} ms; with the sweep as instrument: gain "
+      "{} twins: direct fit: gain {:+.2f} %, its intervals cover {}, lag {:+.2f} ms; with the sweep as instrument: "
+      "gain "
       "{:+.2f} %, lag {:+.2f} ms\n",
       twins, 100.0 * direct_error, covered, 1e3 * direct_lag_s, 100.0 * swept_error, 1e3 * swept_lag_s);
   EXPECT_GT(direct_lag_s, 3e-4);
