@@ -45,8 +45,8 @@ Examples:
   eha commission rig.toml --yes --fast
   eha commission /etc/ehad/rig.toml --ruler 74mm)";
 
-constexpr int kRepetitions = 6;
-constexpr int kFurtherRepetitions = 5;  // the whole stays within 10 min of rig time
+constexpr int kRepetitions = 5;
+constexpr int kFurtherRepetitions = 4;  // the whole stays within 10 min of rig time
 constexpr double kPeriod_s = 10.0;
 constexpr double kLowest_Hz = 0.1;
 constexpr double kHighest_Hz = 2.0;

@@ -139,7 +139,10 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
 }
 
 /// Reports a run that did not complete or lost its guard: the cause, and the kept record.
-ExitCode report_incomplete(const Acquired& acquired, bool characterises, const DisplayUnit& unit, Console& console) {
+ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentConfig& experiment,
+                           const config::RigConfig& rig, Console& console) {
+  const DisplayUnit unit = console.unit(rig.units);
+  const bool characterises = experiment.characterises;
   const play::FinishedRun& run = acquired.run;
   if (!acquisition::is_whole(run.report.outcome)) console.error(acquisition::describe(run.report, unit));
   if (!run.write_error.empty()) console.error(run.write_error);
@@ -158,6 +161,9 @@ ExitCode report_incomplete(const Acquired& acquired, bool characterises, const D
   } else if (!fs::exists(run.folder / record::kRawFile, unknown)) {
     console.info(fmt::format("the partial record is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, folder));
+  } else if (experiment.track) {
+    if (run.report.outcome == acquisition::Outcome::faulted) explain_ended_trial(run.folder, rig.units, console);
+    console.info(fmt::format("the partial record is in {}", folder));
   } else if (run.only_placed) {
     console.info(fmt::format("the partial record is in {}", folder));
   } else {
@@ -247,7 +253,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (!acquisition::is_whole(run.report.outcome) || !acquired.was_guarded) {
-    return {report_incomplete(acquired, experiment.characterises, console.unit(rig.units), console), false};
+    return {report_incomplete(acquired, experiment, rig, console), false};
   }
   if (experiment.characterises) {
     std::optional<NewRigFile> rig_file;

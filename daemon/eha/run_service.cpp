@@ -87,7 +87,11 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   if (purpose == record::Purpose::tracking) return show_track(folder, TrackFiles::keep, console);
   if (code != ExitCode::ok && !note.empty()) console.error(note);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
-  if (!folder.empty() && !has_completed(entry)) {
+  if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking &&
+      entry.value("outcome", "") == "faulted") {
+    explain_ended_trial(folder, units, console);
+    console.info(fmt::format("the partial record is in {}", folder));
+  } else if (!folder.empty() && !has_completed(entry)) {
     // A placing and a characterisation, whose text is the command's own, have nothing to fit.
     console.info(command.text ? fmt::format("the partial record is in {}", folder)
                               : fmt::format("the partial record is in {}; `eha fit {}` fits it", folder, folder));

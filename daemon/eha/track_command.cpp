@@ -98,6 +98,19 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   return tune::controller_page(subject);
 }
 
+void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, const Console& console) {
+  try {
+    const std::vector<std::string> changes = track::changes_until_fault(folder, console.unit(rig_units));
+    for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
+    console.info(changes.empty()
+                     ? "the promise is not kept"
+                     : "the promise is not kept: the valve is not the one that the controller was made for; "
+                       "eha characterise, then eha tune");
+  } catch (const Error& error) {  // nothing was recorded
+    console.debug(error.what());
+  }
+}
+
 ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, const Console& console) {
   const track::TrackResult result = track::track_result(folder);
   const DisplayUnit unit = console.unit(result.units);

@@ -24,4 +24,7 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles files, const
 /// The controller's page with what the run shows.
 [[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit);
 
+/// A trial that a fault has ended: the promise is not kept; says what the rod shows of the valve until then.
+void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, const Console& console);
+
 }  // namespace eha::cli

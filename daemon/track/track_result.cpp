@@ -21,6 +21,7 @@ namespace eha::track {
 namespace {
 
 constexpr double kMean_s = 0.05;
+constexpr double kBeforeFault_s = 0.5;
 constexpr double kExtremes = 5.0;  // standard deviations that the greatest of some 10^5 values of noise reaches
 
 /// Of a rod that rests or moves smoothly, from how far each reading is from the middle of its neighbours.
@@ -127,6 +128,16 @@ std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, const id
   return least;
 }
 
+/// @throws DataError  it is no run of [track]
+config::ExperimentConfig tracked_experiment(const record::LoadedRun& run) {
+  config::ExperimentConfig experiment =
+      config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string());
+  if (!experiment.track) {
+    throw DataError(fmt::format("{}: is no run of [track]; `eha track` plays one", run.folder.string()));
+  }
+  return experiment;
+}
+
 /// A figure whose standard error is known.
 KeptFigure margin_figure(const char* name, const char* unit, double measured, double std,
                          const config::PromisedFigure& promised, Bound bound) {
@@ -160,13 +171,28 @@ bool TrackResult::is_kept() const noexcept {
   return std::all_of(figures.begin(), figures.end(), [](const KeptFigure& f) { return f.is_kept(); });
 }
 
+std::vector<std::string> changes_until_fault(const std::filesystem::path& folder, const DisplayUnit& unit) {
+  const record::LoadedRun run = record::read_run(folder);
+  const config::ExperimentConfig experiment = tracked_experiment(run);
+  const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
+  const ident::AxisSettings& settings = experiment.track->controller.settings;
+  const auto first = static_cast<Eigen::Index>(first_tracked_row(rig.limits, settings.tick_s));
+  // What the rod did about the fault is not the valve's.
+  const Eigen::Index rows = run.record.output.size() - first - std::lround(kBeforeFault_s / settings.tick_s);
+  if (rows <= 0) return {};
+  TrackRows moved;
+  const Eigen::VectorXd rod = run.record.output.segment(first, rows);
+  const Eigen::VectorXd volts = run.record.input.segment(first, rows);
+  moved.rod_in.assign(rod.begin(), rod.end());
+  moved.command_V.assign(volts.begin(), volts.end());
+  const auto width = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kMean_s / settings.tick_s)));
+  const SeenValve seen = valve_of(moved, means(moved.rod_in, width), settings.tick_s);
+  return changes_of(seen, settings.inverse, unit);
+}
+
 TrackResult track_result(const std::filesystem::path& folder) {
   const record::LoadedRun run = record::read_run(folder);
-  const config::ExperimentConfig experiment =
-      config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string());
-  if (!experiment.track) {
-    throw DataError(fmt::format("{}: is no run of [track]; `eha track` plays one", folder.string()));
-  }
+  const config::ExperimentConfig experiment = tracked_experiment(run);
   if (run.outcome != acquisition::Outcome::completed) {
     throw DataError(fmt::format("{}: {}; a controller is judged by a completed run", folder.string(),
                                 acquisition::to_text(run.outcome)));

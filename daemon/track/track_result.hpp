@@ -82,6 +82,11 @@ struct TrackResult {
 /// @throws IoError, PermissionError  as record::read_run
 [[nodiscard]] TrackResult track_result(const std::filesystem::path& folder);
 
+/// What the moving rod of a trial that ended early shows of the valve against the controller's, a phrase each; nothing
+/// where it moved too little. @throws DataError, IoError, PermissionError  as track_result()
+[[nodiscard]] std::vector<std::string> changes_until_fault(const std::filesystem::path& folder,
+                                                           const DisplayUnit& unit);
+
 /// "yes", "no" or "hidden by noise".
 [[nodiscard]] std::string kept_text(const KeptFigure& figure);
 /// "5 of 7 figures are kept, 2 are hidden by the sensor's noise".
