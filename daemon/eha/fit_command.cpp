@@ -130,7 +130,7 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
   }
   if (best && source.run_folder) {
     const auto tune = command.output ? std::nullopt : tune_of_run(*source.run_folder);
-    return tune ? *tune : fmt::format("eha tune {}", shell_word(written[*best].string()));
+    return tune ? *tune : tune_of_model(written[*best], *source.run_folder);
   }
   if (best) return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[*best].string());
   return importer::command_with(command.import, command.source, "-o models");

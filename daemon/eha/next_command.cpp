@@ -65,10 +65,10 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
   return file;
 }
 
-std::optional<std::string> tune_of_run(const fs::path& folder, const std::optional<std::string>& rig_file) {
-  if (!recommended_model(folder)) return std::nullopt;
-  std::string command = "eha tune " + shell_word(folder.string());
-  if (rig_file) command += " --rig " + shell_word(*rig_file);
+namespace {
+
+/// " --sheet RUN" of the newest valve sheet of the same rig beside a run; empty without one.
+std::string sheet_option(const fs::path& folder) {
   const auto rig_of = [](const fs::path& run) {
     return record::read_manifest(run).other.value(nlohmann::ordered_json::json_pointer("/rig/name"), std::string());
   };
@@ -77,9 +77,21 @@ std::optional<std::string> tune_of_run(const fs::path& folder, const std::option
   std::vector<fs::path> runs = record::list_runs(fs::canonical(folder, ignored).parent_path());
   for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
     if (!fs::is_regular_file(*run / sheet::kSheetFile, ignored) || rig_of(*run) != rig) continue;
-    return command + " --sheet " + shell_word((folder.parent_path() / run->filename()).string());
+    return " --sheet " + shell_word((folder.parent_path() / run->filename()).string());
   }
-  return command;
+  return {};
+}
+
+}  // namespace
+
+std::optional<std::string> tune_of_run(const fs::path& folder, const std::optional<std::string>& rig_file) {
+  if (!recommended_model(folder)) return std::nullopt;
+  return "eha tune " + shell_word(folder.string()) + (rig_file ? " --rig " + shell_word(*rig_file) : "") +
+         sheet_option(folder);
+}
+
+std::string tune_of_model(const fs::path& model, const fs::path& run) {
+  return "eha tune " + shell_word(model.string()) + sheet_option(run);
 }
 
 }  // namespace eha::cli

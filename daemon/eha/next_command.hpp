@@ -33,4 +33,7 @@ struct RunCommand;
 [[nodiscard]] std::optional<std::string> tune_of_run(const std::filesystem::path& folder,
                                                      const std::optional<std::string>& rig_file = {});
 
+/// `eha tune MODEL` with the same sheet, for a model of that run's record.
+[[nodiscard]] std::string tune_of_model(const std::filesystem::path& model, const std::filesystem::path& run);
+
 }  // namespace eha::cli

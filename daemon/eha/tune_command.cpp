@@ -24,6 +24,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/tune/controller_page.hpp"
+#include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/tune_inputs.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -88,6 +89,15 @@ Json json_of(const tune::Candidate& c) {
           {"rest_error_in", c.rest_error_in},
           {"standing_in", c.standing_in},
           {"hunts", c.hunts}};
+}
+
+Json json_of(const tune::ComparedKind& k) {
+  const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); };
+  return {{"kind", ident::text(k.kind)},
+          {"following_rms_in", number(k.following_rms_in)},
+          {"rest_error_in", number(k.rest_error_in)},
+          {"load_error_of_pid", number(k.load_error_of_pid)},
+          {"lasting_error_s", k.lasting_error_s}};
 }
 
 constexpr double kTrackMargin = 1.4;
@@ -183,6 +193,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   tune::Tuned tuned;
   try {
     inputs = tune::tune_inputs(model, rig, choices_of(command, rig));
+    inputs.task.unit = console.unit(rig.units);
     if (command.twin_file) inputs.twin = *command.twin_file;
     tuned = tune::tune(inputs.plant, inputs.task, identify::thread_executor());
   } catch (const DataError& error) {
@@ -208,12 +219,15 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   page_file.replace_extension(".html");
   tune::ControllerSubject subject{.controller = controller, .inputs = inputs, .trace = tuned.trace};
   subject.unit = console.unit(rig.units);
+  subject.kinds = tuned.kinds;
   const report::Page page = tune::controller_page(subject);
   os::write_file_atomically(page_file, page.html);
   for (const std::string& sentence : page.missing) console.warning(sentence);
 
   Json candidates = Json::array();
   for (const tune::Candidate& c : tuned.candidates) candidates.push_back(json_of(c));
+  Json kinds = Json::array();
+  for (const tune::ComparedKind& k : tuned.kinds) kinds.push_back(json_of(k));
   const config::ControllerPromise& p = controller.promise;
   console.print_json({{"schema", "eha-tune/1"},
                       {"model", command.model_file},
@@ -240,6 +254,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                         {"gain_margin", json_of(p.gain_margin)},
                         {"delay_margin_s", json_of(p.delay_margin_s)}}},
                       {"candidates", candidates},
+                      {"kinds", kinds},
                       {"remarks", tuned.remarks}});
   std::string text =
       fmt::format("{}: {} controller for {} ({}), to {}, tick {:g} s; tried on {} drawn rigs ({})\n\n",
@@ -249,6 +264,13 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                      tune::promise_rows(p, console.unit(rig.units)));
   text += "From, to: the range of the trials and a quarter of it more; of margins 95 % of 200 draws of the model.\n\n";
   for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
+  if (const auto rows = tune::kind_rows(tuned.kinds, subject.unit); !rows.empty()) {
+    std::vector<Column> columns;
+    for (const std::string& title : tune::kind_titles(subject.unit)) {
+      columns.push_back({title, columns.empty() ? Align::left : Align::right});
+    }
+    text += fmt::format("\n{}{}\n", text_table(columns, rows), tune::kKindNote);
+  }
   const std::string file = shell_word(command.output.string());
   if (!command.twin_file && std::holds_alternative<hal::SimOptions>(rig.backend)) {
     text +=
