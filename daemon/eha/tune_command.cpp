@@ -18,6 +18,7 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/record/manifest.hpp"
@@ -297,8 +298,8 @@ void add_tune(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("tune", "Make a controller from a model, and say what it will do");
   sub->footer(kTuneFooter);
   auto& command = options_of<TuneCommand>(*sub, line);
-  sub->add_option("model", command.model_file,
-                  "Model file, as `eha fit` wrote it, or the run whose recommended model is meant")
+  takes_run_name(sub->add_option("model", command.model_file,
+                                 "Model file, as `eha fit` wrote it, or the run whose recommended model is meant"))
       ->required()
       ->type_name("MODEL|RUN");
   add_choice(*sub, "--for", command.purpose, kPurposes, "Follow references, or stay in a place (default track)");
@@ -310,7 +311,7 @@ void add_tune(CLI::App& app, ParsedLine& line) {
                   "Rig file whose limits and sensor apply (default that of the model's run, else as `eha run --local`)")
       ->type_name("RIG");
   sub->add_option("--twin", command.twin_file, "Rig file of a simulated rig fitted to a record")->type_name("RIG");
-  sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies")
+  takes_run_name(sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies"))
       ->type_name("RUN");
   sub->add_option("--tick", command.tick_s, "Period of the controller, 0.0002 to 0.1 s (default the rig's)")
       ->type_name("SECONDS")

@@ -133,6 +133,11 @@ TEST_F(MillimetreRig, ShowsNoInches) {
       {"compare", model, run},
       {"report", run, "-o", "report.html"},
       {"doctor", "--rig", "rig.toml"},
+      {"calibrate", "--rig", "rig.toml", "--at", "10mm=0.656", "--at", "75mm=4.921", "--at", "140mm=9.186", "-o",
+       "calibrated.toml"},
+      {"calibrate", "--rig", "rig.toml", "--at", "10mm=0.656", "--at", "75mm=5.121", "--at", "140mm=9.186", "-o",
+       "wrong.toml"},
+      {"characterise", "--local", "--fast", "--rig", "rig.toml", "-o", "sheets"},
       {"design", "short.toml", "--rig", "rig.toml"},
       {"batch", run, "-o", "batch", "--", "--model", "io1"}};
   for (const std::vector<std::string>& command : commands) {
@@ -155,6 +160,19 @@ TEST_F(MillimetreRig, ShowsNoInches) {
     expect_no_inches("eha plot of a track", drawn.out + drawn.err);
   }
   expect_no_inches("report of the run", content_of(folder_->path() / run_ / "report.html"));
+}
+
+TEST_F(MillimetreRig, TakesARunByItsName) {
+  const std::string name = run_.filename().string();
+  for (const std::string& source : {name, std::string("runs/") + name}) {
+    const Ended ended = eha({"plot", source});
+    EXPECT_EQ(ended.code, 0) << source << ended.err;
+  }
+  const Ended model = eha({"plot", name + models_.front().substr(run_.string().size())});
+  EXPECT_EQ(model.code, 0) << model.err;
+  const Ended missing = eha({"plot", "20000101T000000Z-none"});
+  EXPECT_NE(missing.code, 0);
+  EXPECT_NE(missing.err.find("20000101T000000Z-none"), std::string::npos) << missing.err;
 }
 
 TEST_F(MillimetreRig, RefusesAPlaceInItsOwnUnitBeforeAnythingMoves) {
