@@ -195,6 +195,7 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   write_report(folder, unit, written, console);
   print_identification(identification, written,
                        {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", "completed"}}, unit, console);
+  warn_of_changed_valve(folder, console);
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
