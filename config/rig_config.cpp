@@ -98,7 +98,7 @@ class LimitChecks {
     const double at_max = ranges.offset_in + ranges.scale_in_per_V * ranges.feedback_max_V;
     const Range range = Range::between(std::min(at_min, at_max), std::max(at_min, at_max));
     const std::string expected =
-        fmt::format("a displacement that the sensor can show, {:.6g}..{:.6g}", range.low, range.high);
+        fmt::format("a displacement that the sensor can show, {:.6g}..{:.6g} in", range.low, range.high);
     if (!range.contains(rig_.limits.travel_min_in)) add_issue("travel_min_in", expected, rig_.limits.travel_min_in);
     if (!range.contains(rig_.limits.travel_max_in)) add_issue("travel_max_in", expected, rig_.limits.travel_max_in);
   }

@@ -8,6 +8,15 @@ namespace {
 
 constexpr std::int64_t kBegun_ns = 20'000'000;  // before it, nothing that was commanded has moved the rod
 
+/// A value with as many digits, three behind the point or more, as tell it from another.
+std::string told_apart(double value, double other) {
+  constexpr int kFewest = 3;
+  constexpr int kMost = 6;
+  int digits = kFewest;
+  while (digits < kMost && fmt::format("{:.{}f}", value, digits) == fmt::format("{:.{}f}", other, digits)) ++digits;
+  return fmt::format("{:.{}f}", value, digits);
+}
+
 std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
   const double value = report.value;
   const double limit = report.limit;
@@ -21,8 +30,8 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::emergency_stop:
       return "the emergency-stop circuit is open; close it and arm again";
     case Fault::travel_limit:
-      return fmt::format("the rod is at, or would not stop before, {0:.3f} {2}, the limit is {1:.3f} {2}; {3}",
-                         shown_value, shown_limit, length,
+      return fmt::format("the rod is at, or would not stop before, {0} {2}, the limit is {1} {2}; {3}",
+                         told_apart(shown_value, shown_limit), told_apart(shown_limit, shown_value), length,
                          report.at_ns < kBegun_ns
                              ? "it stood there when the run began: if you see it stand there, `eha goto` brings it "
                                "inward, and asks first; else correct calibration or limits in the rig file"

@@ -45,10 +45,10 @@ os::FileDescriptor connect_to(const std::filesystem::path& path, milliseconds pa
                     path.string(), error_text(error_number)));
   }
   if (error_number == EAGAIN) throw ConnectionLost(path.string() + ": ehad accepts no connection");
-  throw DeviceError(
-      fmt::format("ehad is not running ({}: {}); start it (systemctl start ehad), or use --local to run "
-                  "an experiment in this process",
-                  path.string(), error_text(error_number)));
+  throw DeviceError(fmt::format(
+      "ehad is not running ({}: {}); look at the rig, start ehad (systemctl start ehad), and eha status "
+      "says what it found. Only where ehad drives no rig: eha run --local plays an experiment in this process",
+      path.string(), error_text(error_number)));
 }
 
 }  // namespace

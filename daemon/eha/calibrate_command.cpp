@@ -22,6 +22,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/length_argument.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/service_command.hpp"
@@ -40,13 +41,14 @@ constexpr const char* kCalibrateFooter = R"(
 Finds scale and offset of the displacement sensor from positions measured with a ruler, and moves nothing: place the rod
 yourself, by eha goto or with the hydraulics off. Asks for each position and reads the sensor there for 1 s; an empty line
 ends. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
-Least squares give scale and offset with standard errors. The residual of each position is shown; a residual beyond the
-tolerance is a warning. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. No
+Least squares give scale and offset with standard errors. The residual of each position is shown; with one beyond the
+tolerance nothing is written. Lengths are in --units, else in the units of the rig file. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. No
 file is overwritten.
 
 Examples:
   eha calibrate
   eha calibrate --rig rig.toml --at 0.5in=0.833 --at 2.95in=4.917 --at 5.4in=9.000
+  eha calibrate --rig rig.toml --at 10mm=0.656 --at 75mm=4.921 --at 140mm=9.186 --tolerance 0.5mm
   eha calibrate --rig rig.toml --pairs positions.csv -o rig-new.toml)";
 
 struct CalibrateCommand {
@@ -55,7 +57,7 @@ struct CalibrateCommand {
   std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig where nobody listens
   std::optional<std::string> rig_file = {};          ///< none: the service's, or default_rig_file()
   bool local = false;                                ///< read the rig in this process
-  double tolerance_in = 0.02;                        ///< a residual beyond it is warned of
+  double tolerance_in = 0.02;                        ///< with a residual beyond it nothing is written
   std::optional<std::filesystem::path> output = {};  ///< none: beside the rig file, with the date in its name
 };
 
@@ -150,7 +152,7 @@ std::vector<CalibrationPoint> points_of_file(const std::string& path) {
   return points;
 }
 
-std::vector<CalibrationPoint> asked_points(Sensor& sensor, Console& console) {
+std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& unit, Console& console) {
   std::vector<CalibrationPoint> points;
   console.info(
       "nothing is moved here: place the rod, read the ruler, type the position (2.95in, 75mm); an empty line ends");
@@ -163,7 +165,8 @@ std::vector<CalibrationPoint> asked_points(Sensor& sensor, Console& console) {
       continue;
     }
     points.push_back({*position_in, sensor.voltage_V()});
-    console.info(fmt::format("{:.3f} in at {:.4f} V", *position_in, points.back().voltage_V));
+    console.info(
+        fmt::format("{:.3f} {} at {:.4f} V", unit.factor("in") * *position_in, unit.of("in"), points.back().voltage_V));
   }
   return points;
 }
@@ -183,23 +186,36 @@ void write_new(const fs::path& path, const std::string& text) {
   os::write_file_atomically(path, text);
 }
 
+/// @throws DataError  a position is off the line by more than the tolerance
 void report(const std::vector<CalibrationPoint>& points, const Calibration& found, double tolerance_in,
-            const Console& console) {
+            const DisplayUnit& unit, const Console& console) {
+  const std::string in = unit.of("in");
+  const double factor = unit.factor("in");
   std::string text = fmt::format(
-      "displacement_in = {:.6g} + {:.6g} V   (scale +- {:.2g} in/V, offset +- {:.2g} in; +- is "
-      "half a 95 % interval)\n",
-      found.offset_in, found.scale_in_per_V, found.interval_factor * found.scale_std,
-      found.interval_factor * found.offset_std);
-  text += fmt::format("  {:>12}  {:>10}  {:>12}\n", "position in", "sensor V", "residual in");
+      "displacement in {0} = {1:.6g} + {2:.6g} V   (scale +- {3:.2g} {0}/V, offset +- {4:.2g} {0}; +- is half a 95 % "
+      "interval)\n",
+      in, factor * found.offset_in, factor * found.scale_in_per_V, factor * found.interval_factor * found.scale_std,
+      factor * found.interval_factor * found.offset_std);
+  text += fmt::format("  {:>12}  {:>10}  {:>12}\n", "position " + in, "sensor V", "residual " + in);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    text += fmt::format("  {:>12.4f}  {:>10.4f}  {:>+12.4f}\n", points[i].position_in, points[i].voltage_V,
-                        found.residuals_in[i]);
+    text += fmt::format("  {:>12.4f}  {:>10.4f}  {:>+12.4f}\n", factor * points[i].position_in, points[i].voltage_V,
+                        factor * found.residuals_in[i]);
   }
   console.print(text);
+  double worst_in = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (std::abs(found.residuals_in[i]) <= tolerance_in) continue;
-    console.warning(fmt::format("{:.4f} in: {:.4f} in off the line, tolerance {:g} in; measure it again",
-                                points[i].position_in, found.residuals_in[i], tolerance_in));
+    const double off_in = std::abs(found.residuals_in[i]);
+    if (off_in <= tolerance_in) continue;
+    worst_in = std::max(worst_in, off_in);
+    console.warning(fmt::format("{:.4f} {}: {:.4f} {} off the line, tolerance {:.4g} {}; measure it again",
+                                factor * points[i].position_in, in, factor * found.residuals_in[i], in,
+                                factor * tolerance_in, in));
+  }
+  if (worst_in > 0.0) {
+    throw DataError(fmt::format(
+        "nothing is written: positions and voltages are up to {:.3g} {} off a line, {:.3g} {} are allowed; measure the "
+        "positions again that are named above, or allow more with --tolerance",
+        factor * worst_in, in, factor * tolerance_in, in));
   }
 }
 
@@ -217,17 +233,18 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   const fs::path old(rig.file_name);
   const fs::path path =
       command.output.value_or(old.parent_path() / fmt::format("{}-{}.toml", old.stem().string(), date));
+  const DisplayUnit unit = console.unit(rig.units);
   std::vector<CalibrationPoint> points;
   if (asks) {
     Sensor sensor(command, socket, is_local, rig);
-    points = asked_points(sensor, console);
+    points = asked_points(sensor, unit, console);
   } else if (command.pairs_file) {
     points = points_of_file(*command.pairs_file);
   } else {
     for (const std::string& pair : command.at) points.push_back(point_of(pair));
   }
   const Calibration found = calibrated(points);
-  report(points, found, command.tolerance_in, console);
+  report(points, found, command.tolerance_in, unit, console);
   write_new(path, calibrated_rig_text(rig, found, date));
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -246,7 +263,10 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
                       {"residual_std_in", found.residual_std},
                       {"points", std::move(list)}});
   console.info(fmt::format("written: {}; {} stays as it is", path.string(), rig.file_name));
-  console.next_step(fmt::format("eha check {}", path.string()));
+  const std::string made = shell_word(path.string());
+  console.next_step(is_local ? "eha check " + made
+                             : fmt::format("eha check {0} && eha disarm && sudo cp {0} {1} && eha reload", made,
+                                           shell_word(rig.file_name)));
   return ExitCode::ok;
 }
 
@@ -268,9 +288,19 @@ void add_calibrate(CLI::App& app, ParsedLine& line) {
   sub->add_option("--rig", calibrate.rig_file,
                   "Rig file (TOML) to start from (default: the service's, or the default one)")
       ->type_name("RIG");
-  sub->add_option("--tolerance", calibrate.tolerance_in, "A residual beyond it is warned of (default 0.02) [in]")
-      ->type_name("INCHES")
-      ->check(finite_number("a length above 0 in", [](double length) { return length > 0.0; }));
+  sub->add_option_function<std::string>(
+         "--tolerance",
+         [&calibrate](const std::string& text) {
+           const std::optional<double> length_in =
+               inches_of(text + (text.find_first_of("mci") == text.npos ? "in" : ""));
+           if (!length_in || !(*length_in > 0.0)) {
+             throw CLI::ValidationError("--tolerance",
+                                        "expected a length above 0, such as 0.5mm, got \"" + text + "\"");
+           }
+           calibrate.tolerance_in = *length_in;
+         },
+         "With a residual beyond it nothing is written, such as 0.5mm (default 0.02in; a number alone is in inches)")
+      ->type_name("LENGTH");
   sub->add_option("-o,--output", calibrate.output, "The new rig file (default beside the old one: NAME-DATE.toml)")
       ->type_name("FILE");
 }

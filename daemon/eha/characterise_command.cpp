@@ -15,6 +15,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 #include "daemon/report/report.hpp"
@@ -148,7 +149,8 @@ void add_characterise(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("characterise", "Measure the valve: null, dead band, gains, hysteresis, response");
   sub->footer(kCharacteriseFooter);
   auto& characterise = options_of<CharacteriseCommand>(*sub, line);
-  sub->add_option("run", characterise.run, "Run folder of a characterisation: show its sheet again")->type_name("RUN");
+  takes_run_name(sub->add_option("run", characterise.run, "Run folder of a characterisation: show its sheet again"))
+      ->type_name("RUN");
   sub->add_option("--ruler", characterise.ruler,
                   "Where a ruler shows the rod, such as 2.95in or 75mm; needed without [following]")
       ->type_name("LENGTH");

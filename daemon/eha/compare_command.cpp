@@ -14,6 +14,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/option_values.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/record_units.hpp"
@@ -336,7 +337,7 @@ void add_compare(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("compare", "Show what changed between runs, or which model suits a record");
   sub->footer(kCompareFooter);
   auto& command = options_of<CompareCommand>(*sub, line);
-  sub->add_option("sources", command.sources, "Run folders, records or model files (.json)")
+  takes_run_name(sub->add_option("sources", command.sources, "Run folders, records or model files (.json)"))
       ->required()
       ->expected(2, 1000)
       ->type_name("RUN|MODEL|FILE");

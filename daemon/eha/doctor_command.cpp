@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/priorities.hpp"
+#include "daemon/control/client.hpp"
 #include "daemon/delays/delays.hpp"
 #include "daemon/doctor/card_checks.hpp"
 #include "daemon/doctor/check.hpp"
@@ -34,7 +35,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kDoctorFooter = R"(
 Checks kernel, scheduling, limits, CPUs, what can make ticks late, and disk; for a rig on a card also the device, its
-driver, board and safety lines. Each line is ok, warn or fail; warn and fail name the remedy. Nothing is changed and nothing moves.
+driver, board and safety lines. Without --rig it is the service's rig, where one runs. Each line is ok, warn or fail; warn and fail name the remedy. Nothing is changed and nothing moves.
 Exit code, of the worst failure: 78 rig file, 69 device, 77 permission, 74 disk; 0 without a failure.
 
 Examples:
@@ -42,7 +43,7 @@ Examples:
   eha doctor --rig /etc/ehad/rig.toml --json)";
 
 struct DoctorCommand {
-  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  std::optional<std::string> rig_file = {};  ///< none: the service's, or default_rig_file()
   std::filesystem::path output = "runs";     ///< where run folders would go
 };
 
@@ -115,9 +116,22 @@ void show(const std::vector<Check>& checks, ExitCode code, Console& console) {
   console.print_json(document);
 }
 
+/// The rig file of the service that runs, which is the one that matters; none where no service answers.
+std::optional<std::string> rig_file_of_service() {
+  std::error_code ignored;
+  if (!std::filesystem::exists(control::default_socket(), ignored)) return std::nullopt;
+  try {
+    control::Client client(control::default_socket());
+    return client.call("status").at("rig").at("file").get<std::string>();
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
 ExitCode execute(const DoctorCommand& command, Console& console) {
   std::vector<Check> checks;
-  const std::optional<config::RigConfig> rig = load_rig(command.rig_file, checks);
+  const std::optional<std::string> of_service = command.rig_file ? std::nullopt : rig_file_of_service();
+  const std::optional<config::RigConfig> rig = load_rig(of_service ? of_service : command.rig_file, checks);
   const bool moves = rig && hal::moves_machine(rig->backend);
   const config::RealtimeOptions realtime = rig ? rig->realtime : config::RealtimeOptions{};
   const doctor::Machine machine{.kernel = acquisition::kernel_facts(),
@@ -149,7 +163,7 @@ void add_doctor(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("doctor", "Check that this machine and its rig are fit for experiments");
   sub->footer(kDoctorFooter);
   auto& doctor = options_of<DoctorCommand>(*sub, line);
-  sub->add_option("--rig", doctor.rig_file, "Rig file (TOML)")->type_name("RIG");
+  sub->add_option("--rig", doctor.rig_file, "Rig file (TOML; default the service's)")->type_name("RIG");
   sub->add_option("--output", doctor.output, "Folder that run folders would be put into (default runs)")
       ->type_name("DIR");
 }

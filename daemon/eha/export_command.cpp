@@ -19,6 +19,7 @@
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/record_export.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -233,7 +234,7 @@ void add_export(CLI::App& app, ParsedLine& line) {
       "export", "Write a model or a controller for another program, or a record as CSV, MAT or HDF5");
   sub->footer(export_footer());
   auto& command = options_of<ExportCommand>(*sub, line);
-  sub->add_option("source", command.source, "Model file, controller file, run folder or record")
+  takes_run_name(sub->add_option("source", command.source, "Model file, controller file, run folder or record"))
       ->required()
       ->type_name("MODEL|CONTROLLER|RUN");
   std::vector<std::string> names;

@@ -17,6 +17,7 @@
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
@@ -130,7 +131,7 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
   }
   if (best && source.run_folder) {
     const auto tune = command.output ? std::nullopt : tune_of_run(*source.run_folder);
-    return tune ? *tune : fmt::format("eha tune {}", shell_word(written[*best].string()));
+    return tune ? *tune : tune_of_model(written[*best], *source.run_folder);
   }
   if (best) return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[*best].string());
   return importer::command_with(command.import, command.source, "-o models");
@@ -189,7 +190,9 @@ void add_fit(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("fit", "Fit and judge models on a run or a file");
   sub->footer(kFitFooter);
   auto& fit = options_of<FitCommand>(*sub, line);
-  sub->add_option("source", fit.source, "Run folder, or file with a record")->required()->type_name("SOURCE");
+  takes_run_name(sub->add_option("source", fit.source, "Run folder or its name, or file with a record"))
+      ->required()
+      ->type_name("SOURCE");
   sub->add_option("--experiment", fit.experiment_file, "Experiment file whose models, record and acceptance apply")
       ->type_name("EXPERIMENT");
   sub->add_option_function<std::string>(

@@ -7,6 +7,7 @@
 
 namespace eha::cli {
 
+class Console;
 struct RunCommand;
 
 /// A word as a shell takes it for one: quoted where it needs that.
@@ -32,5 +33,11 @@ struct RunCommand;
 /// @param rig_file  as named for the run; none: the default
 [[nodiscard]] std::optional<std::string> tune_of_run(const std::filesystem::path& folder,
                                                      const std::optional<std::string>& rig_file = {});
+
+/// Warns where a run's recommended model has another valve than [following] of the rig file that the run was played by.
+void warn_of_changed_valve(const std::filesystem::path& folder, const Console& console);
+
+/// `eha tune MODEL` with the same sheet, for a model of that run's record.
+[[nodiscard]] std::string tune_of_model(const std::filesystem::path& model, const std::filesystem::path& run);
 
 }  // namespace eha::cli

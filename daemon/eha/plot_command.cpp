@@ -18,6 +18,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/identify/fit_table.hpp"
 #include "daemon/identify/source.hpp"
@@ -246,7 +247,7 @@ void add_plot(CLI::App& app, ParsedLine& line) {
       app.add_subcommand("plot", "Plot a run, a record, a model or a controller, on the terminal or into a file");
   sub->footer(kPlotFooter);
   auto& plot = options_of<PlotCommand>(*sub, line);
-  sub->add_option("source", plot.source, "Run folder, CSV file, model file (JSON) or controller file")
+  takes_run_name(sub->add_option("source", plot.source, "Run folder, CSV file, model file (JSON) or controller file"))
       ->required()
       ->type_name("RUN|CSV|MODEL|CONTROLLER");
   sub->add_option("-o,--output", plot.output, "Picture to write; its name ends in .png, .svg or .pdf")

@@ -31,8 +31,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kReadFooter = R"(
-Shows where the rod is [in], on a bar between its limits ('=': beyond 80 % of the way to a limit), the sensor's voltage
-[V], code and noise [in], the digital lines and whether the rig is armed. Moves nothing. Asks the service; where none
+Shows where the rod is, on a bar between its limits ('=': beyond 80 % of the way to a limit), the sensor's voltage
+[V], code and noise, the digital lines and whether the rig is armed. Moves nothing. Asks the service; where none
 listens, or with --local, it reads the rig of --rig itself. --watch redraws it until Ctrl-C.
 
 Examples:
@@ -55,8 +55,11 @@ using Reader = std::function<Json()>;
 Reader reader_of_service(control::Client& client) {
   return [&client] {
     const Json status = status_with_rod(client);
-    return Json{
-        {"schema", "eha-read/1"}, {"state", status.at("state")}, {"rig", status.at("rig")}, {"rod", status.at("rod")}};
+    return Json{{"schema", "eha-read/1"},
+                {"state", status.at("state")},
+                {"said", state_text(status)},
+                {"rig", status.at("rig")},
+                {"rod", status.at("rod")}};
   };
 }
 
@@ -86,7 +89,7 @@ std::string text_of(const Json& read, const Console& console) {
   std::vector<NamedText> lines = rod_lines(read.at("rod"), console.unit(rig.value("units", "")));
   lines.push_back(
       {"rig", fmt::format("{} ({})", rig.at("name").get<std::string>(), rig.at("file").get<std::string>())});
-  lines.push_back({"state", read.at("state").get<std::string>()});
+  lines.push_back({"state", read.value("said", read.at("state").get<std::string>())});
   return aligned(lines);
 }
 

@@ -40,12 +40,17 @@ std::optional<double> margin_of(const std::optional<Rehearsal>& rehearsal, const
 std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig, const Console& console) {
   const DisplayUnit unit = console.unit(rig.units);
   const double factor = unit.factor("in");
-  const bool is_worth_an_offset = rehearsal.still_offset_V && std::abs(rehearsal.drift_in_per_s) > kSmallDrift_in_per_s;
+  const bool is_small = std::abs(rehearsal.drift_in_per_s) <= kSmallDrift_in_per_s;
+  std::string remedy;
+  if (!is_small && rehearsal.still_offset_V) {
+    remedy = fmt::format("; offset_V = {:.3f} stops that", *rehearsal.still_offset_V);
+  } else if (!is_small && rehearsal.offset_has_no_room) {
+    remedy = "; the command limits leave no room for the offset_V that stops that: lower the amplitudes, or add [hold]";
+  }
   return fmt::format(
       "rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
       factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"), factor * rehearsal.drift_in_per_s,
-      unit.of("in"),
-      is_worth_an_offset ? fmt::format("; offset_V = {:.3f} stops that", *rehearsal.still_offset_V) : "");
+      unit.of("in"), remedy);
 }
 
 void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,

@@ -8,6 +8,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -102,7 +103,7 @@ void add_report(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("report", "Write a report with plots of a run or of models");
   sub->footer(kReportFooter);
   auto& report = options_of<ReportCommand>(*sub, line);
-  sub->add_option("sources", report.sources, "Run folder, or model files (JSON)")
+  takes_run_name(sub->add_option("sources", report.sources, "Run folder, or model files (JSON)"))
       ->required()
       ->type_name("RUN|MODEL...");
   sub->add_option("-o,--output", report.output, "File to write")->type_name("FILE.html");

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
 
 #include "daemon/control/client.hpp"
@@ -20,6 +21,19 @@ inline nlohmann::ordered_json status_with_rod(control::Client& client) {
     status = client.call("status");
   }
   return status;
+}
+
+/// The state of the rig with its reason, for people: "not armed (disarmed by meier)". A rig that waits is not armed,
+/// whether the loop calls it idle or, after a start of the service, faulted; while a run begins it is "starting".
+/// @param status  of the service
+[[nodiscard]] inline std::string state_text(const nlohmann::ordered_json& status) {
+  constexpr const char* kStarted = "ehad has started";  // of a rig that nobody has armed yet
+  std::string state = status.at("state");
+  const nlohmann::ordered_json& given = status.at("reason");
+  const std::string reason = given.is_string() ? given.get<std::string>() : std::string();
+  if (state == "idle") state = status.at("run").is_null() ? "not armed" : "starting";
+  if (state == "faulted" && reason == kStarted) state = "not armed";
+  return reason.empty() ? state : state + " (" + reason + ")";
 }
 
 }  // namespace eha::cli

@@ -109,7 +109,9 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
     return code;
   }
   print_answer_of_service(entry, console);
+  if (code == ExitCode::safety_trip) console.next_step(through(command.socket, "eha read"));
   if (code == ExitCode::ok) {
+    warn_of_changed_valve(folder, console);
     console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));
     if (const auto tune = tune_of_run(folder)) console.next_step(*tune);
   }

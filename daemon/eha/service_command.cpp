@@ -19,6 +19,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/recent_samples.hpp"
+#include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/service_text.hpp"
@@ -33,8 +34,7 @@ using control::Client;
 
 constexpr const char* kSocketHelp = "Where ehad listens (default $EHA_SOCKET, otherwise /run/ehad/ehad.sock)";
 
-constexpr std::int64_t kLastPosition = 1000;                // more than the queue holds
-constexpr const char* kStartedReason = "ehad has started";  // of a rig that nobody has armed yet
+constexpr std::int64_t kLastPosition = 1000;  // more than the queue holds
 
 constexpr const char* kStatusFooter = R"(
 Shows the state of the rig, the rod (in, V) on a bar between its limits, the holder of the lease and its remaining time
@@ -143,22 +143,18 @@ std::string queue_table(const Json& entries) {
                     rows);
 }
 
-/// The state, but "not armed" after a start of the service: nothing has failed then.
-std::string state_word(const Json& status) {
-  const std::string state = status.at("state");
-  return state == "faulted" && status.at("reason") == kStartedReason ? "not armed" : state;
-}
-
 std::string status_text(const Json& status, const Console& console) {
   std::vector<NamedText> lines;
-  const Json& reason = status.at("reason");
-  lines.push_back({"state", fmt::format("{}{}", state_word(status),
-                                        reason.is_string() ? fmt::format(" ({})", reason.get<std::string>()) : "")});
+  lines.push_back({"state", state_text(status)});
   const Json& rig = status.at("rig");
   lines.push_back(
       {"rig", fmt::format("{} ({})", rig.at("name").get<std::string>(), rig.at("file").get<std::string>())});
   const DisplayUnit unit = console.unit(rig.value("units", ""));
   for (NamedText& line : rod_lines(status.value("rod", Json()), unit)) lines.push_back(std::move(line));
+  if (!rig.value("moves", true)) {
+    lines.push_back(
+        {"", "simulated: every run but a goto begins where the rig file says, not where the last one ended"});
+  }
   const Json& lease = status.at("lease");
   lines.push_back({"lease", lease.is_null()
                                 ? "none"
@@ -216,6 +212,9 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
   if (command.method == "arm") {
     console.print(fmt::format("{}; you hold the lease for {:.0f} s", answer.at("state").get<std::string>(),
                               answer.at("lease_remaining_s").get<double>()));
+    if (answer.contains("acknowledged")) {
+      console.print(fmt::format("acknowledged: {}", answer.at("acknowledged").get<std::string>()));
+    }
     for (const Json& remark : answer.value("remarks", Json::array())) console.info(remark.get<std::string>());
     for (const Json& entry : answer.value("held", Json::array())) {
       console.print(fmt::format("held: {} \"{}\", submitted {}", entry.at("entry").get<std::int64_t>(),

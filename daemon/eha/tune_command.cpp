@@ -18,12 +18,14 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/tune/controller_page.hpp"
+#include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/tune_inputs.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -88,6 +90,15 @@ Json json_of(const tune::Candidate& c) {
           {"rest_error_in", c.rest_error_in},
           {"standing_in", c.standing_in},
           {"hunts", c.hunts}};
+}
+
+Json json_of(const tune::ComparedKind& k) {
+  const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); };
+  return {{"kind", ident::text(k.kind)},
+          {"following_rms_in", number(k.following_rms_in)},
+          {"rest_error_in", number(k.rest_error_in)},
+          {"load_error_of_pid", number(k.load_error_of_pid)},
+          {"lasting_error_s", k.lasting_error_s}};
 }
 
 constexpr double kTrackMargin = 1.4;
@@ -183,6 +194,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   tune::Tuned tuned;
   try {
     inputs = tune::tune_inputs(model, rig, choices_of(command, rig));
+    inputs.task.unit = console.unit(rig.units);
     if (command.twin_file) inputs.twin = *command.twin_file;
     tuned = tune::tune(inputs.plant, inputs.task, identify::thread_executor());
   } catch (const DataError& error) {
@@ -208,12 +220,15 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   page_file.replace_extension(".html");
   tune::ControllerSubject subject{.controller = controller, .inputs = inputs, .trace = tuned.trace};
   subject.unit = console.unit(rig.units);
+  subject.kinds = tuned.kinds;
   const report::Page page = tune::controller_page(subject);
   os::write_file_atomically(page_file, page.html);
   for (const std::string& sentence : page.missing) console.warning(sentence);
 
   Json candidates = Json::array();
   for (const tune::Candidate& c : tuned.candidates) candidates.push_back(json_of(c));
+  Json kinds = Json::array();
+  for (const tune::ComparedKind& k : tuned.kinds) kinds.push_back(json_of(k));
   const config::ControllerPromise& p = controller.promise;
   console.print_json({{"schema", "eha-tune/1"},
                       {"model", command.model_file},
@@ -240,6 +255,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                         {"gain_margin", json_of(p.gain_margin)},
                         {"delay_margin_s", json_of(p.delay_margin_s)}}},
                       {"candidates", candidates},
+                      {"kinds", kinds},
                       {"remarks", tuned.remarks}});
   std::string text =
       fmt::format("{}: {} controller for {} ({}), to {}, tick {:g} s; tried on {} drawn rigs ({})\n\n",
@@ -249,6 +265,13 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                      tune::promise_rows(p, console.unit(rig.units)));
   text += "From, to: the range of the trials and a quarter of it more; of margins 95 % of 200 draws of the model.\n\n";
   for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
+  if (const auto rows = tune::kind_rows(tuned.kinds, subject.unit); !rows.empty()) {
+    std::vector<Column> columns;
+    for (const std::string& title : tune::kind_titles(subject.unit)) {
+      columns.push_back({title, columns.empty() ? Align::left : Align::right});
+    }
+    text += fmt::format("\n{}{}\n", text_table(columns, rows), tune::kKindNote);
+  }
   const std::string file = shell_word(command.output.string());
   if (!command.twin_file && std::holds_alternative<hal::SimOptions>(rig.backend)) {
     text +=
@@ -275,8 +298,8 @@ void add_tune(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("tune", "Make a controller from a model, and say what it will do");
   sub->footer(kTuneFooter);
   auto& command = options_of<TuneCommand>(*sub, line);
-  sub->add_option("model", command.model_file,
-                  "Model file, as `eha fit` wrote it, or the run whose recommended model is meant")
+  takes_run_name(sub->add_option("model", command.model_file,
+                                 "Model file, as `eha fit` wrote it, or the run whose recommended model is meant"))
       ->required()
       ->type_name("MODEL|RUN");
   add_choice(*sub, "--for", command.purpose, kPurposes, "Follow references, or stay in a place (default track)");
@@ -288,7 +311,7 @@ void add_tune(CLI::App& app, ParsedLine& line) {
                   "Rig file whose limits and sensor apply (default that of the model's run, else as `eha run --local`)")
       ->type_name("RIG");
   sub->add_option("--twin", command.twin_file, "Rig file of a simulated rig fitted to a record")->type_name("RIG");
-  sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies")
+  takes_run_name(sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies"))
       ->type_name("RUN");
   sub->add_option("--tick", command.tick_s, "Period of the controller, 0.0002 to 0.1 s (default the rig's)")
       ->type_name("SECONDS")

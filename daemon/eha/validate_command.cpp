@@ -13,6 +13,7 @@
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/source.hpp"
@@ -132,8 +133,10 @@ void add_validate(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("validate", "Score a model on a record it has not seen");
   sub->footer(kValidateFooter);
   auto& validate = options_of<ValidateCommand>(*sub, line);
-  sub->add_option("model", validate.model_file, "Model file (JSON)")->required()->type_name("MODEL");
-  sub->add_option("source", validate.source, "Run folder, or file with a record")->required()->type_name("SOURCE");
+  takes_run_name(sub->add_option("model", validate.model_file, "Model file (JSON)"))->required()->type_name("MODEL");
+  takes_run_name(sub->add_option("source", validate.source, "Run folder or its name, or file with a record"))
+      ->required()
+      ->type_name("SOURCE");
   sub->add_option("--experiment", validate.experiment_file, "Experiment file whose record and acceptance apply")
       ->type_name("EXPERIMENT");
   add_record_options(*sub, validate.record);

@@ -100,6 +100,13 @@ bool Supervisor::may_start(uid_t uid) const {
   return lease_.is_held_by(uid) && !shutting_down_ && (active_ || rig_.is_armed());
 }
 
+namespace {
+
+/// Whether a reason for not being armed is the end of an experiment.
+bool is_of_run(const std::string& reason) { return reason.starts_with("experiment "); }
+
+}  // namespace
+
 Json Supervisor::armed_answer(uid_t uid) const {
   Json held = Json::array();
   for (const EntryId id : queue_.of(uid, EntryState::held)) held.push_back(entry(id));
@@ -137,7 +144,9 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
     answer([&] { return armed_answer(peer.uid); });
     return;
   }
-  rig_.arm([this, peer, was_held, answer = std::move(answer)](std::future<void> done) {
+  const std::string fault =
+      state() == acquisition::State::faulted && is_of_run(disarmed_because_) ? disarmed_because_ : "";
+  rig_.arm([this, peer, was_held, fault, answer = std::move(answer)](std::future<void> done) {
     answer([&]() -> Json {
       try {
         done.get();
@@ -147,7 +156,9 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
       }
       spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
       disarmed_because_.clear();
-      return armed_answer(peer.uid);
+      Json armed = armed_answer(peer.uid);
+      if (!fault.empty()) armed["acknowledged"] = fault;
+      return armed;
     });
   });
 }
@@ -164,6 +175,7 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
   if (active_) {
     active_->stop->request();
     const int count = active_->stop->count();
+    if (active_->stopped_by.empty()) active_->stopped_by = peer.user;
     // Further stops change nothing, and a flood of them must not fill the log.
     if (count <= 2) {
       spdlog::warn("experiment {}: stop by {} (uid {}, pid {}): {}", active_->entry, peer.user, peer.uid, peer.pid,

@@ -93,6 +93,7 @@ class Supervisor {
     bool playing = false;  ///< in the rig's thread, to which the state machine belongs meanwhile
     std::shared_ptr<play::RunWatch> watch;
     std::shared_ptr<acquisition::StopRequest> stop;
+    std::string stopped_by = {};  ///< user of the first stop
   };
 
   /// Experiments of one request, which go into the queue together or not at all.

@@ -67,12 +67,15 @@ void Supervisor::give_up(Entry& entry, ExitCode code, const std::string& why) {
 void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   const Outcome outcome = run.report.outcome;
   const bool was_stopped = active_->stop->count() > 0;
+  const std::string stopped_by = active_->stopped_by;
   active_.reset();
   totals_.add(run.report);
   if (makes_card_suspect(run.report)) rig_.mark_suspect();
   for (const std::string& sentence : run.report.realtime.refused) spdlog::warn("{}", sentence);
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report, DisplayUnit(rig_.config()->units));
+  if (outcome == Outcome::interrupted && !stopped_by.empty())
+    entry.note += fmt::format(" (eha stop of {})", stopped_by);
   const bool is_unguarded = rig_.guard() == GuardState::died;
   for (const std::string& sentence :
        {std::string(is_unguarded ? "the guard of the rig has died" : ""), run.write_error}) {
@@ -86,7 +89,9 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     rig_.rod_is_at(run.displacement_in);
   }
   if (acquisition::is_whole(outcome) && run.only_placed) {
-    spdlog::info("experiment {}: the rod is at {:.3f} in", entry.id, run.displacement_in);
+    const DisplayUnit unit(rig_.config()->units);
+    spdlog::info("experiment {}: the rod is at {:.3f} {}", entry.id, unit.factor("in") * run.displacement_in,
+                 unit.of("in"));
     close_entry(entry, ExitCode::ok);
   } else if (acquisition::is_whole(outcome)) {
     spdlog::info("experiment {}: {}; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id,
@@ -106,7 +111,10 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   } else {
     // After a stop or a fault the next experiment must not move the rig by itself.
     disarm_rig(fmt::format("experiment {}: {}", entry.id,
-                           acquisition::is_whole(outcome) ? "stopped at its end" : entry.outcome),
+                           acquisition::is_whole(outcome) ? "stopped at its end"
+                           : outcome == Outcome::faulted ? fmt::format("faulted: {}; run {}", entry.note, entry.run)
+                           : entry.note.starts_with(entry.outcome) ? entry.note
+                                                                   : fmt::format("{}: {}", entry.outcome, entry.note)),
                LeaseFate::kept);
   }
 }

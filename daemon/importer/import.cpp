@@ -75,6 +75,9 @@ ident::Channel channel_of(const Column& column, const char* otherwise, bool is_r
     if (c == '_' && column.unit.empty()) c = ' ';
     if (c == ' ' && !column.unit.empty()) c = '_';
   }
+  // A reader trims names.
+  name.erase(0, name.find_first_not_of(' '));
+  name.erase(name.find_last_not_of(' ') + 1);
   if (name.empty() || name.front() == '(') name = otherwise;
   return {name, column.unit};
 }

@@ -72,7 +72,8 @@ struct Panel {
   std::optional<std::pair<double, double>> x_range = {};
   std::optional<std::pair<double, double>> y_range = {};
   bool log_x = false;
-  bool is_map = false;  ///< equal scales and no axes; needs both ranges
+  bool has_equal_scales = false;  ///< a unit is as long on both axes; needs both ranges
+  bool is_map = false;            ///< equal scales and no axes; needs both ranges
 };
 
 /// Panels below one another, their left and right edges aligned.

@@ -186,7 +186,9 @@ double panel_height_px(const Panel& panel, bool is_alone) {
       panel.series.begin(), panel.series.end(), [](const Series& series) { return !series.label.empty(); }));
   const std::size_t columns = key_columns(panel);
   const std::size_t lines = (entries + columns - 1) / columns;
-  const double plain = panel.is_map ? kMapHeight_px : is_alone ? kSinglePanelHeight_px : kPanelHeight_px;
+  const double plain = panel.is_map || panel.has_equal_scales ? kMapHeight_px
+                       : is_alone                             ? kSinglePanelHeight_px
+                                                              : kPanelHeight_px;
   return plain + kKeyLine_px * static_cast<double>(lines > 1 ? lines - 1 : 0);
 }
 
@@ -217,7 +219,8 @@ void add_axes(std::string& script, const Panel& panel) {
     return;
   }
   script += "set border 3\nset tics nomirror out scale 0.6\n" + y_ticks(panel) +
-            "set grid lc rgb '#d0d0d0' lw 0.5 dt solid\nset size noratio\n";
+            "set grid lc rgb '#d0d0d0' lw 0.5 dt solid\n" +
+            (panel.has_equal_scales ? "set size ratio -1\n" : "set size noratio\n");
   if (panel.x_ticks.empty()) {
     script += "set xtics norotate autofreq\n";
     return;

@@ -344,9 +344,10 @@ Manifest new_manifest(const Json& header, const std::string& utc_start) {
 void put_report(Manifest& manifest, const acquisition::RunReport& report, const std::string& write_error) {
   manifest.outcome = report.outcome;
   manifest.utc_end = utc_now();
-  manifest.report = {acquisition::describe(report), write_error, report.counters};
+  const DisplayUnit unit(rig_units(manifest.other));
+  manifest.report = {acquisition::describe(report, unit), write_error, report.counters};
   Json& json = manifest.other["report"];
-  json = describe_report(report);
+  json = describe_report(report, unit);
   if (!write_error.empty()) json["write_error"] = write_error;
 }
 

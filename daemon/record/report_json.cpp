@@ -46,9 +46,9 @@ Json describe_fault(const acquisition::FaultReport& fault) {
 
 }  // namespace
 
-Json describe_report(const acquisition::RunReport& report) {
+Json describe_report(const acquisition::RunReport& report, const DisplayUnit& unit) {
   const acquisition::LoopCounters& counters = report.counters;
-  return {{"description", acquisition::describe(report)},
+  return {{"description", acquisition::describe(report, unit)},
           {"fault", describe_fault(report.fault)},
           {"final_state", acquisition::to_text(report.final_state)},
           {"safe_confirmed", report.safe_confirmed},

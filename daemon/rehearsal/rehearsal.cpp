@@ -162,11 +162,13 @@ std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, 
   constexpr auto kLow = static_cast<std::size_t>((1.0 - kShareWithin) * kDraws);
   constexpr auto kHigh = static_cast<std::size_t>(kShareWithin * kDraws) - 1;
   const bool is_open = plays_open_loop(experiment, rig);
-  return Rehearsal{.lowest_in = lowest[kLow],
-                   .highest_in = highest[kHigh],
-                   .drift_in_per_s = is_open ? mean_velocity(valve, periodic_part(experiment, rig), 0.0) : 0.0,
-                   .chance_of_trip = static_cast<double>(trips) / kDraws,
-                   .still_offset_V = is_open ? offset_that_helps(experiment, rig, from_in) : std::nullopt};
+  return Rehearsal{
+      .lowest_in = lowest[kLow],
+      .highest_in = highest[kHigh],
+      .drift_in_per_s = is_open ? mean_velocity(valve, periodic_part(experiment, rig), 0.0) : 0.0,
+      .chance_of_trip = static_cast<double>(trips) / kDraws,
+      .still_offset_V = is_open ? offset_that_helps(experiment, rig, from_in) : std::nullopt,
+      .offset_has_no_room = is_open && is_balanced(experiment, rig) && !offset_that_stops(experiment, rig, 0.0)};
 }
 
 std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, const config::RigConfig& rig,

@@ -23,6 +23,7 @@ struct Rehearsal {
   /// Of the excitation, that would stop the drift; none with a hold, beyond the command limits, where the rod would
   /// reach a limit all the same, or where another offset would change what the experiment is for (a step).
   std::optional<double> still_offset_V = {};
+  bool offset_has_no_room = false;  ///< one would stop the drift, but the command limits leave no room for it
 };
 
 /// Plays an experiment on rods y' = v(u), v the valve of the rig's [following] with null, dead band and gains drawn

@@ -72,12 +72,14 @@ std::string rig_lines(const RunSheet& run) {
 
 std::string experiment_lines(const RunSheet& run) {
   const config::RigLimits& limits = run.rig.limits;
+  const bool is_metric = run.rig.units == "mm";
   return fmt::format(
       "[start]\n"
-      "displacement_in = {:.3f}  # the middle of the travel\n"
+      "displacement_{} = {:.{}f}  # the middle of the travel\n"
       "# offset_V of its [excitation]: `eha check EXPERIMENT.toml` rehearses it\n"
       "# with these numbers and names the one at which the rod does not drift.\n",
-      0.5 * (limits.travel_min_in + limits.travel_max_in));
+      is_metric ? "mm" : "in", 0.5 * (is_metric ? 25.4 : 1.0) * (limits.travel_min_in + limits.travel_max_in),
+      is_metric ? 1 : 3);
 }
 
 }  // namespace eha::sheet

@@ -8,7 +8,9 @@
 #include <complex>
 #include <numbers>
 
+#include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
+#include "daemon/tune/kind_table.hpp"
 
 namespace eha::tune {
 namespace {
@@ -104,7 +106,7 @@ std::vector<double> unwrapped_deg(const std::vector<Complex>& values) {
 }
 
 report::Item bode(const ControllerSubject& subject, const Curves& c) {
-  report::Item item{.heading = "Open loop"};
+  report::Item item{.heading = "Open loop, without the dead band"};
   plot::Panel gain{.x_label = "", .y_label = "gain [dB]", .log_x = true};
   add_band(gain, c, [](Complex value, std::size_t) { return decibels(value); });
   gain.rules.push_back({.at = 0.0, .vertical = false});
@@ -119,6 +121,10 @@ report::Item bode(const ControllerSubject& subject, const Curves& c) {
       fmt::format("Phase margin {:.0f} degrees ({:.0f} to {:.0f}), gain margin {:.2g} ({:.2g} to {:.2g}).",
                   p.phase_margin_deg.value, p.phase_margin_deg.lower, p.phase_margin_deg.upper, p.gain_margin.value,
                   p.gain_margin.lower, p.gain_margin.upper);
+  item.remark.seen +=
+      " Of the linear loop: model, filter and feedback about a moving rod. The dead band, which the inverse of the "
+      "valve "
+      "bridges, is not in it.";
   item.remark.good = "At least 45 degrees where the gain is 0 dB, over the whole band.";
   item.remark.to_do = "A wide band: make a longer record, then tune again.";
   return item;
@@ -128,6 +134,7 @@ report::Item nyquist(const ControllerSubject& subject, const Curves& c) {
   report::Item item{.heading = "Nyquist plot of the open loop"};
   plot::Panel panel{
       .x_label = "real part", .y_label = "imaginary part", .x_range = {{-2.0, 1.0}}, .y_range = {{-2.0, 1.0}}};
+  panel.has_equal_scales = true;
   const std::size_t every = std::max<std::size_t>(1, c.draws.size() / 20);
   for (std::size_t d = 0; d < c.draws.size(); d += every) {
     plot::Series series{.label = d == 0 ? "draws" : "", .style = plot::kGuideStyle};
@@ -201,7 +208,8 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   plot::Panel following{.x_label = "", .y_label = fmt::format("error [{}]", unit.of("in"))};
   following.series.push_back({.label = "", .x = time, .y = error, .style = 1});
   plot::Panel command{.x_label = "time [s]", .y_label = "command [V]"};
-  command.series.push_back({.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1});
+  // A command is held until the next tick.
+  command.series.push_back(report::held({.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1}));
   return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
 }
 
@@ -317,6 +325,14 @@ report::Page controller_page(const ControllerSubject& subject) {
                               {"unit", Column::text}},
                              promise_rows(c.promise, subject.unit)) +
                report::list(lines_of(c.promise.remarks))});
+  if (const auto rows = kind_rows(subject.kinds, subject.unit); !rows.empty()) {
+    std::vector<report::TableColumn> columns;
+    for (const std::string& title : kind_titles(subject.unit)) {
+      columns.push_back({title, columns.empty() ? Column::text : Column::number});
+    }
+    promise.items.push_back({.heading = "Kinds of feedback",
+                             .html = report::table(columns, rows) + report::paragraph(report::escaped(kKindNote))});
+  }
   report::Section plots{.title = "On the twin"};
   if (subject.trace) plots.items.push_back(motion(subject));
   report::Section loop{.title = "Loop"};

@@ -36,6 +36,7 @@ struct ControllerSubject {
   std::string why_without_plots = {};     ///< which file is gone or has changed, and what to type
   std::optional<MeasuredTrial> measured = {};
   DisplayUnit unit = DisplayUnit("in");  ///< of lengths
+  std::vector<ComparedKind> kinds = {};  ///< none: the file does not keep them
 };
 
 /// The controller as one HTML page: promise, step and tracking on the twin, Bode and Nyquist plots of the open loop

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "daemon/tune/kind_table.hpp"
 
 namespace eha::tune {
 namespace {
@@ -58,22 +59,6 @@ std::vector<FeedbackKind> kinds_of(const TuneTask& task, const ident::AxisPlant&
   return {FeedbackKind::p, FeedbackKind::pi, FeedbackKind::pid};
 }
 
-std::string name_of(FeedbackKind kind) {
-  switch (kind) {
-    case FeedbackKind::p:
-      return "P";
-    case FeedbackKind::pi:
-      return "PI";
-    case FeedbackKind::pd:
-      return "PD";
-    case FeedbackKind::pid:
-      return "PID";
-    case FeedbackKind::fopid:
-      return "FOPID";
-  }
-  return "?";
-}
-
 /// The least kind within a fifth of the best error, both following and at rest.
 std::size_t chosen(const std::vector<Candidate>& candidates, double rest_allowed_in) {
   double least = std::numeric_limits<double>::infinity();
@@ -119,6 +104,8 @@ std::string remark_on_fractional_orders(double gain) {
 void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
   const ident::AxisDesign& d = tuned.design;
   auto& lines = tuned.remarks;
+  const std::string in = task.unit.of("in");
+  const double factor = task.unit.factor("in");
   lines.push_back(d.noise_binds
                       ? "The sensor's noise on the command limits the gain, before the margin: a quieter sensor or a "
                         "faster valve slew would allow more."
@@ -141,11 +128,10 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
         lines.push_back(fmt::format("{}: no gain keeps the limits without hunting.", name_of(kind)));
       } else {
         lines.push_back(
-            fmt::format("In short trials on four drawn rigs {} follows with {:.3g} in RMS and rests within {:.2g} in, "
-                        "instead of {:.3g} and "
-                        "{:.2g} in with {}.",
-                        name_of(kind), other->following_rms_in, other->rest_error_in, own->following_rms_in,
-                        own->rest_error_in, name_of(own->kind)));
+            fmt::format("In short trials on four drawn rigs {} follows with {:.3g} {} RMS and rests within {:.2g} {}, "
+                        "instead of {:.3g} and {:.2g} {} with {}.",
+                        name_of(kind), factor * other->following_rms_in, in, factor * other->rest_error_in, in,
+                        factor * own->following_rms_in, factor * own->rest_error_in, in, name_of(own->kind)));
       }
     }
   }
@@ -164,14 +150,15 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
   }
   if (d.settings.feedback.ki > 0.0) {
     lines.push_back(
-        fmt::format("The integral stands still within {:.2g} in of the reference, where noise and friction "
+        fmt::format("The integral stands still within {:.2g} {} of the reference, where noise and friction "
                     "would make the rod hunt.",
-                    d.settings.rest_error));
+                    factor * d.settings.rest_error, in));
   }
-  lines.push_back(fmt::format(
-      "References move at up to {:.3g} in/s and {:.3g} in/s^2: so much the valve gives within the limits slew_V_per_s, "
-      "velocity_limit_in_per_s and closed_loop_max_V of the rig.",
-      d.settings.reference.velocity, d.settings.reference.acceleration));
+  lines.push_back(
+      fmt::format("References move at up to {:.3g} {}/s and {:.3g} {}/s^2: so much the valve gives within the slew, "
+                  "the velocity limit "
+                  "and closed_loop_max_V of the rig.",
+                  factor * d.settings.reference.velocity, in, factor * d.settings.reference.acceleration, in));
   if (!plant.has_covariance) {
     lines.emplace_back("The model file has no covariance: the margins assume 5 % for the gain and 10 % for the lag.");
   }
@@ -311,12 +298,13 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
     static_cast<void>(axis_trial(shown, ident::coefficients(tuned.design.settings), short_plan, &tuned.trace));
     remark(tuned, task, plant);
     if (fractional_gain) tuned.remarks.push_back(remark_on_fractional_orders(*fractional_gain));
+    tuned.kinds = kinds_compared(tuned.candidates, plant, fractional_gain);
     return tuned;
   }
   throw DataError(
-      fmt::format("every feedback that keeps the limits hunts on a drawn rig (p-p at rest above {:.2g} in): "
+      fmt::format("every feedback that keeps the limits hunts on a drawn rig (p-p at rest above {:.2g} {}): "
                   "measure null and dead band again with eha characterise, or name a fitted twin with --twin",
-                  most_in));
+                  task.unit.factor("in") * most_in, task.unit.of("in")));
 }
 
 }  // namespace eha::tune

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/display_unit.hpp"
 #include "daemon/tune/axis_trial.hpp"
 #include "daemon/tune/twin_draws.hpp"
 #include "hal/sim/sim_options.hpp"
@@ -22,6 +23,7 @@ struct TuneTask {
   int twins = 50;
   double hold_s = 60.0;
   std::uint64_t seed = 1;
+  DisplayUnit unit = DisplayUnit("in");  ///< of lengths in remarks and messages
 };
 
 /// What the rod will do: figures over all drawn twins, margins over all draws of the model.
@@ -58,6 +60,16 @@ struct Candidate {
   bool hunts = false;             ///< on one of them
 };
 
+/// A kind of feedback beside the others: the best that was tried of it.
+struct ComparedKind {
+  ident::FeedbackKind kind = ident::FeedbackKind::p;
+  std::optional<double> following_rms_in = {};  ///< none: not tried
+  std::optional<double> rest_error_in = {};     ///< none: not tried
+  /// RMS error after a step of load, over that of the PID; none: the error stays, or there is no PID.
+  std::optional<double> load_error_of_pid = {};
+  double lasting_error_s = 0.0;  ///< of a load that would move the rod at 1 in/s: 1/kp without an integral [in/(in/s)]
+};
+
 /// A controller and what it promises.
 struct Tuned {
   ident::AxisDesign design = {};
@@ -67,6 +79,7 @@ struct Tuned {
   ident::TrialPlan plan;
   std::vector<ident::TrialFigures> trials;  ///< one a twin
   std::vector<Candidate> candidates;        ///< in the order of their trial
+  std::vector<ComparedKind> kinds;          ///< those that do not hunt, and FOPID where it was compared
   std::vector<std::string> remarks;         ///< what limits it, and what more would have gained; a sentence each
   TrialTrace trace;                         ///< on the twin itself
 };

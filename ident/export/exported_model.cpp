@@ -41,13 +41,13 @@ FrequencyInterval crossings(const TransferFunction& g) {
   return {from / (2.0 * pi) / kCrossingMargin, to / (2.0 * pi) * kCrossingMargin};
 }
 
-FrequencyInterval band_of(const Model& model) {
+std::optional<FrequencyInterval> shown_band(const Model& model) {
   const std::optional<FrequencyInterval> usable = model.verdict ? model.verdict->usable_band : std::nullopt;
-  if (usable && usable->lowest_Hz > 0.0 && usable->lowest_Hz < usable->highest_Hz) return *usable;
+  if (usable && usable->lowest_Hz > 0.0 && usable->lowest_Hz < usable->highest_Hz) return usable;
   if (model.bode && model.bode->frequency_Hz.size() > 1) {
-    return {model.bode->frequency_Hz.front(), model.bode->frequency_Hz.back()};
+    return FrequencyInterval{model.bode->frequency_Hz.front(), model.bode->frequency_Hz.back()};
   }
-  return crossings(model.transfer_function);
+  return std::nullopt;
 }
 
 /// Greatest difference over the greatest exact value [%].
@@ -134,13 +134,14 @@ ExportedModel exported(const Model& model, const std::optional<FrequencyInterval
                     .initial_output = model.initial_output,
                     .input_unit = model.input_unit,
                     .output_unit = model.output_unit,
+                    .shown_band = shown_band(model),
                     .rejected_for = {}};
   if (model.verdict && !model.verdict->accepted) out.rejected_for = model.verdict->reasons;
   if (has_whole_orders(g)) {
     out.sections = partial_fractions(g, model.initial_state);
   } else {
     check_fractional(model);
-    const FrequencyInterval used = band ? *band : band_of(model);
+    const FrequencyInterval used = band ? *band : out.shown_band.value_or(crossings(g));
     out.sections = approximate(g, {2.0 * pi * used.lowest_Hz / kMargin, 2.0 * pi * used.highest_Hz * kMargin}, kWanted);
     out.error = measured(out.sections, g, used);
     if (!(out.error->gain_percent <= kMostGainError_percent && out.error->phase_deg <= kMostPhaseError_deg)) {

@@ -35,7 +35,8 @@ struct ExportedModel {
   double initial_output = 0.0;
   std::string input_unit;
   std::string output_unit;
-  std::vector<std::string> rejected_for;  ///< reasons of a verdict that rejects it
+  std::optional<FrequencyInterval> shown_band = {};  ///< in which the model's record shows it; none: not known
+  std::vector<std::string> rejected_for;             ///< reasons of a verdict that rejects it
 };
 
 /// Realises a model as sections of order one or two: whole orders exactly, fractional ones by a stable approximation.

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <numbers>
 #include <vector>
 
 #include "ident/export/model_formats.hpp"
+#include "ident/fractional/poles.hpp"
 
 namespace eha::ident {
 namespace {
@@ -45,6 +48,32 @@ std::string vector(const std::vector<double>& values) {
   return fmt::format("[{}]", fmt::join(texts, " "));
 }
 
+/// A line for each pole that the record does not show, so that nobody builds on its place. Whole orders.
+std::string unseen_poles(const ExportedModel& model) {
+  if (!model.shown_band) return {};
+  constexpr double kFarOff = 3.0;  // times an end of the band; there a pole turns the phase by less than 20 degrees
+  std::string text;
+  for (const std::complex<double>& pole : commensurate_roots(reduced(model.transfer_function.denominator), 1.0)) {
+    if (pole.imag() < 0.0) continue;  // the other of a pair
+    const bool is_pair = pole.imag() > 0.0;
+    const double f_Hz = std::abs(pole) / (2.0 * std::numbers::pi);
+    const std::string which = fmt::format("% {} at {:.3g} Hz", is_pair ? "A pair of poles" : "A pole", f_Hz);
+    if (f_Hz > kFarOff * model.shown_band->highest_Hz) {
+      const double delay_s = (is_pair ? -2.0 : -1.0) * pole.real() / std::norm(pole);
+      text += fmt::format(
+          "{} is above the band that the record shows, up to {:.3g} Hz: what is measured of it\n"
+          "% is its delay of {:.3g} s within the band, not its place.\n",
+          which, model.shown_band->highest_Hz, delay_s);
+    } else if (f_Hz < model.shown_band->lowest_Hz / kFarOff) {
+      text += fmt::format(
+          "{} is below the band that the record shows, from {:.3g} Hz: there the model is an\n"
+          "% integrator, and a gain at standstill is not measured.\n",
+          which, model.shown_band->lowest_Hz);
+    }
+  }
+  return text;
+}
+
 std::string delay(double delay_s) { return delay_s > 0.0 ? fmt::format(", 'InputDelay', {}", delay_s) : ""; }
 
 }  // namespace
@@ -69,6 +98,7 @@ std::string tf_text(const ExportedModel& model, const std::string& function) {
       if (last > 1)
         text += fmt::format("T = {};  % lag [s]: coefficient of the next power\n", denominator[last - 2] / unit);
     }
+    text += unseen_poles(model);
   } else {
     // Fractional orders: the sum of the approximation's sections over one denominator.
     std::vector<std::string> parts;

@@ -18,6 +18,7 @@
 
 namespace {
 
+using namespace std::string_literals;
 using eha::acquisition::TickRecord;
 using eha::os::write_file_atomically;
 using std::filesystem::path;
@@ -55,7 +56,7 @@ void write_records(const path& folder) {
                         "# a comment\ntime_s,voltage_V,displacement_in\n0,1,2.5\n0.001,-1,2.25\n0.002,+1e-3,2.125\n");
   write_file_atomically(folder / "quoted", "\xEF\xBB\xBFtime_s,\"a \"\"b\"\"_V\",c\r\n10,\"1\",2\r\n20,3,4\r\n");
   write_file_atomically(folder / "rounded", "time_s,u,y\n0.000000,1,2\n0.000977,3,4\n0.001953,5,6\n0.002930,7,8\n");
-  write_file_atomically(folder / "utf16", std::string("\xFF\xFEt\0,\0u\0\n\0\x31\0", 14));
+  write_file_atomically(folder / "utf16", "\xFF\xFEt\0,\0u\0\n\0\x31\0"s);
   write_file_atomically(folder / "gap", "time_s,u,y\n1e1,1,2\n2e1,1,2\n4e1,1,2\n");
   // Heads of other programs; tests/unit/importer/other_programs_test.cpp has whole files.
   write_file_atomically(folder / "dspace",
@@ -80,6 +81,14 @@ void write_records(const path& folder) {
       folder / "whole_seconds",
       "Zeit;u;y\n10:00:00;0,5;45,2\n10:00:00;0,6;45,3\n10:00:01;0,7;45,4\n10:00:01;0,8;45,5\n10:00:00;1;2\n");
   write_file_atomically(folder / "days", "Time,u,y\n46349.41670000,1,2\n46349.41670012,2,3\n46349.41670023,3,4\n");
+  write_file_atomically(folder / "catman",
+                        "HBM_CATMAN_DATAFILE_50\nDATEI: m.bin\nT0 = 23.11.2026 10:00:00\nWerte: 3\n"
+                        "Zeit \tVentil \tWeg \ns\tV\tmm\n0,000\t1,5\t2\n0,001\t1,6\t3\n0,002\t1,7\t4\n");
+  write_file_atomically(folder / "wincc",
+                        "\"VarName\";\"TimeString\";\"VarValue\";\"Validity\";\"Time_ms\"\n"
+                        "\"u\";\"23.11.2026 10:00:00\";0,5;1;46349416666,6667\n"
+                        "\"y\";\"23.11.2026 10:00:00\";45,2;1;46349416666,6667\n");
+  write_file_atomically(folder / "pico", "Time,Channel A,Channel B\n(ms),(V),(mV)\n\n0,1,2\n1,2,3\n2,3,4\n");
   write_file_atomically(
       folder / "labview",
       "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\tOne\n***End_of_Header***\t\n\n"

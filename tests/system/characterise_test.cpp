@@ -137,18 +137,26 @@ TEST(Calibrate, WritesANewRigFileBesideTheOldOne) {
   EXPECT_EQ(again.code, static_cast<int>(ExitCode::usage)) << "no rig file is overwritten";
 }
 
-TEST(Calibrate, TakesACsvWarnsOfABadPositionAndRefusesTooFew) {
+TEST(Calibrate, TakesACsvRefusesABadPositionAndTooFew) {
   const TemporaryFolder folder;
   folder.write("rig.toml", content_of(source_file("config/rigs/sim.toml")));
   folder.write("pairs.csv", "position_in,voltage_V\n0.5,0.833\n1.7,2.833\n2.99,4.917\n4.2,7.0\n5.4,9.0\n");
-  const Ended warned = run_eha({"calibrate", "--rig", "rig.toml", "--pairs", "pairs.csv"}, folder.path());
-  EXPECT_EQ(warned.code, 0) << warned.err;
-  EXPECT_NE(warned.err.find("2.9900 in: 0.0"), std::string::npos) << warned.err;
-  std::size_t files = 0;
-  for (const auto& entry : fs::directory_iterator(folder.path())) {
-    files += entry.path().filename().string().starts_with("rig-20") ? 1 : 0;
-  }
-  EXPECT_EQ(files, 1U) << "beside the old one, with the date in its name";
+  const auto written = [&] {
+    std::size_t files = 0;
+    for (const auto& entry : fs::directory_iterator(folder.path())) {
+      files += entry.path().filename().string().starts_with("rig-20") ? 1 : 0;
+    }
+    return files;
+  };
+  const Ended refused = run_eha({"calibrate", "--rig", "rig.toml", "--pairs", "pairs.csv"}, folder.path());
+  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::bad_data)) << refused.err;
+  EXPECT_NE(refused.err.find("2.9900 in: 0.0"), std::string::npos) << refused.err;
+  EXPECT_EQ(refused.out.find("Next:"), std::string::npos) << refused.out;
+  EXPECT_EQ(written(), 0U);
+  const Ended allowed =
+      run_eha({"calibrate", "--rig", "rig.toml", "--pairs", "pairs.csv", "--tolerance", "2mm"}, folder.path());
+  EXPECT_EQ(allowed.code, 0) << allowed.err;
+  EXPECT_EQ(written(), 1U) << "beside the old one, with the date in its name";
   const Ended few = run_eha({"calibrate", "--rig", "rig.toml", "--at", "1in=1", "--at", "2in=2"}, folder.path());
   EXPECT_EQ(few.code, static_cast<int>(ExitCode::bad_data));
   EXPECT_NE(few.err.find("at least 3"), std::string::npos) << few.err;

@@ -42,7 +42,7 @@ TEST(Read, SeesTheRodOfARigThatIsNotDriven) {
   const Ended read = run_eha({"read", "--socket", daemon.socket()}, daemon.folder());
   EXPECT_EQ(read.code, 0) << read.err;
   EXPECT_NE(read.out.find("rod      2.9"), std::string::npos) << read.out;
-  EXPECT_NE(read.out.find("faulted"), std::string::npos) << read.out;
+  EXPECT_NE(read.out.find("not armed (ehad has started)"), std::string::npos) << read.out;
   const Ended status = run_eha({"status", "--socket", daemon.socket()}, daemon.folder());
   EXPECT_NE(status.out.find("0.150 [===="), std::string::npos) << status.out;
 }

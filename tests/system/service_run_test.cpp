@@ -241,7 +241,13 @@ TEST(Service, DisarmsOnAFaultAndHoldsTheQueue) {
   EXPECT_EQ(client.call("status").at("state"), "faulted");
   EXPECT_EQ(client.call("status").at("lease").at("uid"), geteuid()) << "the holder may be at the rod";
   EXPECT_EQ(entry_of(daemon, good).at("state"), "held");
-  client.call("arm");
+  // The state says the fault with its limit and the run, for who was not at the terminal.
+  const std::string reason = client.call("status").at("reason");
+  EXPECT_NE(reason.find("faulted: travel_limit at "), std::string::npos) << reason;
+  EXPECT_NE(reason.find("the limit is "), std::string::npos) << reason;
+  EXPECT_NE(reason.find("; run " + over.at("run").get<std::string>()), std::string::npos) << reason;
+  EXPECT_EQ(client.call("arm").at("acknowledged"), reason);
+  EXPECT_FALSE(client.call("arm").contains("acknowledged")) << "armed already";
   const std::int64_t other = submit(client, experiment_text("other"));
   EXPECT_EQ(follow(daemon, other).at("outcome"), "completed");
   EXPECT_EQ(entry_of(daemon, good).at("state"), "held") << "the run of another one does not release it";

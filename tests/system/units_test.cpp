@@ -80,7 +80,12 @@ TEST_F(MillimetreRig, ShowsNoInches) {
   const std::string run = run_.string();
   const std::string model = models_.front();
   const std::string input = run + "/data_40ms.csv";
-  ASSERT_EQ(eha({"tune", model, "--rig", "rig.toml", "-o", "axis.toml"}).code, 0);
+  const Ended tuned = eha({"tune", model, "--rig", "rig.toml", "-o", "axis.toml"});
+  ASSERT_EQ(tuned.code, 0) << tuned.err;
+  expect_no_inches("eha tune", tuned.out + tuned.err);
+  expect_no_inches("page of eha tune", content_of(folder_->path() / "axis.html"));
+  folder_->write("cycle.csv", "time_s,position_mm\n0,60\n2,60\n6,70\n9,70\n");
+  folder_->write("far.csv", "time_s,position_mm\n0,60\n2,160\n");
   const std::vector<std::vector<std::string>> commands{
       {"runs", "list"},
       {"runs", "show", run},
@@ -112,6 +117,10 @@ TEST_F(MillimetreRig, ShowsNoInches) {
       {"plot", run + "/fit.csv"},
       {"plot", run + "/frequency_response.csv"},
       {"plot", "axis.toml"},
+      {"report", "axis.toml", "-o", "axis_again.html"},
+      {"track", "axis.toml", "--local", "--fast", "--rig", "rig.toml", "--hold", "5", "-o", "tracks"},
+      {"track", "axis.toml", "cycle.csv", "--local", "--fast", "--rig", "rig.toml", "-o", "cycles"},
+      {"track", "axis.toml", "far.csv", "--local", "--fast", "--rig", "rig.toml", "-o", "refused"},
       {"check", "axis.toml", "--rig", "rig.toml"},
       {"export", "axis.toml", "--format", "c"},
       {"export", "axis.toml", "--format", "st"},
@@ -124,6 +133,11 @@ TEST_F(MillimetreRig, ShowsNoInches) {
       {"compare", model, run},
       {"report", run, "-o", "report.html"},
       {"doctor", "--rig", "rig.toml"},
+      {"calibrate", "--rig", "rig.toml", "--at", "10mm=0.656", "--at", "75mm=4.921", "--at", "140mm=9.186", "-o",
+       "calibrated.toml"},
+      {"calibrate", "--rig", "rig.toml", "--at", "10mm=0.656", "--at", "75mm=5.121", "--at", "140mm=9.186", "-o",
+       "wrong.toml"},
+      {"characterise", "--local", "--fast", "--rig", "rig.toml", "-o", "sheets"},
       {"design", "short.toml", "--rig", "rig.toml"},
       {"batch", run, "-o", "batch", "--", "--model", "io1"}};
   for (const std::vector<std::string>& command : commands) {
@@ -133,10 +147,32 @@ TEST_F(MillimetreRig, ShowsNoInches) {
     EXPECT_NE(ended.code, 1) << name << ended.err;
     expect_no_inches(name, ended.out + ended.err);
   }
-  for (const char* page : {"changes.html", "report.html"}) {
+  for (const char* page : {"changes.html", "report.html", "axis_again.html"}) {
     expect_no_inches(page, content_of(folder_->path() / page));
   }
+  for (const char* runs : {"tracks", "cycles"}) {
+    const fs::path track = fs::directory_iterator(folder_->path() / runs)->path();
+    expect_no_inches("report of a track", content_of(track / "report.html"));
+    expect_no_inches("table of a track", content_of(track / "axis_table.csv"));
+    const Ended again = eha({"track", track.string()});
+    expect_no_inches("eha track RUN", again.out + again.err);
+    const Ended drawn = eha({"plot", track.string()});
+    expect_no_inches("eha plot of a track", drawn.out + drawn.err);
+  }
   expect_no_inches("report of the run", content_of(folder_->path() / run_ / "report.html"));
+}
+
+TEST_F(MillimetreRig, TakesARunByItsName) {
+  const std::string name = run_.filename().string();
+  for (const std::string& source : {name, std::string("runs/") + name}) {
+    const Ended ended = eha({"plot", source});
+    EXPECT_EQ(ended.code, 0) << source << ended.err;
+  }
+  const Ended model = eha({"plot", name + models_.front().substr(run_.string().size())});
+  EXPECT_EQ(model.code, 0) << model.err;
+  const Ended missing = eha({"plot", "20000101T000000Z-none"});
+  EXPECT_NE(missing.code, 0);
+  EXPECT_NE(missing.err.find("20000101T000000Z-none"), std::string::npos) << missing.err;
 }
 
 TEST_F(MillimetreRig, RefusesAPlaceInItsOwnUnitBeforeAnythingMoves) {

@@ -254,7 +254,7 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{&kSim,
              "travel_max_in = 5.5",
              "travel_max_in = 7",
-             {"10:17: limits.travel_max_in: expected a displacement that the sensor can show, -6..6, got 7"}},
+             {"10:17: limits.travel_max_in: expected a displacement that the sensor can show, -6..6 in, got 7"}},
         Edit{&kSim,
              "velocity_limit_in_per_s = 6.0",
              "velocity_limit_in_per_s = inf",
@@ -357,9 +357,9 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{&kCard,
              "scale_in_per_V = 0.3",
              "scale_in_per_V = 0.2",
-             {"9:17: limits.travel_min_in: expected a displacement that the sensor can show, 0.9..4.9, "
+             {"9:17: limits.travel_min_in: expected a displacement that the sensor can show, 0.9..4.9 in, "
               "got 0.2",
-              "10:17: limits.travel_max_in: expected a displacement that the sensor can show, 0.9..4.9, "
+              "10:17: limits.travel_max_in: expected a displacement that the sensor can show, 0.9..4.9 in, "
               "got 5.5"}}));
 
 }  // namespace

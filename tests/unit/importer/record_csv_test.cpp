@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/record_csv.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -166,6 +167,18 @@ TEST(InputCsv, TakesTheLastColumnAndLooksAtNoOther) {
   EXPECT_DOUBLE_EQ(series.step_s, 0.5);
   EXPECT_EQ(series.channel.name, "duty");
   EXPECT_EQ(series.channel.unit, "1");
+}
+
+TEST(InputCsv, OfAForeignNameReadsBackWhenItIsWritten) {
+  const TemporaryFolder folder;
+  for (const char* name : {"voltage_", "_voltage", "valve  ", "Weg\\_"}) {
+    const auto path = folder.write("u.csv", fmt::format("none_s,{}\n0,1\n0.001,-1\n0.002,0.5\n", name));
+    const InputSeries series = import_input(path, {}, "").series;
+    const auto written = folder.write("w.csv", series_csv(series.time_s, series.channel, series.values));
+    const InputSeries again = import_input(written, {}, "").series;
+    EXPECT_EQ(again.channel.name, series.channel.name) << name;
+    EXPECT_EQ(again.channel.unit, series.channel.unit) << name;
+  }
 }
 
 TEST(ChannelHeader, SplitsAtTheLastUnderscoreAndBack) {

@@ -126,6 +126,23 @@ TEST(Gnuplot, GivesALongKeyRoomOfItsOwn) {
   EXPECT_GT(height_of(1), height_of(0) + 2 * 18.0) << "the panel with the long key grows, not the other one";
 }
 
+TEST(Gnuplot, DrawsACircleAsOneWhereScalesAreEqual) {
+  Figure figure{.title = "circle", .panels = {{.x_label = "real", .y_label = "imaginary"}}};
+  Series circle{.label = ""};
+  for (int i = 0; i < 60; ++i) {
+    circle.x.push_back(std::cos(0.1 * i));
+    circle.y.push_back(std::sin(0.1 * i));
+  }
+  Panel& panel = figure.panels[0];
+  panel.series.push_back(circle);
+  panel.x_range = {{-2.0, 1.0}};
+  panel.y_range = {{-2.0, 1.0}};
+  panel.has_equal_scales = true;
+  EXPECT_NE(script_of(figure, Surface::page).find("set size ratio -1"), std::string::npos);
+  panel.has_equal_scales = false;
+  EXPECT_EQ(script_of(figure, Surface::page).find("ratio -1"), std::string::npos);
+}
+
 TEST(Gnuplot, DrawsTheTitleIntoFilesOnly) {
   EXPECT_NE(draw(ramp("rod of the bench", "b"), Format::svg).find("rod of the bench"), std::string::npos);
   const std::string page = script_of(ramp("rod of the bench", "b"), Surface::page);

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "core/error.hpp"
+#include "daemon/tune/kind_table.hpp"
 #include "hal/sim/cylinder.hpp"
 
 namespace eha::tune {
@@ -117,6 +120,39 @@ TEST(Tune, IsTheSameAgain) {
   const Tuned b = tune(plant, task);
   EXPECT_EQ(a.design.settings, b.design.settings);
   EXPECT_EQ(a.promise.following_rms_in.upper, b.promise.following_rms_in.upper);
+}
+
+TEST(Tune, ComparesKindsUnderOneLoadAndSaysLengthsInTheUnitThatIsAsked) {
+  const hal::SimOptions rig;
+  TuneTask task = task_for(rig);
+  task.kind.reset();
+  task.unit = DisplayUnit("mm");
+  const Tuned tuned = tune(ident::axis_plant(rod(rig), task.axis), task);
+  const auto row = [&](ident::FeedbackKind kind) {
+    return std::find_if(tuned.kinds.begin(), tuned.kinds.end(), [&](const ComparedKind& k) { return k.kind == kind; });
+  };
+  const auto p = row(ident::FeedbackKind::p);
+  const auto pid = row(ident::FeedbackKind::pid);
+  const auto fopid = row(ident::FeedbackKind::fopid);
+  ASSERT_NE(p, tuned.kinds.end());
+  ASSERT_NE(pid, tuned.kinds.end());
+  ASSERT_NE(fopid, tuned.kinds.end());
+  EXPECT_GT(p->lasting_error_s, 0.0);
+  EXPECT_FALSE(p->load_error_of_pid) << "without an integral the error stays";
+  EXPECT_EQ(pid->lasting_error_s, 0.0);
+  EXPECT_EQ(pid->load_error_of_pid, 1.0);
+  EXPECT_LE(*fopid->load_error_of_pid, 1.0) << "a PID is a FOPID";
+  EXPECT_FALSE(fopid->following_rms_in) << "it was not tried";
+  // A row for people: P follows with so many millimetres.
+  const auto rows = kind_rows(tuned.kinds, task.unit);
+  ASSERT_EQ(rows.size(), tuned.kinds.size());
+  EXPECT_NEAR(std::stod(rows.front()[1]), 25.4 * *tuned.kinds.front().following_rms_in,
+              0.01 * 25.4 * *tuned.kinds.front().following_rms_in);
+  std::string remarks;
+  for (const std::string& sentence : tuned.remarks) remarks += sentence + "\n";
+  EXPECT_NE(remarks.find(" mm/s"), std::string::npos) << remarks;
+  EXPECT_EQ(remarks.find(" in/s"), std::string::npos) << remarks;
+  EXPECT_EQ(remarks.find(" in RMS"), std::string::npos) << remarks;
 }
 
 TEST(Tune, OffersNothingThatHunts) {

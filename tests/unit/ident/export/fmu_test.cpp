@@ -123,6 +123,22 @@ TEST_P(Fmu, IsValidForFmpy) {
 INSTANTIATE_TEST_SUITE_P(Delays, Fmu, ::testing::Values(0.0, 0.034),
                          [](const auto& delay) { return delay.param > 0.0 ? "Delayed" : "Direct"; });
 
+TEST(TfText, NamesThePolesThatTheRecordDoesNotShow) {
+  Model m = model(0.0);
+  m.transfer_function.denominator = {{0.0065, 2}, {1, 1}, {0.01, 0}};  // poles at 24.5 Hz and at 0.0016 Hz
+  EXPECT_EQ(tf_text(exported(m, {}), "rod").find("% A pole at"), std::string::npos) << "no band is known";
+  m.verdict = Verdict{true, {}, Grade::good, {}, FrequencyInterval{0.02, 3.0}};
+  const std::string text = tf_text(exported(m, {}), "rod");
+  EXPECT_NE(text.find("% A pole at 24.5 Hz is above the band that the record shows, up to 3 Hz"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("delay of 0.0065 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("% A pole at 0.00159 Hz is below the band that the record shows, from 0.02 Hz"),
+            std::string::npos)
+      << text;
+  m.verdict->usable_band = FrequencyInterval{0.001, 30.0};
+  EXPECT_EQ(tf_text(exported(m, {}), "rod").find("% A pole at"), std::string::npos) << "the record shows both";
+}
+
 TEST(TfText, HasGainAndLagOfTheModel) {
   Model m = model(0.02);
   m.transfer_function.denominator = {{0.0065, 2}, {1, 1}};
