@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "daemon/importer/array_table.hpp"
+#include "daemon/importer/hdf5_heaps.hpp"
 #include "daemon/record/hdf5_handle.hpp"
 
 namespace eha::importer {
@@ -48,6 +49,12 @@ bool is_numeric(hid_t type) {
   return kind == H5T_INTEGER || kind == H5T_FLOAT;
 }
 
+/// Whether reading it would read another file.
+bool is_elsewhere(hid_t dataset) {
+  const record::Hdf5Properties how(H5Dget_create_plist(dataset));
+  return H5Pget_external_count(how.get()) > 0 || H5Pget_layout(how.get()) == H5D_VIRTUAL;
+}
+
 /// The text of an attribute `unit` or `units`; empty without one.
 std::string unit_attribute(hid_t dataset) {
   for (const char* name : {"unit", "units", "Unit", "Units"}) {
@@ -81,6 +88,10 @@ class Hdf5Collector {
   void add(const std::string& name) {
     const Hdf5Dataset dataset(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
     if (!dataset) fail(name);
+    if (is_elsewhere(dataset.get())) {
+      throw DataError(fmt::format("{}: the numbers of {} are in another file; save time, input and output in one file",
+                                  path_, name));
+    }
     const Hdf5Type type(H5Dget_type(dataset.get()));
     const Hdf5Space space(H5Dget_space(dataset.get()));
     const int rank = H5Sget_simple_extent_ndims(space.get());
@@ -167,6 +178,7 @@ Arrays read_hdf5(const std::filesystem::path& path, const std::string& name) {
   const record::QuietHdf5 quiet;
   const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
   if (!file) throw DataError(fmt::format("{}: a damaged or truncated HDF5 file; save it again", name));
+  check_heaps(path, name);
   Visited visited;
   if (H5Ovisit(file.get(), H5_INDEX_NAME, H5_ITER_INC, note_object, &visited) < 0) {
     throw DataError(fmt::format("{}: a damaged HDF5 file; save it again", name));
