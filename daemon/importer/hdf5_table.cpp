@@ -49,12 +49,6 @@ bool is_numeric(hid_t type) {
   return kind == H5T_INTEGER || kind == H5T_FLOAT;
 }
 
-/// Whether reading it would read another file.
-bool is_elsewhere(hid_t dataset) {
-  const record::Hdf5Properties how(H5Dget_create_plist(dataset));
-  return H5Pget_external_count(how.get()) > 0 || H5Pget_layout(how.get()) == H5D_VIRTUAL;
-}
-
 /// The text of an attribute `unit` or `units`; empty without one.
 std::string unit_attribute(hid_t dataset) {
   for (const char* name : {"unit", "units", "Unit", "Units"}) {
@@ -88,7 +82,7 @@ class Hdf5Collector {
   void add(const std::string& name) {
     const Hdf5Dataset dataset(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
     if (!dataset) fail(name);
-    if (is_elsewhere(dataset.get())) {
+    if (record::is_elsewhere(dataset.get())) {
       throw DataError(fmt::format("{}: the numbers of {} are in another file; save time, input and output in one file",
                                   path_, name));
     }

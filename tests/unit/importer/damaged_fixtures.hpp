@@ -7,12 +7,14 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/os/files.hpp"
+#include "daemon/record/raw_file.hpp"
 #include "tests/unit/importer/foreign_fixtures.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -159,7 +161,7 @@ inline std::vector<Fixture> text_fixtures() {
   return all;
 }
 
-/// Every sound file, of the kinds "mat", "hdf5" and "csv".
+/// Every sound file, of the kinds "mat", "hdf5", "csv" and "raw" (of a run).
 inline std::vector<Fixture> fixtures_to_damage() {
   const test::TemporaryFolder folder;
   write_mixed_mat(folder.path() / "mixed.mat", MAT_COMPRESSION_NONE);
@@ -173,6 +175,10 @@ inline std::vector<Fixture> fixtures_to_damage() {
   for (const char* name : {"mixed.h5", "mixed_new.h5"}) {
     all.push_back({"hdf5", name, os::read_file(folder.path() / name)});
   }
+  const std::vector<acquisition::TickRecord> ticks(20);
+  const auto source = [&](const auto& consume) { consume(std::span(ticks)); };
+  record::write_raw_file(folder.path() / "raw.h5", {{"name", "a run"}}, ticks.size(), 0, source);
+  all.push_back({"raw", "raw.h5", os::read_file(folder.path() / "raw.h5")});
   for (Fixture& text : text_fixtures()) all.push_back(std::move(text));
   return all;
 }

@@ -15,6 +15,6 @@ TEST_P(MutatedFileCampaign, IsReadOrRefused) {
                         seed == nullptr ? 1 : std::strtoull(seed, nullptr, 10));
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, MutatedFileCampaign, testing::Values("mat", "hdf5", "csv"));
+INSTANTIATE_TEST_SUITE_P(Kinds, MutatedFileCampaign, testing::Values("mat", "hdf5", "csv", "raw"));
 
 }  // namespace eha::importer

@@ -4,7 +4,7 @@
 namespace eha::importer {
 
 TEST(MutatedFile, IsReadOrRefused) {
-  for (const char* kind : {"mat", "hdf5", "csv"}) foreign::read_mutated(kind, 300, 24);
+  for (const char* kind : {"mat", "hdf5", "csv", "raw"}) foreign::read_mutated(kind, 300, 24);
 }
 
 TEST(MutatedFile, IsMadeOfSoundFiles) {

@@ -31,9 +31,9 @@
 #include "tests/unit/importer/damaged_fixtures.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
-// MAT-files, HDF5 and text with bytes changed at random: a record, arrays or a refusal within the limits, nothing else.
-// A child process reads thousands of them; what ends it, takes long or much memory is read again as a user's file is:
-// text by the importer in a process of its own, the others by eha-reader.
+// MAT-files, HDF5, text and raw records of runs with bytes changed at random: a record, arrays or a refusal within the
+// limits, nothing else. A child process reads thousands of them; what ends it, takes long or much memory is read again
+// as a user's file is: text and raw records in a process of its own, the others by eha-reader.
 
 namespace eha::importer::foreign {
 
@@ -140,6 +140,9 @@ inline void limit_addresses(rlim_t most) {
 #endif
 }
 
+/// Whether eha reads it in its own process.
+inline bool is_read_in_process(const std::string& kind) { return kind == "csv" || kind == "raw"; }
+
 /// @returns whether it was read; a refusal is false
 inline bool read_here(const std::string& kind, const std::filesystem::path& path) {
   try {
@@ -147,6 +150,7 @@ inline bool read_here(const std::string& kind, const std::filesystem::path& path
       static_cast<void>(import_record(path, {}));
       return true;
     }
+    if (kind == "raw") static_cast<void>(record::read_raw_file(path));
     for (const ForeignReader& reader : kForeignReaders) {
       if (reader.kind == kind) static_cast<void>(reader.read(path, "damaged"));
     }
@@ -195,7 +199,7 @@ inline std::string read_again(const std::string& kind, const std::filesystem::pa
     setrlimit(RLIMIT_CPU, &time);
     limit_addresses(static_cast<rlim_t>(kMost_KiB) * 1024);
     try {
-      if (kind == "csv") _exit(read_here(kind, path) ? 0 : 1);
+      if (is_read_in_process(kind)) _exit(read_here(kind, path) ? 0 : 1);
       static_cast<void>(read_foreign(kind, path));
       _exit(0);
     } catch (const DataError& error) {
