@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -23,12 +24,18 @@ class Lease {
     std::string user;
   };
 
-  void grant(Holder holder, Clock::time_point now) {
+  /// @returns its number, by which take_back() knows it
+  std::uint64_t grant(Holder holder, Clock::time_point now) {
     holder_ = std::move(holder);
     is_held_ = true;
     ends_ = now + kDuration;
+    return ++grants_;
   }
   void release() { is_held_ = false; }
+  /// Undoes a grant, unless another one followed: that one is not the first one's to end.
+  void take_back(std::uint64_t grant) {
+    if (grant == grants_) is_held_ = false;
+  }
 
   /// Call when the holder has acted, and while a run of the holder is on or has just ended.
   void renew(Clock::time_point now) { ends_ = now + kDuration; }
@@ -41,6 +48,7 @@ class Lease {
 
  private:
   bool is_held_ = false;
+  std::uint64_t grants_ = 0;
   Holder holder_;
   Clock::time_point ends_;
 };

@@ -157,6 +157,7 @@ RigKeeper::Json RigKeeper::rod(const acquisition::Snapshot& now) const {
 void RigKeeper::arm(Done done) {
   arming_ = true;
   ++reopening_;
+  const std::uint64_t number = ++arming_number_;
   thread_->ask(
       [this, config = config_, reopen = is_suspect_] {
         require_protecting_limits(*config);
@@ -168,20 +169,21 @@ void RigKeeper::arm(Done done) {
         require_plausible_inputs(card_->rig(), *config);
         if (card_->is_unguarded()) throw DeviceError("not armed: the guard of the rig (eha-safe --guard) does not run");
       },
-      [this, done = std::move(done)](std::future<void> opened) {
+      [this, number, done = std::move(done)](std::future<void> opened) {
         --reopening_;
+        const bool is_newest = number == arming_number_;
         std::promise<void> outcome;
         try {
           opened.get();
           is_suspect_ = false;
-          if (!arming_) throw DeviceError("not armed: a stop came first");
+          if (!arming_ || !is_newest) throw DeviceError("not armed: a stop came first");
           machine_.reset();
           machine_.arm();
           outcome.set_value();
         } catch (...) {
           outcome.set_exception(std::current_exception());
         }
-        arming_ = false;
+        if (is_newest) arming_ = false;
         done(outcome.get_future());
       });
 }

@@ -134,6 +134,7 @@ class RigKeeper {
   int reads_left_out_ = 0;                                                ///< of a card that does not answer
   bool is_suspect_ = false;
   bool arming_ = false;
+  std::uint64_t arming_number_ = 0;  ///< of the newest arm(); an earlier one that was cancelled stays cancelled
   int reconfiguring_ = 0;
   int reopening_ = 0;  ///< tasks that may replace card_: the main thread leaves it alone meanwhile
   acquisition::StateMachine machine_;

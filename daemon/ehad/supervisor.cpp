@@ -139,19 +139,19 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
                  peer.pid);
     hold_waiting(fmt::format("the lease was taken over by {}", peer.user));
   }
-  lease_.grant({peer.uid, peer.user}, Clock::now());
+  const std::uint64_t grant = lease_.grant({peer.uid, peer.user}, Clock::now());
   if (active_ || rig_.is_armed()) {
     answer([&] { return armed_answer(peer.uid); });
     return;
   }
   const std::string fault =
       state() == acquisition::State::faulted && is_of_run(disarmed_because_) ? disarmed_because_ : "";
-  rig_.arm([this, peer, was_held, fault, answer = std::move(answer)](std::future<void> done) {
+  rig_.arm([this, peer, was_held, fault, grant, answer = std::move(answer)](std::future<void> done) {
     answer([&]() -> Json {
       try {
         done.get();
       } catch (...) {
-        if (!was_held) lease_.release();
+        if (!was_held) lease_.take_back(grant);
         throw;
       }
       spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "daemon/importer/array_table.hpp"
+#include "daemon/importer/hdf5_heaps.hpp"
 #include "daemon/record/hdf5_handle.hpp"
 
 namespace eha::importer {
@@ -81,6 +82,10 @@ class Hdf5Collector {
   void add(const std::string& name) {
     const Hdf5Dataset dataset(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
     if (!dataset) fail(name);
+    if (record::is_elsewhere(dataset.get())) {
+      throw DataError(fmt::format("{}: the numbers of {} are in another file; save time, input and output in one file",
+                                  path_, name));
+    }
     const Hdf5Type type(H5Dget_type(dataset.get()));
     const Hdf5Space space(H5Dget_space(dataset.get()));
     const int rank = H5Sget_simple_extent_ndims(space.get());
@@ -167,6 +172,7 @@ Arrays read_hdf5(const std::filesystem::path& path, const std::string& name) {
   const record::QuietHdf5 quiet;
   const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
   if (!file) throw DataError(fmt::format("{}: a damaged or truncated HDF5 file; save it again", name));
+  check_heaps(path, name);
   Visited visited;
   if (H5Ovisit(file.get(), H5_INDEX_NAME, H5_ITER_INC, note_object, &visited) < 0) {
     throw DataError(fmt::format("{}: a damaged HDF5 file; save it again", name));

@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "daemon/importer/array_table.hpp"
+#include "daemon/importer/hdf5_heaps.hpp"
 
 namespace eha::importer {
 namespace {
@@ -180,6 +181,7 @@ Arrays read_mat(const std::filesystem::path& path, const std::string& name) {
   };
   // Sizes first, without the numbers: a few bytes may ask for gigabytes.
   const MatFile sizes = opened();
+  if (Mat_GetVersion(sizes.get()) == MAT_FT_MAT73) check_heaps(path, name);
   std::size_t variables = 0;
   for (;; ++variables) {
     const MatVariable variable(Mat_VarReadNextInfo(sizes.get()), &Mat_VarFree);

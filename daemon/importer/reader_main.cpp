@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "core/os/child_process.hpp"
 #include "daemon/importer/foreign_reader.hpp"
+#include "daemon/importer/reader_confinement.hpp"
 
 namespace {
 
@@ -68,6 +69,10 @@ int main(int argc, char** argv) {
     }
     for (const eha::importer::ForeignReader& reader : eha::importer::kForeignReaders) {
       if (reader.kind != argv[1]) continue;
+      if (!eha::importer::confine_to(eha::os::kSharedDescriptor)) {
+        std::fputs("eha-reader: error: this kernel does not filter system calls\n", stderr);
+        return static_cast<int>(eha::ExitCode::io);
+      }
       try {
         read(reader, argv[2], argv[4]);
         return 0;

@@ -36,6 +36,12 @@ using Hdf5Type = Hdf5Handle<H5Tclose>;
 using Hdf5Attribute = Hdf5Handle<H5Aclose>;
 using Hdf5Properties = Hdf5Handle<H5Pclose>;
 
+/// Whether reading a dataset would read another file.
+inline bool is_elsewhere(hid_t dataset) {
+  const Hdf5Properties how(H5Dget_create_plist(dataset));
+  return H5Pget_external_count(how.get()) > 0 || H5Pget_layout(how.get()) == H5D_VIRTUAL;
+}
+
 /// Keeps HDF5 from printing its error stack while this lives: errors become exceptions.
 class QuietHdf5 {
  public:

@@ -215,6 +215,9 @@ std::string read_text(hid_t file, const char* name, const std::string& damaged) 
       H5Sget_simple_extent_npoints(space.get()) != 1) {
     throw DataError(damaged);
   }
+  if (is_elsewhere(dataset.get()) || H5Dget_storage_size(dataset.get()) < H5Tget_size(type.get())) {
+    throw DataError(damaged);
+  }
   std::string text(H5Tget_size(type.get()), '\0');
   if (H5Dread(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0) throw DataError(damaged);
   return text;
@@ -259,6 +262,8 @@ RawFile read_raw_file(const std::filesystem::path& path) {
     const hssize_t points = H5Sget_simple_extent_npoints(space.get());
     if (H5Sget_simple_extent_ndims(space.get()) != 1 || points < 0) throw DataError(damaged);
     const auto rows = static_cast<std::size_t>(points);
+    // A run of a stranger must not carry the bytes of another file, nor wait for a pipe.
+    if (is_elsewhere(dataset.get())) throw DataError(damaged + " (" + column.name + " is in another file)");
     // A damaged length in a small file must not cause a huge allocation.
     if (rows > 0 && H5Dget_storage_size(dataset.get()) < rows) throw DataError(damaged);
     if (is_first) raw.records.resize(rows);

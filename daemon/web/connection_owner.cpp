@@ -67,9 +67,13 @@ Diagnosis diagnose(const End& own, const End& other) {
     nlmsghdr head;
     inet_diag_req_v2 question;
   } request{};
+  // Kept: a storm of connections is answered as fast as their owners are known.
+  thread_local os::FileDescriptor netlink;
+  thread_local std::uint32_t asked = 0;
   request.head.nlmsg_len = sizeof request;
   request.head.nlmsg_type = SOCK_DIAG_BY_FAMILY;
   request.head.nlmsg_flags = NLM_F_REQUEST;
+  request.head.nlmsg_seq = ++asked;
   request.question.sdiag_family = static_cast<std::uint8_t>(own.family);
   request.question.sdiag_protocol = IPPROTO_TCP;
   request.question.idiag_states = ~0U;
@@ -79,12 +83,23 @@ Diagnosis diagnose(const End& own, const End& other) {
   std::memcpy(request.question.id.idiag_dst, other.address.data(), sizeof other.address);
   request.question.id.idiag_cookie[0] = request.question.id.idiag_cookie[1] = INET_DIAG_NOCOOKIE;
 
-  const os::FileDescriptor netlink(socket(AF_NETLINK, SOCK_DGRAM | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
+  if (!netlink) {
+    netlink = os::FileDescriptor(socket(AF_NETLINK, SOCK_DGRAM | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
+    // Then it takes datagrams of the kernel alone.
+    const sockaddr_nl kernel{.nl_family = AF_NETLINK, .nl_pad = 0, .nl_pid = 0, .nl_groups = 0};
+    if (netlink && connect(netlink.get(), reinterpret_cast<const sockaddr*>(&kernel), sizeof kernel) != 0) {
+      netlink = os::FileDescriptor();
+    }
+  }
   if (!netlink || send(netlink.get(), &request, sizeof request, 0) != sizeof request) return {};
   alignas(nlmsghdr) std::array<char, 2048> bytes{};
-  const ssize_t count = recv(netlink.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
-  if (count < static_cast<ssize_t>(sizeof(nlmsghdr))) return {};
   const auto* answer = reinterpret_cast<const nlmsghdr*>(bytes.data());
+  ssize_t count = 0;
+  // The kernel answers within send(); an answer of an earlier question is passed over.
+  do {
+    count = recv(netlink.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (count < static_cast<ssize_t>(sizeof(nlmsghdr))) return {};
+  } while (answer->nlmsg_seq != asked);
   if (answer->nlmsg_type == NLMSG_ERROR && count >= static_cast<ssize_t>(NLMSG_LENGTH(sizeof(nlmsgerr)))) {
     const auto* error = static_cast<const nlmsgerr*>(NLMSG_DATA(answer));
     return {.found = error->error == -ENOENT ? Found::nothing : Found::no_diagnosis};

@@ -160,31 +160,39 @@ std::size_t WebServer::connections() const {
 }
 
 void WebServer::accept_waiting(int listener) {
-  // One after the other, so that the other address has its turn.
-  os::FileDescriptor socket(accept4(listener, nullptr, nullptr, SOCK_CLOEXEC));
-  if (socket) return admit(std::move(socket));
-  const int reason = errno;
-  if (reason != EMFILE && reason != ENFILE && reason != ENOBUFS && reason != ENOMEM) return;
-  pollfd ending{.fd = wake_.get(), .events = POLLIN, .revents = 0};
-  poll(&ending, 1, kPause_ms);
+  // So many that a storm is accepted faster than it comes, and so few that the other address has its turn.
+  constexpr int kAtOnce = 64;
+  for (int i = 0; i < kAtOnce && !ending_; ++i) {
+    os::FileDescriptor socket(accept4(listener, nullptr, nullptr, SOCK_CLOEXEC));
+    if (socket) {
+      admit(std::move(socket));
+      continue;
+    }
+    const int reason = errno;
+    if (reason == EMFILE || reason == ENFILE || reason == ENOBUFS || reason == ENOMEM) {
+      pollfd ending{.fd = wake_.get(), .events = POLLIN, .revents = 0};
+      poll(&ending, 1, kPause_ms);
+    }
+    return;
+  }
 }
 
 void WebServer::admit(os::FileDescriptor socket) {
   const std::optional<uid_t> user = connection_owner(socket.get());
   // Nobody waits for an answer, and nobody could be blamed for what was asked.
   if (!user) return;
+  const Seat seat = seats_.take(*user);
+  if (seat == Seat::none) return ClientStream(socket.release(), limits_).send_at_once(kTooMany);
   const int yes = 1;
   setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   // The kernel would take megabytes for a client that does not read.
   setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
-  const Seat seat = seats_.take(*user);
   StreamLimits limits = limits_;
   if (seat == Seat::spare) {
     limits.idle = std::min(limits.idle, kSparePatience);
     limits.request = std::min(limits.request, kSparePatience);
   }
   auto stream = std::make_unique<ClientStream>(socket.release(), limits);
-  if (seat == Seat::none) return stream->send_at_once(kTooMany);
   auto connection = std::make_unique<Connection>(*this, *user, seat);
   try {
     std::thread([this, held = std::move(connection), client = std::move(stream)]() mutable {

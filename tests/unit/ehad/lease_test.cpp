@@ -30,5 +30,17 @@ TEST(Lease, EndsTenMinutesAfterTheLastCommandOfItsHolder) {
   EXPECT_FALSE(lease.is_held_by(1000));
 }
 
+TEST(Lease, IsTakenBackOnlyWhileNoOtherOneFollowed) {
+  const auto start = Lease::Clock::now();
+  Lease lease;
+  const auto first = lease.grant({1000, "alice"}, start);
+  lease.release();
+  const auto second = lease.grant({1001, "bob"}, start);
+  lease.take_back(first);
+  EXPECT_TRUE(lease.is_held_by(1001));
+  lease.take_back(second);
+  EXPECT_FALSE(lease.holder());
+}
+
 }  // namespace
 }  // namespace eha::service

@@ -68,6 +68,19 @@ TEST_F(RigKeeperTest, DoesNotArmWhenAStopComesFirst) {
   EXPECT_FALSE(rig_.is_arming());
 }
 
+TEST_F(RigKeeperTest, KeepsAnArmingStoppedThatAnotherOneFollows) {
+  std::optional<std::string> stopped;
+  std::optional<std::string> second;
+  rig_.arm([&](std::future<void> done) { stopped = message_of(std::move(done)); });
+  rig_.cancel_arming();
+  rig_.arm([&](std::future<void> done) { second = message_of(std::move(done)); });
+  await(stopped);
+  EXPECT_NE(stopped->find("a stop came first"), std::string::npos) << *stopped;
+  await(second);
+  EXPECT_EQ(*second, "");
+  EXPECT_TRUE(rig_.is_armed());
+}
+
 TEST_F(RigKeeperTest, LendsTheStateToTheRunAndTakesItBack) {
   ASSERT_EQ(arm(), "");
   std::optional<int> answer;

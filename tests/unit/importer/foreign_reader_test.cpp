@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "tests/unit/importer/foreign_fixtures.hpp"
+#include "tests/unit/importer/damaged_fixtures.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::importer {
@@ -21,6 +21,8 @@ namespace {
 using foreign::Fixture;
 using foreign::kRows;
 using foreign::numbers;
+using foreign::write_hdf5;
+using foreign::write_mixed_hdf5;
 
 /// What reading says: "" when there are arrays.
 std::string refusal_of(std::string_view kind, const std::filesystem::path& path) {
@@ -132,6 +134,66 @@ TEST(ForeignReader, RefusesAFewBytesThatAskForGigabytes) {
   H5Sclose(space);
   H5Fclose(file);
   EXPECT_NE(refusal_of("hdf5", path).find("150000000 values in 0 bytes"), std::string::npos);
+}
+
+/// Datasets t and u, and y with the properties `how`.
+void write_with(const std::filesystem::path& path, hid_t how) {
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hsize_t size = kRows;
+  const hid_t space = H5Screate_simple(1, &size, nullptr);
+  const std::vector<double> values = numbers(0.0, 0.01);
+  for (const char* name : {"t", "u"}) {
+    const hid_t data = H5Dcreate2(file, name, H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    EXPECT_GE(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+    H5Dclose(data);
+  }
+  const hid_t elsewhere = H5Dcreate2(file, "y", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, how, H5P_DEFAULT);
+  EXPECT_GE(elsewhere, 0);
+  H5Dclose(elsewhere);
+  H5Sclose(space);
+  H5Pclose(how);
+  H5Fclose(file);
+}
+
+TEST(ForeignReader, TakesNoNumbersFromAnotherFile) {
+  // A record of a stranger would carry what its reader may see: keys, passwords.
+  const test::TemporaryFolder folder;
+  const auto secret = folder.write("secret", std::string(kRows * sizeof(double), 'S'));
+  const auto outside = folder.path() / "outside.h5";
+  const hid_t external = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_external(external, secret.c_str(), 0, kRows * sizeof(double));
+  write_with(outside, external);
+  EXPECT_NE(refusal_of("hdf5", outside).find("the numbers of y are in another file"), std::string::npos)
+      << refusal_of("hdf5", outside);
+
+  write_hdf5(folder.path() / "other.h5");
+  const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);
+  const hsize_t size = kRows;
+  const hid_t space = H5Screate_simple(1, &size, nullptr);
+  H5Pset_virtual(layout, space, (folder.path() / "other.h5").c_str(), "/a/b/y", space);
+  write_with(folder.path() / "virtual.h5", layout);
+  H5Sclose(space);
+  EXPECT_NE(refusal_of("hdf5", folder.path() / "virtual.h5").find("the numbers of y are in another file"),
+            std::string::npos);
+}
+
+TEST(ForeignReader, RefusesTextsThatLieOutsideTheirPlace) {
+  const test::TemporaryFolder folder;
+  write_mixed_hdf5(folder.path() / "mixed.h5", false);
+  const std::string sound = os::read_file(folder.path() / "mixed.h5");
+  const std::size_t heap = sound.find("GCOL");
+  ASSERT_NE(heap, std::string::npos);
+  EXPECT_EQ(refusal_of("hdf5", folder.path() / "mixed.h5"), "");
+  constexpr std::size_t kSizeOfHeap = 8;
+  constexpr std::size_t kSizeOfFirst = 24;
+  for (const std::size_t at : {kSizeOfHeap, kSizeOfFirst}) {
+    for (const std::int64_t size : {std::int64_t{-1}, std::int64_t{-8}, std::int64_t{1} << 20, std::int64_t{5000}}) {
+      const std::string lying = std::string(sound).replace(heap + at, sizeof size, bytes_of({size}));
+      EXPECT_NE(refusal_of("hdf5", folder.write("lying.h5", lying)).find("a text in it lies outside its place"),
+                std::string::npos)
+          << at << " " << size;
+    }
+  }
 }
 
 TEST(ForeignReader, RefusesGroupsWithoutEnd) {

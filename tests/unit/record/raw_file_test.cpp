@@ -48,6 +48,27 @@ TEST(RawFile, HasTheSameBytesWhateverThePiecesItCameIn) {
   EXPECT_EQ(os::read_file(folder.path() / "a.h5"), os::read_file(folder.path() / "b.h5"));
 }
 
+TEST(RawFile, TakesNoRowsFromAnotherFile) {
+  // A run folder of a stranger: its report would show what the reader may see, or wait for a pipe without end.
+  const test::TemporaryFolder folder;
+  const std::vector<TickRecord> ticks = some_ticks(10);
+  const auto path = folder.path() / "raw.h5";
+  write_raw_file(path, {{"x", 1}}, ticks.size(), 0, in_pieces(ticks, 10));
+  const auto secret = folder.write("secret", std::string(10 * sizeof(double), 'S'));
+  {
+    const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT));
+    ASSERT_GE(H5Ldelete(file.get(), "displacement_in", H5P_DEFAULT), 0);
+    const hsize_t rows = ticks.size();
+    const Hdf5Space space(H5Screate_simple(1, &rows, nullptr));
+    const Hdf5Properties how(H5Pcreate(H5P_DATASET_CREATE));
+    H5Pset_external(how.get(), secret.c_str(), 0, rows * sizeof(double));
+    const Hdf5Dataset outside(
+        H5Dcreate2(file.get(), "displacement_in", H5T_IEEE_F64LE, space.get(), H5P_DEFAULT, how.get(), H5P_DEFAULT));
+    ASSERT_TRUE(outside);
+  }
+  EXPECT_THROW(read_raw_file(path), DataError);
+}
+
 TEST(RawFile, HasPlainDatasetsWithUnitsAndTimeFromTheExperimentsFirstRow) {
   const test::TemporaryFolder folder;
   const std::vector<TickRecord> ticks = some_ticks(4);

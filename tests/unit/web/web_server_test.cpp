@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sched.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -295,54 +297,82 @@ TEST_F(WebServerTest, AnswersAStopWhileAnotherUserHoldsAllThatHeMay) {
   }
 }
 
-/// Opens connections as another user, one after the other, each with a part of a request, and keeps the last 200.
-/// For a process of its own: only system calls. @returns how many were opened
-int storm(std::uint16_t port, int connections) noexcept {
+/// Opens connections as another user, one after the other, each with a part of a request, and keeps the last 200, until
+/// `at_least` are made and the pipe `goes_on` has ended. For a process of its own: only system calls.
+/// @returns whether all were opened
+bool storm(std::uint16_t port, int at_least, int goes_on) noexcept {
   std::array<int, 200> kept{};
   kept.fill(-1);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  int opened = 0;
-  for (int i = 0; i < connections; ++i) {
+  pollfd end{.fd = goes_on, .events = POLLIN, .revents = 0};
+  for (int i = 0; i < at_least || poll(&end, 1, 0) == 0; ++i) {
     int& descriptor = kept[static_cast<std::size_t>(i) % kept.size()];
     if (descriptor >= 0) close(descriptor);
     descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) ++opened;
+    if (connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return false;
     static constexpr std::string_view kPart = "POST / HTTP/1.1\r\n";
     static_cast<void>(send(descriptor, kPart.data(), kPart.size(), MSG_NOSIGNAL));
   }
-  return opened;
+  return true;
 }
 
-TEST_F(WebServerTest, AnswersAStopDuringTenThousandConnectionsOfAnotherUser) {
+/// Puts server and storm before what else runs on the machine, both alike.
+class BeforeOthers {
+ public:
+  BeforeOthers() : before_(getpriority(PRIO_PROCESS, 0)) { setpriority(PRIO_PROCESS, 0, -10); }
+  BeforeOthers(const BeforeOthers&) = delete;
+  ~BeforeOthers() { setpriority(PRIO_PROCESS, 0, before_); }
+
+ private:
+  int before_;
+};
+
+TEST_F(WebServerTest, AnswersEveryStopDuringTenThousandConnectionsOfAnotherUser) {
   if (geteuid() != 0) GTEST_SKIP() << "needs root, to act as two users";
+  const BeforeOthers before_others;
   start({.idle = 60s, .request = 60s});
   constexpr int kConnections = 10'000;
+  constexpr int kProcesses = 4;
+  constexpr std::size_t kStops = 20;
   const std::uint16_t port = server_->port();
-  const pid_t other = fork();
-  if (other == 0) {
-    if (setuid(OtherUser::kUser) != 0) _exit(2);
-    _exit(storm(port, kConnections) == kConnections ? 0 : 1);
+  int goes_on[2];
+  ASSERT_EQ(pipe(goes_on), 0);
+  std::vector<pid_t> others;
+  for (int i = 0; i < kProcesses; ++i) {
+    others.push_back(fork());
+    if (others.back() != 0) continue;
+    close(goes_on[1]);
+    // The unit's weight leaves all users together half of the processors.
+    cpu_set_t half;
+    CPU_ZERO(&half);
+    for (long cpu = 0; cpu < (sysconf(_SC_NPROCESSORS_ONLN) + 1) / 2; ++cpu) CPU_SET(cpu, &half);
+    if (sched_setaffinity(0, sizeof half, &half) != 0 || setuid(OtherUser::kUser) != 0) _exit(2);
+    _exit(storm(port, kConnections / kProcesses, goes_on[0]) ? 0 : 1);
   }
+  close(goes_on[0]);
   std::vector<double> took_ms;
   int status = 0;
-  while (waitpid(other, &status, WNOHANG) == 0) {
+  while (waitpid(others.front(), &status, WNOHANG) == 0) {
     const auto begun = steady_clock::now();
     const RawClient client = connected();
-    ASSERT_TRUE(client.say(post()));
+    EXPECT_TRUE(client.say(post()));
     EXPECT_EQ(client.hear().rfind("HTTP/1.1 200", 0), 0U) << took_ms.size();
     took_ms.push_back(std::chrono::duration<double, std::milli>(steady_clock::now() - begun).count());
+    if (took_ms.size() == kStops) close(goes_on[1]);
   }
   EXPECT_EQ(status, 0) << "not all connections were made";
-  ASSERT_FALSE(took_ms.empty());
-  std::sort(took_ms.begin(), took_ms.end());
-  std::printf("%zu stops during %d connections, the slowest %.1f ms\n", took_ms.size(), kConnections, took_ms.back());
-  // A stop waits its turn behind some thousand connections in the accept queue, each of which costs 20 us of a
-  // processor. The storm takes a processor, and what else runs on a shared machine may take the other one.
-  EXPECT_LT(took_ms[took_ms.size() * 9 / 10], 500.0) << "a stop takes that long";
-  EXPECT_LT(took_ms.back(), 1000.0);
+  for (std::size_t i = 1; i < others.size(); ++i) {
+    EXPECT_EQ(waitpid(others[i], &status, 0), others[i]);
+    EXPECT_EQ(status, 0) << "not all connections were made";
+  }
+  ASSERT_GE(took_ms.size(), kStops);
+  // A stop waits its turn behind those in the accept queue, at most 4096; each costs some 20 us of a processor.
+  const double slowest_ms = *std::max_element(took_ms.begin(), took_ms.end());
+  std::printf("%zu stops during the storm, the slowest %.1f ms\n", took_ms.size(), slowest_ms);
+  EXPECT_LT(slowest_ms, 500.0);
 }
 
 TEST_F(WebServerTest, BlamesTheUserOfAConnectionThatIsClosedAtOnce) {
