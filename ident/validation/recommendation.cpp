@@ -52,8 +52,10 @@ std::optional<double> unseen_resonance_Hz(const Model& model) {
   const std::vector<Term>& terms = model.transfer_function.denominator;
   const bool is_whole = std::all_of(terms.begin(), terms.end(),
                                     [](const Term& t) { return std::abs(t.order - std::round(t.order)) < 1e-9; });
-  if (!is_whole || terms.size() < 2 || !model.verdict || !model.verdict->usable_band) return std::nullopt;
-  for (const std::complex<double>& pole : commensurate_roots(reduced(terms), 1.0)) {
+  if (!is_whole || !model.verdict || !model.verdict->usable_band) return std::nullopt;
+  const ReducedPolynomial polynomial = reduced(terms);
+  if (polynomial.terms.size() < 2) return std::nullopt;  // an integrator has no other pole
+  for (const std::complex<double>& pole : commensurate_roots(polynomial, 1.0)) {
     const double f_Hz = std::abs(pole) / (2.0 * std::numbers::pi);
     if (pole.imag() > 1e-7 * std::abs(pole) && f_Hz > kFarAbove * model.verdict->usable_band->highest_Hz) return f_Hz;
   }

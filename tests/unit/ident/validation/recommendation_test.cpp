@@ -127,6 +127,11 @@ TEST(Recommendation, TakesAResonanceFarAboveTheBandOnlyWhereItGainsTen) {
   EXPECT_NE(found.reason.find("cylinder, 2.2 better, has a resonance at 14.6 Hz"), std::string::npos) << found.reason;
   EXPECT_EQ(recommended({model_of("io1", -100.0), cylinder(-111.0, 0.65)}).model, "cylinder");
   EXPECT_EQ(recommended({model_of("io1", -100.0), cylinder(-102.2, 10.0)}).model, "cylinder") << "the record shows it";
+  // An integrator alone has no pole beside the one at 0.
+  Model integrator = model_of("integrator", -103.0);
+  integrator.transfer_function.denominator = {{1.0, 1}, {0.0, 0}};
+  integrator.verdict->usable_band = FrequencyInterval{0.05, 0.65};
+  EXPECT_EQ(recommended({integrator, cylinder(-102.2, 0.65)}).model, "integrator");
 }
 
 TEST(Recommendation, IsNoneWithTheReasonWhereNothingIsAccepted) {
