@@ -123,11 +123,25 @@ std::string models_table(const Table& table) {
   return report::table({{"recommended"}, {"grade"}, {"records", report::Column::number}}, rows);
 }
 
+/// The model, and the units that its parameters are in.
+std::string compared_by(const Table& table) {
+  for (const Row& row : table.rows) {
+    if (!row.fit.is_object()) continue;
+    for (const auto& model : row.fit.at("models")) {
+      if (model.at("name") != table.common_model || !model.contains("units")) continue;
+      const auto& units = model.at("units");
+      return fmt::format("Compared by the model {}, with the units of the records: {}, {} and s.", table.common_model,
+                         units.value("input", ""), units.value("output", ""));
+    }
+  }
+  return fmt::format("Compared by the model {}.", table.common_model);
+}
+
 std::string lead_of(const Table& table, std::size_t failed) {
   std::vector<std::string> sentences{fmt::format("{} of {} records are judged.", table.judged, table.rows.size())};
   if (failed > 0) sentences.push_back(fmt::format("{} could not be judged; the reasons are at the end.", failed));
   if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
-  if (!table.common_model.empty()) sentences.push_back(fmt::format("Compared by the model {}.", table.common_model));
+  if (!table.common_model.empty()) sentences.push_back(compared_by(table));
   std::size_t apart = 0;
   for (const Row& row : table.rows) {
     if (row.outliers.empty()) continue;

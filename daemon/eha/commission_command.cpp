@@ -76,7 +76,8 @@ class Commissioning {
         console_(console),
         rig_(config::load_rig(command.rig_file)),
         moves_machine_(hal::moves_machine(rig_.backend)),
-        is_local_(command.local || !moves_machine_),
+        // A simulated rig is driven here unless a service is named.
+        is_local_(command.local || (!moves_machine_ && command.socket == control::default_socket())),
         state_(command.folder) {}
 
   ExitCode execute() {
@@ -115,6 +116,9 @@ class Commissioning {
     std::string line = "eha commission " + shell_word(command_.rig_file);
     if (command_.folder != CommissionCommand{}.folder) line += " -o " + shell_word(command_.folder.string());
     if (command_.local) line += " --local";
+    if (!is_local_ && command_.socket != control::default_socket()) {
+      line += " --socket " + shell_word(command_.socket.string());
+    }
     if (command_.fast) line += " --fast";
     if (command_.yes) line += " --yes";
     return line;
@@ -218,7 +222,7 @@ class Commissioning {
   /// Writes the measured numbers into the rig file, after a question.
   void install(const std::string& text, const std::string& measured) {
     if (!is_local_) {
-      throw Stopped{ExitCode::ok,
+      throw Stopped{ExitCode::interrupted,
                     fmt::format("install the measured rig file: eha disarm && sudo cp {} {} && eha reload",
                                 shell_word(measured), shell_word(command_.rig_file))};
     }

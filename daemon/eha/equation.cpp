@@ -52,6 +52,8 @@ std::string equation(const ident::Model& model, double factor, const std::string
       fmt::format("y = {:.5g}{} + G {}, G = {} / ({})", factor * model.initial_output, behind(unit),
                   driving_text(model), is_one_term ? numerator : "(" + numerator + ")", polynomial(g.denominator));
   if (g.delay_s > 0.0) text += fmt::format(" exp(-{:.5g} s)", g.delay_s);
+  if (!model.initial_state.empty())
+    text += "; beside it the free response of the record's start (initial state x0, ...)";
   return text;
 }
 

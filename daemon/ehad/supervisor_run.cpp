@@ -112,7 +112,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     // After a stop or a fault the next experiment must not move the rig by itself.
     disarm_rig(fmt::format("experiment {}: {}", entry.id,
                            acquisition::is_whole(outcome) ? "stopped at its end"
-                           : outcome == Outcome::faulted ? fmt::format("faulted: {}; run {}", entry.note, entry.run)
+                           : outcome == Outcome::faulted  ? fmt::format("faulted: {}; run {}", entry.note, entry.run)
                            : entry.note.starts_with(entry.outcome) ? entry.note
                                                                    : fmt::format("{}: {}", entry.outcome, entry.note)),
                LeaseFate::kept);

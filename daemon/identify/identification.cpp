@@ -146,7 +146,8 @@ void climb(const IdentificationTask& task, const Progress& progress, Identificat
   }
   identification.refused = std::move(climbed.refused);
   identification.work = std::move(climbed.work);
-  identification.recommendation = std::move(climbed.recommendation);
+  // The usable band of each model, which the ladder does not know, has a say.
+  identification.recommendation = recommend(identification.models, task);
 }
 
 /// Fits each structure of the task. One that the record does not allow is left out while another one can be fitted.

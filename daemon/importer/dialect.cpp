@@ -140,6 +140,54 @@ void take_header(const Reading& reading, std::size_t first, Dialect& dialect) {
   if (dialect.units.size() + 1 == reading.fields) dialect.units.insert(dialect.units.begin(), "");
 }
 
+/// Whether every field that is not empty is a unit, and some are.
+bool are_units(const std::vector<std::string>& fields) {
+  return std::all_of(fields.begin(), fields.end(), may_be_unit) &&
+         std::any_of(fields.begin(), fields.end(), [](const std::string& field) { return !field.empty(); });
+}
+
+/// Takes names and units from rows that are not just above the data: ControlDesk's, which are named in their first
+/// field
+/// ("path", "unit"), catman's, below whose units a row names the hardware, and LabVIEW's Y_Unit_Label.
+/// @param all_lines  of the file, what LabVIEW writes above its measurement among them
+void take_distant_header(const Reading& reading, std::size_t first, const std::vector<std::string>& all_lines,
+                         Dialect& dialect) {
+  const auto suits = [&](const Line& line) {
+    return line.fields.size() == reading.fields ||
+           (line.fields.size() == reading.fields + 1 && line.fields.back().empty());
+  };
+  const auto take = [&](std::vector<std::string>& into, const Line& line) {
+    into = line.fields;
+    into.resize(reading.fields);
+  };
+  for (std::size_t i = 0; i < first; ++i) {
+    const Line& line = reading.lines[i];
+    if (!suits(line)) continue;
+    const std::string& word = line.fields.front();
+    const bool has_more = std::any_of(line.fields.begin() + 1, line.fields.end(),
+                                      [](const std::string& field) { return !field.empty(); });
+    if (word == "path" && has_more) {
+      take(dialect.names, line);
+      dialect.names.front().clear();
+      dialect.header_line = line.number;
+    } else if ((word == "unit" || word == "units") && are_units({line.fields.begin() + 1, line.fields.end()})) {
+      take(dialect.units, line);
+      dialect.units.front().clear();
+    } else if (i > 0 && i + 2 == first && are_units(line.fields) && suits(reading.lines[i - 1]) &&
+               !are_units(reading.lines[i - 1].fields)) {
+      take(dialect.units, line);
+      take(dialect.names, reading.lines[i - 1]);
+      dialect.header_line = reading.lines[i - 1].number;
+    }
+  }
+  const auto labels = std::find_if(all_lines.begin(), all_lines.end(),
+                                   [](const std::string& line) { return line.starts_with("Y_Unit_Label"); });
+  CsvFields splitter(reading.delimiter);
+  if (!dialect.units.empty() || labels == all_lines.end() || !splitter.split(*labels)) return;
+  dialect.units.assign(reading.fields, "");
+  for (std::size_t i = 1; i < std::min(reading.fields, splitter.size()); ++i) dialect.units[i] = splitter[i];
+}
+
 /// Takes Yokogawa's rows of names and units, which have other rows between them.
 void take_trace_names(const Reading& reading, std::size_t first, Dialect& dialect) {
   for (std::size_t i = 0; i < first; ++i) {
@@ -244,6 +292,9 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
   dialect.decimal = best.decimal;
   dialect.first_data_line = first->number;
   take_header(best, static_cast<std::size_t>(first - best.lines.begin()), dialect);
+  if (dialect.units.empty()) {
+    take_distant_header(best, static_cast<std::size_t>(first - best.lines.begin()), all_lines, dialect);
+  }
   if (are_bare) take_trace_names(best, static_cast<std::size_t>(first - best.lines.begin()), dialect);
   if (is_above_units) name_channels(dialect.names);
   if (dialect.names.empty()) dialect.names = names_in_comment(lines, first->number, best);

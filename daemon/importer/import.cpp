@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/output_findings.hpp"
 #include "daemon/importer/resample.hpp"
 #include "daemon/importer/roles.hpp"
 #include "daemon/importer/table.hpp"
@@ -164,12 +165,30 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
       is_even = false;
     }
   }
+  if (roles.output) {
+    const std::size_t at = first + 1;
+    const std::vector<std::size_t> lone = lone_rows(rows.columns[first], rows.columns[at]);
+    if (!lone.empty()) {
+      const double first_s = first == 1 ? rows.columns[0][lone.front()]
+                                        : record.start_s + static_cast<double>(lone.front()) * record.step_s;
+      const std::string found = lone_rows_text(lone, rows.columns[at], first_s);
+      if (!options.resample) {
+        throw DataError(fmt::format(
+            "{}{}: {}; a loose contact or a disturbed sensor does that, a rod cannot, and a single such row spoils a "
+            "model; to take them as not measured and fill them: `{}`",
+            path.string(), rows.where(lone.front()), found, mend));
+      }
+      imported.repairs.push_back(found + "; taken as not measured");
+      for (const std::size_t row : lone) rows.columns[at][row] = std::numeric_limits<double>::quiet_NaN();
+      is_even = false;
+    }
+  }
   if (!is_even && options.resample) {
     Resampled even = resample(rows, 1, options.period_s, path);
     record.step_s = even.step_s;
     record.start_s = even.start_s;
     imported.filled = std::move(even.filled);
-    imported.repairs = std::move(even.repairs);
+    std::move(even.repairs.begin(), even.repairs.end(), std::back_inserter(imported.repairs));
     for (std::size_t i = 0; i < even.columns.size(); ++i) rows.columns[first + i] = std::move(even.columns[i]);
   }
   if (first == 1) std::vector<double>().swap(rows.columns[0]);
@@ -203,6 +222,11 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
   imported.guess = guess_text(*table, roles, path, imported.record, options.period_s, points);
+  const ident::Record& record = imported.record;
+  for (std::string& remark : remarks_on_output({record.output.begin(), record.output.end()}, imported.filled,
+                                               record.start_s, record.step_s)) {
+    imported.guess += (imported.guess.empty() ? "" : "\n") + path.string() + ": " + remark;
+  }
   return imported;
 }
 

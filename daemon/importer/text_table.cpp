@@ -249,8 +249,10 @@ class TextTable final : public Table {
     const std::string as = dialect_.is_record_format || dialect_.header_line > 0
                                ? "as in the header"
                                : fmt::format("as in line {}", dialect_.first_data_line);
-    const char* mend = fields.size() == 1 ? "the line has another separator, or is no row: correct or remove it"
-                                          : "correct or remove the line";
+    const char* mend = fields.size() == 1 && is_spreadsheet_error(fields[0])
+                           ? "with --resample such a row counts as not measured and is filled"
+                       : fields.size() == 1 ? "the line has another separator, or is no row: correct or remove it"
+                                            : "correct or remove the line";
     lines_.fail(fmt::format("expected {} columns {}, got {}; {}", dialect_.fields, as, fields.size(), mend));
   }
 

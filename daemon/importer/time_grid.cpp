@@ -70,10 +70,26 @@ class Grid {
 
   void check_increasing() const {
     for (std::size_t k = 1; k < time_s_.size(); ++k) {
+      const bool goes_on = k + 1 < time_s_.size() && time_s_[k] < time_s_[k + 1] && time_s_[k + 1] < time_s_[k - 1];
+      if (goes_on && time_s_[k] < time_s_[k - 1] - typical_step()) restarted(k);
       if (!(time_s_[k] > time_s_[k - 1])) {
         fail(k, fmt::format("time_s goes from {:.9g} to {:.9g}: it must increase", time_s_[k - 1], time_s_[k]));
       }
     }
+  }
+
+  /// Two records in one file: a command for each.
+  [[noreturn]] void restarted(std::size_t row) const {
+    const double step_s = std::stod(fmt::format("{:.6g}", typical_step()));
+    std::string command = mend_;
+    if (const std::size_t at = command.find(" --resample"); at != std::string::npos) command.erase(at, 11);
+    const double between_s = (static_cast<double>(row) - 0.5) * step_s;  // rows are counted, not the clock
+    throw DataError(
+        fmt::format("{}{}: the time goes back from {:.9g} to {:.9g} s, so that another record begins there; the first: "
+                    "`{} --period "
+                    "{:.9g} --to {:.9g}`, the rest: `{} --period {:.9g} --from {:.9g}`",
+                    path_.string(), table_.where(row), time_s_[row - 1], time_s_[row], command, step_s, between_s,
+                    command, step_s, between_s));
   }
 
   [[nodiscard]] double typical_step() const {

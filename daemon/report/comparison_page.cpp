@@ -168,7 +168,7 @@ std::optional<Item> valve_item(const std::vector<ident::Model>& models) {
 
 std::optional<Item> step_item(const std::vector<ident::Model>& models) {
   std::vector<const ident::Model*> shown;
-  Item item{.heading = "Output and speed after a step of 1 " + models.front().input_unit + " behind the valve"};
+  Item item{.heading = "Output and speed after " + step_text(models.front())};
   try {
     for (const ident::Model& model : models) {
       shown.push_back(&model);

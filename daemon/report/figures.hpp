@@ -54,6 +54,8 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
 /// @throws ConfigError  a transfer function cannot be simulated. Cost O(N^2) for unstable models, N = 400
 [[nodiscard]] plot::Figure step_figure(const std::vector<const ident::Model*>& models, const std::string& title);
 
+/// "a step of 1 V behind the valve", or "at the input" of a model without a valve.
+[[nodiscard]] std::string step_text(const ident::Model& model);
 /// One sentence of the first model's step in step_figure(): its final speed or value, and when 63 % are reached.
 [[nodiscard]] std::string step_sentence(const ident::Model& model);
 

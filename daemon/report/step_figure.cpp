@@ -95,6 +95,10 @@ plot::Figure step_figure(const std::vector<const ident::Model*>& models, const s
   return {.title = title, .panels = {std::move(output), std::move(speed)}};
 }
 
+std::string step_text(const ident::Model& model) {
+  return fmt::format("a step of 1 {} {}", model.input_unit, model.input_map ? "behind the valve" : "at the input");
+}
+
 std::string step_sentence(const ident::Model& model) {
   const double step_s = shown_s(model) / static_cast<double>(kRows - 1);
   const Eigen::VectorXd y = step_response(model.transfer_function, step_s);
@@ -106,9 +110,12 @@ std::string step_sentence(const ident::Model& model) {
   const auto has_reached = [&](double value) { return value * (final < 0.0 ? -1.0 : 1.0) >= 0.632 * std::abs(final); };
   const auto at = goes_on ? std::find_if(rate.begin(), rate.end(), has_reached) - rate.begin()
                           : std::find_if(y.begin(), y.end(), has_reached) - y.begin();
-  return fmt::format("1 {} behind the valve {} {:.3g} {} with {}; 63 % of that after {:.2g} s.", model.input_unit,
+  // Nothing moves before the dead time, whatever the grid.
+  return fmt::format("1 {} {} {} {:.3g} {} with {}; 63 % of that after {:.2g} s.", model.input_unit,
+                     model.input_map ? "behind the valve" : "at the input",
                      goes_on ? "moves the output at" : "brings the output to", final,
-                     model.output_unit + (goes_on ? "/s" : ""), model.name, static_cast<double>(at) * step_s);
+                     model.output_unit + (goes_on ? "/s" : ""), model.name,
+                     std::max(static_cast<double>(at) * step_s, model.transfer_function.delay_s));
 }
 
 plot::Panel valve_panel(const std::vector<const ident::Model*>& models, double low, double high) {

@@ -12,7 +12,7 @@ Section step_section(const Subject& subject) {
     if (shown.size() < kMostCurves) shown.push_back(&reported.model);
   }
   if (shown.empty()) return section;
-  Item item{.heading = "Output and speed after a step of 1 " + shown.front()->input_unit + " behind the valve"};
+  Item item{.heading = "Output and speed after " + step_text(*shown.front())};
   try {
     item.figure = step_figure(shown, item.heading);
     item.remark.seen = step_sentence(*shown.front());

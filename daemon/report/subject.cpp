@@ -14,6 +14,7 @@
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/recommendation.hpp"
 
 namespace eha::report {
 namespace {
@@ -138,7 +139,12 @@ Subject load_models(const std::vector<fs::path>& files) {
   });
   if (subject.fit.models.empty()) subject.fit = {};
   subject.paper_fit = {};
-  sort_models(subject, "", "");
+  // As `eha fit` chose among them.
+  std::vector<const ident::Model*> all;
+  for (const ReportedModel& reported : subject.models) all.push_back(&reported.model);
+  const ident::Recommendation chosen = ident::recommend(all, {});
+  if (subject.models.size() > 1) subject.reason = chosen.reason;
+  sort_models(subject, subject.models.size() > 1 ? chosen.model : "", chosen.runner_up);
   return subject;
 }
 

@@ -14,7 +14,21 @@ namespace {
 
 constexpr double kRareSide_percent = 15.0;  // fewer samples on a side of the dead band determine the map badly
 
+/// Whether the record shows a dead band: its interval lies above 0.
+bool has_dead_band(const ident::Model& model) {
+  for (const ident::ParameterEstimate& p : model.parameters) {
+    if (p.role == ident::ParameterRole::dead_band) return p.fixed || p.lower95 > 0.0;
+  }
+  return model.input_map->dead_band > 0.0;
+}
+
 Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
+  if (!has_dead_band(model)) {
+    return {.seen = fmt::format("No dead band is found: the interval of {:.3g} {} holds 0.", model.input_map->dead_band,
+                                model.input_unit),
+            .good = "For a valve: a dead band that is known, or none.",
+            .to_do = "Nothing. The model without the valve map says as much."};
+  }
   const std::vector<double>& input = subject.fit.applied;
   const ident::ValveMap& map = *model.input_map;
   const double low = map.null - map.dead_band;

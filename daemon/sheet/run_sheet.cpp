@@ -52,22 +52,26 @@ config::Following following_of(const RunSheet& run) {
 
 std::string rig_lines(const RunSheet& run) {
   const config::Following following = following_of(run);
+  const bool is_metric = run.rig.units == "mm";
+  const char* in = is_metric ? "mm" : "in";
+  const double factor = is_metric ? 25.4 : 1.0;
   return fmt::format(
       "[following]\n"
       "# Half of the measured gains: a rod that moves slower counts as stuck.\n"
-      "gain_positive_in_per_V_s = {:.4g}  # half of the measured {:.4g}\n"
-      "gain_negative_in_per_V_s = {:.4g}  # half of the measured {:.4g}\n"
-      "null_V = {:.4f}\n"
-      "dead_band_V = {:.4f}  # measured {:.4f}, and {:g} for what varies\n"
-      "limit_in = {:g}\n"
-      "pressure_delay_s = {:g}\n"
-      "null_uncertainty_V = {:.4f}  # of 95 %, as the next two\n"
-      "dead_band_uncertainty_V = {:.4f}\n"
-      "gain_uncertainty_percent = {:.2f}\n",
-      following.gain_positive_in_per_V_s, run.sheet.gain_positive_in_per_V_s.value, following.gain_negative_in_per_V_s,
-      run.sheet.gain_negative_in_per_V_s.value, following.null_V, following.dead_band_V, run.sheet.dead_band_V.value,
-      config::kDeadBandSpare_V, following.limit_in, following.pressure_delay_s, *following.null_uncertainty_V,
-      *following.dead_band_uncertainty_V, *following.gain_uncertainty_percent);
+      "gain_positive_{0}_per_V_s = {1:.4g}  # half of the measured {2:.4g}\n"
+      "gain_negative_{0}_per_V_s = {3:.4g}  # half of the measured {4:.4g}\n"
+      "null_V = {5:.4f}\n"
+      "dead_band_V = {6:.4f}  # measured {7:.4f}, and {8:g} for what varies\n"
+      "limit_{0} = {9:g}\n"
+      "pressure_delay_s = {10:g}\n"
+      "null_uncertainty_V = {11:.4f}  # of 95 %, as the next two\n"
+      "dead_band_uncertainty_V = {12:.4f}\n"
+      "gain_uncertainty_percent = {13:.2f}\n",
+      in, factor * following.gain_positive_in_per_V_s, factor * run.sheet.gain_positive_in_per_V_s.value,
+      factor * following.gain_negative_in_per_V_s, factor * run.sheet.gain_negative_in_per_V_s.value, following.null_V,
+      following.dead_band_V, run.sheet.dead_band_V.value, config::kDeadBandSpare_V, factor * following.limit_in,
+      following.pressure_delay_s, *following.null_uncertainty_V, *following.dead_band_uncertainty_V,
+      *following.gain_uncertainty_percent);
 }
 
 std::string experiment_lines(const RunSheet& run) {

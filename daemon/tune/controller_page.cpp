@@ -162,7 +162,7 @@ report::Item nyquist(const ControllerSubject& subject, const Curves& c) {
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
   item.remark.seen = fmt::format("Ms {:.3f} ({:.3f} to {:.3f}).", subject.controller.promise.ms.value,
                                  subject.controller.promise.ms.lower, subject.controller.promise.ms.upper);
-  item.remark.good = "The curves stay outside the circle about -1.";
+  item.remark.good = "The model and 95 % of the draws stay outside the circle about -1.";
   item.remark.to_do = "Nothing, while they do.";
   return item;
 }

@@ -110,10 +110,12 @@ class Search {
       const double distance = re * re + im * im;
       if (distance < s2 || k * k * std::norm(l) > t2 * distance) return false;
     }
-    if (limits_.noise_share && limits_.noise_share(shape.feedback(k)) > 1.0) return false;
     scaled_.resize(l_.size());
     for (std::size_t i = 0; i < l_.size(); ++i) scaled_[i] = k * l_[i];
-    return sensitivity_peak(plant_.w_rad_s, scaled_, order_) <= limits_.sensitivity * (1.0 - kSafetyOfPeak);
+    // Stability first: a gain that no controller may have passes the test above where the loop is large everywhere.
+    if (!(sensitivity_peak(plant_.w_rad_s, scaled_, order_) <= limits_.sensitivity * (1.0 - kSafetyOfPeak)))
+      return false;
+    return !limits_.noise_share || !(limits_.noise_share(shape.feedback(k)) > 1.0);
   }
 
   const PlantResponse& plant_;

@@ -53,7 +53,9 @@ std::string unseen_poles(const ExportedModel& model) {
   if (!model.shown_band) return {};
   constexpr double kFarOff = 3.0;  // times an end of the band; there a pole turns the phase by less than 20 degrees
   std::string text;
-  for (const std::complex<double>& pole : commensurate_roots(reduced(model.transfer_function.denominator), 1.0)) {
+  const ReducedPolynomial polynomial = reduced(model.transfer_function.denominator);
+  if (polynomial.terms.size() < 2) return {};  // an integrator has no other pole
+  for (const std::complex<double>& pole : commensurate_roots(polynomial, 1.0)) {
     if (pole.imag() < 0.0) continue;  // the other of a pair
     const bool is_pair = pole.imag() > 0.0;
     const double f_Hz = std::abs(pole) / (2.0 * std::numbers::pi);

@@ -42,8 +42,18 @@ std::string gain_unit(const Model& model, double power) {
   return power < 0.0 ? fmt::format("{}/({} {})", out, in, seconds) : fmt::format("{} {}/{}", out, seconds, in);
 }
 
+constexpr double kAboveBand = 3.0;  // times the highest usable frequency
+
+/// " (above the band that the record shows, to 0.65 Hz)" behind a root that is far above it.
+std::string unseen_text(const Model& model, double root_rad_s) {
+  if (!model.verdict || !model.verdict->usable_band) return {};
+  const double highest_Hz = model.verdict->usable_band->highest_Hz;
+  if (root_rad_s / (2.0 * std::numbers::pi) <= kAboveBand * highest_Hz) return {};
+  return fmt::format(" (not observed: above the band, to {:.3g} Hz)", highest_Hz);
+}
+
 /// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
-std::string roots_text(const std::vector<Term>& terms, const char* real, const char* pair,
+std::string roots_text(const Model& model, const std::vector<Term>& terms, const char* real, const char* pair,
                        std::optional<double> left_out_s = {}) {
   const ReducedPolynomial polynomial = reduced(terms);
   if (polynomial.terms.size() < 2) return {};
@@ -53,9 +63,10 @@ std::string roots_text(const std::vector<Term>& terms, const char* real, const c
     if (std::abs(root.imag()) <= 1e-7 * size) {
       const double time_s = -1.0 / root.real();
       if (left_out_s && std::abs(time_s / *left_out_s - 1.0) < 1e-6) continue;
-      text += fmt::format("; {} = {:.4g} s", real, time_s);
+      text += fmt::format("; {} = {:.4g} s{}", real, time_s, unseen_text(model, size));
     } else if (root.imag() > 0.0) {
-      text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}", pair, size / (2.0 * std::numbers::pi), -root.real() / size);
+      text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}{}", pair, size / (2.0 * std::numbers::pi), -root.real() / size,
+                          unseen_text(model, size));
     }
   }
   return text;
@@ -92,7 +103,7 @@ std::string engineering_form(const Model& model) {
                                  unit.empty() ? "" : " " + unit);
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
   if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
-  text += roots_text(denominator, "T", "f0", slow_s) + roots_text(numerator, "TD", "zeros at");
+  text += roots_text(model, denominator, "T", "f0", slow_s) + roots_text(model, numerator, "TD", "zeros at");
   if (g.delay_s > 0.0) text += fmt::format("; dead time {:.3g} ms", 1e3 * g.delay_s);
   return text;
 }

@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
+#include <numbers>
 #include <optional>
 
+#include "ident/fractional/poles.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
@@ -43,8 +46,27 @@ std::string first_reason(const Model& model) {
   return !model.verdict || model.verdict->reasons.empty() ? "It is rejected." : model.verdict->reasons.front();
 }
 
-/// What a model of estimated order must gain on the others is taken off its AR-BIC.
-double handicapped(const Model& model) { return ar_bic(model) + (has_estimated_order(model) ? kFractionalGain : 0.0); }
+/// Frequency [Hz] of a pair of poles so far above the band that the record shows that only its lag can be seen there.
+std::optional<double> unseen_resonance_Hz(const Model& model) {
+  constexpr double kFarAbove = 10.0;  // times the highest usable frequency
+  const std::vector<Term>& terms = model.transfer_function.denominator;
+  const bool is_whole = std::all_of(terms.begin(), terms.end(),
+                                    [](const Term& t) { return std::abs(t.order - std::round(t.order)) < 1e-9; });
+  if (!is_whole || !model.verdict || !model.verdict->usable_band) return std::nullopt;
+  const ReducedPolynomial polynomial = reduced(terms);
+  if (polynomial.terms.size() < 2) return std::nullopt;  // an integrator has no other pole
+  for (const std::complex<double>& pole : commensurate_roots(polynomial, 1.0)) {
+    const double f_Hz = std::abs(pole) / (2.0 * std::numbers::pi);
+    if (pole.imag() > 1e-7 * std::abs(pole) && f_Hz > kFarAbove * model.verdict->usable_band->highest_Hz) return f_Hz;
+  }
+  return std::nullopt;
+}
+
+/// What a model of estimated order, or with a resonance that the record does not show, must gain on the others is taken
+/// off its AR-BIC.
+double handicapped(const Model& model) {
+  return ar_bic(model) + (has_estimated_order(model) || unseen_resonance_Hz(model) ? kFractionalGain : 0.0);
+}
 
 /// The best of one kind; null without one. @param all  the least AR-BIC first
 const Model* best(const Models& all, bool with_estimated_order) {
@@ -89,6 +111,20 @@ std::string reason_for(const Model& picked, const Models& all, const Model* runn
               : fmt::format(", and estimated orders must gain {:g}", kFractionalGain));
 }
 
+/// "; cylinder, 2.2 better, has a resonance at 14.6 Hz ..." @param all  the least AR-BIC first
+std::string unseen_resonances(const Model& picked, const Models& all) {
+  std::string text;
+  for (const Model* model : all) {
+    const auto f_Hz = unseen_resonance_Hz(*model);
+    if (!f_Hz || model == &picked || ar_bic(*model) >= ar_bic(picked) || !is_accepted(*model)) continue;
+    text += fmt::format(
+        "; {}, {:.1f} better, has a resonance at {:.3g} Hz, far above the band that the record shows, and must gain "
+        "{:g}",
+        model->name, ar_bic(picked) - ar_bic(*model), *f_Hz, kFractionalGain);
+  }
+  return text;
+}
+
 /// Why better models by AR-BIC are not picked: "; io3, 25.1 better, is rejected: a0 = ...". @param all  the least first
 /// @param named  already; null for none
 std::string better_but_rejected(const Model& picked, const Models& all, const Model* named) {
@@ -116,6 +152,25 @@ std::string none_picked(const Models& order, const Models& all) {
       "{} is accepted, but estimated orders must gain {:g} of AR-BIC on every model of integer order, and "
       "{} is rejected: {}",
       best_identified.name, kFractionalGain, integer->name, first_reason(*integer));
+}
+
+std::ptrdiff_t estimated_count(const Model& model) {
+  return std::count_if(model.parameters.begin(), model.parameters.end(),
+                       [](const ParameterEstimate& p) { return !p.fixed; });
+}
+
+/// An accepted model without more parameters that has less than half the error on the unseen part; null without one.
+/// What the estimation part gains by more parameters was then overfitted, or is of frequencies that the other part has
+/// not.
+const Model* surpassing(const Models& order, const Model& model) {
+  constexpr double kHalfOfError = 0.25;  // of a squared one
+  if (!model.validation) return nullptr;
+  const auto found = std::find_if(order.begin(), order.end(), [&](const Model* other) {
+    return other != &model && is_accepted(*other) && other->validation && !has_estimated_order(*other) &&
+           estimated_count(*other) <= estimated_count(model) &&
+           other->validation->score.mse < kHalfOfError * model.validation->score.mse;
+  });
+  return found == order.end() ? nullptr : *found;
 }
 
 /// The first of the models that is not the picked one; null without one.
@@ -152,10 +207,11 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   }
   const Models order = preferred(all, identified);
   const auto picked = std::find_if(order.begin(), order.end(), [&](const Model* model) {
-    return is_accepted(*model) && may_be_picked(all, *model);
+    return is_accepted(*model) && may_be_picked(all, *model) && surpassing(order, *model) == nullptr;
   });
   if (picked == order.end()) {
     result.reason = none_picked(order, all);
+    result.runner_up = order.front()->name;  // which the reason names
     return result;
   }
   const Model* runner_up = next_best(order, **picked);
@@ -165,11 +221,16 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   result.reason = reason_for(**picked, all, runner_up);
   result.validation_chose = picked != order.begin();
   if (result.validation_chose) {
+    const Model& first = *order.front();
+    const std::string why =
+        is_accepted(first) && (*picked)->validation && first.validation && (*picked)->validation->score.mse > 0.0
+            ? fmt::format("errs {:.1f} times as much on the unseen part",
+                          std::sqrt(first.validation->score.mse / (*picked)->validation->score.mse))
+            : "fails validation";
     result.reason += fmt::format(
-        "; {}, which the estimation part prefers, fails validation, so only a fresh record can "
-        "confirm this choice",
-        order.front()->name);
+        "; {}, which the estimation part prefers, {}, so only a fresh record can confirm this choice", first.name, why);
   }
+  result.reason += unseen_resonances(**picked, all);
   result.reason += better_but_rejected(**picked, all, result.validation_chose ? order.front() : nullptr);
   return result;
 }

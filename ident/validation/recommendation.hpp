@@ -13,7 +13,8 @@ namespace eha::ident {
 struct Recommendation {
   std::string model = {};   ///< name; empty: none can be recommended
   std::string reason = {};  ///< one sentence
-  /// Name of the next best, of the identified ones if there is another; empty: there is no other model.
+  /// Name of the next best, of the identified ones if there is another; without a recommended model the one that its
+  /// reason names. Empty: there is no other model.
   std::string runner_up = {};
   /// The validation part took part in the choice, because the best model by the estimation part failed there. Only a
   /// fresh record can then say how well the model predicts.
@@ -28,8 +29,9 @@ inline constexpr double kFractionalGain = 10.0;
 
 /// Picks a model by the estimation part alone: of those that the verdict would accept without looking at the validation
 /// part, the one of least AR-BIC. One with an estimated order is picked only if its AR-BIC is less than that of every
-/// model of integer order by kFractionalGain. If the verdict rejects the picked model, the next accepted one is taken
-/// and `validation_chose` set; without one, none.
+/// model of integer order by kFractionalGain; one with a resonance beyond ten times the usable band must gain as much
+/// on the others. If the verdict rejects the picked model, or an accepted one without more parameters has less than
+/// half its error on the validation part, the next one is taken and `validation_chose` set; without one, none.
 /// @param models  fitted to the same rows of one record, each with its verdict; one without AR-BIC, of other rows or by
 ///                the paper's procedure takes no part
 /// @param limits, interpolated_percent  as judge()

@@ -62,7 +62,7 @@ std::string_view effect_of(NonlinearKind kind) {
     case NonlinearKind::position:
       break;
   }
-  return "position: the plant's gain or the sensor's changes with it";
+  return "position: the plant's gain or the sensor's may change with it, or friction does";
 }
 
 /// "+-1.5 V", "0 and 2 V" or "2 V".
@@ -249,7 +249,8 @@ class Reasons {
 
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const {
-    return model_.input_map ? "try another structure" : "try the valve map (--input-map valve)";
+    return model_.input_map ? "try another structure"
+                            : "try the valve map (--input-map valve), where it is not among the models";
   }
   /// "where an error of 0.012 in does not matter"
   [[nodiscard]] std::string where_it_matters() const {
@@ -268,8 +269,9 @@ class Reasons {
       if (stop->clean_from_s) cut += fmt::format(" --from {:.4g}", *stop->clean_from_s);
       if (stop->clean_to_s) cut += fmt::format(" --to {:.4g}", *stop->clean_to_s);
       found.push_back(fmt::format(
-          "The rod stands on an end stop, at {:.4g} {} from {:.4g} s, in {:.2g} % of the samples: no model follows it "
-          "there; cut with{}, or record nearer to mid-travel.",
+          "The rod stands at {:.4g} {} from {:.4g} s, in {:.2g} % of the samples, while the input asks for more: an "
+          "end "
+          "stop, or the end of the sensor; no model follows it there; cut with{}, or record nearer to mid-travel.",
           stop->level, unit, stop->from_s, stop->percent, cut));
     }
     if (const auto& jump = model_.validation->jump) {

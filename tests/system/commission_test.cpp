@@ -85,6 +85,29 @@ TEST_F(Commission, JudgesTheRowsSoFarAsTheOfflineFitOfTheSameRows) {
   }
 }
 
+TEST_F(Commission, MeasuresTheMarginsThatWerePromised) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const json track = state().at("steps").at("track");
+  bool is_measured = false;
+  for (const json& figure : track.at("figures")) {
+    if (figure.at("figure") != "phase margin") continue;
+    is_measured = true;
+    EXPECT_EQ(figure.at("promised_is"), "least");
+    EXPECT_GT(figure.at("measured").get<double>(), figure.at("promised_to").get<double>());
+    EXPECT_LT(figure.at("measured").get<double>(), 90.0);
+  }
+  EXPECT_TRUE(is_measured);
+  EXPECT_NEAR(track.at("sweep").at("gain_share").at("value").get<double>(), 1.0, 0.05);
+}
+
+TEST_F(Commission, FitsNoModelToARecordInClosedLoop) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const std::string run = state().at("steps").at("track").at("run").get<std::string>();
+  const Ended fit = run_eha({"fit", run, "--model", "integrator_lag", "-o", "closed"}, folder_->path());
+  EXPECT_EQ(fit.code, 10);
+  EXPECT_THAT(fit.err, HasSubstr("closed loop"));
+}
+
 TEST_F(Commission, GoesOnWithTheStepThatIsMissing) {
   ASSERT_EQ(ended_->code, 0) << ended_->err;
   const std::size_t runs = manifests_of(file("runs")).size();

@@ -85,7 +85,6 @@ TEST_F(MillimetreRig, ShowsNoInches) {
   expect_no_inches("eha tune", tuned.out + tuned.err);
   expect_no_inches("page of eha tune", content_of(folder_->path() / "axis.html"));
   folder_->write("cycle.csv", "time_s,position_mm\n0,60\n2,60\n6,70\n9,70\n");
-  folder_->write("far.csv", "time_s,position_mm\n0,60\n2,160\n");
   const std::vector<std::vector<std::string>> commands{
       {"runs", "list"},
       {"runs", "show", run},
@@ -120,7 +119,6 @@ TEST_F(MillimetreRig, ShowsNoInches) {
       {"report", "axis.toml", "-o", "axis_again.html"},
       {"track", "axis.toml", "--local", "--fast", "--rig", "rig.toml", "--hold", "5", "-o", "tracks"},
       {"track", "axis.toml", "cycle.csv", "--local", "--fast", "--rig", "rig.toml", "-o", "cycles"},
-      {"track", "axis.toml", "far.csv", "--local", "--fast", "--rig", "rig.toml", "-o", "refused"},
       {"check", "axis.toml", "--rig", "rig.toml"},
       {"export", "axis.toml", "--format", "c"},
       {"export", "axis.toml", "--format", "st"},

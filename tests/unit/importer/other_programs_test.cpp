@@ -88,6 +88,29 @@ std::vector<Program> programs() {
             "Zeit \tVentil \tWeg \ns\tV\tmm\n",
             [&](int k) { return german(fmt::format("{:.6f}\t{:.6f}\t{:.6f}\n", seconds(k), volts(k), place(k))); }),
        "V", "mm"});
+  // ControlDesk 7 with semicolons: rows named in their first field, some of them between units and data.
+  all.push_back({"ControlDeskRows", "measurement.csv",
+                 rows("descriptor;value;;;\nname;Measurement 1;;;\n;;;;\n"
+                      "path;\"\";\"Model Root/Valve/In1\";\"Model Root/Sensor/Out1\";\nunit;\"s\";\"V\";\"mm\";\n"
+                      "description;\"\";\"\";\"\";\nraster;\"\";\"HostService\";\"HostService\";\ntrace_values;;;;\n",
+                      [&](int k) { return fmt::format(";{:.6f};{:.4f};{:.6f}\n", seconds(k), volts(k), place(k)); }),
+                 "V", "mm"});
+  // catman: a row of the hardware below the units.
+  all.push_back(
+      {"CatmanHardware", "hardware.asc",
+       rows("HBM_CATMAN_DATAFILE_40\nEXPORT CHANNELS=3 LENGTH=9000\nDatum/Zeit: 20.11.2026 14:03:17\n\n"
+            "Zeit  1 - Standardmessrate\tVentil_U\tWeg_1\n[s]\t[V]\t[mm]\n"
+            "MX840A_0 hw\tMX840A CH 1 SlowADC\tMX840A CH 2\n",
+            [&](int k) { return german(fmt::format("{:.6f}\t{:.6f}\t{:.6f}\n", seconds(k), volts(k), place(k))); }),
+       "V", "mm"});
+  // LabVIEW: the units are in the second header.
+  all.push_back({"LabviewUnits", "units.lvm",
+                 rows("LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tOne\n"
+                      "***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t200\t200\t\n"
+                      "Y_Unit_Label\tVolts\tMillimeters\t\nX_Dimension\tTime\tTime\t\nDelta_X\t0.001\t0.001\t\n"
+                      "***End_of_Header***\t\t\t\nX_Value\tValve\tPosition\tComment\n",
+                      [&](int k) { return fmt::format("{:.6f}\t{:.6f}\t{:.6f}\n", seconds(k), volts(k), place(k)); }),
+                 "V", "mm"});
   all.push_back({"Tektronix",
                  "tds.csv",
                  rows("",

@@ -299,7 +299,7 @@ TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
   model.transfer_function = {{{0.15, 0.0}}, {{0.1, 2.0}, {1.0, 1.0}}, 0.0};
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 5.0};
   EXPECT_EQ(step_sentence(model),
-            "1 V behind the valve moves the output at 0.15 in/s with integrator_lag; 63 % of that after 0.099 s.");
+            "1 V at the input moves the output at 0.15 in/s with integrator_lag; 63 % of that after 0.099 s.");
   const plot::Figure figure = step_figure({&model}, "a step");
   ASSERT_EQ(figure.panels.size(), 2U);
   const plot::Series& speed = figure.panels[1].series.front();

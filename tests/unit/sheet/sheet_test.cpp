@@ -91,6 +91,23 @@ TEST(RigLines, AreReadBackAsTheSheet) {
   EXPECT_EQ(changed.limits.following->pressure_delay_s, 0.4) << "kept";
 }
 
+TEST(RigLines, AreInMillimetresForARigThatIs) {
+  RunSheet run = example();
+  run.rig.units = "mm";
+  const std::string lines = rig_lines(run);
+  EXPECT_EQ(lines.find("_in_"), std::string::npos) << lines;
+  EXPECT_EQ(lines.find("_in "), std::string::npos) << lines;
+  const std::string text = run.rig.text;
+  const std::size_t first = text.find("[following]");
+  const std::size_t end = text.find("# How ticks are kept.");
+  const config::RigConfig changed = config::parse_rig(text.substr(0, first) + lines + text.substr(end), "changed.toml");
+  const config::ValveEstimate valve = config::valve_estimate(changed.limits.following.value());
+  EXPECT_NEAR(valve.gain_positive_in_per_V_s, 0.15, 1e-4);
+  EXPECT_NEAR(valve.gain_negative_in_per_V_s, 0.12, 1e-4);
+  EXPECT_NEAR(changed.limits.following->limit_in, sheet::following_of(run).limit_in, 1e-6);
+  EXPECT_NE(experiment_lines(run).find("displacement_mm = "), std::string::npos);
+}
+
 TEST(ValveSheetPage, HoldsTheSheetAndItsFigures) {
   std::vector<std::string> missing;
   const std::string page = sheet_page(example(), DisplayUnit("in"), missing);

@@ -155,6 +155,20 @@ TEST(Tune, ComparesKindsUnderOneLoadAndSaysLengthsInTheUnitThatIsAsked) {
   EXPECT_EQ(remarks.find(" in RMS"), std::string::npos) << remarks;
 }
 
+TEST(Tune, TakesAModelWithAResonanceWhoseResponseIsTinyAtTheTick) {
+  const hal::SimOptions rig;
+  TuneTask task = task_for(rig);
+  ident::Model cylinder = rod(rig);
+  cylinder.transfer_function.denominator = {{1.1844e-4, 3}, {6.1203e-3, 2}, {1, 1}};
+  for (const ident::FeedbackKind kind : {ident::FeedbackKind::p, ident::FeedbackKind::pid}) {
+    task.kind = kind;
+    const Tuned tuned = tune(ident::axis_plant(cylinder, task.axis), task);
+    EXPECT_GT(tuned.design.settings.feedback.kp, 0.0);
+    EXPECT_LT(tuned.design.settings.feedback.kp, 100.0) << "the resonance at 14.6 Hz limits it";
+    EXPECT_LE(tuned.design.margins.peak95, task.axis.sensitivity);
+  }
+}
+
 TEST(Tune, OffersNothingThatHunts) {
   // The true valve has three times the dead band that the model knows, and much friction: the rod hunts about it.
   hal::SimOptions rig;

@@ -135,6 +135,9 @@ TEST(TfText, NamesThePolesThatTheRecordDoesNotShow) {
   EXPECT_NE(text.find("% A pole at 0.00159 Hz is below the band that the record shows, from 0.02 Hz"),
             std::string::npos)
       << text;
+  m.transfer_function.denominator = {{1, 1}, {0, 0}};
+  EXPECT_EQ(tf_text(exported(m, {}), "rod").find("% A pole at"), std::string::npos) << "an integrator alone";
+  m.transfer_function.denominator = {{0.0065, 2}, {1, 1}, {0.01, 0}};
   m.verdict->usable_band = FrequencyInterval{0.001, 30.0};
   EXPECT_EQ(tf_text(exported(m, {}), "rod").find("% A pole at"), std::string::npos) << "the record shows both";
 }

@@ -94,6 +94,46 @@ TEST(Recommendation, LetsTheEstimationPartChooseAndSaysWhereTheValidationPartHad
   EXPECT_EQ(recommended({model_of("io", -100.0), model_of("io3", -101.0)}).model, "io3");
 }
 
+TEST(Recommendation, TakesASimplerModelThatHasLessThanHalfTheErrorOnTheUnseenPart) {
+  Model io3 = model_of("io3", -120.0);
+  io3.parameters.push_back({"b1", 1.0, 0.01, 0.98, 1.02, false, ParameterRole::numerator_coefficient});
+  Model io = model_of("io", -100.0);
+  io3.validation->score.mse = 5.0;
+  io.validation->score.mse = 1.0;
+  const Recommendation found = recommended({io, io3});
+  EXPECT_EQ(found.model, "io");
+  EXPECT_TRUE(found.validation_chose);
+  EXPECT_NE(found.reason.find("io3, which the estimation part prefers, errs 2.2 times as much on the unseen part"),
+            std::string::npos)
+      << found.reason;
+  io3.validation->score.mse = 3.9;  // not yet twice the error
+  EXPECT_EQ(recommended({io, io3}).model, "io3");
+  io3.validation->score.mse = 5.0;
+  io.parameters.insert(io.parameters.end(), 2, io3.parameters.back());
+  EXPECT_EQ(recommended({io, io3}).model, "io3") << "one with more parameters may be luck";
+}
+
+TEST(Recommendation, TakesAResonanceFarAboveTheBandOnlyWhereItGainsTen) {
+  const auto cylinder = [](double ar_bic, double highest_Hz) {
+    Model model = model_of("cylinder", ar_bic);
+    // 14.6 Hz, D 0.28
+    model.transfer_function.denominator = {{1.19e-4, 3}, {6.1e-3, 2}, {1.0, 1}};
+    model.verdict->usable_band = FrequencyInterval{0.05, highest_Hz};
+    return model;
+  };
+  const Recommendation found = recommended({model_of("io1", -100.0), cylinder(-102.2, 0.65)});
+  EXPECT_EQ(found.model, "io1");
+  EXPECT_FALSE(found.validation_chose);
+  EXPECT_NE(found.reason.find("cylinder, 2.2 better, has a resonance at 14.6 Hz"), std::string::npos) << found.reason;
+  EXPECT_EQ(recommended({model_of("io1", -100.0), cylinder(-111.0, 0.65)}).model, "cylinder");
+  EXPECT_EQ(recommended({model_of("io1", -100.0), cylinder(-102.2, 10.0)}).model, "cylinder") << "the record shows it";
+  // An integrator alone has no pole beside the one at 0.
+  Model integrator = model_of("integrator", -103.0);
+  integrator.transfer_function.denominator = {{1.0, 1}, {0.0, 0}};
+  integrator.verdict->usable_band = FrequencyInterval{0.05, 0.65};
+  EXPECT_EQ(recommended({integrator, cylinder(-102.2, 0.65)}).model, "integrator");
+}
+
 TEST(Recommendation, IsNoneWithTheReasonWhereNothingIsAccepted) {
   const Recommendation rejected = recommended({model_of("io", -100.0, Order::whole, Figures::bad_validation)});
   EXPECT_EQ(rejected.model, "");

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/output_findings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace eha::importer {
+namespace {
+
+constexpr std::size_t kFewestRows = 60;
+constexpr std::size_t kMostTogether = 3;
+constexpr double kOverUsual = 30.0;      // distance over the usual one of a row from the middle of its neighbours
+constexpr double kOverRange = 0.03;      // distance over the range of the output
+constexpr double kNeighboursOff = 0.1;   // difference of the neighbours over the distance
+constexpr double kMostShare = 0.01;      // of the rows
+constexpr std::size_t kInputBefore = 5;  // rows in which the input may be the cause
+constexpr double kClippedShare = 0.02;   // of the rows
+constexpr std::size_t kClippedTogether = 5;
+constexpr std::size_t kLongGap = 5;
+
+double quantile(std::vector<double> values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Size and scale of a signal without its extremes.
+struct Scale {
+  double usual = 0.0;  ///< distance of a row from the middle of its neighbours, the median
+  double range = 0.0;  ///< of the middle 98 %
+};
+
+Scale scale_of(const std::vector<double>& values) {
+  std::vector<double> finite;
+  std::vector<double> off;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(finite), [](double x) { return std::isfinite(x); });
+  for (std::size_t k = 1; k + 1 < finite.size(); ++k) {
+    off.push_back(std::abs(finite[k] - 0.5 * (finite[k - 1] + finite[k + 1])));
+  }
+  if (off.empty()) return {};
+  return {quantile(std::move(off), 0.5), quantile(finite, 0.99) - quantile(finite, 0.01)};
+}
+
+/// Whether rows from .. from + count - 1 lie apart from both neighbours, which agree.
+bool stands_alone(const std::vector<double>& y, std::size_t from, std::size_t count, const Scale& scale) {
+  const double before = y[from - 1];
+  const double after = y[from + count];
+  const double middle = 0.5 * (before + after);
+  double distance = std::abs(y[from] - middle);
+  for (std::size_t k = from; k < from + count; ++k) distance = std::min(distance, std::abs(y[k] - middle));
+  return std::isfinite(distance) && distance > kOverUsual * scale.usual && distance > kOverRange * scale.range &&
+         std::abs(before - after) < kNeighboursOff * distance;
+}
+
+/// First and last row of each stretch of rows that lie next to one another.
+std::vector<std::pair<std::size_t, std::size_t>> stretches(const std::vector<std::size_t>& rows, std::size_t shortest) {
+  std::vector<std::pair<std::size_t, std::size_t>> found;
+  for (const std::size_t row : rows) {
+    if (!found.empty() && found.back().second + 1 == row) {
+      found.back().second = row;
+    } else {
+      found.emplace_back(row, row);
+    }
+  }
+  std::erase_if(found, [&](const auto& stretch) { return stretch.second - stretch.first + 1 < shortest; });
+  return found;
+}
+
+/// " --from 26 --to 60": the longest part of `count` rows without a stretch.
+std::string clean_part(const std::vector<std::pair<std::size_t, std::size_t>>& stretches, std::size_t count,
+                       double start_s, double step_s) {
+  std::size_t begin = 0;
+  std::pair<std::size_t, std::size_t> longest{0, 0};
+  for (const auto& [first, last] : stretches) {
+    if (first - begin > longest.second - longest.first) longest = {begin, first};
+    begin = last + 1;
+  }
+  if (count - begin > longest.second - longest.first) longest = {begin, count};
+  std::string text;
+  const auto time = [&](std::size_t row) { return start_s + static_cast<double>(row) * step_s; };
+  if (longest.first > 0) text += fmt::format(" --from {:.6g}", time(longest.first));
+  if (longest.second < count) text += fmt::format(" --to {:.6g}", time(longest.second - 1));
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::size_t> lone_rows(const std::vector<double>& input, const std::vector<double>& output) {
+  if (output.size() < kFewestRows || input.size() != output.size()) return {};
+  const Scale scale = scale_of(output);
+  const Scale of_input = scale_of(input);
+  std::vector<std::size_t> found;
+  for (std::size_t k = 1; k + 1 < output.size(); ++k) {
+    for (std::size_t count = 1; count <= kMostTogether && k + count < output.size(); ++count) {
+      if (!stands_alone(output, k, count, scale)) continue;
+      // A pulse of the input may be answered by one of the output.
+      for (std::size_t j = std::max<std::size_t>(k, kInputBefore + 1) - kInputBefore; j <= k; ++j) {
+        for (std::size_t width = 1; width <= kMostTogether && j + width < input.size(); ++width) {
+          if (stands_alone(input, j, width, of_input)) return {};
+        }
+      }
+      for (std::size_t j = 0; j < count; ++j) found.push_back(k + j);
+      k += count;
+      break;
+    }
+  }
+  if (static_cast<double>(found.size()) > kMostShare * static_cast<double>(output.size())) return {};
+  return found;
+}
+
+std::string lone_rows_text(const std::vector<std::size_t>& rows, const std::vector<double>& output, double first_s) {
+  const std::size_t first = rows.front();
+  std::size_t after = first + 1;
+  while (std::binary_search(rows.begin(), rows.end(), after)) ++after;
+  return fmt::format("{} row{} of the output stand{} alone, the first at {:.6g} s: {:.5g} between {:.5g} and {:.5g}",
+                     rows.size(), rows.size() == 1 ? "" : "s", rows.size() == 1 ? "s" : "", first_s, output[first],
+                     output[first - 1], output[after]);
+}
+
+std::vector<std::string> remarks_on_output(const std::vector<double>& output, const std::vector<std::size_t>& filled,
+                                           double start_s, double step_s) {
+  std::vector<std::string> remarks;
+  if (output.size() < kFewestRows) return remarks;
+  const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
+  for (const double extreme : {*greatest, *least}) {
+    if (!(*least < *greatest)) break;
+    std::vector<std::size_t> at;
+    for (std::size_t k = 0; k < output.size(); ++k) {
+      // Equal to the bit: a converter at its end.
+      if (!(output[k] < extreme) && !(output[k] > extreme)) at.push_back(k);
+    }
+    if (static_cast<double>(at.size()) < kClippedShare * static_cast<double>(output.size())) continue;
+    const auto clipped = stretches(at, kClippedTogether);
+    if (clipped.empty()) continue;
+    remarks.push_back(fmt::format(
+        "{:.2g} % of the rows have the output {:.6g}, its {} value: the sensor is at its end, or the rod stands; the "
+        "longest part without:{}",
+        100.0 * static_cast<double>(at.size()) / static_cast<double>(output.size()), extreme,
+        extreme < *greatest ? "least" : "greatest", clean_part(clipped, output.size(), start_s, step_s)));
+  }
+  if (const auto gaps = stretches(filled, kLongGap); !gaps.empty()) {
+    remarks.push_back(fmt::format(
+        "what the input did in a filled gap is not known, and a rod that integrates stands elsewhere afterwards; the "
+        "longest part without a gap of {} rows or more:{}",
+        kLongGap, clean_part(gaps, output.size(), start_s, step_s)));
+  }
+  return remarks;
+}
+
+}  // namespace eha::importer

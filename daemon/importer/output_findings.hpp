@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace eha::importer {
+
+/// Rows of an output that stand alone: up to three in a row that lie far from both neighbours, which agree with each
+/// other, while the input does nothing of the kind. A rod cannot do that; a loose contact or a disturbed sensor does.
+/// One is enough to spoil a model.
+/// @param input, output  of equal length; values that are not finite are passed over
+/// @returns rows from 0, ascending; none where so many stand alone that it is the signal's own way. Cost O(N).
+[[nodiscard]] std::vector<std::size_t> lone_rows(const std::vector<double>& input, const std::vector<double>& output);
+
+/// "2 rows of the output stand alone, the first at 15.01 s: 0 between 65.1 and 65.2".
+/// @param rows  at least one, of lone_rows()
+[[nodiscard]] std::string lone_rows_text(const std::vector<std::size_t>& rows, const std::vector<double>& output,
+                                         double first_s);
+
+/// What a person should know of an output: that the sensor is clipped (the same greatest or least value again and
+/// again, for more than one row at a time), and gaps that were filled, behind which an integrating rod is shifted. With
+/// the longest part without either, as --from and --to. A sentence each.
+/// @param filled  rows that were not measured, ascending
+[[nodiscard]] std::vector<std::string> remarks_on_output(const std::vector<double>& output,
+                                                         const std::vector<std::size_t>& filled, double start_s,
+                                                         double step_s);
+
+}  // namespace eha::importer

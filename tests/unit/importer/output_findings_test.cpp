@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/output_findings.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/importer/import.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::importer {
+namespace {
+
+constexpr std::size_t kRodRows = 3000;
+constexpr double kRodStep_s = 0.01;
+
+/// A rod that integrates a sine and noise of 0.02 mm.
+struct Rod {
+  std::vector<double> input;
+  std::vector<double> output;
+};
+
+Rod rod() {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  Rod made;
+  double place = 60.0;
+  for (std::size_t k = 0; k < kRodRows; ++k) {
+    const double t = kRodStep_s * static_cast<double>(k);
+    made.input.push_back(std::sin(1.3 * t) + 0.5 * std::sin(7.0 * t));
+    place += 15.0 * made.input.back() * kRodStep_s;
+    made.output.push_back(place + noise(random));
+  }
+  return made;
+}
+
+std::string csv_of(const Rod& rod, const std::function<double(std::size_t)>& time) {
+  std::string text = "time_s,valve_V,rod_mm\n";
+  for (std::size_t k = 0; k < kRodRows; ++k) text += fmt::format("{},{},{}\n", time(k), rod.input[k], rod.output[k]);
+  return text;
+}
+
+double even_time(std::size_t k) { return std::round(100.0 * kRodStep_s * static_cast<double>(k)) / 100.0; }
+
+/// The message of a refusal; empty where the file is read.
+std::string refused_with(const std::filesystem::path& path, const Options& options = {}) {
+  try {
+    static_cast<void>(import_record(path, options));
+    return "";
+  } catch (const DataError& error) {
+    return error.what();
+  }
+}
+
+TEST(LoneRows, AreThoseThatARodCannotReach) {
+  Rod r = rod();
+  EXPECT_TRUE(lone_rows(r.input, r.output).empty());
+  for (const std::size_t k : {700U, 1800U, 1801U, 2500U}) r.output[k] = 0.0;
+  EXPECT_EQ(lone_rows(r.input, r.output), (std::vector<std::size_t>{700, 1800, 1801, 2500}));
+}
+
+TEST(LoneRows, AreNoneWhereTheInputHasAPulseOrTheSignalIsSuch) {
+  std::vector<double> input(kRodRows, 0.0);
+  std::vector<double> output(kRodRows, 1.0);
+  input[900] = 5.0;
+  output[901] = 3.0;
+  EXPECT_TRUE(lone_rows(input, output).empty()) << "the answer to a pulse";
+  Rod r = rod();
+  for (std::size_t k = 5; k < kRodRows; k += 10) r.output[k] = 0.0;
+  EXPECT_TRUE(lone_rows(r.input, r.output).empty()) << "a tenth of the rows";
+  // A step of the rod's place is no row alone.
+  Rod stepped = rod();
+  for (std::size_t k = 1500; k < kRodRows; ++k) stepped.output[k] += 20.0;
+  EXPECT_TRUE(lone_rows(stepped.input, stepped.output).empty());
+}
+
+TEST(LoneRows, AreRefusedWithTheCommandThatFillsThem) {
+  const test::TemporaryFolder folder;
+  const Rod clean = rod();
+  Rod r = clean;
+  r.output[1501] = 0.0;
+  const auto path = folder.write("rod.csv", csv_of(r, even_time));
+  const std::string refusal = refused_with(path);
+  EXPECT_NE(refusal.find("1 row of the output stands alone, the first at 15.01 s: 0 between"), std::string::npos)
+      << refusal;
+  EXPECT_NE(refusal.find("rod.csv:1503: "), std::string::npos) << "the line";
+  EXPECT_NE(refusal.find("--resample`"), std::string::npos) << refusal;
+  const Imported filled = import_record(path, {.resample = true});
+  EXPECT_EQ(filled.filled, std::vector<std::size_t>{1501});
+  EXPECT_NEAR(filled.record.output[1501], clean.output[1501], 0.2);
+  ASSERT_FALSE(filled.repairs.empty());
+  EXPECT_NE(filled.repairs.front().find("taken as not measured"), std::string::npos) << filled.repairs.front();
+}
+
+TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
+  Rod r = rod();
+  double greatest = 0.0;
+  for (const double y : r.output) greatest = std::max(greatest, y);
+  EXPECT_TRUE(remarks_on_output(r.output, {}, 0.0, kRodStep_s).empty());
+  const double end = greatest - 4.0;
+  std::size_t first = kRodRows;
+  std::size_t last = 0;
+  for (std::size_t k = 0; k < kRodRows; ++k) {
+    if (r.output[k] < end) continue;
+    r.output[k] = end;
+    first = std::min(first, k);
+    last = k;
+  }
+  const std::vector<std::string> remarks = remarks_on_output(r.output, {}, 0.0, kRodStep_s);
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_NE(remarks.front().find("its greatest value"), std::string::npos) << remarks.front();
+  // The part that is named has no clipped row.
+  const auto value = [&](const char* option, double otherwise) {
+    const std::size_t at = remarks.front().find(option);
+    return at == std::string::npos ? otherwise
+                                   : std::strtod(remarks.front().c_str() + at + std::strlen(option), nullptr);
+  };
+  const double from_s = value("--from ", 0.0);
+  const double to_s = value("--to ", kRodStep_s * kRodRows);
+  EXPECT_GT(to_s - from_s, 1.0) << remarks.front();
+  for (std::size_t k = 0; k < kRodRows; ++k) {
+    const double t = kRodStep_s * static_cast<double>(k);
+    if (t > from_s + 0.1 && t < to_s - 0.1) {
+      EXPECT_LT(r.output[k], end) << t;
+    }
+  }
+}
+
+TEST(OutputRemarks, NameLongFilledGaps) {
+  const Rod r = rod();
+  EXPECT_TRUE(remarks_on_output(r.output, {100, 900, 901}, 0.0, kRodStep_s).empty()) << "short ones";
+  std::vector<std::size_t> filled;
+  for (std::size_t k = 1000; k < 1012; ++k) filled.push_back(k);
+  const std::vector<std::string> remarks = remarks_on_output(r.output, filled, 0.0, kRodStep_s);
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_TRUE(remarks.front().ends_with("--from 10.12")) << remarks.front();
+}
+
+TEST(RestartedTime, IsRefusedWithACommandForEachPart) {
+  const test::TemporaryFolder folder;
+  const Rod r = rod();
+  const auto path = folder.write("twice.csv", csv_of(r, [](std::size_t k) { return even_time(k % 1200); }));
+  const std::string refusal = refused_with(path, {.command = "eha fit twice.csv"});
+  EXPECT_NE(refusal.find("the first: `eha fit twice.csv --period 0.01 --to 11.995`, the rest: `eha fit twice.csv "
+                         "--period 0.01 --from 11.995`"),
+            std::string::npos)
+      << refusal;
+  const Imported first = import_record(path, {.period_s = 0.01, .to_s = 11.995});
+  ASSERT_EQ(first.record.output.size(), 1200);
+  EXPECT_EQ(first.record.output[1199], r.output[1199]);
+  const Imported rest = import_record(path, {.period_s = 0.01, .from_s = 11.995});
+  ASSERT_GT(rest.record.output.size(), 1000);
+  EXPECT_EQ(rest.record.output[0], r.output[1200]);
+}
+
+}  // namespace
+}  // namespace eha::importer
