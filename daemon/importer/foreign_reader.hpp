@@ -2,28 +2,16 @@
 #pragma once
 
 #include <array>
-#include <chrono>
-#include <cstdint>
 #include <filesystem>
 #include <string_view>
 
 #include "core/os/file_descriptor.hpp"
 #include "daemon/importer/array_table.hpp"
 
-// MAT-files and HDF5 are read by the program eha-reader, a process of its own with limits: their libraries trust the
-// sizes that a file states, and a damaged or made-up file may crash them or have them ask for all memory. Text needs no
-// such process: what it takes is proportional to the file, and its reader is the project's own.
+// MAT-files and HDF5 are read by the program eha-reader (daemon/record/confined_reader.hpp). Text needs no such
+// process: what it takes is proportional to the file, and its reader is the project's own.
 
 namespace eha::importer {
-
-/// What reading a file may cost.
-struct ForeignLimits {
-  std::chrono::seconds cpu_time{};
-  std::uint64_t memory_bytes = 0;  ///< address space
-};
-
-/// In proportion to the file: 20 s and 1 GiB for 5 MB, at most 600 s and 8 GiB.
-[[nodiscard]] ForeignLimits limits_for(std::uint64_t file_bytes);
 
 /// Reads a file in a process of its own.
 /// @param kind  a name of kForeignReaders
@@ -46,8 +34,7 @@ inline constexpr std::array kForeignReaders{ForeignReader{"mat", read_mat}, Fore
 
 // What passes from eha-reader to the process that started it. `name` is the file's, for messages.
 
-/// The answer is the arrays or the error of a file. @throws IoError
+/// The answer where there is no refusal (record::send_refusal). @throws IoError
 void send_arrays(int descriptor, const Arrays& arrays);
-void send_refusal(int descriptor, std::string_view message);
 
 }  // namespace eha::importer

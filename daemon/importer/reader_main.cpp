@@ -6,10 +6,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <new>
 #include <string>
 #include <string_view>
@@ -18,13 +20,18 @@
 #include "core/os/child_process.hpp"
 #include "daemon/importer/foreign_reader.hpp"
 #include "daemon/importer/reader_confinement.hpp"
+#include "daemon/record/confined_reader.hpp"
+#include "daemon/record/raw_file.hpp"
 
 namespace {
 
 constexpr int kWords = 5;
 
 bool limit(__rlimit_resource resource, rlim_t most) {
-  const rlimit limits{most, most};
+  rlimit limits{};
+  if (getrlimit(resource, &limits) != 0) return false;
+  // A fit by the service has limits of its own.
+  limits.rlim_cur = limits.rlim_max = std::min(most, limits.rlim_max);
   return setrlimit(resource, &limits) == 0;
 }
 
@@ -39,11 +46,12 @@ bool limit_all(const char* cpu_seconds, [[maybe_unused]] const char* memory_byte
          prctl(PR_SET_PDEATHSIG, SIGKILL) == 0;
 }
 
-void read(const eha::importer::ForeignReader& reader, const std::string& name, const char* memory_bytes) {
-  const std::string file = fmt::format("/proc/self/fd/{}", eha::os::kSharedDescriptor);
+/// Sends what `send` reads of the file that is open, or why not.
+void answer(const std::string& name, const char* memory_bytes,
+            const std::function<void(const std::string& file)>& send) {
   std::string refusal;
   try {
-    return send_arrays(STDOUT_FILENO, reader.read(file, name));
+    return send(fmt::format("/proc/self/fd/{}", eha::os::kSharedDescriptor));
   } catch (const std::bad_alloc&) {
     refusal = fmt::format(
         "{}: reading it takes more than {} MiB of memory: damaged, or made of numbers that a small file cannot hold; "
@@ -54,7 +62,23 @@ void read(const eha::importer::ForeignReader& reader, const std::string& name, c
   } catch (const std::exception& error) {
     refusal = fmt::format("{}: cannot be read: {}; save it again", name, error.what());
   }
-  eha::importer::send_refusal(STDOUT_FILENO, refusal);
+  eha::record::send_refusal(STDOUT_FILENO, refusal);
+}
+
+/// What sends a file of that kind; none for an unknown kind.
+std::function<void(const std::string& file)> sender_of(std::string_view kind, const std::string& name) {
+  if (kind == eha::record::kRawRows) {
+    return [name](const std::string& file) {
+      eha::record::send_rows(STDOUT_FILENO, eha::record::read_raw_file(file, name).records);
+    };
+  }
+  for (const eha::importer::ForeignReader& reader : eha::importer::kForeignReaders) {
+    if (reader.kind != kind) continue;
+    return [name, &reader](const std::string& file) {
+      eha::importer::send_arrays(STDOUT_FILENO, reader.read(file, name));
+    };
+  }
+  return {};
 }
 
 }  // namespace
@@ -67,14 +91,13 @@ int main(int argc, char** argv) {
             "float", "percentage", "--", "/proc/self/fd/3", static_cast<char*>(nullptr));
       return static_cast<int>(eha::ExitCode::io);
     }
-    for (const eha::importer::ForeignReader& reader : eha::importer::kForeignReaders) {
-      if (reader.kind != argv[1]) continue;
+    if (const auto send = sender_of(argv[1], argv[2])) {
       if (!eha::importer::confine_to(eha::os::kSharedDescriptor)) {
         std::fputs("eha-reader: error: this kernel does not filter system calls\n", stderr);
         return static_cast<int>(eha::ExitCode::io);
       }
       try {
-        read(reader, argv[2], argv[4]);
+        answer(argv[2], argv[4], send);
         return 0;
       } catch (const std::exception& error) {
         std::fprintf(stderr, "eha-reader: error: %s\n", error.what());

@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/acquisition/clock.hpp"
+#include "daemon/record/plain_files.hpp"
 #include "daemon/record/report_json.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
@@ -351,7 +352,24 @@ void put_report(Manifest& manifest, const acquisition::RunReport& report, const 
   if (!write_error.empty()) json["write_error"] = write_error;
 }
 
+void require_plain_files(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  constexpr int kDeepest = 2;  // models/rejected
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    std::error_code ignored;
+    const fs::file_type type = entry->status(ignored).type();
+    if (type == fs::file_type::fifo || type == fs::file_type::character || type == fs::file_type::block ||
+        type == fs::file_type::socket) {
+      throw DataError(entry->path().string() + ": a pipe or a device, not a file of a run; remove it");
+    }
+    if (entry.depth() >= kDeepest) entry.disable_recursion_pending();
+  }
+}
+
 Manifest read_manifest(const std::filesystem::path& folder) {
+  require_plain_files(folder);
   const std::filesystem::path path = folder / kManifestFile;
   return manifest_from_json(Json::parse(os::read_file(path), nullptr, false), path.string());
 }

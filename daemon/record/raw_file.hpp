@@ -6,6 +6,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "daemon/acquisition/tick_record.hpp"
@@ -31,7 +32,9 @@ struct RawFile {
   std::vector<acquisition::TickRecord> records;
 };
 
+/// For eha-reader, because HDF5 trusts the file; others use read_raw_rows (confined_reader.hpp).
+/// @param name  the file's, for messages; empty: its path
 /// @throws IoError, PermissionError  cannot be read; DataError  not such a file, or damaged
-[[nodiscard]] RawFile read_raw_file(const std::filesystem::path& path);
+[[nodiscard]] RawFile read_raw_file(const std::filesystem::path& path, const std::string& name = {});
 
 }  // namespace eha::record

@@ -9,6 +9,7 @@
 #include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/plain_files.hpp"
 #include "daemon/record/run_files.hpp"
 #include "daemon/record/run_folder.hpp"
 
@@ -48,6 +49,7 @@ void count_rows(Recovery& recovery, const JournalFacts& facts) {
 }  // namespace
 
 Recovery recover_run(const std::filesystem::path& folder) {
+  require_plain_files(folder);
   const std::filesystem::path journal = folder / kJournalFile;
   if (!std::filesystem::exists(journal)) {
     throw IoError(folder.string() + ": no " + std::string(kJournalFile) + " to recover from");

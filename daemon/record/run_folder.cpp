@@ -14,9 +14,9 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/record/confined_reader.hpp"
 #include "daemon/record/experiment_rows.hpp"
 #include "daemon/record/journal.hpp"
-#include "daemon/record/raw_file.hpp"
 #include "daemon/record/run_header.hpp"
 #include "daemon/record/sha256.hpp"
 
@@ -58,13 +58,14 @@ void require_unchanged(const std::filesystem::path& path, const Manifest& manife
 /// Calls consume(header, ticks) once for raw.h5, or once a block for the journal.
 template <typename Consume>
 void read_raw(const std::filesystem::path& folder, const Manifest& manifest, Consume&& consume) {
-  if (std::filesystem::exists(folder / kRawFile)) {
+  // A pipe of that name would block its reader, and a device would have no end.
+  if (std::filesystem::is_regular_file(folder / kRawFile)) {
     require_unchanged(folder / kRawFile, manifest);
-    consume(read_raw_file(folder / kRawFile).records);
+    consume(read_raw_rows(folder / kRawFile));
     return;
   }
   const std::filesystem::path journal = folder / kJournalFile;
-  if (!std::filesystem::exists(journal)) {
+  if (!std::filesystem::is_regular_file(journal)) {
     throw IoError(folder.string() + ": holds neither " + std::string(kRawFile) + " nor " + std::string(kJournalFile));
   }
   require_unchanged(journal, manifest);

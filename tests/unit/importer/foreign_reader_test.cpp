@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/record/confined_reader.hpp"
 #include "tests/unit/importer/damaged_fixtures.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -212,10 +213,10 @@ TEST(ForeignReader, RefusesGroupsWithoutEnd) {
 }
 
 TEST(ForeignReader, HasLimitsInProportionToTheFile) {
-  EXPECT_EQ(limits_for(5'000'000).cpu_time, std::chrono::seconds(20));
-  EXPECT_LE(limits_for(5'000'000).memory_bytes, std::uint64_t{1} << 30U);
-  EXPECT_EQ(limits_for(UINT64_MAX).cpu_time, std::chrono::seconds(600));
-  EXPECT_LE(limits_for(UINT64_MAX).memory_bytes, std::uint64_t{8} << 30U);
+  EXPECT_EQ(record::limits_for(5'000'000).cpu_time, std::chrono::seconds(20));
+  EXPECT_LE(record::limits_for(5'000'000).memory_bytes, std::uint64_t{1} << 30U);
+  EXPECT_EQ(record::limits_for(UINT64_MAX).cpu_time, std::chrono::seconds(600));
+  EXPECT_LE(record::limits_for(UINT64_MAX).memory_bytes, std::uint64_t{8} << 30U);
 }
 
 TEST(ForeignReader, SaysThatAFileIsMissing) {

@@ -28,12 +28,13 @@
 #include "core/error.hpp"
 #include "daemon/importer/foreign_reader.hpp"
 #include "daemon/importer/import.hpp"
+#include "daemon/record/confined_reader.hpp"
 #include "tests/unit/importer/damaged_fixtures.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 // MAT-files, HDF5, text and raw records of runs with bytes changed at random: a record, arrays or a refusal within the
 // limits, nothing else. A child process reads thousands of them; what ends it, takes long or much memory is read again
-// as a user's file is: text and raw records in a process of its own, the others by eha-reader.
+// as a user's file is: text by the importer in a process of its own, the others by eha-reader.
 
 namespace eha::importer::foreign {
 
@@ -140,9 +141,6 @@ inline void limit_addresses(rlim_t most) {
 #endif
 }
 
-/// Whether eha reads it in its own process.
-inline bool is_read_in_process(const std::string& kind) { return kind == "csv" || kind == "raw"; }
-
 /// @returns whether it was read; a refusal is false
 inline bool read_here(const std::string& kind, const std::filesystem::path& path) {
   try {
@@ -150,7 +148,7 @@ inline bool read_here(const std::string& kind, const std::filesystem::path& path
       static_cast<void>(import_record(path, {}));
       return true;
     }
-    if (kind == "raw") static_cast<void>(record::read_raw_file(path));
+    if (kind == record::kRawRows) static_cast<void>(record::read_raw_file(path));
     for (const ForeignReader& reader : kForeignReaders) {
       if (reader.kind == kind) static_cast<void>(reader.read(path, "damaged"));
     }
@@ -199,8 +197,12 @@ inline std::string read_again(const std::string& kind, const std::filesystem::pa
     setrlimit(RLIMIT_CPU, &time);
     limit_addresses(static_cast<rlim_t>(kMost_KiB) * 1024);
     try {
-      if (is_read_in_process(kind)) _exit(read_here(kind, path) ? 0 : 1);
-      static_cast<void>(read_foreign(kind, path));
+      if (kind == "csv") _exit(read_here(kind, path) ? 0 : 1);
+      if (kind == record::kRawRows) {
+        static_cast<void>(record::read_raw_rows(path));
+      } else {
+        static_cast<void>(read_foreign(kind, path));
+      }
       _exit(0);
     } catch (const DataError& error) {
       // A fault of the library ended eha-reader, which is confined for that.

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/record/confined_reader.hpp"
 #include "daemon/record/hdf5_handle.hpp"
 #include "tests/unit/record/some_ticks.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -46,6 +47,26 @@ TEST(RawFile, HasTheSameBytesWhateverThePiecesItCameIn) {
   write_raw_file(folder.path() / "a.h5", {{"x", 1}}, ticks.size(), 0, in_pieces(ticks, 1));
   write_raw_file(folder.path() / "b.h5", {{"x", 1}}, ticks.size(), 0, in_pieces(ticks, 505));
   EXPECT_EQ(os::read_file(folder.path() / "a.h5"), os::read_file(folder.path() / "b.h5"));
+}
+
+TEST(RawFile, GivesItsRowsThroughAConfinedProcessAsWell) {
+  const test::TemporaryFolder folder;
+  const std::vector<TickRecord> ticks = some_ticks(1000);
+  const auto path = folder.path() / "raw.h5";
+  write_raw_file(path, {{"x", 1}}, ticks.size(), 0, in_pieces(ticks, 64));
+  EXPECT_TRUE(same_bits(read_raw_rows(path), ticks));
+  // The reader refuses, or its library ends it: this process goes on.
+  const std::string sound = os::read_file(path);
+  for (std::size_t at = 0; at < 2000; at += 40) {
+    std::string damaged = sound;
+    damaged[at] = static_cast<char>(~damaged[at]);
+    try {
+      static_cast<void>(read_raw_rows(folder.write("damaged.h5", damaged)));
+    } catch (const DataError& error) {
+      EXPECT_NE(std::string(error.what()).find("damaged.h5"), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_THROW(static_cast<void>(read_raw_rows(folder.write("cut.h5", sound.substr(0, 100)))), DataError);
 }
 
 TEST(RawFile, TakesNoRowsFromAnotherFile) {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/run_folder.hpp"
 
+#include <sys/stat.h>
+
 #include <fstream>
 #include <regex>
 #include <sstream>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/record/recover.hpp"
 #include "daemon/record/run_files.hpp"
 #include "daemon/record/sha256.hpp"
 #include "tests/unit/record/record_fixture.hpp"
@@ -49,6 +52,22 @@ TEST_F(RunFolder, TakesTheIdentificationIntoTheManifestWithTheModelsHashes) {
   EXPECT_EQ(manifest["identification"]["accepted"], true);
   EXPECT_EQ(manifest["files"].size(), 4u);
   EXPECT_EQ(manifest["files"][1]["path"], "models/io.json");
+}
+
+TEST_F(RunFolder, IsRefusedWithAPipeOrADeviceAmongItsFiles) {
+  const play::FinishedRun finished = run();
+  for (const char* name : {"fit.csv", "models/io.json", "models/rejected/fo.json"}) {
+    const auto path = finished.folder / name;
+    std::filesystem::create_directories(path.parent_path());
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    EXPECT_THROW(static_cast<void>(read_manifest(finished.folder)), DataError) << name;
+    EXPECT_THROW(static_cast<void>(recover_run(finished.folder)), DataError) << name;
+    std::filesystem::remove(path);
+    std::filesystem::create_symlink("/dev/zero", path);
+    EXPECT_THROW(static_cast<void>(read_manifest(finished.folder)), DataError) << name;
+    std::filesystem::remove(path);
+  }
+  EXPECT_NO_THROW(static_cast<void>(read_run(finished.folder)));
 }
 
 TEST_F(RunFolder, NoticesARawRecordThatWasChangedSinceTheRunEvenAfterTheManifestWasFinished) {

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+
+namespace eha::record {
+
+/// Refuses a run folder with a pipe or a device in it, whose reader would wait without end. A missing folder has none.
+/// @throws DataError
+void require_plain_files(const std::filesystem::path& folder);
+
+}  // namespace eha::record
