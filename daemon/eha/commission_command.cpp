@@ -48,6 +48,7 @@ Examples:
 constexpr int kRepetitions = 5;
 constexpr int kFurtherRepetitions = 4;  // the whole stays within 10 min of rig time
 constexpr double kPeriod_s = 10.0;
+constexpr double kExploring_in_per_s = 0.028;  // see eha characterise
 constexpr double kLowest_Hz = 0.1;
 constexpr double kHighest_Hz = 2.0;
 
@@ -129,7 +130,7 @@ class Commissioning {
     console_.print(fmt::format("\n== {}: {}", step, does));
     console_.flush();
     if (command_.yes || (moves_machine_ && step != "doctor")) return;
-    if (!console_.confirm(fmt::format("{}: {} Go on?", step, does))) throw Stopped{ExitCode::interrupted, ""};
+    if (!console_.confirm("Go on?")) throw Stopped{ExitCode::interrupted, "not \"yes\": stopped"};
   }
 
   /// Executes a command line of eha in this process.
@@ -194,11 +195,13 @@ class Commissioning {
   void measure_valve() {
     const std::string measured = state_.file("rig.toml").string();
     if (!state_.has("sheet")) {
+      const DisplayUnit unit = console_.unit(rig_.units);
       announce("valve sheet",
                rig_.limits.following
-                   ? "the rod moves about the middle of its travel, in small slow motions. 2 to 3 min."
-                   : "the rod explores the middle of its travel at 0.028 in/s, then moves about it in small slow "
-                     "motions. Some 5 min.");
+                   ? std::string("the rod moves about the middle of its travel, in small slow motions. 2 to 3 min.")
+                   : fmt::format("the rod explores the middle of its travel at {:.2g} {}, then moves about it in small "
+                                 "slow motions. Some 5 min.",
+                                 unit.factor("in/s") * kExploring_in_per_s, unit.of("in/s")));
       std::error_code ignored;
       fs::remove(measured, ignored);  // of a step that was not finished
       os::create_folders(state_.folder());
@@ -229,7 +232,8 @@ class Commissioning {
     const std::string does = fmt::format("the valve's numbers are written into {}; the file as it was is kept as {}.",
                                          command_.rig_file, state_.file("rig_before.toml").string());
     console_.print("\n== rig file: " + does);
-    if (!command_.yes && !console_.confirm(does + " Go on?")) throw Stopped{ExitCode::interrupted, ""};
+    console_.flush();
+    if (!command_.yes && !console_.confirm("Go on?")) throw Stopped{ExitCode::interrupted, "not \"yes\": stopped"};
     os::write_file_atomically(state_.file("rig_before.toml"), os::read_file(command_.rig_file));
     os::write_file_atomically(command_.rig_file, text);
   }

@@ -9,8 +9,10 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/eha/next_command.hpp"
+#include "daemon/eha/track_report.hpp"
 #include "daemon/report/html.hpp"
-#include "daemon/report/page.hpp"
+#include "daemon/track/track_result.hpp"
 
 namespace eha::cli {
 namespace {
@@ -38,24 +40,6 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   add_measured(rows, sheet, "gain_positive_in_per_V_s", "velocity gain extending", gain_unit.c_str(), gain);
   add_measured(rows, sheet, "gain_negative_in_per_V_s", "velocity gain retracting", gain_unit.c_str(), gain);
   return report::table({{"valve"}, {"value", Column::number}, {"+- (95 %)", Column::number}, {"unit"}}, rows);
-}
-
-std::string figures_table(const Json& track, const DisplayUnit& unit) {
-  std::vector<std::vector<std::string>> rows;
-  for (const Json& figure : track.at("figures")) {
-    const std::string own = figure.at("unit").get<std::string>();
-    const double factor = unit.factor(own);
-    const auto number = [&](const char* key) {
-      const Json& value = figure.at(key);
-      return value.is_number() ? fmt::format("{:.3g}", factor * value.get<double>()) : std::string("none");
-    };
-    const Json& kept = figure.at("kept");
-    const char* verdict = kept.is_null() ? "hidden by noise" : kept.get<bool>() ? "yes" : "no";
-    rows.push_back(
-        {figure.at("figure").get<std::string>(), number("measured"), number("promised_to"), unit.of(own), verdict});
-  }
-  return report::table({{"axis"}, {"measured", Column::number}, {"promised limit", Column::number}, {"unit"}, {"kept"}},
-                       rows);
 }
 
 /// A link to a file of a run's folder, or its name alone.
@@ -114,13 +98,16 @@ std::string commission_page(const CommissionState& state, const std::string& rig
                                 record.value("outcome", "")));
   }
   notes.push_back("Recommended model: " + record.value("model", "") + ". " + record.value("reason", ""));
-  lead += report::list(notes) + figures_table(track, unit) + valve_table(state.result("sheet"), unit) + "<ul>";
+  lead += report::list(notes) + valve_table(state.result("sheet"), unit) + "<ul>";
   for (const auto& [name, step] : state.document().at("steps").items()) {
     if (!step.contains("run")) continue;
     lead += "<li>" + report::escaped(name) + ": " + link(step.at("run").get<std::string>()) + "</li>";
   }
   lead += "</ul>";
-  return report::assembled("Commissioning of " + rig, lead, {}).html;
+  const std::string axis = shell_word(state.file("axis.toml").string());
+  lead += report::paragraph("For a PLC, C or MATLAB: eha export " + axis + " --format st (or c, simulink).");
+  return track_page(track::track_result(track.at("run").get<std::string>()), unit, "Commissioning of " + rig, lead)
+      .html;
 }
 
 }  // namespace eha::cli

@@ -41,7 +41,8 @@ class CommissionState {
 };
 
 /// The report of the whole: verdict, steps with links to their runs, valve, excitation, model, promise beside what was
-/// measured. @param rig  its name
+/// measured, and the controller. @param rig  its name
+/// @throws DataError, IoError, PermissionError  as track::track_result
 [[nodiscard]] std::string commission_page(const CommissionState& state, const std::string& rig,
                                           const DisplayUnit& unit);
 

@@ -133,9 +133,10 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   }
   amplitude_V = std::floor(amplitude_V * 1e4) / 1e4;
   const double rms_V = amplitude_V * std::sqrt(0.5 * static_cast<double>(harmonics.size()));
-  const std::string remark =
-      fmt::format("{} tones of {:.3g} V, peak {:.3g} V, +-{:.3g} in; the {} limit binds", harmonics.size(), amplitude_V,
-                  amplitude_V * signals[0].peak, amplitude_V * signals[2].peak, binding->name);
+  const DisplayUnit unit = console.unit(rig.units);
+  const std::string remark = fmt::format(
+      "{} tones of {:.3g} V, peak {:.3g} V, +-{:.3g} {}; the {} limit binds", harmonics.size(), amplitude_V,
+      amplitude_V * signals[0].peak, unit.factor("in") * amplitude_V * signals[2].peak, unit.of("in"), binding->name);
   const std::filesystem::path file = command.output.value_or("band.toml");
   os::write_file_atomically(file,
                             band_experiment_text(command, rig, harmonics, phase_rad, amplitude_V, period_s, remark));
@@ -145,8 +146,9 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   for (const Bounded& signal : signals) {
     const double crest = signal.peak * std::numbers::sqrt2 / signal.amplitudes.norm();
     document["crest_factor"][signal.name] = crest;
+    const double factor = unit.factor(signal.unit);
     console.print(fmt::format("{:<8} peak {:.3g} of {:.3g} {}, crest factor {:.3f}", signal.name,
-                              amplitude_V * signal.peak, signal.limit, signal.unit, crest));
+                              factor * amplitude_V * signal.peak, factor * signal.limit, unit.of(signal.unit), crest));
   }
   warn_of_dead_band(rms_V, room, console);
   console.print_json(document);

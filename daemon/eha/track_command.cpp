@@ -85,8 +85,11 @@ tune::TrialTrace trace_of(const track::TrackResult& result) {
           .command_V = result.rows.command_V};
 }
 
-report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit) {
+report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit, const std::string& title,
+                        const std::string& lead_html) {
   tune::ControllerSubject subject = controller_subject(result.controller);
+  subject.title = title;
+  subject.lead_html = lead_html;
   tune::MeasuredTrial& trial = subject.measured.emplace();
   trial.run = result.folder.filename().string();
   for (const track::KeptFigure& f : result.figures) {

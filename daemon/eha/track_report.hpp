@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "core/error.hpp"
 #include "daemon/eha/console.hpp"
@@ -22,7 +23,9 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles files, const
 [[nodiscard]] tune::TrialTrace trace_of(const track::TrackResult& result);
 
 /// The controller's page with what the run shows.
-[[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit);
+/// @param title  of the page   @param lead_html  what stands first
+[[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit,
+                                      const std::string& title = "Controller", const std::string& lead_html = {});
 
 /// A trial that a fault has ended: the promise is not kept; says what the rod shows of the valve until then.
 void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, const Console& console);

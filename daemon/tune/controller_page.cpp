@@ -309,7 +309,8 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
 
 report::Page controller_page(const ControllerSubject& subject) {
   const config::ControllerConfig& c = subject.controller;
-  std::string lead = fmt::format(
+  std::string lead = subject.lead_html;
+  lead += fmt::format(
       "<p class=\"subtitle\">{}</p>\n",
       report::escaped(fmt::format("{} controller \"{}\" for {}, to {}, tick {:g} s", ident::text(c.settings.kind),
                                   c.name, c.provenance.rig, c.purpose, c.settings.tick_s)));
@@ -330,8 +331,8 @@ report::Page controller_page(const ControllerSubject& subject) {
     for (const std::string& title : kind_titles(subject.unit)) {
       columns.push_back({title, columns.empty() ? Column::text : Column::number});
     }
-    promise.items.push_back({.heading = "Kinds of feedback",
-                             .html = report::table(columns, rows) + report::paragraph(report::escaped(kKindNote))});
+    promise.items.push_back(
+        {.heading = "Kinds of feedback", .html = report::table(columns, rows) + report::paragraph(kKindNote)});
   }
   report::Section plots{.title = "On the twin"};
   if (subject.trace) plots.items.push_back(motion(subject));
@@ -360,7 +361,7 @@ report::Page controller_page(const ControllerSubject& subject) {
                                                    {"twin", c.provenance.twin},
                                                    {"made by", c.provenance.made_by}})});
   sections.insert(sections.end(), {promise, plots, loop, settings});
-  return report::assembled("Controller", lead, sections);
+  return report::assembled(subject.title, lead, sections);
 }
 
 }  // namespace eha::tune

@@ -36,6 +36,8 @@ struct ControllerSubject {
   std::string why_without_plots = {};     ///< which file is gone or has changed, and what to type
   std::optional<MeasuredTrial> measured = {};
   DisplayUnit unit = DisplayUnit("in");  ///< of lengths
+  std::string title = "Controller";
+  std::string lead_html = {};            ///< stands first
   std::vector<ComparedKind> kinds = {};  ///< none: the file does not keep them
 };
 
