@@ -330,8 +330,8 @@ report::Page controller_page(const ControllerSubject& subject) {
     for (const std::string& title : kind_titles(subject.unit)) {
       columns.push_back({title, columns.empty() ? Column::text : Column::number});
     }
-    promise.items.push_back({.heading = "Kinds of feedback",
-                             .html = report::table(columns, rows) + report::paragraph(report::escaped(kKindNote))});
+    promise.items.push_back(
+        {.heading = "Kinds of feedback", .html = report::table(columns, rows) + report::paragraph(kKindNote)});
   }
   report::Section plots{.title = "On the twin"};
   if (subject.trace) plots.items.push_back(motion(subject));
