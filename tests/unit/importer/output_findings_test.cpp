@@ -107,12 +107,10 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
   EXPECT_TRUE(remarks_on_output(r.output, {}, 0.0, kRodStep_s).empty());
   const double end = greatest - 4.0;
   std::size_t first = kRodRows;
-  std::size_t last = 0;
   for (std::size_t k = 0; k < kRodRows; ++k) {
     if (r.output[k] < end) continue;
     r.output[k] = end;
     first = std::min(first, k);
-    last = k;
   }
   const std::vector<std::string> remarks = remarks_on_output(r.output, {}, 0.0, kRodStep_s);
   ASSERT_EQ(remarks.size(), 1U);
