@@ -41,7 +41,7 @@ TEST(ServiceCommission, StopsForTheRigFileAndGoesOnOnceItIsInstalled) {
   const Ended second = run_eha(words, bench.path());
   EXPECT_EQ(second.code, 0) << second.out << second.err;
   EXPECT_THAT(second.out, HasSubstr("the axis keeps the controller's promise"));
-  EXPECT_THAT(second.out, Not(HasSubstr("characterise --"))) << "the valve was measured before";
+  EXPECT_THAT(second.out, Not(HasSubstr("$ eha characterise"))) << "the valve was measured before";
   EXPECT_TRUE(fs::exists(bench.path() / "commission" / "report.html"));
   bool ended_early = false;
   for (const auto& run : manifests_of(daemon.runs()))
