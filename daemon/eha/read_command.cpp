@@ -33,7 +33,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kReadFooter = R"(
 Shows where the rod is, on a bar between its limits ('=': beyond 80 % of the way to a limit), the sensor's voltage
 [V], code and noise, the digital lines and whether the rig is armed. Moves nothing. Asks the service; where none
-listens, or with --local, it reads the rig of --rig itself. --watch redraws it until Ctrl-C.
+listens at the default socket, or with --local, it reads the rig of --rig itself. --watch redraws it until Ctrl-C.
 
 Examples:
   eha read
@@ -118,7 +118,9 @@ ExitCode show_readings(const Reader& read, bool watch, Console& console) {
 ExitCode execute(const ReadCommand& command, Console& console) {
   std::error_code ignored;
   const std::filesystem::path socket = command.socket.value_or(control::default_socket());
-  if (command.socket || (!command.local && std::filesystem::exists(socket, ignored))) {
+  // Who named a service wants its rig, not another one that happens to be readable here.
+  const bool is_named = command.socket || socket != control::kDefaultSocket;
+  if (!command.local && (is_named || std::filesystem::exists(socket, ignored))) {
     control::Client client(socket);
     return show_readings(reader_of_service(client), command.watch, console);
   }

@@ -47,6 +47,13 @@ TEST(Read, SeesTheRodOfARigThatIsNotDriven) {
   EXPECT_NE(status.out.find("0.150 [===="), std::string::npos) << status.out;
 }
 
+TEST(Read, RefusesAnotherRigWhereTheNamedServiceIsGone) {
+  const std::string said = output_of_shell("EHA_SOCKET=/nowhere/ehad.sock " EHA_PROGRAM " read 2>&1; echo code $?");
+  EXPECT_NE(said.find("/nowhere/ehad.sock"), std::string::npos) << said;
+  EXPECT_EQ(said.find("rod "), std::string::npos) << said;
+  EXPECT_EQ(said.find("code 0"), std::string::npos) << said;
+}
+
 TEST(Read, SeesTheRodWhileARunIsOn) {
   Daemon daemon;
   daemon.start();
