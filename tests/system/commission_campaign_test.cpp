@@ -100,12 +100,12 @@ TEST(CommissionCampaign, KeepsThePromiseOnUnknownRigs) {
         }
         said += document.at("changes").dump();
       }
-      noticed += is_named ? 1 : 0;
       if (track.code == 11) {
         // The rig's own following check was first.
         is_named = track.err.find(is_dead_band ? "shows: dead band" : "shows: gain") != std::string::npos &&
                    track.err.find("the promise is not kept") != std::string::npos;
       }
+      noticed += is_named ? 1 : 0;
       said += fmt::format(" changed {}: exit code {}, {}", is_dead_band ? "dead band" : "gain", track.code,
                           is_named ? "named" : "not named " + track.err);
     }
