@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,8 +36,8 @@ From a rig with nothing known of its valve to a verified axis, in steps: doctor,
 written into RIG), excitation within the measured limits, record with models, controller, trial, report of the whole.
 Each step is a command of eha that you could type; it is shown before it begins, with what it does to the rod and how
 long it takes, and asks first. Every run is an ordinary one in the runs' folder, under all limits of RIG.
-The record ends after the repetition with which the gain is known to --precision; when it is not reached, a longer run
-follows.
+The record ends after the repetition with which the gain is known to --precision; when it is not reached, a further run
+follows, and the more precise one counts.
 Answer no, or press Ctrl-C, at any step, and type the same command again to go on with that step: FOLDER/commission.json
 says what is done. A machine is commissioned attended, through ehad or with --local; --yes is for simulated rigs.
 Exit code 3: no model passed, or the axis does not keep the controller's promise.
@@ -249,6 +250,7 @@ class Commissioning {
   void record_motion() {
     if (state_.has("record")) return;
     int repetitions = kRepetitions;
+    Json best;
     for (int attempt = 1;; ++attempt, repetitions = kFurtherRepetitions) {
       const std::string experiment =
           state_.file(attempt == 1 ? "excitation.toml" : fmt::format("excitation_{}.toml", attempt)).string();
@@ -280,16 +282,28 @@ class Commissioning {
       }
       const bool is_precise = result.at("gain_percent").is_number() &&
                               result.at("gain_percent").get<double>() <= command_.precision_percent;
-      if (is_usable && (is_precise || attempt == 2)) {
-        state_.finish("record", std::move(result));
+      // The more precise one of two.
+      const auto percent_of = [](const Json& record) {
+        return record.at("gain_percent").is_number() ? record.at("gain_percent").get<double>()
+                                                     : std::numeric_limits<double>::infinity();
+      };
+      if (is_usable && (best.is_null() || percent_of(result) < percent_of(best))) best = std::move(result);
+      if (!best.is_null() && (is_precise || attempt == 2)) {
+        if (!is_precise) {
+          console_.warning(
+              fmt::format("the gain is known to +-{:.2g} % by {}, {:g} % were wanted: it goes on with this "
+                          "record",
+                          percent_of(best), best.value("run", ""), command_.precision_percent));
+        }
+        state_.finish("record", std::move(best));
         return;
       }
       if (attempt == 2) {
         throw Stopped{ExitCode::model_rejected,
                       fmt::format("no model of {} passes; its report says why", run.value("run", ""))};
       }
-      console_.info(is_usable ? "the gain is not known well enough: a longer run follows"
-                              : "no model passes: a longer run follows");
+      console_.info(is_usable ? "the gain is not known well enough: a further run follows"
+                              : "no model passes: a further run follows");
     }
   }
 

@@ -281,8 +281,11 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
   for (const auto& row : promise_rows(promise, unit)) {
     for (const MeasuredFigure& figure : trial.figures) {
       if (figure.name == row[0])
-        rows.push_back(
-            {row[0], fmt::format("{:.3g}", unit.factor(figure.unit) * figure.value), row[3], row[4], figure.kept});
+        rows.push_back({row[0], fmt::format("{:.3g}", unit.factor(figure.unit) * figure.value),
+                        fmt::format("{:.2g}", unit.factor(figure.unit) * figure.noise),
+                        fmt::format("{} {:.3g}", figure.is_least ? "at least" : "at most",
+                                    unit.factor(figure.unit) * figure.limit),
+                        row[4], figure.kept});
     }
   }
   std::vector<std::string> changes;
@@ -291,15 +294,19 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
   section.items.push_back({.heading = "Measured beside promised, run " + trial.run,
                            .html = report::table({{"figure", Column::text},
                                                   {"measured", Column::number},
-                                                  {"promised to", Column::number},
+                                                  {"noise adds to", Column::number},
+                                                  {"promised", Column::number},
                                                   {"unit", Column::text},
                                                   {"kept", Column::text}},
                                                  rows) +
                                    report::list(changes)});
-  report::Item item{.heading = "Step, trapezoids, sine and hold on the rig"};
+  report::Item item{.heading = "The trial on the rig"};
   item.figure = motion_figure(trial.trace, item.heading, unit);
-  item.remark.seen = "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod.";
-  item.remark.good = "As on the twin, below.";
+  item.remark.seen =
+      "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod. The fast tones "
+      "after the "
+      "trapezoids are the sweep that measures the margins; what the rod does in it is no following error.";
+  item.remark.good = "Outside of the sweep the error is as in the table.";
   item.remark.to_do = "A larger error: measure the valve again (eha characterise), then eha tune.";
   section.items.push_back(std::move(item));
   return section;

@@ -17,7 +17,10 @@ struct MeasuredFigure {
   std::string name;  ///< as in promise_rows()
   double value = 0.0;
   std::string unit;
-  std::string kept;  ///< "yes", "no", or why it cannot be said
+  std::string kept;    ///< "yes", "no", or why it cannot be said
+  double noise = 0.0;  ///< what noise can have added
+  double limit = 0.0;
+  bool is_least = false;  ///< the limit is a lower one: a margin
 };
 
 /// A trial on a rig.
