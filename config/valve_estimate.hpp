@@ -35,6 +35,14 @@ inline constexpr double kDeadBandSpare_V = 0.05;
           .dead_band_V = std::max(0.0, following.dead_band_V - kDeadBandSpare_V)};
 }
 
+/// By how much null and dead band of one valve can differ between a sheet, a model's map and a moving rod [V].
+inline constexpr double kSameValve_V = 0.03;
+/// The same where the dead band is wide: friction bends the edges of a model's map.
+[[nodiscard]] inline double same_dead_band_V(double dead_band_V) noexcept {
+  constexpr double kShare = 0.15;
+  return std::max(kSameValve_V, kShare * dead_band_V);
+}
+
 /// How far the command of a closed loop may go from the valve's null [V]: what the rig file names, else a share of half
 /// the command range.
 [[nodiscard]] inline double closed_loop_most_V(const RigLimits& limits) noexcept {

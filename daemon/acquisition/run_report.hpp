@@ -39,6 +39,12 @@ inline constexpr EnumNames<Outcome, 7> kOutcomes{{{"completed", Outcome::complet
   return outcome == Outcome::completed || outcome == Outcome::precise_enough;
 }
 
+/// The same of a name; false for one that is none.
+[[nodiscard]] constexpr bool is_whole(std::string_view outcome) noexcept {
+  const std::optional<Outcome> known = value_in(kOutcomes, outcome);
+  return known && is_whole(*known);
+}
+
 /// The first fault of a run.
 struct FaultReport {
   Fault fault = Fault::none;

@@ -1,28 +1,32 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
-#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "config/characterisation.hpp"
 #include "config/rig_config.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/commission_page.hpp"
+#include "daemon/eha/commission_session.hpp"
 #include "daemon/eha/commission_state.hpp"
-#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/service_command.hpp"
+#include "daemon/eha/short_report.hpp"
+#include "daemon/place/explorer.hpp"
 #include "daemon/precision/precision_watch.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::cli {
@@ -39,7 +43,8 @@ long it takes, and asks first. Every run is an ordinary one in the runs' folder,
 The record ends after the repetition with which the gain is known to --precision; when it is not reached, a further run
 follows, and the more precise one counts.
 Answer no, or press Ctrl-C, at any step, and type the same command again to go on with that step: FOLDER/commission.json
-says what is done. A machine is commissioned attended, through ehad or with --local; --yes is for simulated rigs.
+says what is done, and a record that is whole is not played again. For another valve or load begin anew: -o NEW_FOLDER.
+The text of each run and all models: -v, and its report. A machine is commissioned attended, through ehad or with --local; --yes is for simulated rigs.
 Exit code 3: no model passed, or the axis does not keep the controller's promise.
 
 Examples:
@@ -48,28 +53,34 @@ Examples:
 
 constexpr int kRepetitions = 5;
 constexpr int kFurtherRepetitions = 4;  // the whole stays within 10 min of rig time
+constexpr int kAttempts = 2;
 constexpr double kPeriod_s = 10.0;
-constexpr double kExploring_in_per_s = 0.028;  // see eha characterise
 constexpr double kLowest_Hz = 0.1;
 constexpr double kHighest_Hz = 2.0;
+constexpr double kTicksAPeriod = 20.0;
 
-struct CommissionCommand {
-  std::string rig_file;
-  fs::path folder = "commission";
-  fs::path socket = control::default_socket();
-  bool local = false;
-  bool fast = false;
-  bool yes = false;
-  bool allow_non_realtime = false;
-  double precision_percent = 2.0;
-  std::optional<std::string> ruler = {};
+struct CommissionCommand : CommissionOptions {};
+
+/// A run with a model, or without.
+struct Recorded {
+  fs::path folder;
+  std::string outcome;
+  double gain_percent = std::numeric_limits<double>::infinity();  ///< half of the 95 % interval of the gain
+  std::optional<std::string> model;                               ///< that is recommended
 };
 
-/// Stops the commissioning; what is done stays.
-struct Stopped {
-  ExitCode code;
-  std::string why;
-};
+Recorded recorded_in(const fs::path& folder) {
+  const record::Manifest manifest = record::read_manifest(folder);
+  Recorded recorded{.folder = folder,
+                    .outcome = std::string(record::outcome_text(manifest)),
+                    .gain_percent = precision::gain_percent(folder),
+                    .model = {}};
+  if (manifest.identification && manifest.identification->recommendation &&
+      !manifest.identification->recommendation->model.empty()) {
+    recorded.model = manifest.identification->recommendation->model;
+  }
+  return recorded;
+}
 
 class Commissioning {
  public:
@@ -77,9 +88,7 @@ class Commissioning {
       : command_(command),
         console_(console),
         rig_(config::load_rig(command.rig_file)),
-        moves_machine_(hal::moves_machine(rig_.backend)),
-        // A simulated rig is driven here unless a service is named.
-        is_local_(command.local || (!moves_machine_ && command.socket == control::default_socket())),
+        session_(command, hal::moves_machine(rig_.backend), console),
         state_(command.folder) {}
 
   ExitCode execute() {
@@ -87,90 +96,35 @@ class Commissioning {
     try {
       prepare();
       measure_valve();
+      install_numbers();
       record_motion();
       make_controller();
-      return try_controller();
+      try_controller();
     } catch (const Stopped& stopped) {
+      session_.disarm();
       if (!stopped.why.empty()) console_.info(stopped.why);
-      console_.info(fmt::format("to go on with this step: {}", again()));
+      console_.info(fmt::format("to go on with this step: {}", again(command_)));
       console_.print_json({{"schema", "eha-commission/1"},
                            {"folder", state_.folder().string()},
                            {"steps", state_.document().at("steps")},
                            {"exit_code", static_cast<int>(stopped.code)}});
       return stopped.code;
     }
+    session_.disarm();
+    return conclude();
   }
 
  private:
   void refuse_what_does_not_fit() const {
-    if (moves_machine_ && command_.yes) {
+    if (hal::moves_machine(rig_.backend) && command_.yes) {
       throw UsageError(fmt::format("--yes: {} moves a machine, which is commissioned attended", command_.rig_file));
     }
     const std::string known = state_.rig_sha256();
-    if (!known.empty() && known != record::sha256_of_file(command_.rig_file)) {
-      throw UsageError(fmt::format("{}: has changed since {} was begun; begin anew in another folder (-o)",
-                                   command_.rig_file, state_.folder().string()));
-    }
-  }
-
-  /// The command that goes on.
-  [[nodiscard]] std::string again() const {
-    std::string line = "eha commission " + shell_word(command_.rig_file);
-    if (command_.folder != CommissionCommand{}.folder) line += " -o " + shell_word(command_.folder.string());
-    if (command_.local) line += " --local";
-    if (!is_local_ && command_.socket != control::default_socket()) {
-      line += " --socket " + shell_word(command_.socket.string());
-    }
-    if (command_.fast) line += " --fast";
-    if (command_.yes) line += " --yes";
-    return line;
-  }
-
-  /// Says what comes and, where nothing else asks, asks.
-  void announce(const std::string& step, const std::string& does) {
-    console_.print(fmt::format("\n== {}: {}", step, does));
-    console_.flush();
-    if (command_.yes || (moves_machine_ && step != "doctor")) return;
-    if (!console_.confirm("Go on?")) throw Stopped{ExitCode::interrupted, "not \"yes\": stopped"};
-  }
-
-  /// Executes a command line of eha in this process.
-  /// @returns its document, and its exit code
-  std::pair<Json, ExitCode> play(std::vector<std::string> words) {
-    std::vector<std::string> quoted;
-    for (const std::string& word : words) quoted.push_back(shell_word(word));
-    console_.print(fmt::format("$ eha {}", fmt::join(quoted, " ")));
-    console_.flush();
-    words.insert(words.begin(), "eha");
-    std::vector<const char*> arguments;
-    for (const std::string& word : words) arguments.push_back(word.c_str());
-    const ParsedLine line = parse_command_line(static_cast<int>(arguments.size()), arguments.data());
-    console_.keep_documents();
-    ExitCode code = ExitCode::bug;
-    try {
-      code = line.command(console_);
-    } catch (const Error& error) {
-      static_cast<void>(console_.taken_documents());
-      console_.end_progress();
-      console_.error(error.what());
-      throw Stopped{error.exit_code(), ""};
-    }
-    const Json documents = console_.taken_documents();
-    return {documents.empty() ? Json::object() : documents.back(), code};
-  }
-
-  /// The same for a command that drives the rig.
-  std::pair<Json, ExitCode> drive(std::vector<std::string> words) {
-    if (is_local_) {
-      words.insert(words.end(), {"--local", "--rig", command_.rig_file});
-      if (command_.allow_non_realtime) words.emplace_back("--allow-non-realtime");
-    } else {
-      words.insert(words.end(), {"--socket", command_.socket.string()});
-      static_cast<void>(play({"arm", "--socket", command_.socket.string()}));
-    }
-    if (command_.fast) words.emplace_back("--fast");
-    if (!moves_machine_) words.emplace_back("--yes");
-    return play(std::move(words));
+    if (known.empty() || known == record::sha256_of_file(command_.rig_file)) return;
+    CommissionOptions anew = command_;
+    anew.folder += "-2";
+    throw UsageError(fmt::format("{}: has changed since {} was begun; begin anew in another folder: {}",
+                                 command_.rig_file, state_.folder().string(), again(anew)));
   }
 
   static void require(ExitCode code, const char* why) {
@@ -179,175 +133,204 @@ class Commissioning {
 
   void prepare() {
     if (state_.has("prepare")) return;
-    announce("doctor", "checks this machine and the rig file, reads the rod. Nothing moves; a few seconds.");
-    const auto [checks, code] = play({"doctor", "--rig", command_.rig_file});
-    if (moves_machine_) require(code, "mend what doctor found first");
+    session_.announce("step 1 of 6, doctor",
+                      "checks this machine and the rig file, reads the rod. Nothing moves; a few seconds.");
+    session_.ask();
+    const auto [checks, code] = session_.play({"doctor", "--rig", command_.rig_file});
+    if (hal::moves_machine(rig_.backend)) require(code, "mend what doctor found first");
     std::vector<std::string> read{"read"};
-    if (is_local_) {
+    if (session_.is_local()) {
       read.insert(read.end(), {"--local", "--rig", command_.rig_file});
     } else {
       read.insert(read.end(), {"--socket", command_.socket.string()});
     }
-    const auto [rod, read_code] = play(read);
+    const auto [rod, read_code] = session_.play(read);
     require(read_code, "the rod cannot be read");
-    state_.finish("prepare", {{"doctor_exit_code", static_cast<int>(code)}, {"rod", rod}});
+    state_.finish("prepare", {{"doctor_exit_code", static_cast<int>(code)},
+                              {"checks", checks.value("checks", Json::array())},
+                              {"rod", rod}});
   }
+
+  /// What the measurement of the valve does to the rod.
+  [[nodiscard]] std::string way_of_sheet() const {
+    const config::Centring centring = config::centring_of(rig_.limits);
+    if (!centring.window_in) {
+      return "the rod moves about the middle of its travel, in small slow motions. 2 to 3 min.";
+    }
+    const DisplayUnit unit = console_.unit(rig_.units);
+    const auto length = [&](double in) { return fmt::format("{:.3g}", unit.factor("in") * in); };
+    return fmt::format(
+        "nothing is known of the valve, so the rod first explores {} to {} {} of its travel, at {:.2g} {}; then it "
+        "moves about the middle in small slow motions. 4 to 6 min.",
+        length(centring.middle_in - *centring.window_in), length(centring.middle_in + *centring.window_in),
+        unit.of("in"), unit.factor("in/s") * place::kExploring_in_per_s, unit.of("in/s"));
+  }
+
+  /// The rig file with what was measured.
+  [[nodiscard]] fs::path measured_file() const { return state_.file("rig.toml"); }
 
   void measure_valve() {
-    const std::string measured = state_.file("rig.toml").string();
-    if (!state_.has("sheet")) {
-      const DisplayUnit unit = console_.unit(rig_.units);
-      announce("valve sheet",
-               rig_.limits.following
-                   ? std::string("the rod moves about the middle of its travel, in small slow motions. 2 to 3 min.")
-                   : fmt::format("the rod explores the middle of its travel at {:.2g} {}, then moves about it in small "
-                                 "slow motions. Some 5 min.",
-                                 unit.factor("in/s") * kExploring_in_per_s, unit.of("in/s")));
-      std::error_code ignored;
-      fs::remove(measured, ignored);  // of a step that was not finished
-      os::create_folders(state_.folder());
-      std::vector<std::string> words{"characterise", "-o", measured};
-      if (command_.ruler) words.insert(words.end(), {"--ruler", *command_.ruler});
-      auto [sheet, code] = drive(std::move(words));
-      require(code, "the valve was not measured");
-      state_.finish("sheet", std::move(sheet));
+    if (state_.has("sheet")) return;
+    session_.announce("step 2 of 6, valve sheet", way_of_sheet());
+    session_.ask_before_motion();
+    std::error_code ignored;
+    fs::remove(measured_file(), ignored);  // of a step that was not finished
+    os::create_folders(state_.folder());
+    std::vector<std::string> words{"characterise", "-o", measured_file().string()};
+    if (command_.ruler) words.insert(words.end(), {"--ruler", *command_.ruler});
+    auto [sheet, code] = session_.drive(std::move(words));
+    require(code, "the valve was not measured");
+    state_.finish("sheet", std::move(sheet));
+  }
+
+  /// Writes the measured numbers into the rig file.
+  void install_numbers() {
+    if (!state_.has("rig file")) {
+      const std::string text = os::read_file(measured_file());
+      const fs::path before = state_.file("rig_before.toml");
+      if (os::read_file(command_.rig_file) != text) {
+        if (!session_.is_local()) {
+          throw Stopped{ExitCode::interrupted,
+                        fmt::format("install the measured rig file: eha disarm && sudo cp {} {} && eha reload",
+                                    shell_word(measured_file().string()), shell_word(command_.rig_file))};
+        }
+        session_.announce("step 3 of 6, rig file",
+                          fmt::format("the valve's numbers are written into {}; the file as it was is kept as {}. "
+                                      "Nothing moves.",
+                                      command_.rig_file, before.string()));
+        session_.ask();
+        os::write_file_atomically(before, os::read_file(command_.rig_file));
+        os::write_file_atomically(command_.rig_file, text);
+      }
+      state_.set_rig(command_.rig_file, record::sha256_of_file(command_.rig_file));
+      state_.finish("rig file", {{"file", command_.rig_file}, {"before", before.string()}});
     }
-    if (state_.has("rig file")) {
-      rig_ = config::load_rig(command_.rig_file);
-      return;
-    }
-    const std::string text = os::read_file(measured);
-    if (os::read_file(command_.rig_file) != text) install(text, measured);
     rig_ = config::load_rig(command_.rig_file);
-    state_.set_rig(command_.rig_file, record::sha256_of_file(command_.rig_file));
-    state_.finish("rig file", {{"file", command_.rig_file}, {"before", state_.file("rig_before.toml").string()}});
   }
 
-  /// Writes the measured numbers into the rig file, after a question.
-  void install(const std::string& text, const std::string& measured) {
-    if (!is_local_) {
-      throw Stopped{ExitCode::interrupted,
-                    fmt::format("install the measured rig file: eha disarm && sudo cp {} {} && eha reload",
-                                shell_word(measured), shell_word(command_.rig_file))};
-    }
-    const std::string does = fmt::format("the valve's numbers are written into {}; the file as it was is kept as {}.",
-                                         command_.rig_file, state_.file("rig_before.toml").string());
-    console_.print("\n== rig file: " + does);
-    console_.flush();
-    if (!command_.yes && !console_.confirm("Go on?")) throw Stopped{ExitCode::interrupted, "not \"yes\": stopped"};
-    os::write_file_atomically(state_.file("rig_before.toml"), os::read_file(command_.rig_file));
-    os::write_file_atomically(command_.rig_file, text);
-  }
-
-  /// Upper end of the excited band: a quarter of the corner that the sheet's lag makes, and no more than twenty ticks
-  /// a period.
+  /// Upper end of the excited band: a quarter of the corner that the sheet's lag makes, with enough ticks a period.
   [[nodiscard]] double highest_Hz() const {
     const Json& lag = state_.result("sheet").value("lag_s", Json());
-    const double corner_Hz = lag.is_number() && lag.get<double>() > 0.0 ? 1.0 / (6.2832 * lag.get<double>()) : 10.0;
-    return std::clamp(0.25 * corner_Hz, 0.5 * kHighest_Hz, std::min(kHighest_Hz, 0.05 / rig_.realtime.sample_period_s));
+    const double corner_Hz =
+        lag.is_number() && lag.get<double>() > 0.0 ? 0.5 / (std::numbers::pi * lag.get<double>()) : 10.0;
+    return std::min({kHighest_Hz, std::max(0.25 * corner_Hz, 0.5 * kHighest_Hz),
+                     1.0 / (kTicksAPeriod * rig_.realtime.sample_period_s)});
+  }
+
+  [[nodiscard]] fs::path excitation_file(int attempt) const {
+    return state_.file(attempt == 1 ? "excitation.toml" : fmt::format("excitation_{}.toml", attempt));
+  }
+
+  /// Designs the excitation, and plays it after a question.
+  fs::path played(int attempt) {
+    const std::string file = excitation_file(attempt).string();
+    const int repetitions = attempt == 1 ? kRepetitions : kFurtherRepetitions;
+    session_.announce("step 4 of 6, record",
+                      fmt::format("the rod follows tones up to {:.1f} Hz about the middle of its travel, the way is "
+                                  "below. At most {:g} min; it ends early when the gain is known to {:g} %.",
+                                  highest_Hz(), std::ceil(repetitions * kPeriod_s / 60.0), command_.precision_percent));
+    const Played design = session_.play(
+        {"design", "--rig", command_.rig_file, "--band", fmt::format("{:g}:{:.4g}", kLowest_Hz, highest_Hz()),
+         "--tones", "20", "--period", fmt::format("{:g}", kPeriod_s), "--repetitions", fmt::format("{}", repetitions),
+         "--precision", fmt::format("{:g}", command_.precision_percent), "-o", file});
+    require(design.code, "no excitation fits the rig");
+    session_.ask_before_motion();
+    const auto [run, code] = session_.drive({"run", file}, Results::hide);
+    if (code != ExitCode::ok && code != ExitCode::model_rejected && code != ExitCode::not_converged) {
+      throw Stopped{code, "the record is not whole"};
+    }
+    return run.at("run").get<std::string>();
+  }
+
+  /// The run of an attempt that was recorded whole before the commissioning was stopped, fitted if it is not yet.
+  std::optional<fs::path> recorded_before(int attempt) {
+    std::error_code ignored;
+    if (!fs::exists(excitation_file(attempt), ignored)) return std::nullopt;
+    const std::string text = os::read_file(excitation_file(attempt));
+    const fs::path sheet = state_.result("sheet").at("run").get<std::string>();
+    std::optional<fs::path> found;
+    bool is_fitted = false;
+    for (const fs::path& run : record::list_runs(sheet.parent_path())) {
+      if (run.filename() <= sheet.filename()) continue;
+      const record::Manifest manifest = record::read_manifest(run);
+      const Json& header = manifest.other;
+      const bool is_own = header.contains("experiment") && header.at("experiment").value("text", "") == text;
+      if (!is_own || !acquisition::is_whole(record::outcome_text(manifest))) continue;
+      found = run;
+      is_fitted = manifest.identification.has_value();
+    }
+    if (!found) return std::nullopt;
+    console_.info(fmt::format("recorded before, and not played again: {}", found->string()));
+    if (!is_fitted && !session_.is_local()) {
+      throw Stopped{ExitCode::interrupted, "the service is still fitting it; `eha status` shows when it is done"};
+    }
+    if (!is_fitted) static_cast<void>(session_.play({"fit", found->string()}, Results::hide));
+    return found;
   }
 
   void record_motion() {
     if (state_.has("record")) return;
-    int repetitions = kRepetitions;
-    Json best;
-    for (int attempt = 1;; ++attempt, repetitions = kFurtherRepetitions) {
-      const std::string experiment =
-          state_.file(attempt == 1 ? "excitation.toml" : fmt::format("excitation_{}.toml", attempt)).string();
-      announce("record",
-               fmt::format("the rod moves about the middle of its travel, tones up to {:.1f} Hz, at most {:g} "
-                           "min; it ends early when the gain is known to {:g} %.",
-                           highest_Hz(), std::ceil(repetitions * kPeriod_s / 60.0), command_.precision_percent));
-      std::vector<std::string> words{"design",
-                                     "--rig",
-                                     command_.rig_file,
-                                     "--band",
-                                     fmt::format("{:g}:{:.4g}", kLowest_Hz, highest_Hz()),
-                                     "--tones",
-                                     "20",
-                                     "--period",
-                                     fmt::format("{:g}", kPeriod_s),
-                                     "--repetitions",
-                                     fmt::format("{}", repetitions),
-                                     "--precision",
-                                     fmt::format("{:g}", command_.precision_percent),
-                                     "-o",
-                                     experiment};
-      require(play(std::move(words)).second, "no excitation fits the rig");
-      const auto [run, code] = drive({"run", experiment});
-      Json result = summary_of(run);
-      const bool is_usable = code == ExitCode::ok && result.value("model", "") != "";
-      if (code != ExitCode::ok && code != ExitCode::model_rejected && code != ExitCode::not_converged) {
-        throw Stopped{code, "the record is not whole"};
+    std::optional<Recorded> best;
+    for (int attempt = 1; attempt <= kAttempts; ++attempt) {
+      std::optional<fs::path> run = recorded_before(attempt);
+      if (!run) run = played(attempt);
+      Recorded recorded = recorded_in(*run);
+      if (recorded.model && (!best || recorded.gain_percent < best->gain_percent)) best = std::move(recorded);
+      if (best && best->gain_percent <= command_.precision_percent) break;
+      if (attempt < kAttempts) {
+        console_.info(best ? "the gain is not known well enough: a further run follows"
+                           : "no model passes: a further run follows");
       }
-      const bool is_precise = result.at("gain_percent").is_number() &&
-                              result.at("gain_percent").get<double>() <= command_.precision_percent;
-      // The more precise one of two.
-      const auto percent_of = [](const Json& record) {
-        return record.at("gain_percent").is_number() ? record.at("gain_percent").get<double>()
-                                                     : std::numeric_limits<double>::infinity();
-      };
-      if (is_usable && (best.is_null() || percent_of(result) < percent_of(best))) best = std::move(result);
-      if (!best.is_null() && (is_precise || attempt == 2)) {
-        if (!is_precise) {
-          console_.warning(
-              fmt::format("the gain is known to +-{:.2g} % by {}, {:g} % were wanted: it goes on with this "
-                          "record",
-                          percent_of(best), best.value("run", ""), command_.precision_percent));
-        }
-        state_.finish("record", std::move(best));
-        return;
-      }
-      if (attempt == 2) {
-        throw Stopped{ExitCode::model_rejected,
-                      fmt::format("no model of {} passes; its report says why", run.value("run", ""))};
-      }
-      console_.info(is_usable ? "the gain is not known well enough: a further run follows"
-                              : "no model passes: a further run follows");
     }
-  }
-
-  /// What the later steps need of a run, by its document and folder.
-  [[nodiscard]] Json summary_of(const Json& run) const {
-    const std::string folder = run.value("run", "");
-    Json result{{"run", folder}, {"outcome", run.value("outcome", "")}, {"wanted_percent", command_.precision_percent}};
-    const fs::path precise = fs::path(folder) / precision::kPrecisionFolder / "integrator_lag_valve.json";
     std::error_code ignored;
-    const double percent =
-        fs::exists(precise, ignored) ? precision::gain_percent(precise) : std::numeric_limits<double>::infinity();
-    result["gain_percent"] = std::isfinite(percent) ? Json(percent) : Json(nullptr);
-    const record::Manifest manifest = record::read_manifest(folder);
-    if (manifest.identification && manifest.identification->recommendation) {
-      result["model"] = manifest.identification->recommendation->model;
-      result["reason"] = manifest.identification->recommendation->reason;
+    if (!best) {
+      for (int attempt = 1; attempt <= kAttempts; ++attempt) fs::remove(excitation_file(attempt), ignored);
+      throw Stopped{ExitCode::model_rejected, "no model of the records passes; their reports say why"};
     }
-    return result;
+    if (best->gain_percent > command_.precision_percent) {
+      console_.warning(
+          fmt::format("the gain is known to +-{:.2g} % by {}, {:g} % were wanted: it goes on with this record, and the "
+                      "controller's promise allows for it",
+                      best->gain_percent, best->folder.string(), command_.precision_percent));
+    }
+    console_.print(
+        answer_text(answer_of_run(best->folder, record::read_manifest(best->folder)), console_.unit(rig_.units)));
+    state_.finish("record",
+                  {{"run", best->folder.string()},
+                   {"outcome", best->outcome},
+                   {"wanted_percent", command_.precision_percent},
+                   {"gain_percent", std::isfinite(best->gain_percent) ? Json(best->gain_percent) : Json(nullptr)},
+                   {"model", *best->model}});
   }
 
   void make_controller() {
     if (state_.has("tune")) return;
-    announce("controller",
-             "a controller is designed from the model and tried on 50 simulated rigs. Nothing moves; some "
-             "seconds.");
+    session_.announce("step 5 of 6, controller",
+                      "a controller is designed from the model and tried on 50 simulated rigs. Nothing moves; some "
+                      "seconds.");
+    session_.ask();
     const std::string file = state_.file("axis.toml").string();
     std::error_code ignored;
     fs::remove(file, ignored);  // of a step that was not finished
     auto [tuned, code] =
-        play({"tune", state_.result("record").at("run").get<std::string>(), "--sheet",
-              state_.result("sheet").at("run").get<std::string>(), "--rig", command_.rig_file, "-o", file});
+        session_.play({"tune", state_.result("record").at("run").get<std::string>(), "--sheet",
+                       state_.result("sheet").at("run").get<std::string>(), "--rig", command_.rig_file, "-o", file});
     require(code, "no controller was made");
     state_.finish("tune", std::move(tuned));
   }
 
-  ExitCode try_controller() {
-    if (!state_.has("track")) {
-      announce("trial",
-               "the rod follows a step, trapezoids, a sine and rests for 60 s, in closed loop, under every limit "
-               "of the rig file. Some 2 min.");
-      auto [track, code] = drive({"track", state_.file("axis.toml").string()});
-      if (code != ExitCode::ok && code != ExitCode::model_rejected) throw Stopped{code, "the trial is not whole"};
-      state_.finish("track", std::move(track));
-    }
+  void try_controller() {
+    if (state_.has("track")) return;
+    session_.announce("step 6 of 6, trial",
+                      "the rod follows a step, trapezoids, a sweep and a sine, and rests for 60 s, in closed loop, "
+                      "under every limit of the rig file. 2 to 3 min.");
+    session_.ask_before_motion();
+    auto [track, code] = session_.drive({"track", state_.file("axis.toml").string()});
+    if (code != ExitCode::ok && code != ExitCode::model_rejected) throw Stopped{code, "the trial is not whole"};
+    state_.finish("track", std::move(track));
+  }
+
+  ExitCode conclude() {
     const fs::path page = state_.file("report.html");
     os::write_file_atomically(page, commission_page(state_, rig_.name, console_.unit(rig_.units)));
     const bool is_kept = state_.result("track").at("kept").get<bool>();
@@ -369,8 +352,7 @@ class Commissioning {
   const CommissionCommand& command_;
   Console& console_;
   config::RigConfig rig_;
-  bool moves_machine_;
-  bool is_local_;
+  CommissionSession session_;
   CommissionState state_;
 };
 

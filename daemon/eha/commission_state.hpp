@@ -4,9 +4,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
-
-#include "core/display_unit.hpp"
 
 namespace eha::cli {
 
@@ -39,11 +36,5 @@ class CommissionState {
   std::filesystem::path folder_;
   nlohmann::ordered_json document_;
 };
-
-/// The report of the whole: verdict, steps with links to their runs, valve, excitation, model, promise beside what was
-/// measured, and the controller. @param rig  its name
-/// @throws DataError, IoError, PermissionError  as track::track_result
-[[nodiscard]] std::string commission_page(const CommissionState& state, const std::string& rig,
-                                          const DisplayUnit& unit);
 
 }  // namespace eha::cli

@@ -74,7 +74,7 @@ void Console::debug(std::string_view text) const {
 }
 
 void Console::print(std::string_view text) const {
-  if (options_.json) return;
+  if (options_.json || hides_results_) return;
   write_out(terminal_text(text));
   if (text.empty() || text.back() != '\n') write_out("\n");
 }
@@ -167,9 +167,12 @@ bool Console::confirm(std::string_view question) const {
   if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1) {
     throw UsageError(fmt::format("{} There is no terminal to ask on: add --yes to confirm", question));
   }
-  std::cerr << terminal_text(question) << " Type yes to go on: " << std::flush;
   std::string answer;
-  std::getline(std::cin, answer);
+  do {
+    std::cerr << terminal_text(question) << " Type yes to go on: " << std::flush;
+    std::getline(std::cin, answer);
+    if (answer == "y") std::cerr << "The whole word, please.\n";
+  } while (answer == "y");
   return answer == "yes";
 }
 

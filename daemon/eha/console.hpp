@@ -63,6 +63,9 @@ class Console {
   void keep_documents() { kept_.emplace(nlohmann::ordered_json::array()); }
   [[nodiscard]] nlohmann::ordered_json taken_documents();
 
+  /// While set, print() prints nothing: for a command whose results another one sums up.
+  void hide_results(bool hidden) noexcept { hides_results_ = hidden; }
+
   /// Shows where a run is: on a terminal one line that the next call replaces, cut to its width; elsewhere a message
   /// every 30 s, the first after 30 s. end_progress() removes it.
   void show_run(std::string_view line);
@@ -84,6 +87,7 @@ class Console {
  private:
   ConsoleOptions options_;
   bool bar_wanted_ = false;
+  bool hides_results_ = false;
   std::ptrdiff_t drawn_lines_ = 0;                                 ///< that redraw() replaces
   mutable std::optional<nlohmann::ordered_json> kept_;             ///< documents; none: they are printed at once
   std::optional<std::chrono::steady_clock::time_point> run_said_;  ///< when show_run() last said something

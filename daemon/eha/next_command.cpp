@@ -75,8 +75,6 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
 
 namespace {
 
-constexpr double kValveAgrees_V = 0.03;
-
 /// Whether a model's valve is that of a sheet; true where the model has none.
 bool is_of_one_valve(const std::optional<ident::ValveMap>& map, const fs::path& sheet_run) {
   if (!map) return true;
@@ -85,7 +83,8 @@ bool is_of_one_valve(const std::optional<ident::ValveMap>& map, const fs::path& 
     const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
     return sheet.contains(place) && sheet.at(place).is_number() ? std::abs(sheet.at(place).get<double>() - value) : 0.0;
   };
-  return off_V("null_V", map->null) <= kValveAgrees_V && off_V("dead_band_V", map->dead_band) <= kValveAgrees_V;
+  return off_V("null_V", map->null) <= config::kSameValve_V &&
+         off_V("dead_band_V", map->dead_band) <= config::same_dead_band_V(map->dead_band);
 }
 
 /// The valve of a run's recommended model; none where it recommends none, or one without a map.
@@ -136,8 +135,8 @@ void warn_of_changed_valve(const fs::path& folder, const Console& console) {
   constexpr double kStds = 2.0;
   const double null_off_V = std::abs(map->null - known.null_V);
   const double band_off_V = std::abs(map->dead_band - known.dead_band_V);
-  if (null_off_V <= kValveAgrees_V + kStds * uncertainty.null_V &&
-      band_off_V <= kValveAgrees_V + kStds * uncertainty.dead_band_V) {
+  if (null_off_V <= config::kSameValve_V + kStds * uncertainty.null_V &&
+      band_off_V <= config::same_dead_band_V(known.dead_band_V) + kStds * uncertainty.dead_band_V) {
     return;
   }
   console.warning(

@@ -65,10 +65,7 @@ record::Purpose purpose_of(const std::string& folder, const Console& console) {
 }
 
 /// Whether the following runs may start: this one completed, with or without an accepted model.
-bool has_completed(const Json& entry) {
-  const auto outcome = value_in(acquisition::kOutcomes, entry.value("outcome", ""));
-  return outcome && acquisition::is_whole(*outcome);
-}
+bool has_completed(const Json& entry) { return acquisition::is_whole(entry.value("outcome", "")); }
 
 /// @param rig  as the service's status has it
 ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, const Console& console) {

@@ -110,15 +110,18 @@ std::string reasons_by_model(const std::vector<Model>& models) {
   return text;
 }
 
-std::string recommended_text(const Model& model, const ident::Recommendation& recommendation) {
+std::string what_it_is(const Model& model) {
   std::string text = line("recommended", fmt::format("{} ({})", model.name, grade_text(model)));
   text += line("equation", equation(model, 1.0, model.output_unit));
   if (const std::string form = ident::engineering_form(model); !form.empty()) text += line("in figures", form);
   text += line(has_unseen(model) ? "on unseen data" : "on its own data", fit_text(model));
   if (const auto error = largest_error(model))
     text += line("largest error", fmt::format("{:.3g} {}", *error, model.output_unit));
-  text += line("usable band", band_text(model));
-  text += line("chosen as", recommendation.reason);
+  return text + line("usable band", band_text(model));
+}
+
+std::string why_it_is_recommended(const Model& model, const ident::Recommendation& recommendation) {
+  std::string text = line("chosen as", recommendation.reason);
   if (recommendation.validation_chose) {
     text += line("", "The validation part took part in the choice: confirm it on another record.");
   }
@@ -223,6 +226,14 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   return true;
 }
 
+std::string answer_text(const Answer& given, const DisplayUnit& unit) {
+  const Answer answer = shown_answer(given, unit);
+  for (const Model& model : answer.models) {
+    if (model.name == answer.recommendation.model) return what_it_is(model);
+  }
+  return {};
+}
+
 std::string short_report(const Answer& given, const DisplayUnit& unit) {
   if (given.models.empty() && given.paper.empty()) return {};
   const Answer answer = shown_answer(given, unit);
@@ -231,7 +242,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   const auto chosen = std::find_if(answer.models.begin(), answer.models.end(),
                                    [&](const Model& model) { return model.name == recommendation.model; });
   if (chosen != answer.models.end()) {
-    text += recommended_text(*chosen, recommendation);
+    text += what_it_is(*chosen) + why_it_is_recommended(*chosen, recommendation);
   } else {
     text += line("recommended", "none");
     if (!recommendation.reason.empty()) text += line("because", recommendation.reason);

@@ -30,6 +30,9 @@ struct Answer {
 /// its usable band, its verdict and the reasons; then one line a model. Empty without models.
 [[nodiscard]] std::string short_report(const Answer& answer, const DisplayUnit& unit);
 
+/// Of that the first lines: the recommended model without reasons. Empty where none is recommended.
+[[nodiscard]] std::string answer_text(const Answer& answer, const DisplayUnit& unit);
+
 /// Prints the short report of a run and its files; where it cannot be read, the reason as a warning and the list of
 /// models in the manifest. @returns whether the run has models
 bool print_answer(const std::filesystem::path& folder, const record::Manifest& manifest, const Console& console);

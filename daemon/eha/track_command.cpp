@@ -96,9 +96,10 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
     trial.figures.push_back(
         {f.name, f.measured, f.unit, track::kept_text(f), f.noise, f.limit(), f.bound == track::Bound::least});
   }
-  trial.changes = result.changes;
+  trial.changes = track::changes_of(result, unit);
   subject.unit = unit;
   trial.trace = trace_of(result);
+  trial.sweep_s = result.sweep_s;
   return tune::controller_page(subject);
 }
 
@@ -109,7 +110,7 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
     console.info(changes.empty()
                      ? "the promise is not kept"
                      : "the promise is not kept: the valve is not the one that the controller was made for; "
-                       "eha characterise, then eha tune");
+                       "eha characterise, then eha tune; or all of it: eha commission RIG -o NEW_FOLDER");
   } catch (const Error& error) {  // nothing was recorded
     console.debug(error.what());
   }

@@ -10,14 +10,10 @@
 namespace eha::service {
 namespace {
 
-using acquisition::Outcome;
 using acquisition::State;
 
 constexpr std::array kMetricStates{State::faulted, State::idle,     State::armed,    State::ramp_in,
                                    State::running, State::ramp_out, State::safe_stop};
-constexpr std::array<Outcome, Totals::kOutcomes> kAllOutcomes{
-    Outcome::completed, Outcome::precise_enough, Outcome::interrupted, Outcome::faulted,
-    Outcome::deadline,  Outcome::write_failed,   Outcome::recovered};
 
 class Text {
  public:
@@ -67,9 +63,8 @@ std::string metrics_text(const Totals& totals, const MetricsFacts& facts) {
   text.one("ehad_latency_max_seconds", "gauge", "Greatest lateness of a tick since the service started.",
            static_cast<double>(now.latency_max_ns) * 1e-9);
   text.begin("ehad_runs_total", "counter", "Runs since the service started, by how they ended.");
-  for (const Outcome outcome : kAllOutcomes) {
-    text.line(fmt::format("ehad_runs_total{{outcome=\"{}\"}}", acquisition::to_text(outcome)),
-              now.runs[static_cast<std::size_t>(outcome)]);
+  for (const auto& [name, outcome] : acquisition::kOutcomes) {
+    text.line(fmt::format("ehad_runs_total{{outcome=\"{}\"}}", name), now.runs[static_cast<std::size_t>(outcome)]);
   }
   text.one("ehad_queue_length", "gauge", "Experiments that wait, held ones included.", facts.waiting);
   text.one("ehad_queue_held", "gauge", "Experiments that wait for their release.", facts.held);

@@ -14,14 +14,12 @@ namespace eha::service {
 
 /// Sums over the runs since the service started.
 struct Totals {
-  static constexpr std::size_t kOutcomes = 7;  ///< of acquisition::Outcome
-
   std::uint64_t ticks = 0;
   std::uint64_t late = 0;
   std::uint64_t skipped = 0;
   std::uint64_t dropped = 0;
   std::int64_t latency_max_ns = 0;
-  std::array<std::uint64_t, kOutcomes> runs{};
+  std::array<std::uint64_t, acquisition::kOutcomes.size()> runs{};  ///< by acquisition::Outcome
   std::uint64_t worker_failures = 0;
 
   void add(const acquisition::RunReport& report);

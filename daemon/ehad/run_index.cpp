@@ -64,8 +64,7 @@ std::string line_of(const std::string& name, const IndexedRun& run) {
 }  // namespace
 
 bool IndexedRun::is_incident() const {
-  return outcome != "completed" && outcome != acquisition::to_text(acquisition::Outcome::precise_enough) &&
-         outcome != record::kInProgress && outcome != kUnreadable;
+  return !acquisition::is_whole(outcome) && outcome != record::kInProgress && outcome != kUnreadable;
 }
 
 bool IndexedRun::may_go() const {

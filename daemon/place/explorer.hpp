@@ -10,6 +10,9 @@
 
 namespace eha::place {
 
+/// In travel where the rod has not been [in/s].
+inline constexpr double kExploring_in_per_s = 0.028;
+
 /// Travel where the rod has been, as the sensor shows it, and the middle of the valve's dead band.
 struct Explored {
   double lowest_in = 0.0;

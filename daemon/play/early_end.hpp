@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -29,6 +30,9 @@ class EarlyEnd {
   [[nodiscard]] bool is_reached() const noexcept { return is_reached_.load(std::memory_order_acquire); }
   /// Repetitions on which it has been judged; the greatest int when nothing more is judged.
   [[nodiscard]] int judged() const noexcept { return judged_.load(std::memory_order_acquire); }
+
+  /// Nothing more is judged: every repetition is played.
+  void give_up() noexcept { judged_.store(std::numeric_limits<int>::max(), std::memory_order_release); }
 
  protected:
   std::atomic<bool> is_reached_{false};

@@ -136,7 +136,9 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   });
   while (loop.wait_for(kProgressInterval) != std::future_status::ready) {
     display.show();
-    if (request.early_end != nullptr) {
+    if (request.early_end != nullptr && queue->writer_failed()) {
+      request.early_end->give_up();  // no further row comes
+    } else if (request.early_end != nullptr) {
       request.early_end->note(static_cast<int>(run.watch.journal_rows.load() / request.table_V.size()));
     }
     if (writer.hangs()) queue->report_writer_failure();

@@ -29,7 +29,10 @@ std::filesystem::path program(const char* name) {
 
 }  // namespace
 
-double gain_percent(const std::filesystem::path& model_file) {
+double gain_percent(const std::filesystem::path& run) {
+  const std::filesystem::path model_file = run / kPrecisionFolder / kModelFile;
+  std::error_code ignored;
+  if (!std::filesystem::exists(model_file, ignored)) return std::numeric_limits<double>::infinity();
   const ident::Model model = ident::model_from_text(os::read_file(model_file), model_file.string());
   for (const ident::ParameterEstimate& parameter : model.parameters) {
     if (parameter.name != "K") continue;
@@ -56,19 +59,20 @@ void PrecisionWatch::note(int repetitions) {
       const std::optional<worker::WorkerEnd> end = process_->poll();
       if (!end) return;
       process_.reset();
-      conclude(*end);
+      conclude(end->text);
     }
     if (!is_reached() && repetitions > judged()) start(repetitions);
   } catch (const std::exception& error) {
     process_.reset();
     say_(
         fmt::format("the precision of the rows so far is not known, and every repetition is played: {}", error.what()));
-    judged_.store(std::numeric_limits<int>::max(), std::memory_order_release);
+    give_up();
   }
 }
 
 void PrecisionWatch::start(int repetitions) {
   fitted_repetitions_ = repetitions;
+  std::filesystem::remove(run_ / kPrecisionFolder / kModelFile);  // of fewer repetitions
   // Half a row before the repetition's end: the row at it belongs to the next one.
   const double to_s = repetition_s_ * repetitions - 0.5 * row_s_;
   worker::WorkerLimits limits;
@@ -82,18 +86,14 @@ void PrecisionWatch::start(int repetitions) {
       limits);
 }
 
-void PrecisionWatch::conclude(const worker::WorkerEnd& end) {
-  const std::filesystem::path file = run_ / kPrecisionFolder / kModelFile;
-  std::error_code ignored;
-  const bool is_fitted = end.exit_code && *end.exit_code <= static_cast<int>(ExitCode::not_converged) &&
-                         std::filesystem::exists(file, ignored);
-  const double percent = is_fitted ? gain_percent(file) : std::numeric_limits<double>::infinity();
+void PrecisionWatch::conclude(const std::string& message) {
+  const double percent = gain_percent(run_);
   const std::string after =
       fmt::format("after {} repetition{}", fitted_repetitions_, fitted_repetitions_ == 1 ? "" : "s");
   if (std::isfinite(percent)) {
     say_(fmt::format("{} the gain is known to +-{:.2g} %, {:.2g} % are wanted", after, percent, wanted_percent_));
   } else {
-    say_(fmt::format("{} the gain is not known yet{}", after, end.text.empty() ? "" : ": " + end.text));
+    say_(fmt::format("{} the gain is not known yet{}", after, message.empty() ? "" : ": " + message));
   }
   if (percent <= wanted_percent_) is_reached_.store(true, std::memory_order_release);
   judged_.store(fitted_repetitions_, std::memory_order_release);

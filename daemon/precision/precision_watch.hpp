@@ -17,9 +17,10 @@ namespace eha::precision {
 /// Folder within a run for the model of the rows so far.
 inline constexpr const char* kPrecisionFolder = "precision";
 
-/// Half of the 95 % interval of K in a model file, of its value [%]; infinite where the model has none.
-/// @throws ConfigError, IoError, PermissionError  as ident::model_from_text, os::read_file
-[[nodiscard]] double gain_percent(const std::filesystem::path& model_file);
+/// Half of the 95 % interval of K in the model of a run's rows so far, of its value [%]; infinite where the run has no
+/// such model, or it has no interval. @throws ConfigError, IoError, PermissionError  as ident::model_from_text,
+/// os::read_file
+[[nodiscard]] double gain_percent(const std::filesystem::path& run);
 
 /// Fits integrator_lag behind the valve's map to the repetitions so far, in a process of its own at the lowest priority
 /// and off the loop's CPU, and is reached when its gain is known as well as [precision] wants. A fit that fails counts
@@ -38,7 +39,8 @@ class PrecisionWatch final : public play::EarlyEnd {
   void note(int repetitions) override;
 
  private:
-  void conclude(const worker::WorkerEnd& end);
+  /// @param message  of the fit's process
+  void conclude(const std::string& message);
   void start(int repetitions);
 
   double wanted_percent_;

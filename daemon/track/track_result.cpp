@@ -12,6 +12,7 @@
 
 #include "config/experiment_config.hpp"
 #include "config/rig_config.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -50,7 +51,6 @@ std::vector<double> means(const std::vector<double>& values, std::size_t width) 
 
 constexpr double kSpeed_s = 0.1;  // over which speeds are differences
 constexpr double kMoving_in_per_s = 0.03;
-constexpr double kChange_V = 0.03;     // of null or dead band
 constexpr double kChangeShare = 0.07;  // of a gain
 constexpr const char* kGainUnit = "in/(V s)";
 
@@ -82,7 +82,7 @@ SeenValve valve_of(const TrackRows& rows, const std::vector<double>& rod, double
 std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseMap& map, const DisplayUnit& unit) {
   std::vector<std::string> changes;
   const auto volts = [&](const char* name, double was, double is) {
-    if (std::abs(is - was) > kChange_V)
+    if (std::abs(is - was) > config::kSameValve_V)
       changes.push_back(fmt::format("{} {:.3f} V instead of {:.3f} V", name, is, was));
   };
   const auto gain = [&](const char* name, double was, double is) {
@@ -100,13 +100,17 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
   return changes;
 }
 
-/// Margins from the sweep's ways, whose rows begin at `first`, in the direction that has less of them.
-std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, const ident::TrialMotion& motion,
-                                                 const ident::MarginSweep& sweep, const ident::AxisSettings& settings,
-                                                 bool& is_retracting) {
+/// The first row of the sweep; behind the last where there is none.
+std::size_t sweep_begin(const TrackRows& rows, const ident::TrialMotion& motion) {
   std::size_t first = 0;
   while (first < rows.rod_in.size() && motion.part(first + 1) != ident::TrialMotion::Part::sweep) ++first;
-  if (first + sweep.rows() > rows.rod_in.size()) return std::nullopt;
+  return first;
+}
+
+/// Margins from the sweep's ways, whose rows begin at `first`, in the direction that has less of them.
+std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, std::size_t first,
+                                                 const ident::MarginSweep& sweep, const ident::AxisSettings& settings,
+                                                 bool& is_retracting) {
   std::vector<double> injected;
   for (std::size_t i = 0; i < sweep.rows(); ++i) injected.push_back(sweep.injected(i));
   std::optional<ident::MeasuredMargins> least;
@@ -247,11 +251,17 @@ TrackResult track_result(const std::filesystem::path& folder) {
                     {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
   if (is_own) result.figures.resize(2);
   if (experiment.track->plan.sweep && !is_own) {
-    result.margins = margins_of(rows, motion, *experiment.track->plan.sweep, c.settings, result.margins_retracting);
+    const ident::MarginSweep& sweep = *experiment.track->plan.sweep;
+    const std::size_t first = sweep_begin(rows, motion);
+    if (first + sweep.rows() <= rows.time_s.size()) {
+      result.sweep_s = {rows.time_s[first], rows.time_s[first + sweep.rows() - 1]};
+      result.margins = margins_of(rows, first, sweep, c.settings, result.margins_retracting);
+    }
   }
   if (result.margins) {
     const ident::MeasuredMargins& m = *result.margins;
     result.figures.push_back(margin_figure("Ms", "", m.margins.ms, m.ms_std, p.ms, Bound::most));
+    result.figures.push_back(margin_figure("Mt", "", m.margins.mt, m.mt_std, p.mt, Bound::most));
     result.figures.push_back(
         margin_figure("phase margin", "deg", m.margins.phase_deg, m.phase_std_deg, p.phase_margin_deg, Bound::least));
     result.figures.push_back(
@@ -262,8 +272,12 @@ TrackResult track_result(const std::filesystem::path& folder) {
   result.mean_rod_in = rod;
   // Set points of one's own need not have the speeds that tell a valve.
   result.shows_valve = !is_own;
-  if (result.shows_valve) result.changes = changes_of(result.valve, c.settings.inverse, DisplayUnit("in"));
   return result;
+}
+
+std::vector<std::string> changes_of(const TrackResult& result, const DisplayUnit& unit) {
+  if (!result.shows_valve) return {};
+  return changes_of(result.valve, result.controller.settings.inverse, unit);
 }
 
 std::string kept_text(const KeptFigure& figure) {
@@ -298,9 +312,7 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
         unit.factor("in/s") * result.controller.settings.reference.velocity, unit.of("in/s"),
         unit.factor("in/s^2") * result.controller.settings.reference.acceleration, unit.of("in/s^2"));
   }
-  std::vector<std::string> changes;
-  if (result.shows_valve) changes = changes_of(result.valve, result.controller.settings.inverse, unit);
-  for (const std::string& change : changes) text += fmt::format("The moving rod shows: {}.\n", change);
+  for (const std::string& change : changes_of(result, unit)) text += fmt::format("The moving rod shows: {}.\n", change);
   const std::string summary = kept_text(result);
   text += result.is_kept() ? fmt::format("{}: nothing breaks the promise; {}.\n", result.controller.name, summary)
                            : fmt::format(
@@ -319,8 +331,13 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
         is_retracting ? "retracting" : "extending", factor * gain * share.value, factor * gain * share.half_width,
         unit.of(kGainUnit), 1e3 * result.margins->lag_s.value, 1e3 * result.margins->lag_s.half_width);
   }
-  return text + (result.margins ? "Margins: of the open loop, from the sweep, in the direction that has less of them.\n"
-                                : "Margins (Ms, Mt, phase, gain, delay) are not measured by this trial.\n");
+  if (!result.margins) return text + "Margins (Ms, Mt, phase, gain, delay) are not measured by this trial.\n";
+  const double ms = result.margins->margins.ms;
+  return text +
+         fmt::format(
+             "Margins: of the open loop, from the sweep, in the direction that has less of them. The gain margin "
+             "is at least Ms / (Ms - 1) = {:.3g}.\n",
+             ms / (ms - 1.0));
 }
 
 nlohmann::ordered_json to_json(const TrackResult& result) {
@@ -349,7 +366,7 @@ nlohmann::ordered_json to_json(const TrackResult& result) {
             {"gain_positive_in_per_V_s", result.valve.gain_positive_in_per_V_s},
             {"gain_negative_in_per_V_s", result.valve.gain_negative_in_per_V_s}}},
           {"sweep", sweep_json(result)},
-          {"changes", result.changes}};
+          {"changes", changes_of(result, DisplayUnit("in"))}};
 }
 
 void write_track(const TrackResult& result) {

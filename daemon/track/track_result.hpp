@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/controller_config.hpp"
@@ -69,11 +70,11 @@ struct TrackResult {
   std::vector<double> mean_rod_in;        ///< the same
   double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from set points of one's own
   SeenValve valve;
-  bool margins_retracting = false;                     ///< direction of `margins`
-  std::optional<ident::MeasuredMargins> margins = {};  ///< none: the trial has no sweep, or the loop was not steady
-  bool shows_valve = true;                             ///< the trial has the speeds that tell it
-  std::vector<std::string> changes;                    ///< of the valve against the controller's, a phrase each
-  [[nodiscard]] bool is_kept() const noexcept;         ///< no figure is broken
+  std::optional<std::pair<double, double>> sweep_s = {};  ///< of the rows: from, to; none without a sweep
+  bool margins_retracting = false;                        ///< direction of `margins`
+  std::optional<ident::MeasuredMargins> margins = {};     ///< none: the trial has no sweep, or the loop was not steady
+  bool shows_valve = true;                                ///< the trial has the speeds that tell it
+  [[nodiscard]] bool is_kept() const noexcept;            ///< no figure is broken
 };
 
 /// Computes the figures of a completed run of [track]. Errors are means over 50 ms, because a reading's noise is no
@@ -82,8 +83,11 @@ struct TrackResult {
 /// @throws IoError, PermissionError  as record::read_run
 [[nodiscard]] TrackResult track_result(const std::filesystem::path& folder);
 
-/// What the moving rod of a trial that ended early shows of the valve against the controller's, a phrase each; nothing
-/// where it moved too little. @throws DataError, IoError, PermissionError  as track_result()
+/// What the moving rod shows of the valve against the controller's, a phrase each.
+[[nodiscard]] std::vector<std::string> changes_of(const TrackResult& result, const DisplayUnit& unit);
+
+/// The same of a trial that ended early; nothing where the rod moved too little.
+/// @throws DataError, IoError, PermissionError  as track_result()
 [[nodiscard]] std::vector<std::string> changes_until_fault(const std::filesystem::path& folder,
                                                            const DisplayUnit& unit);
 

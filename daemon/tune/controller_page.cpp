@@ -28,7 +28,7 @@ std::vector<double> thinned(const std::vector<double>& values, std::size_t every
 }
 
 report::Item motion(const ControllerSubject& subject) {
-  report::Item item{.heading = "Step, trapezoids, sine and hold on the twin"};
+  report::Item item{.heading = "Step, trapezoids, sine and hold on the twin, without the sweep"};
   item.figure = motion_figure(*subject.trace, item.heading, subject.unit);
   const config::ControllerPromise& p = subject.controller.promise;
   const double factor = subject.unit.factor("in");
@@ -302,10 +302,14 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
                                    report::list(changes)});
   report::Item item{.heading = "The trial on the rig"};
   item.figure = motion_figure(trial.trace, item.heading, unit);
-  item.remark.seen =
-      "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod. The fast tones "
-      "after the "
-      "trapezoids are the sweep that measures the margins; what the rod does in it is no following error.";
+  item.remark.seen = "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod.";
+  if (trial.sweep_s) {
+    for (plot::Panel& panel : item.figure->panels) {
+      panel.shades.push_back({.from = trial.sweep_s->first, .to = trial.sweep_s->second});
+    }
+    item.remark.seen +=
+        " Grey: the sweep that measures the margins by tones; what the rod does in it is no following error.";
+  }
   item.remark.good = "Outside of the sweep the error is as in the table.";
   item.remark.to_do = "A larger error: measure the valve again (eha characterise), then eha tune.";
   section.items.push_back(std::move(item));

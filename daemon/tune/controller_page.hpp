@@ -29,6 +29,7 @@ struct MeasuredTrial {
   std::vector<MeasuredFigure> figures;
   std::vector<std::string> changes;  ///< of the valve, a phrase each
   TrialTrace trace;
+  std::optional<std::pair<double, double>> sweep_s = {};  ///< from, to: the sweep that measures the margins
 };
 
 /// What the page shows beside the file itself.

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "daemon/tune/kind_table.hpp"
 
@@ -25,7 +26,6 @@ constexpr double kBetter = 0.8;        // an error below this share of another's
 constexpr double kFaultOfWorst = 4.0;  // following error that is a fault, over the worst promised
 constexpr double kFaultOfSwings = 2.0;
 constexpr double kFreeSwings = 4.0;
-constexpr double kValveAgrees_V = 0.03;
 constexpr double kSeenTurn = 0.03;  // phase at the crossover that lags too fast for the model take at most [rad]
 
 double median(std::vector<double> values) {
@@ -112,26 +112,10 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                       : "The margin limits the gain: less lag of the valve, a shorter tick or a less uncertain model "
                         "would allow more.");
   if (!task.kind) {
-    const Candidate* own = nullptr;
-    for (const Candidate& c : tuned.candidates) {
-      if (c.kind == d.settings.kind && !c.hunts && (own == nullptr || c.following_rms_in < own->following_rms_in))
-        own = &c;
-    }
     for (const FeedbackKind kind : kinds_of(task, plant)) {
-      if (kind == d.settings.kind || own == nullptr) continue;
-      const Candidate* other = nullptr;
-      for (const Candidate& c : tuned.candidates) {
-        if (c.kind == kind && !c.hunts && (other == nullptr || c.following_rms_in < other->following_rms_in))
-          other = &c;
-      }
-      if (other == nullptr) {
+      if (std::none_of(tuned.candidates.begin(), tuned.candidates.end(),
+                       [&](const Candidate& c) { return c.kind == kind && !c.hunts; })) {
         lines.push_back(fmt::format("{}: no gain keeps the limits without hunting.", name_of(kind)));
-      } else {
-        lines.push_back(
-            fmt::format("In short trials on four drawn rigs {} follows with {:.3g} {} RMS and rests within {:.2g} {}, "
-                        "instead of {:.3g} and {:.2g} {} with {}.",
-                        name_of(kind), factor * other->following_rms_in, in, factor * other->rest_error_in, in,
-                        factor * own->following_rms_in, factor * own->rest_error_in, in, name_of(own->kind)));
       }
     }
   }
@@ -141,8 +125,9 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                     "them. The same record fitted with a smaller --decimate would allow more gain.",
                     plant.compared_step_s, plant.unseen_delay_s));
   }
-  if (plant.replaced && (std::abs(plant.replaced->null - plant.valve.null) > kValveAgrees_V ||
-                         std::abs(plant.replaced->dead_band - plant.valve.dead_band) > kValveAgrees_V)) {
+  if (plant.replaced &&
+      (std::abs(plant.replaced->null - plant.valve.null) > config::kSameValve_V ||
+       std::abs(plant.replaced->dead_band - plant.valve.dead_band) > config::same_dead_band_V(plant.valve.dead_band))) {
     lines.push_back(
         fmt::format("The valve sheet has null {:.3f} V and dead band {:.3f} V, the model {:.3f} and {:.3f} V; "
                     "the sheet applies. Did the valve change between the two?",

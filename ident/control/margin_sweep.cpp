@@ -16,8 +16,9 @@ constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr std::size_t kTones = MarginSweep::kHarmonics.size();
 /// Of the lowest peak among some thousand draws: 1.99 of the amplitude of a tone with weight 1.
 constexpr std::array<double, kTones> kPhases_rad{0.8, 1.46, 5.63, 1.56, 0.11, 5.98};
-constexpr double kLowestTone = 0.4;  // of the crossover
-constexpr double kSwept_s = 45.0;    // of all ways
+constexpr std::array<double, kTones> kWeights{0.6, 1.0, 1.0, 0.7, 0.4, 0.2};  // of the speed
+constexpr double kLowestTone = 0.4;                                           // of the crossover
+constexpr double kSwept_s = 45.0;                                             // of all ways
 constexpr std::size_t kMostWays = 12;
 constexpr std::size_t kLeastWays = 4;
 constexpr double kWaySpeed = 0.6;    // of the fastest reference
@@ -53,11 +54,10 @@ double peak(const MarginSweep& sweep, const std::array<Complex, kTones>& respons
   return most;
 }
 
-/// Rod over injection at each tone, of one way.
-std::array<Complex, kTones> response_of(const MarginSweep& sweep, const SweepWay& way) {
-  const auto rows = static_cast<Eigen::Index>(way.rod.size());
+/// The tones beside a straight line over the measured rows of a way.
+Eigen::HouseholderQR<Eigen::MatrixXd> tones_of(const MarginSweep& sweep) {
+  const auto rows = static_cast<Eigen::Index>(sweep.measured_rows());
   Eigen::MatrixXd a(rows, 2 + 2 * static_cast<Eigen::Index>(kTones));
-  Eigen::MatrixXd b(rows, 2);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const double share = static_cast<double>(i) / static_cast<double>(sweep.period_rows);
     a(i, 0) = 1.0;
@@ -67,10 +67,17 @@ std::array<Complex, kTones> response_of(const MarginSweep& sweep, const SweepWay
       a(i, 2 + 2 * static_cast<Eigen::Index>(k)) = std::cos(angle);
       a(i, 3 + 2 * static_cast<Eigen::Index>(k)) = std::sin(angle);
     }
-    b(i, 0) = way.injected[static_cast<std::size_t>(i)];
-    b(i, 1) = way.rod[static_cast<std::size_t>(i)];
   }
-  const Eigen::MatrixXd x = a.householderQr().solve(b);
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(a);
+}
+
+/// Rod over injection at each tone, of one way.
+std::array<Complex, kTones> response_of(const Eigen::HouseholderQR<Eigen::MatrixXd>& tones, const SweepWay& way) {
+  const auto rows = static_cast<Eigen::Index>(way.rod.size());
+  Eigen::MatrixXd b(rows, 2);
+  b.col(0) = Eigen::Map<const Eigen::VectorXd>(way.injected.data(), rows);
+  b.col(1) = Eigen::Map<const Eigen::VectorXd>(way.rod.data(), rows);
+  const Eigen::MatrixXd x = tones.solve(b);
   std::array<Complex, kTones> h;
   for (std::size_t k = 0; k < kTones; ++k) {
     const auto row = 2 + 2 * static_cast<Eigen::Index>(k);
@@ -117,11 +124,10 @@ Eigen::Vector4d smooth_through(const MarginSweep& sweep, const AxisCoefficients&
   return a.colPivHouseholderQr().solve(b);
 }
 
-LoopMargins margins_of(const MarginSweep& sweep, const AxisCoefficients& c, const std::vector<double>& w,
-                       const std::vector<Complex>& loop) {
+/// Margins of the smooth loop `s`.
+LoopMargins margins_of(const AxisCoefficients& c, const std::vector<double>& w, const Eigen::Vector4d& s) {
   constexpr int kPoints = 200;
   const double unit = 1.0 / w.back();
-  const Eigen::Vector4d s = smooth_through(sweep, c, w, loop);
   const std::vector<double> grid = log_grid(w.front(), w.back(), kPoints);
   std::vector<Complex> smooth;
   for (const double at : grid) {
@@ -185,7 +191,7 @@ MarginSweep margin_sweep(const AxisSettings& settings, double most_way, double m
     speed[k] = feedback / (1.0 + feedback * g);
     slew[k] = steepest * Complex(0.0, w) * speed[k];
     rod[k] = g * speed[k];
-    sweep.amplitude[k] = MarginSweep::kWeights[k] / std::abs(speed[k]);
+    sweep.amplitude[k] = kWeights[k] / std::abs(speed[k]);
     sweep.phase_rad[k] = kPhases_rad[k] - std::arg(speed[k]);
   }
   const double scale = std::min({kSweptSpeed * sweep.speed / peak(sweep, speed),
@@ -202,36 +208,38 @@ MeasuredMargins measured_margins(const MarginSweep& sweep, const AxisSettings& s
     measured.w_rad_s.push_back(sweep.fundamental_rad_s() * harmonic);
   }
   std::vector<std::array<Complex, kTones>> responses;
-  for (const SweepWay& way : ways) responses.push_back(response_of(sweep, way));
+  const Eigen::HouseholderQR<Eigen::MatrixXd> tones = tones_of(sweep);
+  for (const SweepWay& way : ways) responses.push_back(response_of(tones, way));
   measured.open_loop = loop_of(responses, responses.size());
-  measured.margins = margins_of(sweep, c, measured.w_rad_s, measured.open_loop);
+  const Eigen::Vector4d whole = smooth_through(sweep, c, measured.w_rad_s, measured.open_loop);
+  measured.margins = margins_of(c, measured.w_rad_s, whole);
   std::vector<double> gains;
   std::vector<double> lags_s;
   const auto count = static_cast<double>(responses.size());
-  const Eigen::Vector4d whole = smooth_through(sweep, c, measured.w_rad_s, measured.open_loop);
+  double phase = 0.0;
+  double ms = 0.0;
+  double mt = 0.0;
+  double delay = 0.0;
   for (std::size_t i = 0; i < responses.size(); ++i) {
     // Pseudo-values of the jackknife: the logarithm's bias is not in their mean.
     const Eigen::Vector4d without = smooth_through(sweep, c, measured.w_rad_s, loop_of(responses, i));
     const Eigen::Vector4d s = count * whole - (count - 1.0) * without;
     gains.push_back(s[0]);
     lags_s.push_back(settings.feed_forward.acceleration_s - s[2] / measured.w_rad_s.back());
+    const LoopMargins margins = margins_of(c, measured.w_rad_s, without);
+    phase += std::pow(margins.phase_deg - measured.margins.phase_deg, 2);
+    ms += std::pow(margins.ms - measured.margins.ms, 2);
+    mt += std::pow(margins.mt - measured.margins.mt, 2);
+    delay += std::pow(margins.delay_s - measured.margins.delay_s, 2);
   }
   measured.gain_share = mean_of(gains);
   measured.gain_share.value = std::exp(measured.gain_share.value);
   measured.gain_share.half_width *= measured.gain_share.value;
   measured.lag_s = mean_of(lags_s);
-  double phase = 0.0;
-  double ms = 0.0;
-  double delay = 0.0;
-  for (std::size_t i = 0; i < responses.size(); ++i) {
-    const LoopMargins without = margins_of(sweep, c, measured.w_rad_s, loop_of(responses, i));
-    phase += std::pow(without.phase_deg - measured.margins.phase_deg, 2);
-    ms += std::pow(without.ms - measured.margins.ms, 2);
-    delay += std::pow(without.delay_s - measured.margins.delay_s, 2);
-  }
   const double factor = (count - 1.0) / count;
   measured.phase_std_deg = std::sqrt(factor * phase);
   measured.ms_std = std::sqrt(factor * ms);
+  measured.mt_std = std::sqrt(factor * mt);
   measured.delay_std_s = std::sqrt(factor * delay);
   return measured;
 }

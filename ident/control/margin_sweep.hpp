@@ -12,7 +12,7 @@
 
 namespace eha::ident {
 
-/// Tones that are added to the reading of a controller while the rod moves steadily, forth and back: the valve stays
+/// Tones that are taken from the reading of a controller while the rod moves steadily, forth and back: the valve stays
 /// open on one side, so that neither dead band nor friction's turn is in what is measured. One fundamental, some of its
 /// harmonics about the loop's crossover.
 struct MarginSweep {
@@ -22,9 +22,7 @@ struct MarginSweep {
   std::size_t period_rows = 0;  ///< of the fundamental
   std::size_t lead_rows = 0;    ///< of a way, before the periods that are measured
   std::size_t ways = 0;         ///< even
-  static constexpr std::array<double, kHarmonics.size()> kWeights{0.6, 1.0, 1.0, 0.7, 0.4, 0.2};  ///< of the speed
-
-  double speed = 0.0;  ///< of the rod between the tones [in/s]
+  double speed = 0.0;           ///< of the rod between the tones [in/s]
   double tick_s = 0.0;
   std::array<double, kHarmonics.size()> amplitude{};  ///< [in]
   std::array<double, kHarmonics.size()> phase_rad{};
@@ -33,7 +31,7 @@ struct MarginSweep {
   [[nodiscard]] std::size_t way_rows() const noexcept { return lead_rows + measured_rows(); }
   [[nodiscard]] std::size_t measured_rows() const noexcept { return kPeriods * period_rows; }
   [[nodiscard]] double way() const noexcept { return speed * tick_s * static_cast<double>(way_rows()); }  ///< [in]
-  /// Added to the error, i.e. taken from the reading [in]. Real-time safe.
+  /// What is taken from the reading, and so added to the error [in]. Real-time safe.
   [[nodiscard]] double injected(std::size_t row) const noexcept;
   [[nodiscard]] double fundamental_rad_s() const noexcept;
 };
@@ -57,9 +55,12 @@ struct SweptValue {
 
 /// Margins of a loop as it was measured, with standard errors from the scatter of the ways (jackknife).
 struct MeasuredMargins {
+  /// ms and mt: the greatest from the lowest tone to the highest. The gain margin lies where the tones are weak, and is
+  /// known to some 30 % only; ms / (ms - 1) bounds it from below.
   LoopMargins margins;
   double phase_std_deg = 0.0;
   double ms_std = 0.0;
+  double mt_std = 0.0;
   double delay_std_s = 0.0;
   /// Of the plant, with the injection as the instrument, which no noise of the loop is in: gain over that of the
   /// settings' inverse, and lag with all delays from command to reading [s]. Student's t over the ways.

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -120,6 +122,32 @@ TEST_F(Commission, GoesOnWithTheStepThatIsMissing) {
   EXPECT_TRUE(state().at("steps").contains("track"));
 }
 
+TEST(CommissionStopped, FitsARecordThatIsWholeInsteadOfPlayingItAgain) {
+  const TemporaryFolder folder;
+  folder.write("rig.toml", unknown_rig());
+  const auto is_recorded = [&] {
+    std::error_code not_yet;
+    for (const auto& run : std::filesystem::directory_iterator(folder.path() / "runs", not_yet)) {
+      const std::filesystem::path manifest = run.path() / "run.json";
+      // Until some moments later a signal still stops the run, which is over, and not the fit.
+      if (exists(manifest) && json_of(manifest).at("outcome") == "precise_enough" &&
+          std::filesystem::file_time_type::clock::now() - last_write_time(manifest) > std::chrono::milliseconds(300)) {
+        return true;
+      }
+    }
+    return false;
+  };
+  const Ended first = interrupt_eha({"commission", "rig.toml", "--yes", "--fast", "--precision", "4"}, folder.path(),
+                                    is_recorded, SIGINT);
+  EXPECT_EQ(first.code, 128 + SIGINT) << first.err;
+  EXPECT_THAT(first.err, HasSubstr("to go on with this step: eha commission rig.toml --precision 4 --fast --yes"));
+  const Ended second = run_eha({"commission", "rig.toml", "--yes", "--fast", "--precision", "4"}, folder.path());
+  EXPECT_EQ(second.code, 0) << second.err;
+  int records = 0;
+  for (const json& run : manifests_of(folder.path() / "runs")) records += run.at("name") == "band" ? 1 : 0;
+  EXPECT_EQ(records, 1);
+}
+
 TEST_F(Commission, RefusesARigFileThatHasChangedSinceItBegan) {
   ASSERT_EQ(ended_->code, 0) << ended_->err;
   const std::string rig = content_of(file("rig.toml"));
@@ -128,6 +156,7 @@ TEST_F(Commission, RefusesARigFileThatHasChangedSinceItBegan) {
   folder_->write("rig.toml", rig);
   EXPECT_EQ(again.code, 2);
   EXPECT_THAT(again.err, HasSubstr("has changed since"));
+  EXPECT_THAT(again.err, HasSubstr("eha commission rig.toml -o commission-2 --fast --yes"));
 }
 
 TEST(CommissionQuestions, AskOnATerminalOnly) {

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -74,13 +73,8 @@ TEST_F(EarlyEnds, WaitInVirtualTimeForTheVerdictOfTheRepetitionBefore) {
 }
 
 TEST_F(EarlyEnds, PlayToTheEndInVirtualTimeWhenNothingIsJudgedAnyMore) {
-  class NoJudge final : public EarlyEnd {
-   public:
-    void note(int) override { judged_ = std::numeric_limits<int>::max(); }
-  } none;
-  none.note(0);
-  EarlyEndSource played(std::make_unique<acquisition::TableSource>(volts, 4), none,
-                        acquisition::TimeBase::virtual_time);
+  EarlyEndSource played = source(acquisition::TimeBase::virtual_time);
+  judge.give_up();
   EXPECT_EQ(rows_played(played), 20U);
 }
 

@@ -182,6 +182,21 @@ TEST_F(Play, RampsOutAndFailsWhenTheJournalCanGrowNoFurtherAndKeepsWhatItHolds) 
   EXPECT_EQ(read_ticks(folder).size(), recovery.rows);
 }
 
+TEST_F(Play, EndsInVirtualTimeWhenTheRowsThatAreToBeJudgedCannotBeWritten) {
+  class NeverJudges final : public EarlyEnd {
+    void note(int) override {}
+  } judge;
+  set_duration(2.0);
+  experiment_.repetitions = 10;
+  PlayRequest judged = request();
+  judged.early_end = &judge;
+  const auto rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), rig_config_.limits.safe_V);
+  acquisition::StateMachine machine;
+  ASSERT_TRUE(machine.reset() && machine.arm());
+  const FileSizeLimit limit(100'000);
+  EXPECT_EQ(play::play(*rig, machine, judged, stop_).report.outcome, Outcome::write_failed);
+}
+
 /// A disk of 20 MB, for root only.
 class SmallDisk {
  public:

@@ -108,7 +108,7 @@ TEST_F(Track, KeepsItsPromiseOnItsRig) {
   ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
   const TrackResult result = track_result(run.folder);
   EXPECT_TRUE(result.is_kept()) << track_text(result, DisplayUnit("in"));
-  EXPECT_TRUE(result.changes.empty()) << track_text(result, DisplayUnit("in"));
+  EXPECT_TRUE(changes_of(result, DisplayUnit("in")).empty()) << track_text(result, DisplayUnit("in"));
   EXPECT_NEAR(result.noise_in, sim().sensor_noise_V * sim().scale_in_per_V, 0.1 * result.noise_in);
   EXPECT_LT(result.rows.rod_in.size(), 60'000U);
 }
@@ -119,8 +119,9 @@ TEST_F(Track, NamesADeadBandThatHasGrown) {
   ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
   const TrackResult result = track_result(run.folder);
   EXPECT_FALSE(result.is_kept());
-  ASSERT_EQ(result.changes.size(), 1U) << track_text(result, DisplayUnit("in"));
-  EXPECT_TRUE(result.changes.front().starts_with("dead band")) << result.changes.front();
+  const std::vector<std::string> changes = changes_of(result, DisplayUnit("mm"));
+  ASSERT_EQ(changes.size(), 1U) << track_text(result, DisplayUnit("in"));
+  EXPECT_TRUE(changes.front().starts_with("dead band")) << changes.front();
   EXPECT_NEAR(result.valve.dead_band_V, sim().valve_dead_band_V, 0.01);
 }
 
@@ -130,8 +131,12 @@ TEST_F(Track, NamesGainsThatHaveFallen) {
   ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
   const TrackResult result = track_result(run.folder);
   EXPECT_FALSE(result.is_kept());
-  ASSERT_EQ(result.changes.size(), 2U) << track_text(result, DisplayUnit("in"));
-  for (const std::string& change : result.changes) EXPECT_TRUE(change.starts_with("gain")) << change;
+  const std::vector<std::string> changes = changes_of(result, DisplayUnit("mm"));
+  ASSERT_EQ(changes.size(), 2U) << track_text(result, DisplayUnit("in"));
+  for (const std::string& change : changes) {
+    EXPECT_TRUE(change.starts_with("gain")) << change;
+    EXPECT_NE(change.find("mm/(V s)"), std::string::npos) << "in the unit that is asked for: " << change;
+  }
 }
 
 TEST_F(Track, StopsALoopThatOscillates) {

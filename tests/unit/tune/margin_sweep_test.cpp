@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -108,6 +109,7 @@ TEST(MarginSweep, MeasuresTheRigsOwnMargins) {
     ASSERT_TRUE(own.is_stable && measured.margins.is_stable) << which;
     EXPECT_NEAR(measured.margins.phase_deg, own.phase_deg, 3.0) << which;
     EXPECT_NEAR(measured.margins.ms, own.ms, 0.15 * own.ms) << which;
+    EXPECT_NEAR(measured.margins.mt, own.mt, 0.15 * own.mt) << which;
     worst_deg = std::max(worst_deg, std::abs(measured.margins.phase_deg - own.phase_deg));
   }
   RecordProperty("worst_deg", fmt::format("{:.2f}", worst_deg));
@@ -122,6 +124,15 @@ struct Twin {
   double noise_in = 6e-4;
   double load_in_per_s = 4e-3;  ///< standard deviation of the speed that the load causes
 };
+
+/// One whose gain and lag are not what the controller knows.
+Twin drawn_twin(int i) {
+  ident::PortableDraw draw(9000 + static_cast<std::uint64_t>(i));
+  Twin twin;
+  twin.gain_share = 0.85 + 0.3 * draw.uniform();
+  twin.lag_s = 0.004 + 0.006 * draw.uniform();
+  return twin;
+}
 
 /// @returns of the ways in one direction
 /// @param record  gets the speed that was asked for and the readings of the whole sweep; may be none
@@ -193,10 +204,7 @@ TEST(MarginSweep, IntervalsOfTheClosedLoopFitCover) {
   double lag_error = 0.0;
   double width = 0.0;
   for (int i = 0; i < kTwins; ++i) {
-    ident::PortableDraw draw(9000 + static_cast<std::uint64_t>(i));
-    Twin twin;
-    twin.gain_share = 0.85 + 0.3 * draw.uniform();
-    twin.lag_s = 0.004 + 0.006 * draw.uniform();
+    const Twin twin = drawn_twin(i);
     const ident::MeasuredMargins m = swept(twin, settings, 50 + static_cast<std::uint64_t>(i));
     // A command acts one tick before the next reading: half a tick of the hold, and no more.
     const double lag_s = twin.lag_s + 0.5 * settings.tick_s;
@@ -229,14 +237,11 @@ TEST(MarginSweep, ADirectFitOfAClosedLoopIsBiased) {
   options.intervals = ident::IntervalMethod::straight;
   double direct_error = 0.0;
   double swept_error = 0.0;
-  double direct_lag_s = 0.0;
+  std::vector<double> lag_errors_s;
   double swept_lag_s = 0.0;
   int covered = 0;
   for (int i = 0; i < twins; ++i) {
-    ident::PortableDraw draw(9000 + static_cast<std::uint64_t>(i));
-    Twin twin;
-    twin.gain_share = 0.85 + 0.3 * draw.uniform();
-    twin.lag_s = 0.004 + 0.006 * draw.uniform();
+    Twin twin = drawn_twin(i);
     twin.load_in_per_s = 0.012;
     ident::Record record;
     const ident::MeasuredMargins m = swept(twin, settings, 50 + static_cast<std::uint64_t>(i), &record);
@@ -246,16 +251,19 @@ TEST(MarginSweep, ADirectFitOfAClosedLoopIsBiased) {
                            [&](const ident::ParameterEstimate& p) { return p.name == name; });
     };
     direct_error += (value("K").value / twin.gain_share - 1.0) / twins;
-    direct_lag_s += (value("a2").value - twin.lag_s) / twins;
+    lag_errors_s.push_back(value("a2").value - twin.lag_s);
     covered += value("K").lower95 <= twin.gain_share && twin.gain_share <= value("K").upper95 ? 1 : 0;
     swept_error += (m.gain_share.value / twin.gain_share - 1.0) / twins;
     swept_lag_s += (m.lag_s.value - twin.lag_s - 0.5 * settings.tick_s) / twins;
   }
+  std::sort(lag_errors_s.begin(), lag_errors_s.end());
+  const double direct_lag_s = lag_errors_s[lag_errors_s.size() / 2];
+  const auto mean = std::accumulate(lag_errors_s.begin(), lag_errors_s.end(), 0.0) / twins;
   fmt::print(
-      "{} twins: direct fit: gain {:+.2f} %, its intervals cover {}, lag {:+.2f} ms; with the sweep as instrument: "
-      "gain "
-      "{:+.2f} %, lag {:+.2f} ms\n",
-      twins, 100.0 * direct_error, covered, 1e3 * direct_lag_s, 100.0 * swept_error, 1e3 * swept_lag_s);
+      "{} twins: direct fit: gain {:+.2f} %, its intervals cover {}, lag {:+.2f} ms (median; mean {:+.2f} ms); with "
+      "the "
+      "sweep as instrument: gain {:+.2f} %, lag {:+.2f} ms\n",
+      twins, 100.0 * direct_error, covered, 1e3 * direct_lag_s, 1e3 * mean, 100.0 * swept_error, 1e3 * swept_lag_s);
   EXPECT_GT(direct_lag_s, 3e-4);
   EXPECT_LT(std::abs(swept_lag_s), 0.5 * direct_lag_s);
 }

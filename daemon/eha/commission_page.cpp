@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/commission_page.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "daemon/eha/next_command.hpp"
+#include "daemon/eha/short_report.hpp"
+#include "daemon/eha/track_report.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/report/html.hpp"
+#include "daemon/report/report.hpp"
+#include "daemon/track/track_result.hpp"
+#include "ident/validation/output_unit.hpp"
+
+namespace eha::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using report::Column;
+
+/// A row of a table of measured values; nothing where the step did not observe it.
+void add_measured(std::vector<std::vector<std::string>>& rows, const Json& sheet, const char* key, const char* name,
+                  const char* unit_text, double factor) {
+  const auto found = sheet.find(key);
+  if (found == sheet.end() || !found->is_object()) return;
+  rows.push_back({name, fmt::format("{:.4g}", factor * found->at("value").get<double>()),
+                  fmt::format("{:.2g}", factor * found->at("half_width95").get<double>()), unit_text});
+}
+
+std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
+  std::vector<std::vector<std::string>> rows;
+  const std::string gain_unit = unit.of("in/(V s)");
+  const double gain = unit.factor("in/(V s)");
+  add_measured(rows, sheet, "null_V", "null", "V", 1.0);
+  add_measured(rows, sheet, "dead_band_V", "dead band, half width", "V", 1.0);
+  add_measured(rows, sheet, "gain_positive_in_per_V_s", "velocity gain extending", gain_unit.c_str(), gain);
+  add_measured(rows, sheet, "gain_negative_in_per_V_s", "velocity gain retracting", gain_unit.c_str(), gain);
+  return report::table({{"valve"}, {"value", Column::number}, {"+- (95 %)", Column::number}, {"unit"}}, rows);
+}
+
+/// Ticks of a run, as time [s].
+double rig_time_s(const record::Manifest& manifest) {
+  return manifest.report
+             ? static_cast<double>(manifest.report->counters.ticks) * manifest.other.value("sample_period_s", 0.0)
+             : 0.0;
+}
+
+/// A step's run: what it was, how long it moved the rod, and its report beside this page.
+std::string item(const char* what, const Json& step, const fs::path& folder) {
+  const fs::path run = step.at("run").get<std::string>();
+  std::string text = fmt::format("{}: {:.0f} s", what, rig_time_s(record::read_manifest(run)));
+  std::error_code ignored;
+  const fs::path page = fs::absolute(run / report::kReportFile, ignored);
+  const std::string name = report::escaped(run.filename().string());
+  if (!fs::exists(page, ignored)) return fmt::format("<li>{}, run {}</li>", report::escaped(text), name);
+  const fs::path link = fs::proximate(page, fs::absolute(folder, ignored), ignored);
+  return fmt::format("<li>{}, <a href=\"{}\">run {}</a></li>", report::escaped(text), report::escaped(link.string()),
+                     name);
+}
+
+/// What doctor warned of; empty without.
+std::string warnings_of(const Json& prepare) {
+  std::vector<std::string> found;
+  for (const Json& check : prepare.value("checks", Json::array())) {
+    if (check.value("level", "") == "ok") continue;
+    found.push_back(fmt::format("{}: {}", check.value("name", ""), check.value("found", "")));
+  }
+  return found.empty() ? "" : report::paragraph("Doctor warned of this machine:") + report::list(found);
+}
+
+/// The recommended model of a run; none where its file is gone.
+std::optional<ident::Model> model_of_run(const fs::path& run, const std::string& name) {
+  for (ident::Model& model : answer_of_run(run, record::read_manifest(run)).models) {
+    if (model.name == name) return std::move(model);
+  }
+  return std::nullopt;
+}
+
+std::string model_part(const Json& record, const DisplayUnit& unit) {
+  std::string text;
+  if (record.contains("gain_percent") && record.at("gain_percent").is_number()) {
+    const double percent = record.at("gain_percent").get<double>();
+    const double wanted = record.at("wanted_percent").get<double>();
+    text += fmt::format("The record knows the gain to +-{:.2g} % ({}, {:.2g} % were wanted). ", percent,
+                        percent <= wanted ? "well enough" : "less well than wanted", wanted);
+  }
+  const std::string name = record.value("model", "");
+  text += "Model: " + name;
+  const std::optional<ident::Model> model = model_of_run(record.at("run").get<std::string>(), name);
+  if (!model) return report::paragraph(text + ".");
+  const ident::Model shown = ident::in_unit(*model, unit);
+  if (shown.validation) {
+    text += fmt::format(", fit {:.1f} % on the part of the record that it has not seen",
+                        shown.validation->score.fit_percent);
+  }
+  return report::paragraph(text + ".") + report::equation(shown);
+}
+
+}  // namespace
+
+std::string commission_page(const CommissionState& state, const std::string& rig, const DisplayUnit& unit) {
+  const Json& track = state.result("track");
+  const std::string axis_file = state.file("axis.toml").string();
+  const std::string axis = shell_word(axis_file);
+  std::string lead = report::paragraph(
+      track.at("kept").get<bool>()
+          ? "The axis follows its reference as promised: nothing that was measured breaks the promise of " + axis_file +
+                "."
+          : "The promise of the controller is not kept; the table of the axis shows which figure. Repair what has "
+            "changed, or begin anew: eha commission RIG -o NEW_FOLDER.");
+  lead += "<ul>" + item("valve sheet", state.result("sheet"), state.folder()) +
+          item("record and models", state.result("record"), state.folder()) +
+          item("trial in closed loop", track, state.folder()) + "</ul>" + valve_table(state.result("sheet"), unit) +
+          model_part(state.result("record"), unit);
+  if (state.has("prepare")) lead += warnings_of(state.result("prepare"));
+  lead += report::paragraph(
+      fmt::format("For a PLC, C or MATLAB: eha export {} --format st (or c, simulink). Later, to see whether the axis "
+                  "still keeps its promise: eha track {}.",
+                  axis, axis));
+  return track_page(track::track_result(track.at("run").get<std::string>()), unit, "Commissioning of " + rig, lead)
+      .html;
+}
+
+}  // namespace eha::cli

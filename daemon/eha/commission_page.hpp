@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "core/display_unit.hpp"
+#include "daemon/eha/commission_state.hpp"
+
+namespace eha::cli {
+
+/// The report of the whole: verdict, the runs with links, valve, model, what doctor warned of, promise beside what was
+/// measured, and the controller. @param rig  its name
+/// @throws DataError, IoError, PermissionError  as track::track_result
+[[nodiscard]] std::string commission_page(const CommissionState& state, const std::string& rig,
+                                          const DisplayUnit& unit);
+
+}  // namespace eha::cli
