@@ -24,7 +24,8 @@ constexpr std::uint32_t kRepetitions = 40'000;
 constexpr std::uint32_t kTicksToRunning = 1000;
 
 /// Ticks in state running, on a rig that costs next to nothing.
-void run_ticks(benchmark::State& state, CommandSource& source) {
+/// @param first  ticks before those that are measured
+void run_ticks(benchmark::State& state, CommandSource& source, std::uint32_t first = kTicksToRunning) {
   FakeRig rig;
   Play play;
   play.machine.reset();
@@ -38,7 +39,7 @@ void run_ticks(benchmark::State& state, CommandSource& source) {
     ++inputs.sequence;
     return engine.tick(inputs);
   };
-  for (std::uint32_t i = 0; i < kTicksToRunning; ++i) tick();
+  for (std::uint32_t i = 0; i < first; ++i) tick();
   for (auto _ : state) benchmark::DoNotOptimize(tick());
   if (play.machine.state() != State::running) state.SkipWithError("the run has ended");
 }
@@ -70,5 +71,22 @@ void tick_with_controller(benchmark::State& state) {
   run_ticks(state, source);
 }
 BENCHMARK(tick_with_controller);
+
+void tick_with_sweep(benchmark::State& state) {
+  eha::config::RigLimits limits;
+  limits.command_min_V = -5.0;
+  limits.command_max_V = 5.0;
+  eha::config::Track track = tracked(1.0, 1.2, 36'000.0);
+  track.plan.reference.clear();
+  track.plan.trapezoids = 0;
+  track.plan.sweep = eha::ident::margin_sweep(track.controller.settings, track.plan.step, 0.05);
+  track.plan.sweep->ways = 10'000;
+  const eha::ident::TrialMotion motion(track.controller.settings, track.plan, 2.95);
+  std::uint32_t first = kTicksToRunning;
+  while (motion.part(first - kTicksToRunning) != eha::ident::TrialMotion::Part::sweep) ++first;
+  eha::track::TrackSource source(track, limits);
+  run_ticks(state, source, first + 5000);
+}
+BENCHMARK(tick_with_sweep);
 
 }  // namespace

@@ -2,6 +2,8 @@
 // Minutes: a driver killed again and again, with and without the service.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -88,6 +90,43 @@ TEST_F(KilledDriver, LosesAtMostTwentyRowsWithTheService) {
     daemon.stop(SIGTERM);
   }
   std::printf("at most %llu rows lost in %d kills\n", static_cast<unsigned long long>(worst_), kKills);
+}
+
+TEST_F(KilledDriver, LeavesTheRodWhereItWasInTheClosedLoopOfATrial) {
+  constexpr int kTrials = 40;
+  constexpr std::int64_t kMostToOff_ns = 200'000'000;
+  const TemporaryFolder folder;
+  folder.write("rig.toml", DrivenRig::rig_text(std::nullopt));
+  fs::copy_file(source_file("tests/vm/rod.json"), folder.path() / "rod.json");
+  const Ended tuned =
+      run_eha({"tune", "rod.json", "--rig", "rig.toml", "--kind", "p", "-o", "axis.toml"}, folder.path());
+  ASSERT_EQ(tuned.code, 0) << tuned.err;
+  // From the first moments of the step into the trapezoids.
+  std::uniform_int_distribution<std::uint64_t> moments(2500, 10'000);
+  double furthest_in = 0.0;
+  std::int64_t longest_ns = 0;
+  for (int round = 0; round < kTrials; ++round) {
+    rig_.reset();
+    rig_.card().dead_band_V = 0.25;
+    fs::remove_all(folder.path() / "runs");
+    Driver driver({EHA_PROGRAM, "track", "axis.toml", "--local", "--yes", "--rig", "rig.toml"}, rig_.environment(),
+                  folder.path());
+    const std::uint64_t moment = moments(random_);
+    ASSERT_TRUE(rig_.is_driven(moment)) << "round " << round;
+    const double fastest_in_per_s = CardMemory::kGain_in_per_V_s * std::abs(-5.0 + rig_.card().output_code / 6553.5);
+    const std::int64_t killed_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+    driver.send(SIGKILL);
+    ASSERT_EQ(driver.wait(), 128 + SIGKILL) << driver.messages();
+    ASSERT_FALSE(rig_.card().is_enabled()) << "round " << round;
+    const std::int64_t off_ns = rig_.card().disabled_ns - killed_ns;
+    const double moved_in = 1e-9 * static_cast<double>(off_ns) * fastest_in_per_s;
+    EXPECT_LT(off_ns, kMostToOff_ns) << "seed " << kSeed << ", round " << round << ", tick " << moment;
+    EXPECT_LE(moved_in, 0.5) << "seed " << kSeed << ", round " << round << ", tick " << moment;
+    longest_ns = std::max(longest_ns, off_ns);
+    furthest_in = std::max(furthest_in, moved_in);
+  }
+  std::printf("%d trials killed: off within %.0f ms, the rod moved at most %.3f in\n", kTrials,
+              1e-6 * static_cast<double>(longest_ns), furthest_in);
 }
 
 }  // namespace

@@ -26,8 +26,7 @@ using eha::test::CardMemory;
 
 constexpr std::array kTypes{COMEDI_SUBD_AI, COMEDI_SUBD_AO, COMEDI_SUBD_DI, COMEDI_SUBD_DO};
 constexpr lsampl_t kLastCode = 65535;
-// The rod: 0..5.9 in over the sensor's -10..10 V, at twice the gain of the sample file's [following].
-constexpr double kGain_in_per_V_s = 0.14;
+// The rod: 0..5.9 in over the sensor's -10..10 V.
 constexpr double kStroke_in = 5.9;
 
 thread_local int last_error = 0;
@@ -99,11 +98,12 @@ bool is_locked_by_another(const comedi_t* device, unsigned subdevice) {
 lsampl_t read_sensor() {
   CardMemory& memory = card();
   const std::int64_t now = now_ns();
-  const double volts = -5.0 + 10.0 * memory.output_code.load() / kLastCode;
+  const double output_V = -5.0 + 10.0 * memory.output_code.load() / kLastCode;
+  const double volts = std::copysign(std::max(0.0, std::abs(output_V) - memory.dead_band_V.load()), output_V);
   const double elapsed_s = memory.moved_ns == 0 ? 0.0 : static_cast<double>(now - memory.moved_ns) * 1e-9;
   memory.moved_ns = now;
   if (memory.is_enabled()) {
-    memory.position_in = std::clamp(memory.position_in + kGain_in_per_V_s * volts * elapsed_s, 0.0, kStroke_in);
+    memory.position_in = std::clamp(memory.position_in + CardMemory::kGain_in_per_V_s * volts * elapsed_s, 0.0, kStroke_in);
   }
   // One bit of noise, without which a sensor counts as frozen.
   memory.dither ^= 1U;
