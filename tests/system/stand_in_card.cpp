@@ -103,7 +103,8 @@ lsampl_t read_sensor() {
   const double elapsed_s = memory.moved_ns == 0 ? 0.0 : static_cast<double>(now - memory.moved_ns) * 1e-9;
   memory.moved_ns = now;
   if (memory.is_enabled()) {
-    memory.position_in = std::clamp(memory.position_in + CardMemory::kGain_in_per_V_s * volts * elapsed_s, 0.0, kStroke_in);
+    memory.position_in =
+        std::clamp(memory.position_in + CardMemory::kGain_in_per_V_s * volts * elapsed_s, 0.0, kStroke_in);
   }
   // One bit of noise, without which a sensor counts as frozen.
   memory.dither ^= 1U;
