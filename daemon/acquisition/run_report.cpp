@@ -186,7 +186,7 @@ ExitCode exit_code(const RunReport& report) noexcept {
   return ExitCode::bug;
 }
 
-std::vector<std::string> warnings(const RunReport& report) {
+std::vector<std::string> warnings(const RunReport& report, RunKind kind) {
   std::vector<std::string> sentences;
   const LoopCounters& counted = report.counters;
   if (counted.skipped > 0 || counted.late > 0) {
@@ -196,6 +196,7 @@ std::vector<std::string> warnings(const RunReport& report) {
         counted.ticks + counted.skipped, counted.late, static_cast<double>(report.latency.maximum_ns()) * 1e-3,
         counted.skipped));
   }
+  if (kind == RunKind::placing) return sentences;
   const auto add = [&](const Margin& margin, Fault trip, const char* limit, const char* remedy) {
     if (margin.share <= kWarningShare || report.fault.fault == trip) return;
     sentences.push_back(fmt::format("the run came to {:.0f} % of {} at {:.3f} s, 100 % stops it; {}",

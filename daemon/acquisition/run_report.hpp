@@ -94,8 +94,12 @@ struct RunReport {
 /// @param unit  of lengths; as the rig's limits, in, by default
 [[nodiscard]] std::string describe(const RunReport& report, const DisplayUnit& unit = {});
 
+/// What a run does with the rod.
+enum class RunKind { experiment, placing };
+
 /// A sentence on ticks that were late or skipped, and one for each limit of which the run used over kWarningShare and
 /// that did not end it.
-[[nodiscard]] std::vector<std::string> warnings(const RunReport& report);
+/// @param kind  of a placing the limits are left out: its place was asked for, and a way back begins beyond one
+[[nodiscard]] std::vector<std::string> warnings(const RunReport& report, RunKind kind = RunKind::experiment);
 
 }  // namespace eha::acquisition

@@ -42,8 +42,9 @@ Finds scale and offset of the displacement sensor from positions measured with a
 yourself, by eha goto or with the hydraulics off. Asks for each position and reads the sensor there for 1 s; an empty line
 ends. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
 Least squares give scale and offset with standard errors. The residual of each position is shown; with one beyond the
-tolerance nothing is written. Lengths are in --units, else in the units of the rig file. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. No
-file is overwritten.
+tolerance nothing is written. Lengths are shown in --units, else in the units of the rig file; so is a number without a
+unit read. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. With units = "mm"
+in the file the new values are in millimetres. No file is overwritten.
 
 Examples:
   eha calibrate
@@ -57,7 +58,7 @@ struct CalibrateCommand {
   std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig where nobody listens
   std::optional<std::string> rig_file = {};          ///< none: the service's, or default_rig_file()
   bool local = false;                                ///< read the rig in this process
-  double tolerance_in = 0.02;                        ///< with a residual beyond it nothing is written
+  std::string tolerance = "0.02in";                  ///< with a residual beyond it nothing is written
   std::optional<std::filesystem::path> output = {};  ///< none: beside the rig file, with the date in its name
 };
 
@@ -117,16 +118,16 @@ class Sensor {
 };
 
 /// "2.95in=4.917". @throws UsageError
-CalibrationPoint point_of(const std::string& text) {
+CalibrationPoint point_of(const std::string& text, const DisplayUnit& unit) {
   const std::size_t equals = text.find('=');
-  const std::optional<double> position_in = inches_of(std::string_view(text).substr(0, equals));
+  const std::optional<double> position_in = inches_of(std::string_view(text).substr(0, equals), unit);
   std::string_view volts = equals == std::string::npos ? std::string_view() : std::string_view(text).substr(equals + 1);
   if (volts.ends_with('V')) volts.remove_suffix(1);
   double voltage_V = 0.0;
   const auto [end, error] = std::from_chars(volts.data(), volts.data() + volts.size(), voltage_V);
   if (!position_in || error != std::errc() || end != volts.data() + volts.size()) {
     throw UsageError(
-        fmt::format("--at {}: expected a position with its unit, = and volts, such as 2.95in=4.917", text));
+        fmt::format("--at {}: expected a position, = and volts, such as 75mm=4.921 or 2.95in=4.917", text));
   }
   return {*position_in, voltage_V};
 }
@@ -155,13 +156,16 @@ std::vector<CalibrationPoint> points_of_file(const std::string& path) {
 std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& unit, Console& console) {
   std::vector<CalibrationPoint> points;
   console.info(
-      "nothing is moved here: place the rod, read the ruler, type the position (2.95in, 75mm); an empty line ends");
+      fmt::format("nothing is moved here: place the rod, read the ruler, type the position (75mm, 2.95in; a number "
+                  "alone is in {}); "
+                  "an empty line ends",
+                  unit.of("in")));
   for (std::string line;;) {
-    std::cerr << fmt::format("position {}: ", points.size() + 1) << std::flush;
+    std::cerr << fmt::format("position {} [{}]: ", points.size() + 1, unit.of("in")) << std::flush;
     if (!std::getline(std::cin, line) || line.empty()) break;
-    const std::optional<double> position_in = inches_of(line);
+    const std::optional<double> position_in = inches_of(line, unit);
     if (!position_in) {
-      console.warning(fmt::format("\"{}\": expected a length with its unit, such as 2.95in or 75mm", line));
+      console.warning(fmt::format("\"{}\": expected a length, such as 75mm or 2.95in", line));
       continue;
     }
     points.push_back({*position_in, sensor.voltage_V()});
@@ -191,11 +195,16 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
             const DisplayUnit& unit, const Console& console) {
   const std::string in = unit.of("in");
   const double factor = unit.factor("in");
+  // Exact points leave rounding errors only.
+  const auto half_width = [&](double std) {
+    const double half = found.interval_factor * std;
+    return half > 1e-9 * std::abs(found.scale_in_per_V) ? factor * half : 0.0;
+  };
   std::string text = fmt::format(
       "displacement in {0} = {1:.6g} + {2:.6g} V   (scale +- {3:.2g} {0}/V, offset +- {4:.2g} {0}; +- is half a 95 % "
       "interval)\n",
-      in, factor * found.offset_in, factor * found.scale_in_per_V, factor * found.interval_factor * found.scale_std,
-      factor * found.interval_factor * found.offset_std);
+      in, factor * found.offset_in, factor * found.scale_in_per_V, half_width(found.scale_std),
+      half_width(found.offset_std));
   text += fmt::format("  {:>12}  {:>10}  {:>12}\n", "position " + in, "sensor V", "residual " + in);
   for (std::size_t i = 0; i < points.size(); ++i) {
     text += fmt::format("  {:>12.4f}  {:>10.4f}  {:>+12.4f}\n", factor * points[i].position_in, points[i].voltage_V,
@@ -234,6 +243,11 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   const fs::path path =
       command.output.value_or(old.parent_path() / fmt::format("{}-{}.toml", old.stem().string(), date));
   const DisplayUnit unit = console.unit(rig.units);
+  const std::optional<double> tolerance_in = inches_of(command.tolerance, unit);
+  if (!tolerance_in || !(*tolerance_in > 0.0)) {
+    throw UsageError(
+        fmt::format("--tolerance {}: expected a length above 0, such as 0.5mm or 0.02in", command.tolerance));
+  }
   std::vector<CalibrationPoint> points;
   if (asks) {
     Sensor sensor(command, socket, is_local, rig);
@@ -241,10 +255,10 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   } else if (command.pairs_file) {
     points = points_of_file(*command.pairs_file);
   } else {
-    for (const std::string& pair : command.at) points.push_back(point_of(pair));
+    for (const std::string& pair : command.at) points.push_back(point_of(pair, unit));
   }
   const Calibration found = calibrated(points);
-  report(points, found, command.tolerance_in, unit, console);
+  report(points, found, *tolerance_in, unit, console);
   write_new(path, calibrated_rig_text(rig, found, date));
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -276,30 +290,21 @@ void add_calibrate(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("calibrate", "Calibrate the displacement sensor with a ruler");
   sub->footer(kCalibrateFooter);
   auto& calibrate = options_of<CalibrateCommand>(*sub, line);
-  CLI::Option* at =
-      sub->add_option("--at", calibrate.at, "A position and the sensor's voltage there, such as 2.95in=4.917")
-          ->type_name("POSITION=VOLTS");
-  CLI::Option* pairs = sub->add_option("--pairs", calibrate.pairs_file, "CSV file with position_in and voltage_V")
-                           ->type_name("FILE")
-                           ->excludes(at);
+  CLI::Option* at = sub->add_option("--at", calibrate.at,
+                                    "A position and the sensor's voltage there, such as 75mm=4.921 or 2.95in=4.917")
+                        ->type_name("POSITION=VOLTS");
+  CLI::Option* pairs =
+      sub->add_option("--pairs", calibrate.pairs_file, "CSV file with position_mm or position_in, and voltage_V")
+          ->type_name("FILE")
+          ->excludes(at);
   CLI::Option* local = sub->add_flag("--local", calibrate.local, "Read the rig in this process, not through ehad");
   local->excludes(at)->excludes(pairs);
   add_socket_option(*sub, calibrate.socket)->excludes(local);
   sub->add_option("--rig", calibrate.rig_file,
                   "Rig file (TOML) to start from (default: the service's, or the default one)")
       ->type_name("RIG");
-  sub->add_option_function<std::string>(
-         "--tolerance",
-         [&calibrate](const std::string& text) {
-           const std::optional<double> length_in =
-               inches_of(text + (text.find_first_of("mci") == text.npos ? "in" : ""));
-           if (!length_in || !(*length_in > 0.0)) {
-             throw CLI::ValidationError("--tolerance",
-                                        "expected a length above 0, such as 0.5mm, got \"" + text + "\"");
-           }
-           calibrate.tolerance_in = *length_in;
-         },
-         "With a residual beyond it nothing is written, such as 0.5mm (default 0.02in; a number alone is in inches)")
+  sub->add_option("--tolerance", calibrate.tolerance,
+                  "With a residual beyond it nothing is written, such as 0.5mm (default 0.508mm, 0.02in)")
       ->type_name("LENGTH");
   sub->add_option("-o,--output", calibrate.output, "The new rig file (default beside the old one: NAME-DATE.toml)")
       ->type_name("FILE");

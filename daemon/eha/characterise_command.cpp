@@ -34,11 +34,12 @@ Prints the sheet in the terms of ISO 10770-1 (null, dead band, velocity gain eac
 25 % amplitude, natural frequency, noise), each with its 95 % interval or "not observed", and the lines for rig and
 experiment files; writes valve_sheet.json and report.html into the run folder.
 With [following] in the rig file, the volts are centred on its null and go beyond its dead band. Without it the middle
-of the travel is explored first, at 0.028 in/s, which takes some three minutes more; before a real actuator moves, the
-sensor is compared with a ruler's reading (--ruler, or typed in). If the following check stops the run because
+of the travel is explored first, at 0.7 mm/s (0.028 in/s), which takes some three minutes more; before a real actuator
+moves, the sensor is compared with a ruler's reading (--ruler, or typed in). If the following check stops the run because
 [following] is wrong, comment [following] out for this run.
 With RUN, the sheet of an earlier run is computed again; nothing moves.
--o RIG.toml writes the rig file with these numbers in [following]; all else, comments too, stays. No file is overwritten.
+-o RIG.toml writes the rig file with these numbers in [following], in millimetres where its units are "mm"; all else,
+comments too, stays. No file is overwritten.
 
 Examples:
   eha arm && eha characterise -o rig-new.toml
@@ -108,7 +109,9 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
         "check may stop a sound rig; repair the seal or the sensor, or widen dead_band_V by as much",
         run.sheet.null_V.half_width, kWantedNull_V));
   }
-  for (const std::string& file : files) console.info(fmt::format("the sheet is in {}", file));
+  for (const std::string& file : files) {
+    console.info(fmt::format("the {} is in {}", file.ends_with(".html") ? "report" : "sheet", file));
+  }
   if (!rig_file) {
     console.next_step("eha characterise " + shell_word(run.folder.string()) + " -o RIG.toml");
     return ExitCode::ok;

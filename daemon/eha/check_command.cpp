@@ -41,7 +41,8 @@ constexpr const char* kCheckFooter = R"(
 Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
 the rig that `eha run` would use (--rig, else that of a running service with the place of its rod, else the default
 one): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
-then rehearsed with the rig's valve, and refused if half of the rehearsed rods reach a travel or velocity limit.
+then rehearsed with the rig's valve, and refused if half of the rehearsed rods reach a travel or velocity limit, or if the
+rod stands beyond one.
 
 Examples:
   eha check config/experiments/paper.toml
@@ -192,6 +193,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     console.info(fmt::format("checked with the rig of the service ({}), the rod at {:.3f} {}", rig.file_name,
                              unit.factor("in") * *place_in, unit.of("in")));
   }
+  require_within_travel(prepared.config, rig, *place_in, command.file, console);
   report_experiment(command, prepared.config, rig, rehearse(prepared, rig, *place_in), on_service, console);
   return ExitCode::ok;
 }

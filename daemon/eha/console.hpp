@@ -31,6 +31,7 @@ class Console {
 
   [[nodiscard]] bool json() const noexcept { return options_.json; }
   [[nodiscard]] bool verbose() const noexcept { return options_.verbose; }
+  [[nodiscard]] bool quiet() const noexcept { return options_.quiet; }
   [[nodiscard]] const std::string& units() const noexcept { return options_.units; }  ///< --units; may be empty
   /// Of lengths shown to people: --units, else what the rig file asks for. @param of_rig  of kLengthUnits, or empty
   [[nodiscard]] DisplayUnit unit(const std::string& of_rig = {}) const {

@@ -18,6 +18,7 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
+#include "daemon/eha/service_text.hpp"
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
@@ -129,6 +130,10 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     const bool is_recommended = identification.models[i].result.model.name == identification.recommendation.model;
     if (!best || is_recommended) best = i;
   }
+  // The part before a trip or a stop is short: its report comes before a controller.
+  if (best && source.run_folder && !acquisition::is_whole(source.outcome)) {
+    return report_of_run(*source.run_folder, "eha runs show " + shell_word(source.run_folder->string()));
+  }
   if (best && source.run_folder) {
     const auto tune = command.output ? std::nullopt : tune_of_run(*source.run_folder);
     return tune ? *tune : tune_of_model(written[*best], *source.run_folder);
@@ -152,12 +157,24 @@ ExitCode execute(const FitCommand& command, Console& console) {
   if (source.run_folder && source.experiment && source.experiment->track && !names_models) {
     return show_track(*source.run_folder, TrackFiles::write, console);
   }
+  if (source.experiment && source.experiment->place_in) {
+    throw DataError(fmt::format("{0}: a move of the rod to a place, which no model is fitted to; eha plot {0} shows it",
+                                shell_word(command.source)));
+  }
   if (source.experiment && source.experiment->track) {
     throw DataError(fmt::format(
         "{0}: a record in closed loop, whose command contains the noise of its readings; a fit of command and reading "
         "would be biased. `eha track {0}` shows gain and lag with the sweep as the instrument; for a model play an "
         "experiment, as `eha design --band` makes one",
         command.source));
+  }
+  if (source.run_folder && !command.output && !console.quiet()) {
+    // The service's own fit is quiet.
+    const auto entry = entry_of_run(*source.run_folder, control::default_socket());
+    if (const std::string text = progress_text(entry); !text.empty()) {
+      console.warning(fmt::format("{}: for the service this run {}; it writes the same models (-o DIR writes others)",
+                                  source.run_folder->string(), text));
+    }
   }
   const IdentificationTask task = task_for(command, source);
   print_warnings(source, task.options.decimation, console);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -25,6 +27,14 @@ namespace eha::cli {
     if (unit.name == text) return value * unit.metres / kInch;
   }
   return std::nullopt;
+}
+
+/// The same for a number that may stand alone: it is in `unit` then.
+[[nodiscard]] inline std::optional<double> inches_of(std::string_view text, const DisplayUnit& unit) {
+  while (text.ends_with(' ')) text.remove_suffix(1);
+  const bool is_alone =
+      !text.empty() && (std::isdigit(static_cast<unsigned char>(text.back())) != 0 || text.back() == '.');
+  return inches_of(is_alone ? std::string(text) + unit.of("in") : std::string(text));
 }
 
 }  // namespace eha::cli

@@ -18,6 +18,7 @@
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
+#include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
@@ -28,18 +29,18 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kGotoFooter = R"(
-Moves the rod slowly (at most 0.3 in/s) to a place within the travel limits, and ends once it has been within 0.02 in of it
-for 0.5 s; then the rig is safe, with the hydraulics off. It is a run like any other: you must have armed the rig, a real
-actuator is moved only after your confirmation, every limit of the rig file holds, Ctrl-C ramps out, and the way there is
-recorded. Null and dead band of the valve are compensated; [following] of the rig file makes it quicker.
+Moves the rod slowly (at most 7.6 mm/s, 0.3 in/s) to a place within the travel limits, and ends once it has been within
+0.5 mm (0.02 in) of it for 0.5 s; then the rig is safe, with the hydraulics off. It is a run like any other: you must have
+armed the rig, a real actuator is moved only after your confirmation, every limit of the rig file holds, Ctrl-C ramps out,
+and the way there is recorded. While another experiment is played it waits for that one's end. Null and dead band of the valve are compensated; [following] of the rig file makes it quicker.
 Code 11 when a limit or the time-out (120 s) ends it; the message gives the cause.
 A rod that stands beyond a travel limit is brought inward, and no further out, after two questions: whether you see it stand
 there, and whether to move it. Without a terminal --way-back and --yes answer them. Refused (78) where the rig file cannot show
 that the sensor is right: [following] and an open_circuit_V outside the valid band are needed.
 
 Examples:
-  eha arm && eha goto 2.95in
-  eha goto 75mm --local --fast)";
+  eha arm && eha goto 75mm
+  eha goto 2.95in --local --fast)";
 
 constexpr const char* kJogFooter = R"(
 As eha goto, to a place a little above (+) or below (-) the present one. Moves between runs only.
@@ -101,12 +102,10 @@ enum class WayBack { not_needed, confirmed, refused };
 /// Asks twice before a rod beyond a limit is moved.
 WayBack way_back_of(const PlaceCommand& command, const PlaceNow& now, const std::string& place, const DisplayUnit& unit,
                     const Console& console) {
-  if (now.place_in >= now.lowest_in && now.place_in <= now.highest_in) return WayBack::not_needed;
-  const double limit_in = now.place_in < now.lowest_in ? now.lowest_in : now.highest_in;
-  const double factor = unit.factor("in");
-  const std::string stands = fmt::format(
-      "the sensor says {:.3f} {}, {:.3f} {} beyond the travel limit of {:.4g} {}", factor * now.place_in, unit.of("in"),
-      factor * std::abs(now.place_in - limit_in), unit.of("in"), factor * limit_in, unit.of("in"));
+  const std::string beyond = beyond_limit(now.place_in, {now.lowest_in, now.highest_in}, unit);
+  if (beyond.empty()) return WayBack::not_needed;
+  const std::string stands =
+      fmt::format("the sensor says {:.3f} {}, {}", unit.factor("in") * now.place_in, unit.of("in"), beyond);
   const bool can_ask = isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1;
   if (!can_ask && !(command.way_back && command.yes)) {
     throw UsageError(fmt::format(
@@ -130,7 +129,7 @@ void require_within(double target_in, double lowest_in, double highest_in, const
   if (target_in >= lowest_in && target_in <= highest_in) return;
   const double factor = unit.factor("in");
   throw ConfigError(
-      fmt::format("{}: {:.4g} {} is beyond the travel limits of the rig, {:.4g} to {:.4g} {}; nothing was "
+      fmt::format("{}: {:.6g} {} is beyond the travel limits of the rig, {:.6g} to {:.6g} {}; nothing was "
                   "moved",
                   where, factor * target_in, unit.of("in"), factor * lowest_in, factor * highest_in, unit.of("in")));
 }

@@ -7,6 +7,7 @@
 
 #include "core/display_unit.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/place/place_controller.hpp"
 
 namespace eha::cli {
 
@@ -15,8 +16,9 @@ namespace eha::cli {
 inline void print_place(double displacement_in, const std::string& units, const std::string& next,
                         const Console& console) {
   const DisplayUnit unit = console.unit(units);
-  console.print(fmt::format("the rod is at {:.3f} {}; the hydraulics are off", unit.factor("in") * displacement_in,
-                            unit.of("in")));
+  const double factor = unit.factor("in");
+  console.print(fmt::format("the rod is at {0:.3f} {1} (tolerance {2:.2g} {1}); the hydraulics are off",
+                            factor * displacement_in, unit.of("in"), factor * place::kTolerance_in));
   console.next_step(next);
 }
 

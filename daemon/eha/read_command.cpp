@@ -16,6 +16,7 @@
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/rod_text.hpp"
@@ -93,12 +94,26 @@ std::string text_of(const Json& read, const Console& console) {
   return aligned(lines);
 }
 
-ExitCode show_readings(const Reader& read, bool watch, Console& console) {
-  if (!watch) {
+/// The way to mid-travel of a rod that stands near a limit or beyond it; empty elsewhere.
+std::string next_of(const ReadCommand& command, const Json& now, const Console& console) {
+  const std::string way = way_to_middle(now.at("rod"), console.unit(now.at("rig").value("units", "")));
+  if (way.empty()) return {};
+  const std::string state = now.at("state");
+  if (state == "not driven") {
+    return way + " --local" + (command.rig_file ? " --rig " + shell_word(*command.rig_file) : std::string());
+  }
+  const std::filesystem::path socket = command.socket.value_or(control::default_socket());
+  const bool must_arm = state == "faulted" || state == "idle";
+  return (must_arm ? through(socket, "eha arm") + " && " : std::string()) + through(socket, way);
+}
+
+ExitCode show_readings(const ReadCommand& command, const Reader& read, Console& console) {
+  if (!command.watch) {
     const Json now = read();
     console.print(text_of(now, console));
     console.print_json(now);
     const Json& rod = now.at("rod");
+    if (const std::string next = next_of(command, now, console); !next.empty()) console.next_step(next);
     return rod.is_object() && rod.at("error").is_string() ? ExitCode::device_unavailable : ExitCode::ok;
   }
   const StopOnSignals stop(Driver::service);
@@ -122,7 +137,7 @@ ExitCode execute(const ReadCommand& command, Console& console) {
   const bool is_named = command.socket || socket != control::kDefaultSocket;
   if (!command.local && (is_named || std::filesystem::exists(socket, ignored))) {
     control::Client client(socket);
-    return show_readings(reader_of_service(client), command.watch, console);
+    return show_readings(command, reader_of_service(client), console);
   }
   const config::RigConfig config = load_rig_or_default(command.rig_file);
   if (!command.local) {
@@ -132,7 +147,7 @@ ExitCode execute(const ReadCommand& command, Console& console) {
   require_local_rig_file(config);
   const std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
   RodView view;
-  return show_readings(reader_of_rig(*rig, config, view), command.watch, console);
+  return show_readings(command, reader_of_rig(*rig, config, view), console);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "daemon/eha/rod_text.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -45,7 +46,9 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
   if (!is_small && rehearsal.still_offset_V) {
     remedy = fmt::format("; offset_V = {:.3f} stops that", *rehearsal.still_offset_V);
   } else if (!is_small && rehearsal.offset_has_no_room) {
-    remedy = "; the command limits leave no room for the offset_V that stops that: lower the amplitudes, or add [hold]";
+    remedy = "; the command limits leave no room for the offset_V that stops that (lower amplitudes do, or [hold])";
+    if (rehearsal.chance_of_trip < kWarnedFrom)
+      remedy += ", but it stays clear of the limits: it may be played as it is";
   }
   return fmt::format(
       "rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
@@ -67,6 +70,18 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
                                   found, 100.0 * kRefusedChanceOfTrip, remedy));
   }
   console.warning(fmt::format("{}; {}", found, remedy));
+}
+
+void require_within_travel(const config::ExperimentConfig& experiment, const config::RigConfig& rig, double place_in,
+                           const std::string& experiment_file, const Console& console) {
+  if (experiment.place_in) return;
+  const DisplayUnit unit = console.unit(rig.units);
+  const Travel travel{rig.limits.travel_min_in, rig.limits.travel_max_in};
+  const std::string beyond = beyond_limit(place_in, travel, unit);
+  if (beyond.empty()) return;
+  throw ConfigError(fmt::format(
+      "{}: the rod stands at {:.3f} {}, {}, from where no experiment is played: look at the rod, then {}",
+      experiment_file, unit.factor("in") * place_in, unit.of("in"), beyond, goto_middle(place_in, travel, unit)));
 }
 
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,

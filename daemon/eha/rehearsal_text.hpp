@@ -29,6 +29,11 @@ enum class TravelRisk { refuse, accept };
 void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
                   const Console& console);
 
+/// Refuses to play from beyond a travel limit, where nothing but a move to a place is allowed.
+/// @throws ConfigError  says the way back
+void require_within_travel(const config::ExperimentConfig& experiment, const config::RigConfig& rig, double place_in,
+                           const std::string& experiment_file, const Console& console);
+
 /// Warns of an experiment that cannot be rehearsed, because the rig file has no [following].
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                            const std::string& experiment_file, const Console& console);

@@ -26,7 +26,31 @@ std::string line_text(const Json& rod) {
   return text;
 }
 
+Travel travel_of(const Json& rod) { return {rod.at("travel_min_in"), rod.at("travel_max_in")}; }
+
 }  // namespace
+
+std::string beyond_limit(double place_in, const Travel& travel, const DisplayUnit& unit) {
+  if (place_in >= travel.lowest_in && place_in <= travel.highest_in) return {};
+  const bool is_low = place_in < travel.lowest_in;
+  const double limit_in = is_low ? travel.lowest_in : travel.highest_in;
+  const double factor = unit.factor("in");
+  return fmt::format("{0:.3f} {1} beyond the {2} travel limit of {3:.3f} {1}", factor * std::abs(place_in - limit_in),
+                     unit.of("in"), is_low ? "lower" : "upper", factor * limit_in);
+}
+
+std::string goto_middle(double place_in, const Travel& travel, const DisplayUnit& unit) {
+  const double middle = 0.5 * unit.factor("in") * (travel.lowest_in + travel.highest_in);
+  return fmt::format("eha goto {:.3g}{}{}", middle, unit.of("in"),
+                     beyond_limit(place_in, travel, unit).empty() ? "" : " --way-back");
+}
+
+std::string way_to_middle(const Json& rod, const DisplayUnit& unit) {
+  if (!rod.is_object() || rod.at("error").is_string()) return {};
+  const double place_in = rod.at("displacement_in");
+  const bool is_far = rod.value("near_limit", false) || !beyond_limit(place_in, travel_of(rod), unit).empty();
+  return is_far ? goto_middle(place_in, travel_of(rod), unit) : std::string();
+}
 
 std::string short_bar(double displacement, double lowest, double highest, int width) {
   std::string bar(static_cast<std::size_t>(width), '-');
@@ -61,7 +85,10 @@ std::vector<NamedText> rod_lines(const Json& rod, const DisplayUnit& unit) {
            noise.is_null() ? "" : fmt::format(", noise {:.2g} {} RMS", factor * noise.get<double>(), unit.of("in")),
            rod.value("at_rail", false) ? ", AT THE END OF THE CONVERTER" : "")});
   lines.push_back({"lines", line_text(rod)});
-  if (rod.value("near_limit", false)) {
+  const std::string beyond = beyond_limit(rod.at("displacement_in"), travel_of(rod), unit);
+  if (!beyond.empty()) {
+    lines.push_back({"WARNING", beyond + ": look at the rod; if it does not stand there, the sensor is wrong"});
+  } else if (rod.value("near_limit", false)) {
     const double middle = 0.5 * (length("travel_min_in") + length("travel_max_in"));
     lines.push_back({"WARNING", fmt::format("{:.0f} % of the way to the {} travel limit, 100 % trips",
                                             rod.at("travel_percent").get<double>(),

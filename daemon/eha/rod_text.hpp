@@ -24,6 +24,21 @@ struct NamedText {
 /// @param rod    the member `rod` of ehad-protocol(7)
 [[nodiscard]] std::vector<NamedText> rod_lines(const nlohmann::ordered_json& rod, const DisplayUnit& unit);
 
+/// Where the rod may be.
+struct Travel {
+  double lowest_in = 0.0;
+  double highest_in = 0.0;
+};
+
+/// "2.541 mm beyond the upper travel limit of 146.050 mm"; empty for a place within the limits.
+[[nodiscard]] std::string beyond_limit(double place_in, const Travel& travel, const DisplayUnit& unit);
+
+/// `eha goto` to mid-travel from a place near a limit, with --way-back from one beyond it.
+[[nodiscard]] std::string goto_middle(double place_in, const Travel& travel, const DisplayUnit& unit);
+
+/// The same for a rod that stands near a limit or beyond it; empty elsewhere, and where its place is unknown.
+[[nodiscard]] std::string way_to_middle(const nlohmann::ordered_json& rod, const DisplayUnit& unit);
+
 /// The lines as one text, the names in a column.
 [[nodiscard]] std::string aligned(const std::vector<NamedText>& lines);
 

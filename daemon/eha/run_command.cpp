@@ -48,7 +48,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kRunFooter = R"(
-Plays the experiment's excitation [V] on the rig every tick, records the displacement [in], fits the experiment's
+Plays the experiment's excitation [V] on the rig every tick, records the displacement, fits the experiment's
 models and judges them. The run folder OUTPUT/<UTC time>-<name> holds run.json, raw.ehalog, raw.h5, data_40ms.csv,
 frequency_response.csv, fit.csv, report.html and models/*.json; a rejected model goes to models/rejected. OUTPUT/latest
 points to the last run with an accepted model.
@@ -123,6 +123,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
         }
         RunProgress progress = progress_of(now, rig_config);
         progress.is_real_time = !command.fast;
+        progress.is_placing = experiment.config.place_in.has_value();
         progress.margin_in = planned.margin_in;
         console.show_run(run_line(progress, unit, std::chrono::system_clock::now()));
       });
@@ -133,7 +134,11 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
     miss_guard(" before the end");
   }
   for (const std::string& sentence : run.report.realtime.refused) console.warning(sentence);
-  for (const std::string& sentence : acquisition::warnings(run.report)) console.warning(sentence);
+  using acquisition::RunKind;
+  for (const std::string& sentence :
+       acquisition::warnings(run.report, run.only_placed ? RunKind::placing : RunKind::experiment)) {
+    console.warning(sentence);
+  }
   for (const delays::Delay& delay : run.delays) console.warning(delays::sentence_of(delay));
   return {std::move(run), was_guarded};
 }
@@ -231,6 +236,7 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
   PlannedRun planned{.file = file,
                      .experiment = text ? config::parse_prepared_experiment(*text, file, rig)
                                         : config::load_prepared_experiment(file, rig)};
+  require_within_travel(planned.experiment.config, rig, start_of(rig), file, console);
   const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, start_of(rig));
   warn_if_not_rehearsed(planned.experiment.config, rig, file, console);
   report_rehearsal(rehearsal, rig, file, risk, console);

@@ -21,13 +21,6 @@ double number_in(const Json& object, const char* key) {
   return found != object.end() && found->is_number() ? found->get<double>() : 0.0;
 }
 
-std::string duration_text(double seconds) {
-  if (seconds < 99.95) return fmt::format("{:.1f} s", seconds);
-  const auto whole = static_cast<std::int64_t>(std::llround(seconds));
-  if (whole < 3600) return fmt::format("{}:{:02} min", whole / 60, whole % 60);
-  return fmt::format("{}:{:02} h", whole / 3600, whole / 60 % 60);
-}
-
 std::string clock_text(std::chrono::system_clock::time_point when) {
   const std::time_t seconds = std::chrono::system_clock::to_time_t(when);
   std::tm local{};
@@ -36,6 +29,13 @@ std::string clock_text(std::chrono::system_clock::time_point when) {
 }
 
 }  // namespace
+
+std::string duration_text(double seconds) {
+  if (seconds < 99.95) return fmt::format("{:.1f} s", seconds);
+  const auto whole = static_cast<std::int64_t>(std::llround(seconds));
+  if (whole < 3600) return fmt::format("{}:{:02} min", whole / 60, whole % 60);
+  return fmt::format("{}:{:02} h", whole / 3600, whole / 60 % 60);
+}
 
 RunProgress progress_of(const acquisition::Snapshot& now, const config::RigConfig& rig) {
   const double step_s = rig.realtime.sample_period_s;
@@ -63,7 +63,8 @@ RunProgress progress_of(const Json& status) {
                        .latency_max_us = number_in(run, "latency_max_us"),
                        .late = run.value("late", std::uint64_t{0}),
                        .skipped = run.value("skipped", std::uint64_t{0}),
-                       .is_real_time = !run.value("fast", false)};
+                       .is_real_time = !run.value("fast", false),
+                       .is_placing = run.value("only_places", false)};
   if (const Json rod = status.value("rod", Json()); rod.is_object()) {
     progress.travel_min_in = number_in(rod, "travel_min_in");
     progress.travel_max_in = number_in(rod, "travel_max_in");
@@ -88,8 +89,8 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
     line += fmt::format("NEAR A LIMIT: {:.0f} % of velocity  ", progress.velocity_percent);
   }
   const double left_s = std::max(0.0, progress.total_s - progress.played_s);
-  line += duration_text(left_s) + " left";
-  if (progress.is_real_time) {
+  line += duration_text(left_s) + (progress.is_placing ? " at most" : " left");
+  if (progress.is_real_time && !progress.is_placing) {
     const auto left = std::chrono::duration_cast<std::chrono::system_clock::duration>(
         std::chrono::duration<double>(std::ceil(left_s)));
     line += ", end " + clock_text(now + left);

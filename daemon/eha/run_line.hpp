@@ -27,6 +27,7 @@ struct RunProgress {
   std::uint64_t late = 0;     ///< ticks
   std::uint64_t skipped = 0;  ///< ticks
   bool is_real_time = true;
+  bool is_placing = false;               ///< ends when the rod is in its place: total_s is the most that it takes
   std::optional<double> margin_in = {};  ///< predicted distance to the nearer travel limit [in]
 };
 
@@ -39,6 +40,9 @@ struct RunProgress {
 /// limit it begins with that. @param now  of the wall clock, local time is shown
 [[nodiscard]] std::string run_line(const RunProgress& progress, const DisplayUnit& unit,
                                    std::chrono::system_clock::time_point now);
+
+/// "37.7 s", "5:10 min", "1:02 h".
+[[nodiscard]] std::string duration_text(double seconds);
 
 /// Late and skipped ticks, and the greatest latency.
 [[nodiscard]] std::string loop_line(const RunProgress& progress);

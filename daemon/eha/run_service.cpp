@@ -119,19 +119,24 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
 /// before the confirmation. What is wrong with either file is the service's to say, and it refuses by itself.
 void rehearse_for_service(const ExperimentFile& file, const Json& status, TravelRisk risk, Console& console) {
   std::optional<config::RigConfig> rig;
+  std::optional<config::PreparedExperiment> prepared;
   std::optional<Rehearsal> rehearsal;
+  double place_in = 0.0;
   try {
     rig = config::load_rig(status.at("rig").at("file").get<std::string>());
-    const config::PreparedExperiment prepared = config::parse_prepared_experiment(file.text, file.name, *rig);
-    for (const std::string& sentence : config::off_grid_tones(prepared.config)) console.warning(sentence);
-    warn_if_not_rehearsed(prepared.config, *rig, file.name, console);
+    prepared = config::parse_prepared_experiment(file.text, file.name, *rig);
+    for (const std::string& sentence : config::off_grid_tones(prepared->config)) console.warning(sentence);
+    warn_if_not_rehearsed(prepared->config, *rig, file.name, console);
     const Json rod = status.value("rod", Json());
     const bool is_read = rod.is_object() && rod.contains("displacement_in");
-    rehearsal = rehearse(prepared, *rig, is_read ? rod.at("displacement_in").get<double>() : start_of(*rig));
+    place_in = is_read ? rod.at("displacement_in").get<double>() : start_of(*rig);
+    rehearsal = rehearse(*prepared, *rig, place_in);
   } catch (const Error& error) {
     console.debug(fmt::format("not rehearsed: {}", error.what()));
     return;
   }
+  // A run that is on leaves the rod somewhere else.
+  if (status.at("run").is_null()) require_within_travel(prepared->config, *rig, place_in, file.name, console);
   report_rehearsal(rehearsal, *rig, file.name, risk, console);
 }
 
@@ -193,7 +198,10 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   const Json& rig = status.at("rig");
   const std::string units = rig.value("units", "");
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
-  for (const ExperimentFile& file : files) rehearse_for_service(file, status, risk, console);
+  for (auto file = files.begin(); file != files.end(); ++file) {
+    const bool is_copy = std::any_of(files.begin(), file, [&](const auto& other) { return other.text == file->text; });
+    if (!is_copy) rehearse_for_service(*file, status, risk, console);
+  }
   if (std::any_of(files.begin(), files.end(),
                   [](const ExperimentFile& file) { return config::characterises(file.text, file.name); })) {
     require_agreement_with_ruler(command, command.ruler, console);

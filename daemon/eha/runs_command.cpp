@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <map>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -11,11 +12,13 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/service_command.hpp"
+#include "daemon/eha/service_text.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_summary.hpp"
 
 namespace eha::cli {
 namespace {
@@ -37,24 +40,20 @@ struct RunsRecoverCommand {
   std::filesystem::path target;  ///< one run folder, or a folder of them
 };
 
-/// A line of the list of runs.
-struct ListedRun {
-  std::string folder;
-  std::string outcome;
-  std::vector<record::ModelEntry> models;
-};
-
 struct RunList {
   std::string folder;
-  std::vector<ListedRun> runs;
+  std::vector<record::RunSummary> runs;
 };
 
-std::string verdict_of(const std::vector<record::ModelEntry>& models) {
+std::string verdict_of(const record::RunSummary& run) {
+  if (run.purpose == record::Purpose::placing) return "a move to a place";
+  if (run.purpose == record::Purpose::valve_sheet) return "a valve sheet";
+  if (run.purpose == record::Purpose::tracking) return "a controller's trial";
+  if (run.models.empty()) return "not fitted";
   std::vector<std::string> accepted;
-  for (const record::ModelEntry& model : models) {
+  for (const record::ModelEntry& model : run.models) {
     if (model.accepted) accepted.push_back(model.name);
   }
-  if (models.empty()) return "not fitted";
   return accepted.empty() ? "all rejected" : fmt::format("accepted: {}", fmt::join(accepted, ", "));
 }
 
@@ -73,11 +72,18 @@ void show_report(const record::ReportEntry& report, Console& console) {
 RunList runs_of_service(const fs::path& socket) {
   const Json answer = control::Client(socket).call("runs");
   RunList list{.folder = answer.at("folder"), .runs = {}};
-  for (const Json& run : answer.at("runs")) {
-    list.runs.push_back(
-        {run.at("folder"), run.at("outcome"), record::models_from_json(run.at("models"), "ehad's answer: models")});
-  }
+  for (const Json& run : answer.at("runs")) list.runs.push_back(record::summary_from_json(run, "ehad's answer"));
   return list;
+}
+
+/// What the service still does with its runs, by their names.
+std::map<std::string, std::string> progress_of_service(const fs::path& socket) {
+  std::map<std::string, std::string> progress;
+  const Json queue = control::Client(socket).call("queue", {{"over", 0}});
+  for (const Json& entry : queue.at("entries")) {
+    if (const std::string text = progress_text(entry); !text.empty()) progress[entry.value("run", "")] = text;
+  }
+  return progress;
 }
 
 /// @throws IoError, PermissionError  the folder does not exist or cannot be read
@@ -92,12 +98,11 @@ RunList runs_of_folder(const fs::path& folder, const Console& console) {
   RunList list{.folder = folder.string(), .runs = {}};
   for (const fs::path& run : record::list_runs(folder)) {
     try {
-      const record::Manifest manifest = record::read_manifest(run);
-      list.runs.push_back({run.string(), std::string(record::outcome_text(manifest)), record::models_of(manifest)});
+      list.runs.push_back(record::summary_of(run.string(), record::read_manifest(run)));
     } catch (const Error& error) {
       // A damaged run must not hide the others.
       console.warning(error.what());
-      list.runs.push_back({run.string(), "unreadable", {}});
+      list.runs.push_back({.folder = run.string(), .outcome = "unreadable"});
     }
   }
   return list;
@@ -105,10 +110,7 @@ RunList runs_of_folder(const fs::path& folder, const Console& console) {
 
 Json to_json(const RunList& list) {
   Json document{{"schema", "eha-runs/1"}, {"folder", list.folder}, {"runs", Json::array()}};
-  for (const ListedRun& run : list.runs) {
-    document["runs"].push_back(
-        {{"folder", run.folder}, {"outcome", run.outcome}, {"models", record::to_json(run.models)}});
-  }
+  for (const record::RunSummary& run : list.runs) document["runs"].push_back(to_json(run));
   return document;
 }
 
@@ -139,10 +141,17 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
     return ExitCode::ok;
   }
   std::vector<std::vector<std::string>> rows;
-  for (const ListedRun& run : list.runs) {
-    rows.push_back({fs::path(run.folder).filename().string(), run.outcome, verdict_of(run.models)});
+  std::map<std::string, std::string> progress;
+  if (asks_service) progress = progress_of_service(command.socket.value_or(control::default_socket()));
+  for (const record::RunSummary& run : list.runs) {
+    const std::string name = fs::path(run.folder).filename().string();
+    const auto under_way = progress.find(name);
+    rows.push_back({name, run.fault.empty() ? run.outcome : run.outcome + ": " + run.fault,
+                    run.recorded_s > 0.0 ? fmt::format("{:.1f}", run.recorded_s) : "-",
+                    under_way != progress.end() ? under_way->second : verdict_of(run)});
   }
-  console.print(text_table({{"run", Align::left}, {"outcome", Align::left}, {"models", Align::left}}, rows));
+  console.print(
+      text_table({{"run", Align::left}, {"outcome", Align::left}, {"s", Align::right}, {"models", Align::left}}, rows));
   if (!asks_service && has_torn_run(here)) {
     console.next_step("eha runs recover " + shell_word(here.string()));
     return ExitCode::ok;
@@ -167,6 +176,19 @@ fs::path run_folder_of(const RunsShowCommand& command, const Console& console) {
   }
 }
 
+/// What to do next with a run. @param entry  of the service's queue; null where no service has the run
+std::string next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry) {
+  const std::string run = shell_word(command.run.string());
+  const std::string state = entry.is_object() ? entry.value("state", "") : "";
+  if (state == "running") return through(command.socket, "eha status --watch");
+  if (!manifest.outcome) return "eha runs recover " + run;
+  if (state == "fitting" || state == "judging") return through(command.socket, "eha queue");
+  const bool is_fitted =
+      record::purpose_of(manifest) == record::Purpose::models ||
+      (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
+  return report_of_run(command.run, (is_fitted ? "eha fit " : "eha plot ") + run);
+}
+
 ExitCode execute(const RunsShowCommand& given, Console& console) {
   RunsShowCommand command = given;
   command.run = run_folder_of(given, console);
@@ -183,8 +205,10 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
     }
   }
   if (manifest.report) show_report(*manifest.report, console);
+  const Json entry = entry_of_run(command.run, command.socket);
+  if (const std::string text = progress_text(entry); !text.empty()) console.print("service  the run " + text);
   print_answer(command.run, manifest, console);
-  console.next_step(report_of_run(command.run, "eha fit " + shell_word(command.run.string())));
+  console.next_step(next_of(command, manifest, entry));
   return ExitCode::ok;
 }
 
@@ -224,9 +248,13 @@ ExitCode execute(const RunsRecoverCommand& command, Console& console) {
 void add_runs(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("runs", "List, show, recover, cancel, acknowledge or remove runs");
   sub->fallthrough();
-  sub->require_subcommand(1);
+  sub->require_subcommand(0, 1);
   sub->footer("\nExamples:\n  eha runs list\n  eha runs show runs/latest\n  eha runs recover runs");
-  CLI::App* list = sub->add_subcommand("list", "One line for each run, oldest first");
+  // Alone it lists.
+  sub->callback([sub, &line] {
+    if (sub->get_subcommands().empty()) line.command = Request<RunsListCommand>{};
+  });
+  CLI::App* list = sub->add_subcommand("list", "One line for each run, oldest first; also without `list`");
   auto& listed = options_of<RunsListCommand>(*list, line);
   list->add_option("folder", listed.folder, "Folder of run folders (default runs, else the service's)")
       ->type_name("DIR");

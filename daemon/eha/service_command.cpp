@@ -2,6 +2,7 @@
 #include "daemon/eha/service_command.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -24,7 +25,6 @@
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
-#include "daemon/eha/text_table.hpp"
 
 namespace eha::cli {
 namespace {
@@ -37,8 +37,10 @@ constexpr const char* kSocketHelp = "Where ehad listens (default $EHA_SOCKET, ot
 constexpr std::int64_t kLastPosition = 1000;  // more than the queue holds
 
 constexpr const char* kStatusFooter = R"(
-Shows the state of the rig, the rod (in, V) on a bar between its limits, the holder of the lease and its remaining time
-[s], the current run (s, V, latency in us) and the queue. --watch redraws it until Ctrl-C.
+Shows the state of the rig, the rod (length, V) on a bar between its limits, the holder of the lease and its remaining
+time [s], the current run (s, V, latency in us), the fit in progress and the queue. A fault, or a run during which ehad
+died, is the state until somebody arms the rig. --watch redraws it until Ctrl-C, elsewhere than on a terminal it prints
+once a second.
 
 Examples:
   eha status
@@ -110,39 +112,6 @@ constexpr std::array<Verb, 6> kVerbs{{
     {"reload", "Have the service read its configuration again", kReloadFooter},
 }};
 
-/// The experiments that are not over, and the last few that are over.
-std::string queue_table(const Json& entries) {
-  constexpr std::size_t kMostOver = 5;
-  std::vector<std::vector<std::string>> rows;
-  std::size_t over = 0;
-  const std::vector<std::string> ends = end_times(entries);
-  for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
-    const std::string& end = ends[static_cast<std::size_t>(entries.rend() - entry) - 1];
-    const std::string state = entry->at("state");
-    const bool is_over = state == "over" || state == "cancelled";
-    if (is_over && ++over > kMostOver) continue;
-    const bool waits = state == "waiting" || state == "held";
-    const std::string said = waits                ? "waits for " + entry->value("waits_for", "")
-                             : state == "running" ? std::string()
-                                                  : verdict_text(*entry);
-    const double duration_s = entry->value("duration_s", 0.0);
-    rows.insert(
-        rows.begin(),
-        {fmt::format("{}", entry->at("entry").get<std::int64_t>()), entry->value("name", ""), entry->value("user", ""),
-         state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", end, entry->value("run", ""), said});
-  }
-  if (rows.empty()) return "no experiments in the queue\n";
-  return text_table({{"number", Align::right},
-                     {"experiment", Align::left},
-                     {"of", Align::left},
-                     {"state", Align::left},
-                     {"s", Align::right},
-                     {"ends", Align::left},
-                     {"run", Align::left},
-                     {"", Align::left}},
-                    rows);
-}
-
 std::string status_text(const Json& status, const Console& console) {
   std::vector<NamedText> lines;
   lines.push_back({"state", state_text(status)});
@@ -152,8 +121,7 @@ std::string status_text(const Json& status, const Console& console) {
   const DisplayUnit unit = console.unit(rig.value("units", ""));
   for (NamedText& line : rod_lines(status.value("rod", Json()), unit)) lines.push_back(std::move(line));
   if (!rig.value("moves", true)) {
-    lines.push_back(
-        {"", "simulated: every run but a goto begins where the rig file says, not where the last one ended"});
+    lines.push_back({"", "simulated: a run begins here, and the rod is back here after it; goto and jog move it"});
   }
   const Json& lease = status.at("lease");
   lines.push_back({"lease", lease.is_null()
@@ -168,15 +136,16 @@ std::string status_text(const Json& status, const Console& console) {
     lines.push_back({"loop", loop_line(progress)});
   }
   if (const Json& worker = status.at("worker"); !worker.is_null()) {
-    lines.push_back(
-        {"worker", fmt::format("fitting {} \"{}\"", worker.at("entry").get<std::int64_t>(), worker.value("name", ""))});
+    lines.push_back({"fit", fmt::format("{} \"{}\" {}", worker.at("entry").get<std::int64_t>(),
+                                        worker.value("name", ""), progress_text(worker))});
   }
   return aligned(lines);
 }
 
 ExitCode watch_status(Client& client, Console& console) {
   const StopOnSignals stop(Driver::service);
-  client.call("watch", {{"rate_Hz", console.json() ? 1.0 : 5.0}, {"samples", true}});
+  const bool is_drawn = !console.json() && isatty(STDOUT_FILENO) == 1;
+  client.call("watch", {{"rate_Hz", is_drawn ? 5.0 : 1.0}, {"samples", true}});
   RecentSamples recent;
   while (stop.count() == 0) {
     const std::optional<Json> status = client.next_event(std::chrono::seconds(1));
@@ -207,7 +176,8 @@ void print_numbers(const Json& numbers, const char* done, const char* none, cons
 }
 
 /// Prints an answer, and the next step.
-void print_answer(const ServiceCommand& command, const Json& answer, const Console& console) {
+/// @param way  of arm: of a rod near a limit to mid-travel
+void print_answer(const ServiceCommand& command, const Json& answer, const std::string& way, const Console& console) {
   const auto next = [&](const char* what) { console.next_step(through(command.socket, what)); };
   if (command.method == "arm") {
     console.print(fmt::format("{}; you hold the lease for {:.0f} s", answer.at("state").get<std::string>(),
@@ -220,9 +190,10 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
       console.print(fmt::format("held: {} \"{}\", submitted {}", entry.at("entry").get<std::int64_t>(),
                                 entry.value("name", ""), entry.value("submitted", "")));
     }
-    next(!answer.value("held", Json::array()).empty() ? "eha queue release"
-         : answer.value("characterised", true)        ? "eha run EXPERIMENT.toml"
-                                                      : "eha characterise");
+    next(!way.empty()                                   ? way.c_str()
+         : !answer.value("held", Json::array()).empty() ? "eha queue release"
+         : answer.value("characterised", true)          ? "eha run EXPERIMENT.toml"
+                                                        : "eha characterise");
   } else if (command.method == "release") {
     print_numbers(answer.at("released"), "released", "no experiment of yours is held", console);
     next("eha status");
@@ -246,6 +217,7 @@ void print_answer(const ServiceCommand& command, const Json& answer, const Conso
     if (what != "nothing") next("eha status");
   } else if (command.method == "reload") {
     console.print(fmt::format("configuration read again: {}", answer.at("rig").get<std::string>()));
+    next("eha arm");
   } else if (command.method == "ack") {
     console.print(fmt::format("{}: acknowledged; it may be removed when the disk budget is exceeded",
                               answer.at("run").get<std::string>()));
@@ -279,8 +251,19 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
     answer["queue"] = client.call("queue").at("entries");
     console.print(status_text(answer, console));
     console.print(queue_table(answer["queue"]));
+    const std::string way = way_to_middle(answer.at("rod"), console.unit(answer.at("rig").value("units", "")));
+    const bool must_arm = answer.at("state") != "armed";
+    if (!way.empty() && answer.at("run").is_null()) {
+      console.next_step((must_arm ? through(command.socket, "eha arm") + " && " : "") + through(command.socket, way));
+    }
   }
-  print_answer(command, answer, console);
+  std::string way;
+  if (command.method == "arm") {
+    const Json status = status_with_rod(client);
+    const Json& rig = status.at("rig");
+    if (status.at("run").is_null()) way = way_to_middle(status.at("rod"), console.unit(rig.value("units", "")));
+  }
+  print_answer(command, answer, way, console);
   console.print_json(answer);
   return ExitCode::ok;
 }

@@ -3,9 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <ctime>
 #include <optional>
+#include <system_error>
 #include <vector>
+
+#include "core/error.hpp"
+#include "daemon/control/client.hpp"
+#include "daemon/eha/run_line.hpp"
+#include "daemon/eha/text_table.hpp"
 
 namespace eha::cli {
 
@@ -23,8 +31,43 @@ std::string verdict_text(const Json& entry) {
     text += ", all rejected";
   }
   const std::string note = entry.value("note", "");
+  // "interrupted by a stop request" needs no "interrupted" before it.
+  if (!text.empty() && note.starts_with(text)) return note;
   if (!note.empty()) text += (text.empty() ? "" : ": ") + note;
   return text;
+}
+
+std::string progress_text(const Json& entry) {
+  if (!entry.is_object()) return {};
+  const std::string state = entry.value("state", "");
+  if (state == "running") return "is being played";
+  if (state == "judging") return "is being judged";
+  if (state != "fitting") return {};
+  const auto fitting_s = entry.find("fitting_s");
+  if (fitting_s == entry.end()) return "waits for its fit";
+  // A fit has the lowest priority, and gets what the other programs of the machine leave.
+  constexpr double kSettled_s = 20.0;
+  constexpr double kSmallShare = 0.2;
+  const double elapsed_s = fitting_s->get<double>();
+  const double cpu_s = entry.value("fitting_cpu_s", 0.0);
+  const bool is_starved = elapsed_s > kSettled_s && cpu_s < kSmallShare * elapsed_s;
+  return fmt::format("is being fitted, for {} so far, with {:.0f} s of processor time{}", duration_text(elapsed_s),
+                     cpu_s, is_starved ? " (other programs keep the processors busy)" : "");
+}
+
+Json entry_of_run(const std::filesystem::path& run, const std::filesystem::path& socket) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(socket, ignored)) return nullptr;
+  try {
+    const Json queue = control::Client(socket).call("queue");
+    for (const Json& entry : queue.at("entries")) {
+      const std::string folder = entry.value("folder", "");
+      if (!folder.empty() && std::filesystem::equivalent(folder, run, ignored)) return entry;
+    }
+  } catch (const Error&) {
+    // Nobody answers: nothing is known of the run but its folder.
+  }
+  return nullptr;
 }
 
 std::vector<std::string> end_times(const nlohmann::ordered_json& entries) {
@@ -35,7 +78,7 @@ std::vector<std::string> end_times(const nlohmann::ordered_json& entries) {
     const double duration_s = entry.value("duration_s", 0.0);
     std::tm start{};
     texts.emplace_back();
-    if (entry.value("fast", false)) continue;
+    if (entry.value("fast", false) || entry.value("only_places", false)) continue;
     if (state == "running" && strptime(entry.value("run", "").c_str(), "%Y%m%dT%H%M%SZ", &start) != nullptr) {
       end_s = static_cast<double>(timegm(&start)) + duration_s;
     } else if (state == "waiting" && end_s) {
@@ -49,6 +92,52 @@ std::vector<std::string> end_times(const nlohmann::ordered_json& entries) {
     texts.back() = fmt::format("{:02}:{:02}", local.tm_hour, local.tm_min);
   }
   return texts;
+}
+
+namespace {
+
+/// The text in at most `width` bytes, characters of UTF-8 whole: `eha runs show` has all of it.
+std::string cut_to_width(const std::string& text, std::size_t width) {
+  if (text.size() <= width) return text;
+  std::size_t end = width - 3;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "...";
+}
+
+}  // namespace
+
+std::string queue_table(const Json& entries) {
+  constexpr std::size_t kMostOver = 5;
+  constexpr std::size_t kWidest = 72;
+  std::vector<std::vector<std::string>> rows;
+  std::size_t over = 0;
+  const std::vector<std::string> ends = end_times(entries);
+  for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
+    const std::string& end = ends[static_cast<std::size_t>(entries.rend() - entry) - 1];
+    const std::string state = entry->at("state");
+    if (state == "cancelled") continue;
+    if (state == "over" && ++over > kMostOver) continue;
+    const bool waits = state == "waiting" || state == "held";
+    const std::string said = waits                ? "waits for " + entry->value("waits_for", "")
+                             : state == "running" ? std::string()
+                             : state == "over"    ? cut_to_width(verdict_text(*entry), kWidest)
+                                                  : progress_text(*entry);
+    const double duration_s = entry->value("only_places", false) ? 0.0 : entry->value("duration_s", 0.0);
+    rows.insert(
+        rows.begin(),
+        {fmt::format("{}", entry->at("entry").get<std::int64_t>()), entry->value("name", ""), entry->value("user", ""),
+         state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", end, entry->value("run", ""), said});
+  }
+  if (rows.empty()) return "no experiments in the queue\n";
+  return text_table({{"number", Align::right},
+                     {"experiment", Align::left},
+                     {"of", Align::left},
+                     {"state", Align::left},
+                     {"s", Align::right},
+                     {"ends", Align::left},
+                     {"run", Align::left},
+                     {"", Align::left}},
+                    rows);
 }
 
 }  // namespace eha::cli

@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "daemon/ehad/recovery.hpp"
 #include "daemon/ehad/supervisor.hpp"
-#include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_summary.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::service {
@@ -48,13 +47,13 @@ Json describe(const Snapshot& now, double step_s) {
 Json list_of_runs(const fs::path& folder, const RunIndex& index) {
   Json list = Json::array();
   for (const fs::path& run : record::list_runs(folder)) {
-    Json line{{"run", run.filename().string()}, {"folder", run.string()}, {"outcome", "unreadable"}};
+    Json line{{"run", run.filename().string()}};
     try {
-      line["outcome"] = record::outcome_text(record::read_manifest(run));
+      line.update(to_json(record::summary_of(run.string(), record::read_manifest(run))));
     } catch (const std::exception& error) {
+      line.update(to_json(record::RunSummary{.folder = run.string(), .outcome = "unreadable"}));
       line["error"] = error.what();
     }
-    line["models"] = models_of(run);
     const auto known = index.runs().find(run.filename().string());
     if (known != index.runs().end()) {
       line["sequence"] = known->second.sequence;
@@ -111,6 +110,11 @@ Json Supervisor::entry(EntryId id) const {
   if (found == queue_.entries().end()) return nullptr;
   Json described = service::describe(found->second);
   if (!found->second.run.empty()) described["folder"] = (runs_folder() / found->second.run).string();
+  if (fitter_.entry() == id) {
+    const Fitter::Spent spent = fitter_.spent();
+    described["fitting_s"] = spent.elapsed_s;
+    described["fitting_cpu_s"] = spent.cpu_s;
+  }
   if (found->second.state == EntryState::waiting || found->second.state == EntryState::held) {
     const std::vector<EntryId> queued = queue_.queued_of(found->second.uid);
     described["position"] = std::find(queued.begin(), queued.end(), id) - queued.begin() + 1;

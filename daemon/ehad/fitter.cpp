@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/fitter.hpp"
 
+#include <ctime>
 #include <exception>
 #include <utility>
 #include <vector>
@@ -23,10 +24,22 @@ std::optional<EntryId> Fitter::entry() const noexcept {
   return process_ ? std::optional<EntryId>(entry_) : std::nullopt;
 }
 
+Fitter::Spent Fitter::spent() const noexcept {
+  if (!process_) return {};
+  Spent spent{.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count()};
+  clockid_t clock{};
+  timespec used{};
+  if (clock_getcpuclockid(process_->pid(), &clock) == 0 && clock_gettime(clock, &used) == 0) {
+    spent.cpu_s = static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+  }
+  return spent;
+}
+
 pid_t Fitter::start(EntryId entry, const std::filesystem::path& run, const worker::WorkerLimits& limits) {
   process_ = std::make_unique<worker::WorkerProcess>(
       programs_, std::vector<std::string>{"fit", run.string(), "--quiet", "--no-progress"}, limits);
   entry_ = entry;
+  begun_ = std::chrono::steady_clock::now();
   return process_->pid();
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -27,6 +28,13 @@ class Fitter {
   /// The experiment whose run is being fitted.
   [[nodiscard]] std::optional<EntryId> entry() const noexcept;
 
+  /// How long the worker has run, and the processor time that it got [s]; only while one runs.
+  struct Spent {
+    double elapsed_s = 0.0;
+    double cpu_s = 0.0;
+  };
+  [[nodiscard]] Spent spent() const noexcept;
+
   /// Starts `eha fit RUN`. Only while none runs. @returns the process
   /// @throws IoError  the process cannot be started
   pid_t start(EntryId entry, const std::filesystem::path& run, const worker::WorkerLimits& limits);
@@ -40,6 +48,7 @@ class Fitter {
  private:
   worker::WorkerPrograms programs_;
   EntryId entry_ = 0;
+  std::chrono::steady_clock::time_point begun_ = {};
   std::unique_ptr<worker::WorkerProcess> process_;
 };
 

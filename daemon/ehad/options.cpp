@@ -2,6 +2,7 @@
 #include "daemon/ehad/options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 
 #include "core/error.hpp"
 #include "hal/comedi/comedi_available.hpp"
@@ -52,6 +53,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv, std::str
   } catch (const CLI::ParseError& error) {
     throw UsageError(std::string(error.what()) + "; see `ehad --help`");
   }
+  // Clients in other folders are told these.
+  options.state = std::filesystem::absolute(options.state).lexically_normal();
+  options.rig_file = std::filesystem::absolute(options.rig_file).lexically_normal().string();
   if (allow_non_realtime) options.non_realtime = acquisition::NonRealtime::allow;
   return options;
 }

@@ -57,6 +57,8 @@ Entry entry_from_text(const std::string& text) {
   entry.rehearsal = json.value("rehearsal", Json());
   entry.accept_travel_risk = json.value("accept_travel_risk", false);
   entry.warnings = json.value("warnings", std::vector<std::string>());
+  entry.only_places = json.value("only_places", false);
+  entry.is_open_fault = json.value("open_fault", false);
   if (entry.id < 1) throw DataError("entry: expected a number above 0");
   return entry;
 }
@@ -91,6 +93,7 @@ Json describe(const Entry& entry) {
           {"uid", entry.uid},
           {"user", entry.user},
           {"fast", entry.fast},
+          {"only_places", entry.only_places},
           {"submitted", entry.submitted},
           {"duration_s", entry.duration_s},
           {"run", entry.run},
@@ -101,6 +104,13 @@ Json describe(const Entry& entry) {
           {"models", entry.models},
           {"placed_in", entry.placed_in ? Json(*entry.placed_in) : Json(nullptr)},
           {"exit_code", entry.exit_code}};
+}
+
+std::string bad_end_of(const Entry& entry) {
+  std::string text = fmt::format("experiment {}: {}", entry.id, entry.outcome);
+  if (!entry.note.empty()) text += ": " + entry.note;
+  if (!entry.run.empty()) text += "; run " + entry.run;
+  return text;
 }
 
 QueueStore::QueueStore(fs::path folder) : folder_(std::move(folder)) {
@@ -143,6 +153,7 @@ void QueueStore::save(const Entry& entry) const {
   json["place"] = entry.place;
   json["accept_travel_risk"] = entry.accept_travel_risk;
   json["experiment"] = entry.experiment;
+  json["open_fault"] = entry.is_open_fault;
   os::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
@@ -256,6 +267,22 @@ Entry* Queue::next_to_fit() {
     if (entry.state == EntryState::fitting) return &entry;
   }
   return nullptr;
+}
+
+const Entry* Queue::open_fault() const {
+  const Entry* newest = nullptr;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.is_open_fault) newest = &entry;
+  }
+  return newest;
+}
+
+std::vector<EntryId> Queue::close_faults() {
+  std::vector<EntryId> changed;
+  for (auto& [id, entry] : entries_) {
+    if (std::exchange(entry.is_open_fault, false)) changed.push_back(id);
+  }
+  return changed;
 }
 
 std::vector<EntryId> Queue::forget_old(EntryId kept) {

@@ -60,6 +60,7 @@ struct Entry {
   Json rehearsal = {};                     ///< as `eha check --json` has it; null where nothing is known
   Json models = Json::array();             ///< as in the run's manifest, once it is fitted
   int exit_code = 0;                       ///< what `eha run` ends with, once it is over
+  bool is_open_fault = false;  ///< a fault or the death of ehad ended it, and nobody has armed the rig since
   // Neither is saved: a restart ends every connection, and held experiments are rehearsed again.
   std::uint64_t client = 0;                     ///< connection without which it does not start; 0: it needs none
   std::optional<RehearsedFrom> rehearsed = {};  ///< of `rehearsal`; none: not since the start of the service
@@ -70,6 +71,10 @@ struct Entry {
 
 /// The entry for clients: everything except the experiment's text.
 [[nodiscard]] Json describe(const Entry& entry);
+
+/// The end of an experiment that a fault or the death of ehad ended: "experiment 7: faulted: travel_limit ...; run
+/// NAME".
+[[nodiscard]] std::string bad_end_of(const Entry& entry);
 
 /// The queue's files, one for each experiment, replaced atomically. Blocks on the disk. Not thread-safe.
 class QueueStore {
@@ -128,6 +133,11 @@ class Queue {
   [[nodiscard]] Entry* next_of(uid_t uid);
   /// The oldest entry that is to be fitted; nullptr when there is none.
   [[nodiscard]] Entry* next_to_fit();
+
+  /// The newest entry that is an open fault; nullptr when there is none.
+  [[nodiscard]] const Entry* open_fault() const;
+  /// Closes every open fault. @returns the entries that have changed
+  std::vector<EntryId> close_faults();
 
   /// Removes the oldest entries that are over, beyond kMostOver, but never `kept`. @returns their numbers
   std::vector<EntryId> forget_old(EntryId kept);

@@ -34,7 +34,7 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
   if (!entry.run.empty() && record::is_run_folder(folder)) {
     try {
       entry.outcome = record::outcome_text(record::read_manifest(folder));
-      entry.note = fmt::format("ehad ended during this run; the partial record is in {}", folder.string());
+      entry.note = "ehad ended during this run";
     } catch (const std::exception& error) {
       entry.note = fmt::format("ehad ended during this run, and the run cannot be read: {}", error.what());
     }
@@ -47,6 +47,7 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
     entry.note.clear();
   }
   if (entry.state == EntryState::over) entry.experiment.clear();
+  entry.is_open_fault = !entry.note.empty();
   const char* completed =
       entry.state == EntryState::fitting ? "it had completed and is fitted now" : "it had completed";
   spdlog::warn("experiment {} (\"{}\" of {}): was on when ehad ended: {}", entry.id, entry.name, entry.user,

@@ -83,6 +83,7 @@ void Supervisor::load_queue() {
   queue_ = Queue(std::move(entries));
   for (const EntryId old : queue_.forget_old(0)) store_.remove(old);
   queue_.hold_waiting();
+  if (const Entry* fault = queue_.open_fault()) disarmed_because_ = bad_end_of(*fault);
   if (const std::size_t held = queue_.count(EntryState::held); held > 0) {
     spdlog::info("{} experiments are held until their owners arm the rig and release them (eha queue release)", held);
   }
@@ -99,13 +100,6 @@ void Supervisor::require_lease(const Peer& peer, std::string_view what) const {
 bool Supervisor::may_start(uid_t uid) const {
   return lease_.is_held_by(uid) && !shutting_down_ && (active_ || rig_.is_armed());
 }
-
-namespace {
-
-/// Whether a reason for not being armed is the end of an experiment.
-bool is_of_run(const std::string& reason) { return reason.starts_with("experiment "); }
-
-}  // namespace
 
 Json Supervisor::armed_answer(uid_t uid) const {
   Json held = Json::array();
@@ -144,8 +138,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
     answer([&] { return armed_answer(peer.uid); });
     return;
   }
-  const std::string fault =
-      state() == acquisition::State::faulted && is_of_run(disarmed_because_) ? disarmed_because_ : "";
+  const std::string fault = queue_.open_fault() != nullptr ? bad_end_of(*queue_.open_fault()) : "";
   rig_.arm([this, peer, was_held, fault, grant, answer = std::move(answer)](std::future<void> done) {
     answer([&]() -> Json {
       try {
@@ -156,6 +149,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
       }
       spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
       disarmed_because_.clear();
+      for (const EntryId id : queue_.close_faults()) save(*queue_.find(id));
       Json armed = armed_answer(peer.uid);
       if (!fault.empty()) armed["acknowledged"] = fault;
       return armed;
@@ -189,7 +183,9 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
 }
 
 void Supervisor::disarm_rig(const std::string& why, LeaseFate lease) {
-  disarmed_because_ = why;
+  // A fault that nobody has acknowledged stays the reason, whoever lets go of the rig afterwards.
+  const Entry* fault = queue_.open_fault();
+  disarmed_because_ = fault != nullptr ? bad_end_of(*fault) : why;
   next_.reset();
   const Lease::Holder* holder = lease_.holder();
   const std::string kept =

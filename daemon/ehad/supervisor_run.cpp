@@ -76,12 +76,14 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   entry.note = acquisition::describe(run.report, DisplayUnit(rig_.config()->units));
   if (outcome == Outcome::interrupted && !stopped_by.empty())
     entry.note += fmt::format(" (eha stop of {})", stopped_by);
+  if (outcome == Outcome::interrupted && stopped_by.empty() && shutting_down_) entry.note += " (ehad was ended)";
   const bool is_unguarded = rig_.guard() == GuardState::died;
   for (const std::string& sentence :
        {std::string(is_unguarded ? "the guard of the rig has died" : ""), run.write_error}) {
     if (!sentence.empty()) entry.note += (entry.note.empty() ? "" : "; ") + sentence;
   }
-  entry.warnings = acquisition::warnings(run.report);
+  entry.warnings = acquisition::warnings(
+      run.report, run.only_placed ? acquisition::RunKind::placing : acquisition::RunKind::experiment);
   for (const delays::Delay& delay : run.delays) entry.warnings.push_back(delays::sentence_of(delay));
   for (const std::string& sentence : entry.warnings) spdlog::warn("experiment {}: {}", entry.id, sentence);
   if (run.only_placed && std::isfinite(run.displacement_in)) {
@@ -103,6 +105,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   } else {
     spdlog::error("experiment {}: {}: {}", entry.id, entry.outcome, entry.note);
     const bool is_guards_fault = is_unguarded && outcome == Outcome::interrupted;
+    entry.is_open_fault = outcome != Outcome::interrupted;
     close_entry(entry, is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report));
   }
   lease_.renew(Clock::now());
@@ -110,11 +113,9 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     start_next();
   } else {
     // After a stop or a fault the next experiment must not move the rig by itself.
-    disarm_rig(fmt::format("experiment {}: {}", entry.id,
-                           acquisition::is_whole(outcome) ? "stopped at its end"
-                           : outcome == Outcome::faulted  ? fmt::format("faulted: {}; run {}", entry.note, entry.run)
-                           : entry.note.starts_with(entry.outcome) ? entry.note
-                                                                   : fmt::format("{}: {}", entry.outcome, entry.note)),
+    disarm_rig(acquisition::is_whole(outcome) ? fmt::format("experiment {}: stopped at its end", entry.id)
+               : entry.is_open_fault          ? bad_end_of(entry)
+                                              : fmt::format("experiment {}: {}", entry.id, entry.note),
                LeaseFate::kept);
   }
 }

@@ -61,16 +61,37 @@ std::size_t line_below_head(std::string& text, const std::string& table) {
 struct NewValue {
   std::string key;
   std::string value;
+  std::string old_key = {};  ///< that the file has in its place; empty: the same one
 };
 
-/// The values under the keys that the file has: those in inches may stand there in millimetres.
+/// The values under the keys that the file has, those in inches in millimetres where they stand there so, or where the
+/// file's units are millimetres.
 std::vector<NewValue> as_written(const config::RigConfig& rig, const std::string& table, std::vector<NewValue> values) {
   for (NewValue& value : values) {
     const auto written = millimetre_key(value.key);
-    if (!written || !rig.positions.contains(table + "." + written->name)) continue;
-    value = {written->name, fmt::format("{:.6g}", std::strtod(value.value.c_str(), nullptr) / written->factor)};
+    if (!written) continue;
+    const bool stands_so = rig.positions.contains(table + "." + written->name);
+    if (!stands_so && rig.units != "mm") continue;
+    const std::string old_key = stands_so ? std::string() : value.key;
+    value = {written->name, fmt::format("{:.6g}", std::strtod(value.value.c_str(), nullptr) / written->factor),
+             old_key};
   }
   return values;
+}
+
+/// Replaces a value, and its key where that has another unit: then "[in/V]" in the comment of its line too.
+void replace(std::string& text, std::size_t at, const NewValue& value) {
+  const std::size_t end = end_of_value(text, at);
+  if (!value.old_key.empty()) {
+    const std::size_t line_end = std::min(text.find('\n', at), text.size());
+    for (const char* unit : {"[in/", "[in]"}) {
+      const std::size_t found = text.find(unit, end);
+      if (found < line_end) text.replace(found + 1, 2, "mm");
+    }
+  }
+  text.replace(at, end - at, value.value);
+  const std::size_t key = value.old_key.empty() ? text.npos : text.rfind(value.old_key, at);
+  if (key != text.npos) text.replace(key, value.old_key.size(), value.key);
 }
 
 std::string with_values(const config::RigConfig& rig, const std::string& table, const std::vector<NewValue>& given) {
@@ -79,14 +100,14 @@ std::string with_values(const config::RigConfig& rig, const std::string& table, 
   std::map<std::size_t, const NewValue*, std::greater<>> at;  // from the end, so that places stay right
   std::string added;
   for (const NewValue& value : values) {
-    const auto found = rig.positions.find(table + "." + value.key);
+    const auto found = rig.positions.find(table + "." + (value.old_key.empty() ? value.key : value.old_key));
     if (found == rig.positions.end()) {
       added += fmt::format("{} = {}\n", value.key, value.value);
     } else {
       at[offset_of(text, found->second)] = &value;
     }
   }
-  for (const auto& [offset, value] : at) text.replace(offset, end_of_value(text, offset) - offset, value->value);
+  for (const auto& [offset, value] : at) replace(text, offset, *value);
   if (!added.empty()) text.insert(line_below_head(text, table), added);
   return text;
 }

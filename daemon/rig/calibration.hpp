@@ -34,15 +34,16 @@ struct Calibration {
 [[nodiscard]] Calibration calibrated(std::span<const CalibrationPoint> points);
 
 /// A rig file's text with scale and offset, and the calibration date where the backend has one, replaced. Everything
-/// else, comments and order among it, stays. A key that the file leaves out is added below the head of its table. The
+/// else, comments and order among it, stays. A key that the file leaves out is added below the head of its table. With
+/// units = "mm" keys in inches become those in millimetres, and so does "[in/V]" in the comment of their lines. The
 /// text is read back as a rig file.
 /// @param date  YYYY-MM-DD
 /// @throws ConfigError  the new file would be wrong: limits outside of what the sensor then shows, for one
 [[nodiscard]] std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration& calibration,
                                               const std::string& date);
 
-/// A rig file's text with the numbers of [following] replaced, or with that table added at its end. Everything else
-/// stays. The text is read back as a rig file.
+/// A rig file's text with the numbers of [following] replaced, or with that table added at its end, in the units of
+/// calibrated_rig_text. Everything else stays. The text is read back as a rig file.
 /// @throws ConfigError  the new file would be wrong
 [[nodiscard]] std::string rig_text_with(const config::RigConfig& rig, const config::Following& following);
 

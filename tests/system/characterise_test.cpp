@@ -160,8 +160,26 @@ TEST(Calibrate, TakesACsvRefusesABadPositionAndTooFew) {
   const Ended few = run_eha({"calibrate", "--rig", "rig.toml", "--at", "1in=1", "--at", "2in=2"}, folder.path());
   EXPECT_EQ(few.code, static_cast<int>(ExitCode::bad_data));
   EXPECT_NE(few.err.find("at least 3"), std::string::npos) << few.err;
-  EXPECT_EQ(run_eha({"calibrate", "--rig", "rig.toml", "--at", "1=1"}, folder.path()).code,
+  EXPECT_EQ(run_eha({"calibrate", "--rig", "rig.toml", "--at", "far=1"}, folder.path()).code,
             static_cast<int>(ExitCode::usage));
+}
+
+TEST(Calibrate, TakesNumbersAloneInTheUnitsOfTheRigAndWritesThem) {
+  const TemporaryFolder folder;
+  folder.write("rig.toml", "units = \"mm\"\n" + content_of(source_file("config/rigs/sim.toml")));
+  const Ended ended = run_eha({"calibrate", "--rig", "rig.toml", "--at", "10=0.656", "--at", "75=4.921", "--at",
+                               "140 mm=9.186", "--tolerance", "0.1", "-o", "new.toml", "--json"},
+                              folder.path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NEAR(Json::parse(ended.out).at("scale_in_per_V").get<double>(), 0.6, 0.001);
+  const std::string text = content_of(folder.path() / "new.toml");
+  EXPECT_NE(text.find("scale_mm_per_V = 15.2"), std::string::npos) << text;
+  EXPECT_EQ(text.find("scale_in_per_V ="), std::string::npos) << text;
+  EXPECT_EQ(run_eha({"check", "new.toml"}, folder.path()).code, 0);
+  const Ended narrow = run_eha({"calibrate", "--rig", "rig.toml", "--at", "10=0.656", "--at", "75.2=4.921", "--at",
+                                "140=9.186", "--tolerance", "0.1"},
+                               folder.path());
+  EXPECT_EQ(narrow.code, static_cast<int>(ExitCode::bad_data)) << "0.1 mm, not 0.1 in: " << narrow.err;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "tests/system/program.hpp"
@@ -48,6 +49,38 @@ TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   EXPECT_EQ(tripped.code, static_cast<int>(ExitCode::safety_trip)) << tripped.err;
   EXPECT_NE(tripped.err.find("the rod drifted at +"), std::string::npos) << tripped.err;
   EXPECT_NE(tripped.err.find("offset_V = -0."), std::string::npos) << tripped.err;
+}
+
+TEST(Rehearsal, SaysWhatToDoWithTheDriftOfTheShippedPair) {
+  const TemporaryFolder folder;
+  const Ended checked =
+      run_eha({"check", source_file("config/experiments/paper.toml"), "--rig", source_file("config/rigs/sim.toml")},
+              folder.path());
+  ASSERT_EQ(checked.code, 0) << checked.err;
+  EXPECT_NE(checked.out.find("leave no room for the offset_V"), std::string::npos) << checked.out;
+  EXPECT_NE(checked.out.find("it may be played as it is"), std::string::npos) << "Next: is eha run: " << checked.out;
+  EXPECT_NE(checked.out.find("Next: eha run "), std::string::npos) << checked.out;
+}
+
+TEST(Rehearsal, IsRefusedFromBeyondATravelLimitWithTheWayBack) {
+  const TemporaryFolder folder;
+  std::string rig = "units = \"mm\"\n" + content_of(source_file("config/rigs/sim.toml"));
+  const std::string start = "initial_displacement_in = 2.95";
+  rig.replace(rig.find(start), start.size(), "initial_displacement_in = 0.05");
+  folder.write("rig.toml", rig);
+  const std::string paper = source_file("config/experiments/paper.toml");
+  const std::string way =
+      "2.540 mm beyond the lower travel limit of 3.810 mm, from where no experiment is played: look at "
+      "the rod, then eha goto 74.9mm --way-back";
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"check", paper, "--rig", "rig.toml"},
+                                                {"run", paper, "--local", "--fast", "--rig", "rig.toml"}}) {
+    const Ended ended = run_eha(words, folder.path());
+    EXPECT_EQ(ended.code, static_cast<int>(ExitCode::configuration)) << ended.err;
+    EXPECT_NE(ended.err.find(way), std::string::npos) << ended.err;
+    EXPECT_EQ(ended.err.find("lower the amplitudes"), std::string::npos) << ended.err;
+  }
+  const Ended inside = run_eha({"check", paper, "--rig", "rig.toml", "--at", "75mm"}, folder.path());
+  EXPECT_EQ(inside.code, 0) << inside.err;
 }
 
 TEST(Rehearsal, IsSaidToBeMissingWhereTheRigFileDoesNotHaveTheValve) {

@@ -48,6 +48,14 @@ TEST_F(ServicePlace, MovesTheRodThereAndAgainRelativeToIt) {
   const Json manifest = Json::parse(content_of(folder / "run.json"));
   EXPECT_NEAR(manifest.at("experiment").at("place_in").get<double>(), 3.8, 0.03);
   EXPECT_TRUE(fs::is_empty(folder / "models")) << "there is nothing to fit";
+  const Ended shown = eha({"runs", "show", folder});
+  EXPECT_NE(shown.out.find("Next: eha plot "), std::string::npos) << shown.out;
+  const Ended fitted = run_eha({"fit", folder}, daemon_.folder());
+  EXPECT_EQ(fitted.code, static_cast<int>(ExitCode::bad_data)) << fitted.err;
+  EXPECT_NE(fitted.err.find("a move of the rod to a place"), std::string::npos) << fitted.err;
+  const Ended list = eha({"runs", "list"});
+  EXPECT_NE(list.out.find("a move to a place"), std::string::npos) << list.out;
+  EXPECT_EQ(list.out.find("not fitted"), std::string::npos) << list.out;
   EXPECT_EQ(Client(daemon_.socket()).call("status").at("state"), "armed") << "the next may follow";
 }
 
@@ -172,6 +180,19 @@ TEST_F(ServicePlace, BringsBackARodBeyondALimitOnlyWhenItWasSeenThere) {
   Client client(daemon_.socket());
   client.call("reload");
   client.call("arm");
+  // Whatever is asked, the answer is the way back.
+  const std::string way = "eha goto 2.95in --way-back";
+  EXPECT_NE(eha({"arm"}).out.find("Next: " + way), std::string::npos) << eha({"arm"}).out;
+  const Ended read = eha({"read"});
+  EXPECT_NE(read.out.find("beyond the upper travel limit of 5.750 in: look at the rod"), std::string::npos) << read.out;
+  EXPECT_NE(read.out.find("Next: " + way), std::string::npos) << read.out;
+  std::ofstream(daemon_.folder() / "e.toml") << experiment_text("waits");
+  for (const bool accepts : {false, true}) {
+    const Ended run = eha({"run", "e.toml", "--fast", accepts ? "--accept-travel-risk" : "--detach"});
+    EXPECT_EQ(run.code, static_cast<int>(ExitCode::configuration)) << run.err;
+    EXPECT_NE(run.err.find("beyond the upper travel limit of 5.750 in"), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find(way), std::string::npos) << run.err;
+  }
   const Ended unseen = eha({"goto", "2.95in", "--fast", "--yes"});
   EXPECT_EQ(unseen.code, static_cast<int>(ExitCode::usage)) << unseen.err;
   EXPECT_NE(unseen.err.find("--way-back"), std::string::npos) << unseen.err;
@@ -182,6 +203,8 @@ TEST_F(ServicePlace, BringsBackARodBeyondALimitOnlyWhenItWasSeenThere) {
   const Ended back = eha({"goto", "2.95in", "--fast", "--yes", "--way-back", "--json"});
   ASSERT_EQ(back.code, 0) << back.err;
   EXPECT_NEAR(rod_in(), 2.95, 0.03);
+  EXPECT_EQ(back.err.find("lower the excitation"), std::string::npos) << "it was the way back: " << back.err;
+  EXPECT_NE(eha({"arm"}).out.find("Next: eha run EXPERIMENT.toml"), std::string::npos);
 }
 
 TEST_F(ServicePlace, MovesALocalRigToo) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // An experiment's way through the whole service, over its socket, on the simulated rig.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -151,6 +152,7 @@ TEST(Service, RampsOutAndEndsOnSigterm) {
   const Json over = entry_of(daemon, entry);
   EXPECT_EQ(over.at("state"), "over");
   EXPECT_EQ(over.at("outcome"), "interrupted");
+  EXPECT_NE(over.at("note").get<std::string>().find("(ehad was ended)"), std::string::npos) << over;
 }
 
 TEST(Service, RecoversTheRunAndStaysFaultedAfterSigkill) {
@@ -175,9 +177,23 @@ TEST(Service, RecoversTheRunAndStaysFaultedAfterSigkill) {
   const fs::path run = over.at("folder").get<std::string>();
   EXPECT_GT(Json::parse(content_of(run / "run.json")).at("recovery").at("rows"), 400);
   EXPECT_TRUE(fs::exists(run / "raw.h5"));
+  // The state names the death and the run until somebody arms, whoever restarts ehad meanwhile.
+  const std::string reason = client.call("status").at("reason");
+  EXPECT_EQ(reason, fmt::format("experiment {}: recovered: ehad ended during this run; run {}", entry,
+                                over.at("run").get<std::string>()));
+  EXPECT_EQ(daemon.stop(SIGTERM), 0);
+  daemon.start();
+  Client later(daemon.socket());
+  EXPECT_EQ(later.call("status").at("reason"), reason);
+  EXPECT_EQ(later.call("arm").at("acknowledged"), reason);
+  later.call("disarm");
+  EXPECT_EQ(daemon.stop(SIGTERM), 0);
+  daemon.start();
+  Client last(daemon.socket());
+  EXPECT_EQ(last.call("status").at("reason"), "ehad has started") << "it was acknowledged";
   // Armed again it does not play it once more.
-  client.call("arm");
-  EXPECT_EQ(client.call("status").at("run"), nullptr);
+  last.call("arm");
+  EXPECT_EQ(last.call("status").at("run"), nullptr);
 }
 
 TEST(Service, RecoversTheOtherRunsWhenOneCannotBe) {
@@ -246,6 +262,8 @@ TEST(Service, DisarmsOnAFaultAndHoldsTheQueue) {
   EXPECT_NE(reason.find("faulted: travel_limit at "), std::string::npos) << reason;
   EXPECT_NE(reason.find("the limit is "), std::string::npos) << reason;
   EXPECT_NE(reason.find("; run " + over.at("run").get<std::string>()), std::string::npos) << reason;
+  client.call("disarm");
+  EXPECT_EQ(client.call("status").at("reason"), reason) << "letting go of the rig acknowledges nothing";
   EXPECT_EQ(client.call("arm").at("acknowledged"), reason);
   EXPECT_FALSE(client.call("arm").contains("acknowledged")) << "armed already";
   const std::int64_t other = submit(client, experiment_text("other"));

@@ -95,6 +95,38 @@ TEST(ServiceWorker, HoldsNoDescriptorOfTheServiceAndIsOutOfTheWay) {
   EXPECT_EQ(follow(daemon, entry).at("exit_code"), 0);
 }
 
+TEST(ServiceWorker, IsKnownToWhoeverAsksForItsRun) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  pid_t worker = 0;
+  const std::int64_t entry = start_fit_and_halt_it(daemon, client, worker);
+  const Json fitting = client.call("status").at("worker");
+  EXPECT_GE(fitting.at("fitting_s").get<double>(), 0.0);
+  EXPECT_GT(fitting.at("fitting_cpu_s").get<double>(), 0.0) << "it has begun";
+  const fs::path run = fitting.at("folder").get<std::string>();
+  const std::string socket = daemon.socket();
+  const std::vector<std::vector<std::string>> questions{
+      {"status"}, {"queue"}, {"runs", "list"}, {"runs", "show", run.string()}};
+  for (std::vector<std::string> words : questions) {
+    words.insert(words.end(), {"--socket", socket});
+    const Ended ended = run_eha(words, daemon.folder());
+    EXPECT_NE(ended.out.find("is being fitted, for "), std::string::npos) << words.back() << ended.out << ended.err;
+    EXPECT_EQ(ended.out.find("Next: eha fit"), std::string::npos) << ended.out;
+  }
+  // Also in runs that this process would fit beside the service.
+  setenv("EHA_SOCKET", socket.c_str(), 1);
+  const Ended fitted = run_eha({"fit", run.string(), "--model", "integrator_lag"}, daemon.folder());
+  const Ended apart = run_eha({"fit", run.string(), "--model", "integrator_lag", "-o", "m"}, daemon.folder());
+  unsetenv("EHA_SOCKET");
+  EXPECT_NE(fitted.err.find("for the service this run is being fitted"), std::string::npos) << fitted.err;
+  EXPECT_EQ(apart.err.find("for the service"), std::string::npos) << apart.err;
+  kill(worker, SIGCONT);
+  EXPECT_EQ(follow(daemon, entry).at("exit_code"), 0);
+  const Ended shown = run_eha({"runs", "show", run.string(), "--socket", socket}, daemon.folder());
+  EXPECT_EQ(shown.out.find("is being fitted"), std::string::npos) << shown.out;
+}
+
 TEST(ServiceWorker, StaysOffTheCpuOfTheLoop) {
   cpu_set_t ours;
   ASSERT_EQ(sched_getaffinity(0, sizeof ours, &ours), 0);

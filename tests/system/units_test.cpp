@@ -160,6 +160,28 @@ TEST_F(MillimetreRig, ShowsNoInches) {
   expect_no_inches("report of the run", content_of(folder_->path() / run_ / "report.html"));
 }
 
+TEST_F(MillimetreRig, WritesRigFilesInItsUnit) {
+  const Ended ended = eha({"characterise", "--local", "--fast", "--rig", "rig.toml", "-o", "measured.toml"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::string text = content_of(folder_->path() / "measured.toml");
+  const std::size_t table = text.find("\n[following]\n");
+  ASSERT_NE(table, std::string::npos) << text;
+  const std::string following = text.substr(table, text.find("\n[", table + 1) - table);
+  EXPECT_NE(following.find("\ngain_positive_mm_per_V_s = "), std::string::npos) << following;
+  EXPECT_EQ(following.find("gain_positive_in_per_V_s"), std::string::npos) << following;
+  EXPECT_EQ(following.find("gain_negative_in_per_V_s"), std::string::npos) << following;
+}
+
+TEST_F(MillimetreRig, SaysLengthsInMillimetresInItsHelp) {
+  for (const char* command : {"goto", "run", "status", "calibrate", "characterise"}) {
+    const std::string help = eha({command, "--help"}).out;
+    for (const std::string& line : lines_with_inches(help)) {
+      const bool is_example = line.starts_with("  eha ");
+      EXPECT_TRUE(is_example || line.find("mm") != std::string::npos) << command << ": " << line;
+    }
+  }
+}
+
 TEST_F(MillimetreRig, TakesARunByItsName) {
   const std::string name = run_.filename().string();
   for (const std::string& source : {name, std::string("runs/") + name}) {
@@ -176,7 +198,7 @@ TEST_F(MillimetreRig, TakesARunByItsName) {
 TEST_F(MillimetreRig, RefusesAPlaceInItsOwnUnitBeforeAnythingMoves) {
   const Ended ended = eha({"goto", "200mm", "--local", "--fast", "--rig", "rig.toml"});
   EXPECT_EQ(ended.code, static_cast<int>(ExitCode::configuration)) << ended.err;
-  EXPECT_NE(ended.err.find("goto 200mm: 200 mm is beyond the travel limits of the rig, 3.81 to 146 mm"),
+  EXPECT_NE(ended.err.find("goto 200mm: 200 mm is beyond the travel limits of the rig, 3.81 to 146.05 mm"),
             std::string::npos)
       << ended.err;
 }

@@ -377,6 +377,9 @@ TEST(Margins, AreFlaggedReportedAndSaidWhenARunComesNearALimit) {
   const std::vector<std::string> said = warnings(play.report);
   ASSERT_FALSE(said.empty());
   EXPECT_NE(said.back().find("% of the velocity limit at "), std::string::npos) << said.back();
+  for (const std::string& sentence : warnings(play.report, RunKind::placing)) {
+    EXPECT_EQ(sentence.find(" limit"), std::string::npos) << "of a placing it is not said: " << sentence;
+  }
   EXPECT_EQ(describe(play.report), "") << "a run near a limit has completed all the same";
 }
 

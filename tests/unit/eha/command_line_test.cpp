@@ -182,6 +182,11 @@ TEST(CommandLine, TakesCommonOptionsBeforeAndAfterTheCommand) {
   EXPECT_TRUE(parse({"runs", "list", "--no-progress"}).console.no_progress);
 }
 
+TEST(CommandLine, ListsTheRunsWithRunsAlone) {
+  EXPECT_EQ(fault_of({"runs"}), "no fault");
+  EXPECT_TRUE(parse({"runs"}).command) << "it does something";
+}
+
 TEST(CommandLine, RefusesWhatItDoesNotKnow) {
   for (const auto& words : std::vector<Words>{
            {},
@@ -201,7 +206,7 @@ TEST(CommandLine, RefusesWhatItDoesNotKnow) {
            {"fit", "r.csv", "--procedure", "Paper"},
            {"fit", "r.csv", "--seed", "1", "--seed", "2"},
            {"simulate", "m.json", "u.csv", "--method", "euler"},
-           {"runs"},
+           {"runs", "frobnicate"},
            {"check", "e.toml", "--unknown"},
        }) {
     EXPECT_NE(fault_of(words), "no fault") << (words.empty() ? "nothing" : words.back());

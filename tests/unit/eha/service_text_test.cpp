@@ -28,5 +28,45 @@ TEST(EndTimes, AreUnknownWhereNothingIsPlayed) {
   EXPECT_EQ(end_times(entries), std::vector<std::string>{""});
 }
 
+TEST(EndTimes, AreUnknownOfAPlacingWhoseLengthIsItsTimeOut) {
+  const Json entries{
+      {{"state", "running"}, {"duration_s", 120.0}, {"run", "20261123T235500Z-goto"}, {"only_places", true}},
+      {{"state", "waiting"}, {"duration_s", 120.0}, {"run", ""}}};
+  EXPECT_EQ(end_times(entries), (std::vector<std::string>{"", ""}));
+}
+
+TEST(VerdictText, SaysNothingTwice) {
+  EXPECT_EQ(verdict_text({{"outcome", "interrupted"}, {"note", "interrupted by a stop request"}}),
+            "interrupted by a stop request");
+  EXPECT_EQ(verdict_text({{"outcome", "faulted"}, {"note", "no_motion at 1 s"}}), "faulted: no_motion at 1 s");
+}
+
+TEST(QueueTable, LeavesCancelledOnesOutAndCutsLongResults) {
+  const auto entry = [](int number, const char* state, const std::string& note) {
+    return Json{{"entry", number}, {"name", "e"}, {"state", state}, {"outcome", "faulted"}, {"note", note}};
+  };
+  const std::string table = queue_table(
+      {entry(1, "over", std::string(200, 'x')), entry(2, "cancelled", ""), entry(3, "over", "M\xC3\xA4rz")});
+  EXPECT_NE(table.find("\n     1  e"), std::string::npos) << table;
+  EXPECT_EQ(table.find("\n     2  e"), std::string::npos) << table;
+  EXPECT_NE(table.find("faulted: xxx"), std::string::npos) << table;
+  EXPECT_NE(table.find("xxx...\n"), std::string::npos) << table;
+  EXPECT_EQ(table.find(std::string(70, 'x')), std::string::npos) << table;
+  EXPECT_NE(table.find("M\xC3\xA4rz"), std::string::npos) << table;
+}
+
+TEST(ProgressText, SaysHowLongAFitHasRunAndWhatKeepsItBack) {
+  const Json fitting{{"state", "fitting"}, {"fitting_s", 310.0}, {"fitting_cpu_s", 4.0}};
+  EXPECT_EQ(
+      progress_text(fitting),
+      "is being fitted, for 5:10 min so far, with 4 s of processor time (other programs keep the processors busy)");
+  const Json quick{{"state", "fitting"}, {"fitting_s", 30.0}, {"fitting_cpu_s", 28.0}};
+  EXPECT_EQ(progress_text(quick), "is being fitted, for 30.0 s so far, with 28 s of processor time");
+  EXPECT_EQ(progress_text({{"state", "fitting"}}), "waits for its fit");
+  EXPECT_EQ(progress_text({{"state", "running"}}), "is being played");
+  EXPECT_EQ(progress_text({{"state", "over"}}), "");
+  EXPECT_EQ(progress_text(nullptr), "") << "a run that no service knows";
+}
+
 }  // namespace
 }  // namespace eha::cli

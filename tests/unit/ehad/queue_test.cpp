@@ -32,6 +32,31 @@ TEST(Queue, GivesEachUserItsOldestWaitingExperiment) {
   EXPECT_EQ(queue.count(EntryState::waiting), 2U);
 }
 
+TEST(Queue, KeepsAFaultOpenUntilItIsClosedEvenInItsFile) {
+  const test::TemporaryFolder folder;
+  Entry faulted = entry_of(2, 10, EntryState::over);
+  faulted.outcome = "faulted";
+  faulted.note = "travel_limit at 3 s";
+  faulted.run = "20261123T100000Z-e";
+  faulted.is_open_fault = true;
+  faulted.only_places = true;
+  EXPECT_EQ(bad_end_of(faulted), "experiment 2: faulted: travel_limit at 3 s; run 20261123T100000Z-e");
+  {
+    const QueueStore store(folder.path());
+    store.save(faulted);
+    store.save(entry_of(3, 10, EntryState::over));
+  }
+  const QueueStore store(folder.path());
+  std::vector<std::string> damaged;
+  Queue queue(store.load(damaged));
+  ASSERT_NE(queue.open_fault(), nullptr);
+  EXPECT_EQ(queue.open_fault()->id, 2);
+  EXPECT_TRUE(queue.open_fault()->only_places) << "its length is a time-out";
+  EXPECT_EQ(queue.close_faults(), std::vector<EntryId>{2});
+  EXPECT_EQ(queue.open_fault(), nullptr);
+  EXPECT_TRUE(queue.close_faults().empty());
+}
+
 TEST(Queue, HoldsWhatWaitsAndStartsNothingThatIsHeld) {
   Queue queue({entry_of(1, 10, EntryState::running), entry_of(2, 10), entry_of(3, 20), entry_of(4, 10)});
   EXPECT_EQ(queue.hold_waiting(), 3U);

@@ -88,6 +88,25 @@ TEST(CalibratedRigText, AddsKeysThatTheFileLeavesOut) {
       << text;
 }
 
+TEST(CalibratedRigText, WritesMillimetresWhereTheUnitsOfTheFileAreMillimetres) {
+  const config::RigConfig inches = config::load_rig(kRigs + "sim.toml");
+  const config::RigConfig rig = config::parse_rig("units = \"mm\"\n" + inches.text, "r.toml");
+  const std::string text = calibrated_rig_text(rig, {.scale_in_per_V = 0.61, .offset_in = -0.02}, "2026-05-04");
+  EXPECT_NE(text.find("\nscale_mm_per_V = 15.494 "), std::string::npos) << text;
+  EXPECT_NE(text.find("volts [mm/V]\noffset_mm = -0.508 "), std::string::npos) << text;
+  EXPECT_EQ(text.find("scale_in_per_V"), std::string::npos) << text;
+  const hal::Conversion conversion = hal::conversion_of(config::parse_rig(text, "new.toml").backend);
+  EXPECT_NEAR(conversion.scale_in_per_V, 0.61, 1e-6);
+  EXPECT_NEAR(conversion.offset_in, -0.02, 1e-6);
+  const std::string followed = rig_text_with(rig, *rig.limits.following);
+  EXPECT_NE(followed.find("\ngain_positive_mm_per_V_s = 1.8796 # half the gain extending: speed over volts outside the "
+                          "dead band [mm/(V s)]\n"),
+            std::string::npos)
+      << followed;
+  EXPECT_NE(followed.find("\nlimit_in = 0.1 "), std::string::npos) << "what was not measured stays";
+  EXPECT_EQ(calibrated_rig_text(inches, {.scale_in_per_V = 0.61}, "2026-05-04").find("_mm_per_V"), std::string::npos);
+}
+
 TEST(CalibratedRigText, RefusesACalibrationThatTheLimitsContradict) {
   const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
   EXPECT_THROW(static_cast<void>(calibrated_rig_text(rig, {.scale_in_per_V = 0.1, .offset_in = 0.0}, "2026-05-04")),

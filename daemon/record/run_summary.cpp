@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/run_summary.hpp"
+
+#include "core/enum_names.hpp"
+#include "core/error.hpp"
+
+namespace eha::record {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr EnumNames<Purpose, 4> kPurposes{{{"models", Purpose::models},
+                                           {"placing", Purpose::placing},
+                                           {"valve_sheet", Purpose::valve_sheet},
+                                           {"tracking", Purpose::tracking}}};
+
+}  // namespace
+
+RunSummary summary_of(const std::string& folder, const Manifest& manifest) {
+  RunSummary summary{.folder = folder,
+                     .outcome = std::string(outcome_text(manifest)),
+                     .purpose = purpose_of(manifest),
+                     .models = models_of(manifest)};
+  const Json::json_pointer cause("/report/fault/cause");
+  if (manifest.other.contains(cause) && manifest.other.at(cause).is_string()) summary.fault = manifest.other.at(cause);
+  const auto tick_s = manifest.other.find("sample_period_s");
+  if (tick_s == manifest.other.end() || !tick_s->is_number()) return summary;
+  const auto ticks = manifest.report     ? manifest.report->counters.ticks
+                     : manifest.recovery ? manifest.recovery->rows
+                                         : 0;
+  summary.recorded_s = static_cast<double>(ticks) * tick_s->get<double>();
+  return summary;
+}
+
+Json to_json(const RunSummary& summary) {
+  return {{"folder", summary.folder},
+          {"outcome", summary.outcome},
+          {"fault", summary.fault.empty() ? Json(nullptr) : Json(summary.fault)},
+          {"purpose", name_in(kPurposes, summary.purpose)},
+          {"recorded_s", summary.recorded_s},
+          {"models", to_json(summary.models)}};
+}
+
+RunSummary summary_from_json(const Json& json, const std::string& source) {
+  try {
+    RunSummary summary{.folder = json.at("folder"), .outcome = json.at("outcome")};
+    if (const auto fault = json.find("fault"); fault != json.end() && fault->is_string()) summary.fault = *fault;
+    summary.purpose = value_in(kPurposes, json.value("purpose", "")).value_or(Purpose::models);
+    summary.recorded_s = json.value("recorded_s", 0.0);
+    summary.models = models_from_json(json.at("models"), source + ": models");
+    return summary;
+  } catch (const Json::exception& error) {
+    throw DataError(source + ": " + error.what());
+  }
+}
+
+}  // namespace eha::record

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/record/manifest.hpp"
+
+namespace eha::record {
+
+/// A line of a list of runs.
+struct RunSummary {
+  std::string folder;
+  std::string outcome;                ///< as in run.json; "unreadable" where that cannot be read
+  std::string fault = {};             ///< its cause, such as "travel_limit"; empty without
+  Purpose purpose = Purpose::models;  ///< what the run was made for
+  double recorded_s = 0.0;            ///< from the first to the last tick; 0: not known
+  std::vector<ModelEntry> models = {};
+};
+
+[[nodiscard]] RunSummary summary_of(const std::string& folder, const Manifest& manifest);
+
+/// {"folder", "outcome", "fault", "purpose", "recorded_s", "models"}; fault is null without one.
+[[nodiscard]] nlohmann::ordered_json to_json(const RunSummary& summary);
+/// Members that an earlier version left out have their defaults. @throws DataError  names `source`
+[[nodiscard]] RunSummary summary_from_json(const nlohmann::ordered_json& json, const std::string& source);
+
+}  // namespace eha::record

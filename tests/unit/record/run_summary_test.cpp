@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/run_summary.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+
+namespace eha::record {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+TEST(RunSummary, SaysLengthFaultAndPurposeAndSurvivesItsJson) {
+  const Manifest manifest = manifest_from_json(Json::parse(R"({
+    "schema": "eha-run/1", "outcome": "faulted", "sample_period_s": 0.002, "experiment": {"place_in": 3.0},
+    "report": {"description": "no_motion at 1 s", "fault": {"cause": "no_motion"}, "counters": {"ticks": 2000}}})"),
+                                               "run.json");
+  const RunSummary summary = summary_from_json(to_json(summary_of("/runs/a", manifest)), "answer");
+  EXPECT_EQ(summary.folder, "/runs/a");
+  EXPECT_EQ(summary.outcome, "faulted");
+  EXPECT_EQ(summary.fault, "no_motion");
+  EXPECT_EQ(summary.purpose, Purpose::placing);
+  EXPECT_DOUBLE_EQ(summary.recorded_s, 4.0);
+  EXPECT_TRUE(summary.models.empty());
+}
+
+TEST(RunSummary, TakesTheLengthOfARecoveredRunFromItsRows) {
+  const Manifest manifest =
+      manifest_from_json(Json::parse(R"({"schema": "eha-run/1", "outcome": "recovered", "sample_period_s": 0.001,
+                      "recovery": {"utc": "", "rows": 8138, "torn_bytes": 0, "end": null}})"),
+                         "run.json");
+  const RunSummary summary = summary_of("/runs/b", manifest);
+  EXPECT_DOUBLE_EQ(summary.recorded_s, 8.138);
+  EXPECT_EQ(summary.fault, "");
+  EXPECT_EQ(summary.purpose, Purpose::models);
+}
+
+TEST(RunSummary, ReadsAnAnswerOfAnEarlierVersionAndRefusesOneWithoutAFolder) {
+  const Json earlier{{"folder", "/runs/c"}, {"outcome", "completed"}, {"models", Json::array()}};
+  EXPECT_DOUBLE_EQ(summary_from_json(earlier, "answer").recorded_s, 0.0);
+  EXPECT_THROW(static_cast<void>(summary_from_json({{"outcome", "completed"}}, "answer")), DataError);
+}
+
+}  // namespace
+}  // namespace eha::record
