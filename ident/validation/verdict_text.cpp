@@ -249,8 +249,11 @@ class Reasons {
 
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const {
-    return model_.input_map ? "try another structure"
-                            : "try the valve map (--input-map valve), where it is not among the models";
+    if (verdict_.beside_ladder) {
+      return "take a model without this note, if the table has one, else record smaller amplitudes, where the plant is "
+             "nearer to linear";
+    }
+    return model_.input_map ? "try another structure" : "try the valve map (--input-map valve)";
   }
   /// "where an error of 0.012 in does not matter"
   [[nodiscard]] std::string where_it_matters() const {
@@ -418,7 +421,7 @@ std::string_view verdict_word(const Verdict& verdict) {
   const bool is_not_needed =
       verdict.grade == Grade::rejected && std::any_of(all.begin(), all.end(), rejects) &&
       std::all_of(all.begin(), all.end(), [&](const Criterion& c) { return !rejects(c) || asks_too_much(c); });
-  return is_not_needed ? "not needed" : text(verdict.grade);
+  return is_not_needed ? kNotNeeded : text(verdict.grade);
 }
 
 std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict) {
