@@ -255,8 +255,8 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
                     rows) +
          fmt::format("fit, R2, error: on {}. -v: every figure. Terms: eha(1)\n",
                      on_unseen ? "unseen data" : "the samples that estimated the model") +
-         (has_not_needed ? "not needed: describes the record, with a parameter more than the record shows; kept with "
-                           "the rejected files.\n"
+         (has_not_needed ? "not needed: describes the record, with a parameter more than the record shows; in a run "
+                           "its file lies in models/rejected.\n"
                          : "");
 }
 

@@ -174,8 +174,7 @@ Section models_section(const Subject& subject) {
   if (has_not_needed) {
     overview.html += paragraph(
         "Not needed: it describes the record, with a parameter more than the record shows. No controller should rest "
-        "on "
-        "it, so its file is in models/rejected.");
+        "on it, so in a run its file lies in models/rejected.");
   }
   section.items.push_back(std::move(overview));
   for (const ReportedModel& reported : subject.models) {

@@ -205,7 +205,7 @@ TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
   EXPECT_NE(html.find(">%</td>"), std::string::npos);
   EXPECT_NE(html.find(">validation_r2_percent</td>"), std::string::npos);
   EXPECT_NE(html.find("by standard errors that take the structure for the plant&#39;s"), std::string::npos);
-  EXPECT_NE(html.find("its file is in models/rejected"), std::string::npos);
+  EXPECT_NE(html.find("its file lies in models/rejected"), std::string::npos);
   EXPECT_NE(html.find("<span class=\"fraction\">"), std::string::npos);
 }
 
