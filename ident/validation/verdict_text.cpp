@@ -78,14 +78,14 @@ class Reasons {
   Reasons(const Model& model, const Verdict& verdict) : model_(model), verdict_(verdict) {}
 
   std::vector<std::string> all() {
-    about({Kind::interpolated, Kind::converged});
+    // What explains the other reasons comes first.
+    about({Kind::interpolated, Kind::saturated, Kind::converged});
     note_flat_ridge();
     if (!model_.estimation && !model_.validation) {
       rejections_.emplace_back("The model was neither estimated nor validated here.");
     }
     about({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity,
-           Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::saturated,
-           Kind::extrapolated});
+           Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::extrapolated});
     note_low_r2();
     about({Kind::error_over_noise, Kind::far_error_over_noise, Kind::error_over_refit});
     if (model_.estimation && !model_.validation) {
