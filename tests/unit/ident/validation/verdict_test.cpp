@@ -75,6 +75,7 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
   EXPECT_EQ(
       verdict.reasons,
       (std::vector<std::string>{
+          // NOLINTNEXTLINE(bugprone-suspicious-missing-comma): sentences of two lines
           "The search found no best parameters: after 20 evaluations it ended with \"evaluation limit\"; fit a simpler "
           "model, or record longer.",
           "The model does not follow the record: the validation R2 of 85.12 % is below the limit of 90 %; look at the "
