@@ -32,6 +32,8 @@ nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident
                           {"difference", p.after - p.before},
                           {"std", p.std},
                           {"joint_half_width", p.half_width},
+                          {"joint_half_width_of_noise", p.of_noise},
+                          {"follows", p.follows},
                           {"changed", p.changed}});
   }
   return {{"changed", change.changed}, {"parameters", parameters}, {"undetermined", change.undetermined}};
@@ -41,6 +43,9 @@ std::string change_sentences(const ident::PlantChange& change, const ident::Mode
   std::string text;
   for (const ParameterChange& p : change.parameters) {
     if (p.changed) text += "  " + change_sentence(p, model) + "\n";
+  }
+  for (const ParameterChange& p : change.parameters) {
+    if (const std::string hidden = ident::hidden_sentence(p, model); !hidden.empty()) text += "  " + hidden + "\n";
   }
   for (const std::string& name : change.undetermined) text += "  " + name + " is not determined by both records\n";
   return text;

@@ -13,6 +13,7 @@
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/text_table.hpp"
@@ -55,7 +56,7 @@ std::string table_of(const ident::PlantChange& change, const ident::Model& model
   for (const ParameterChange& p : change.parameters) {
     rows.push_back({p.name, fmt::format("{:.4g}", p.before), fmt::format("{:.4g}", p.after),
                     fmt::format("{:.3g}", p.after - p.before), fmt::format("{:.2g}", p.half_width),
-                    ident::unit_of(p, model), p.changed ? "yes" : "no"});
+                    ident::unit_of(p, model), p.changed ? "yes" : "not shown"});
   }
   return text_table({{"parameter"},
                      {"before", Align::right},
@@ -171,7 +172,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
       fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
   out.text += fmt::format(
-      "joint +-: half of the joint interval; at most {:g} % false alarms for all parameters and runs together\n",
+      "joint +-: half of the joint interval, with at most {:g} % false alarms for all parameters and runs together; a "
+      "change below it does not show\n",
       100.0 * identify::kFalseAlarm);
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
@@ -293,7 +295,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
     models[i] = identify::in_units_of(sources.front(), std::move(models[i]), files[i]);
   }
 
-  const DisplayUnit unit = console.unit(sources.empty() ? std::string() : sources.front().units);
+  const DisplayUnit unit = console.unit(sources.empty() ? rig_units_of_model(files.front()) : sources.front().units);
   std::vector<ident::Model> shown_models;
   for (const ident::Model& model : models) shown_models.push_back(in_unit(model, unit));
   // The document keeps the records' unit; text, picture and report are for people.

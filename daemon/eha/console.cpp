@@ -38,7 +38,7 @@ void for_each_line(std::string_view text, Use&& use) {
   }
 }
 
-constexpr std::chrono::seconds kBetweenRunMessages{30};
+constexpr std::chrono::seconds kBetweenMessages{30};
 
 void write_out(std::string_view text) {
   // A failure stays in the stream's error flag until flush() checks it.
@@ -112,7 +112,6 @@ void Console::next_step(std::string_view command) const {
 }
 
 void Console::show_run(std::string_view line) {
-  const auto now = std::chrono::steady_clock::now();
   if (bar_wanted_) {
     winsize size{};
     const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
@@ -122,15 +121,23 @@ void Console::show_run(std::string_view line) {
     bar_drawn_ = true;
     return;
   }
+  say_now_and_then(line);
+}
+
+void Console::say_now_and_then(std::string_view line) {
   if (options_.no_progress || isatty(STDERR_FILENO) == 1) return;
-  if (!run_said_) run_said_ = now;
-  if (now - *run_said_ < kBetweenRunMessages) return;
-  run_said_ = now;
+  const auto now = std::chrono::steady_clock::now();
+  if (!said_) said_ = now;
+  if (now - *said_ < kBetweenMessages) return;
+  said_ = now;
   info(line);
 }
 
 void Console::progress(double share, std::string_view text) {
-  if (!bar_wanted_) return;
+  if (!bar_wanted_) {
+    if (!text.ends_with('\n')) say_now_and_then(fmt::format("{}, {:.0f} % done", text, 100.0 * std::min(share, 1.0)));
+    return;
+  }
   if (text.ends_with('\n')) {
     std::cerr << "\r\x1b[K" << terminal_text(text) << std::flush;
     return;
@@ -160,7 +167,7 @@ std::function<void(double, const std::string&)> Console::progress_callback() {
 void Console::end_progress() {
   if (bar_drawn_) std::cerr << "\r\x1b[K" << std::flush;
   bar_drawn_ = false;
-  run_said_.reset();
+  said_.reset();
 }
 
 bool Console::confirm(std::string_view question) const {

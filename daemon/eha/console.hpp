@@ -71,7 +71,8 @@ class Console {
   /// every 30 s, the first after 30 s. end_progress() removes it.
   void show_run(std::string_view line);
 
-  /// Redraws the bar, with the time left once it can be told. @param share  0..1   @param text  the current step
+  /// Redraws the bar, with the time left once it can be told; where there is no terminal a message as show_run()'s.
+  /// @param share  0..1   @param text  the current step
   void progress(double share, std::string_view text);
   /// progress() as a function, for long work elsewhere. The console must outlive it.
   [[nodiscard]] std::function<void(double, const std::string&)> progress_callback();
@@ -86,12 +87,15 @@ class Console {
   void flush() const;
 
  private:
+  /// A message every 30 s where there is no terminal, the first after 30 s.
+  void say_now_and_then(std::string_view line);
+
   ConsoleOptions options_;
   bool bar_wanted_ = false;
   bool hides_results_ = false;
-  std::ptrdiff_t drawn_lines_ = 0;                                 ///< that redraw() replaces
-  mutable std::optional<nlohmann::ordered_json> kept_;             ///< documents; none: they are printed at once
-  std::optional<std::chrono::steady_clock::time_point> run_said_;  ///< when show_run() last said something
+  std::ptrdiff_t drawn_lines_ = 0;                             ///< that redraw() replaces
+  mutable std::optional<nlohmann::ordered_json> kept_;         ///< documents; none: they are printed at once
+  std::optional<std::chrono::steady_clock::time_point> said_;  ///< by say_now_and_then(), last
   bool bar_drawn_ = false;
   double bar_share_ = 0.0;                           ///< when the work began
   std::chrono::steady_clock::time_point bar_begun_;  ///< of the work that the bar shows

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <exception>
 
 #include "daemon/eha/cross_validation_table.hpp"
@@ -40,8 +41,19 @@ void write_report(const std::filesystem::path& run_folder, const DisplayUnit& un
 
 void print_warnings(const identify::Source& source, int decimation, const Console& console) {
   for (const std::string& sentence : identify::warnings(source)) console.warning(sentence);
-  const auto size = identify::size_warning(static_cast<std::size_t>(source.record.input.size()), decimation);
-  if (size) console.warning(*size);
+  constexpr std::size_t kQuicklyFitted_rows = 20'000;  // by the ladder, in some ten seconds
+  const auto rows = static_cast<std::size_t>(source.record.input.size());
+  const std::size_t compared = rows / static_cast<std::size_t>(std::max(1, decimation));
+  const auto size = identify::size_warning(rows, decimation);
+  if (size) {
+    console.warning(*size);
+  } else if (compared > kQuicklyFitted_rows) {
+    const std::size_t every = (rows + kQuicklyFitted_rows - 1) / kQuicklyFitted_rows;
+    console.info(fmt::format(
+        "comparing {} rows may take minutes; --decimate {} compares filtered samples every {:g} s, nearly as exact for "
+        "a plant that is slow compared with them",
+        compared, every, static_cast<double>(every) * source.record.step_s));
+  }
 }
 
 void print_identification(const identify::Identification& identification,

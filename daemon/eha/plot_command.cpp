@@ -60,6 +60,7 @@ struct PlotCommand {
 
 constexpr std::size_t kMostCurves = 2;          // models in a run's plot
 constexpr std::size_t kMostColumnsInPanel = 6;  // of a CSV file
+constexpr std::size_t kMostNamesOfAxis = 2;     // columns that the y axis names; the key names more
 constexpr std::size_t kRowsOfPanel = 16;        // characters
 constexpr std::size_t kWidest = 160;
 
@@ -171,6 +172,12 @@ plot::Figure of_table(const record::NumberTable& table, const std::string& name,
                             .style = style};
     // Volts are played and held until the next row.
     panel.series.push_back(column.unit == "V" && x.name == "time" ? report::held(line) : line);
+  }
+  for (plot::Panel& panel : figure.panels) {
+    if (panel.series.size() > kMostNamesOfAxis) continue;
+    std::string names;
+    for (const plot::Series& series : panel.series) names += (names.empty() ? "" : ", ") + series.label;
+    panel.y_label = names + (panel.y_label.empty() ? "" : " ") + panel.y_label;
   }
   if (figure.panels.empty()) throw DataError(name + ": one column alone; expected time_s and another one");
   figure.panels.back().x_label = report::axis_label(x);

@@ -255,7 +255,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)"));
   const bool on_unseen = has_unseen((answer.models.empty() ? answer.paper : answer.models).front());
   const bool has_not_needed =
-      std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.back() == "not needed"; });
+      std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.back() == ident::kNotNeeded; });
   return text + "\n" +
          text_table({{"model", Align::left},
                      {"fit %", Align::right},
@@ -266,7 +266,9 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
                     rows) +
          fmt::format("fit, R2, error: on {}. -v: every figure. Terms: eha(1)\n",
                      on_unseen ? "unseen data" : "the samples that estimated the model") +
-         (has_not_needed ? "not needed: not wrong, but the record does without it.\n" : "");
+         (has_not_needed ? "not needed: describes the record, with a parameter more than the record shows; in a run "
+                           "its file lies in models/rejected.\n"
+                         : "");
 }
 
 }  // namespace eha::cli

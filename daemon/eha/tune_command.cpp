@@ -263,7 +263,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                   controller.purpose, controller.settings.tick_s, p.twins, inputs.twin);
   text += text_table({{"promise"}, {"value", Align::right}, {"from", Align::right}, {"to", Align::right}, {"unit"}},
                      tune::promise_rows(p, console.unit(rig.units)));
-  text += "From, to: the range of the trials and a quarter of it more; of margins 95 % of 200 draws of the model.\n\n";
+  text += tune::promise_note(controller.settings, console.unit(rig.units)) + "\n\n";
   for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
   if (const auto rows = tune::kind_rows(tuned.kinds, subject.unit); !rows.empty()) {
     std::vector<Column> columns;

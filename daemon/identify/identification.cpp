@@ -51,7 +51,8 @@ std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
 ident::RecordFacts facts_of(const IdentificationTask& task) {
   return {.interpolated_percent = task.interpolated_percent,
           .noise_std = task.noise_std,
-          .lacks_periods = task.lacks_periods};
+          .lacks_periods = task.lacks_periods,
+          .beside_ladder = task.structures.empty()};
 }
 
 /// Fits one structure and notes the time it took.

@@ -223,6 +223,14 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
   imported.guess = guess_text(*table, roles, path, imported.record, options.period_s, points);
   const ident::Record& record = imported.record;
+  if (roles.by_order &&
+      seem_exchanged({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()})) {
+    imported.guess += fmt::format(
+        "\n{}: input and output are taken by their order, and may be exchanged: a rod moves more smoothly than its "
+        "command, and here the input is the smoother one; the other way round: `{}`",
+        path.string(),
+        command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1)));
+  }
   for (std::string& remark : remarks_on_output({record.output.begin(), record.output.end()}, imported.filled,
                                                record.start_s, record.step_s)) {
     imported.guess += (imported.guess.empty() ? "" : "\n") + path.string() + ": " + remark;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace eha::importer {
@@ -20,6 +21,10 @@ constexpr std::size_t kInputBefore = 5;  // rows in which the input may be the c
 constexpr double kClippedShare = 0.02;   // of the rows
 constexpr std::size_t kClippedTogether = 5;
 constexpr std::size_t kLongGap = 5;
+constexpr std::size_t kFewestChanges = 30;
+constexpr double kHeldShare = 0.9;         // of the changes of a sensor that is read more slowly than the rows
+constexpr double kRougher = 1.5;           // roughness of a rod over that of its command
+constexpr std::size_t kRoughPlaces = 500;  // of a record, over which roughness is taken
 
 double quantile(std::vector<double> values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -86,7 +91,48 @@ std::string clean_part(const std::vector<std::pair<std::size_t, std::size_t>>& s
   return text;
 }
 
+/// Rows for which a sensor keeps each of its values; none for one that is read with every row, or whose steps are those
+/// of its converter: a rod that slows down keeps such a value for ever longer.
+std::optional<std::size_t> held_rows(const std::vector<double>& output) {
+  std::vector<double> lengths;
+  std::size_t since = 0;
+  for (std::size_t k = 1; k < output.size(); ++k) {
+    if (!(output[k] < output[k - 1]) && !(output[k] > output[k - 1])) continue;
+    if (since > 0) lengths.push_back(static_cast<double>(k - since));
+    since = k;
+  }
+  if (lengths.size() < kFewestChanges) return std::nullopt;
+  const double usual = quantile(lengths, 0.5);
+  if (usual < 2.0) return std::nullopt;
+  // A clock of its own makes one row more or less.
+  const double about = usual < 3.0 ? 0.0 : 1.0;
+  const auto held =
+      std::count_if(lengths.begin(), lengths.end(), [&](double length) { return std::abs(length - usual) <= about; });
+  if (static_cast<double>(held) < kHeldShare * static_cast<double>(lengths.size())) return std::nullopt;
+  return static_cast<std::size_t>(usual);
+}
+
+/// Mean change over a short part of the record, over the range of the middle 98 %: of a signal that a plant has
+/// smoothed it is less than of what moved the plant.
+double roughness(const std::vector<double>& values) {
+  const std::size_t lag = std::max<std::size_t>(1, values.size() / kRoughPlaces);
+  double sum = 0.0;
+  for (std::size_t k = lag; k < values.size(); k += lag) sum += std::abs(values[k] - values[k - lag]);
+  const double range = quantile(values, 0.99) - quantile(values, 0.01);
+  return range > 0.0 ? sum / range : 0.0;
+}
+
 }  // namespace
+
+bool seem_exchanged(const std::vector<double>& input, const std::vector<double>& output) {
+  const auto is_finite = [](double x) { return std::isfinite(x); };
+  if (output.size() < kFewestRows || !std::all_of(input.begin(), input.end(), is_finite) ||
+      !std::all_of(output.begin(), output.end(), is_finite)) {
+    return false;
+  }
+  const double of_input = roughness(input);
+  return of_input > 0.0 && roughness(output) > kRougher * of_input;
+}
 
 std::vector<std::size_t> lone_rows(const std::vector<double>& input, const std::vector<double>& output) {
   if (output.size() < kFewestRows || input.size() != output.size()) return {};
@@ -124,6 +170,14 @@ std::vector<std::string> remarks_on_output(const std::vector<double>& output, co
                                            double start_s, double step_s) {
   std::vector<std::string> remarks;
   if (output.size() < kFewestRows) return remarks;
+  if (const auto held = held_rows(output)) {
+    const double held_s = static_cast<double>(*held) * step_s;
+    remarks.push_back(fmt::format(
+        "the output changes only every {} rows, {:.3g} s: the sensor is read more slowly than the record has "
+        "rows; its readings are up to {:.3g} s old, half of that on average, which a model takes for dead "
+        "time or lag; record the sensor with every row",
+        *held, held_s, held_s - step_s));
+  }
   const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
   for (const double extreme : {*greatest, *least}) {
     if (!(*least < *greatest)) break;

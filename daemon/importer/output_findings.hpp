@@ -19,9 +19,14 @@ namespace eha::importer {
 [[nodiscard]] std::string lone_rows_text(const std::vector<std::size_t>& rows, const std::vector<double>& output,
                                          double first_s);
 
-/// What a person should know of an output: that the sensor is clipped (the same greatest or least value again and
-/// again, for more than one row at a time), and gaps that were filled, behind which an integrating rod is shifted. With
-/// the longest part without either, as --from and --to. A sentence each.
+/// Whether what is taken for the output is so much rougher than what is taken for the input that the two may be
+/// exchanged: a plant smooths what moves it.
+/// @param input, output  of equal length
+[[nodiscard]] bool seem_exchanged(const std::vector<double>& input, const std::vector<double>& output);
+
+/// What a person should know of an output: that the sensor is read more slowly than the rows, that it is clipped (the
+/// same greatest or least value again and again, for more than one row at a time), and gaps that were filled, behind
+/// which an integrating rod is shifted. With the longest part without either, as --from and --to. A sentence each.
 /// @param filled  rows that were not measured, ascending
 [[nodiscard]] std::vector<std::string> remarks_on_output(const std::vector<double>& output,
                                                          const std::vector<std::size_t>& filled, double start_s,

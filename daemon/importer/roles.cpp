@@ -345,6 +345,7 @@ class Finder {
       if (!best_input && !best_output && are_silent) {
         best_input = left.front();
         best_output = left.back();
+        roles.by_order = true;
       }
     }
     if (!best_input || !best_output || *best_input == *best_output) ask(roles, left, best_input, best_output);

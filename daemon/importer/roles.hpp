@@ -19,6 +19,7 @@ struct Roles {
   std::optional<std::size_t> output = {};  ///< none: only an input was asked for
   std::optional<std::size_t> filled = {};  ///< 1 in rows that were filled, 0 in measured ones
   bool time_unit_assumed = false;          ///< the file does not say that its time is in seconds
+  bool by_order = false;                   ///< neither name nor unit says which is input and which output
 };
 
 /// The last column of a record that `eha import --resample` wrote.

@@ -211,8 +211,10 @@ void add_axes(std::string& script, const Panel& panel) {
   fmt::format_to(std::back_inserter(script), "set xlabel {}\nset ylabel {}\n", quoted(panel.x_label),
                  quoted(panel.y_label));
   script += panel.log_x ? "set logscale x\n" : "unset logscale\n";
-  script += panel.log_x ? "set format x '%g'\n" : "set format x\n";
+  script += panel.log_x ? "set format x '%g'\n" : "set format x '%h'\n";
   add_range(script, "x", panel.x_range);
+  // A record ends where its axis does, not at the next tick mark.
+  script += panel.x_range ? "unset autoscale x\n" : "set autoscale xfix\n";
   add_range(script, "y", panel.y_range);
   if (panel.is_map) {
     script += "unset border\nunset tics\nunset grid\nset size ratio -1\n";

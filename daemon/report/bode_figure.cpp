@@ -57,10 +57,16 @@ double turns_deg(const ident::BodeCurve& curve, const NumberTable* response) {
   return 360.0 * std::round((phase->front() - curve.phase_deg[i]) / 360.0);
 }
 
-Series band(const std::vector<double>& x, const std::vector<double>& centre, const std::vector<double>& std,
-            int style) {
-  Series series{.label = "", .x = x, .mark = Mark::band, .style = style};
+/// The bounds where the record shows the response: beyond they hold only if the structure is the plant's.
+Series band(const std::vector<double>& x, const std::vector<double>& centre, const std::vector<double>& std, int style,
+            const std::optional<ident::FrequencyInterval>& usable) {
+  constexpr double kRounding = 1e-6;
+  Series series{.label = "", .x = {}, .mark = Mark::band, .style = style};
   for (std::size_t i = 0; i < x.size(); ++i) {
+    if (usable && (x[i] < usable->lowest_Hz * (1.0 - kRounding) || x[i] > usable->highest_Hz * (1.0 + kRounding))) {
+      continue;
+    }
+    series.x.push_back(x[i]);
     series.lower.push_back(centre[i] - ident::kInterval95 * std[i]);
     series.upper.push_back(centre[i] + ident::kInterval95 * std[i]);
   }
@@ -226,9 +232,10 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
     std::vector<double> phase_deg = curve.phase_deg;
     const double shift = turns_deg(curve, response);
     for (double& value : phase_deg) value += shift;
+    const std::optional<ident::FrequencyInterval> usable = reported->usable_band();
     if (!curve.gain_std_dB.empty()) {
-      gain.series.push_back(band(curve.frequency_Hz, curve.gain_dB, curve.gain_std_dB, style));
-      phase.series.push_back(band(curve.frequency_Hz, phase_deg, curve.phase_std_deg, style));
+      gain.series.push_back(band(curve.frequency_Hz, curve.gain_dB, curve.gain_std_dB, style, usable));
+      phase.series.push_back(band(curve.frequency_Hz, phase_deg, curve.phase_std_deg, style, usable));
     }
     gain.series.push_back({.label = reported->model.name,
                            .x = curve.frequency_Hz,

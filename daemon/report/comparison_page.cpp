@@ -25,14 +25,14 @@ std::string changes_table(const ident::PlantChange& change, const ident::Model& 
   for (const ident::ParameterChange& p : change.parameters) {
     rows.push_back({p.name, ident::unit_of(p, model), fmt::format("{:.4g}", p.before), fmt::format("{:.4g}", p.after),
                     fmt::format("{:.3g}", p.after - p.before), fmt::format("{:.2g}", p.half_width),
-                    p.changed ? "yes" : "no"});
+                    p.changed ? "yes" : "not shown"});
   }
   return table({{"parameter"},
                 {"unit"},
                 {"before", Column::number},
                 {"after", Column::number},
                 {"difference", Column::number},
-                {"joint interval ±", Column::number},
+                {"shows from ±", Column::number},
                 {"changed"}},
                rows);
 }
@@ -51,6 +51,11 @@ plot::Figure changes_figure(const ident::PlantChange& change, const std::string&
     bars.lower.push_back(shown - 1.0);
     bars.upper.push_back(shown + 1.0);
     most = std::max(most, std::abs(shown) + 1.0);
+    // The arrow beside a point that lies beyond the panel says where.
+    if (std::abs(size) > kMostShown) {
+      panel.captions.push_back(
+          {.x = x + 0.25, .y = shown, .text = fmt::format("{} {:.0f}", size > 0.0 ? "↑" : "↓", size)});
+    }
     panel.x_ticks.push_back({.at = x, .text = p.name});
   }
   panel.x_range = std::pair(0.5, static_cast<double>(bars.x.size()) + 0.5);
@@ -78,6 +83,12 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
                           ? "Look for the cause of each change: a null or dead band that moved is the valve's, a gain "
                             "the supply pressure's or a leak's. Identify the rig anew before you rely on an old model."
                           : "Nothing: models of the first record still hold.";
+  for (const ident::ParameterChange& p : change.parameters) {
+    std::string hidden = ident::hidden_sentence(p, subject.model);
+    if (hidden.empty()) continue;
+    hidden.front() = 'A';
+    item.remark.seen += " " + hidden + ".";
+  }
   for (const std::string& name : change.undetermined) {
     item.remark.seen += fmt::format(" {} is not determined by both records.", name);
   }

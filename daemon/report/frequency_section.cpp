@@ -111,14 +111,18 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
   remark.good =
       "The bars of the gain error reach 0. The line passes through the points, noise and distortion lie at least 30 dB "
       "below the gain. Outside the measured "
-      "frequencies the model extrapolates; the grey band shows its 95 % bounds.";
-  if (reported.usable_band()) remark.good += " The shaded frequencies are the usable band.";
+      "frequencies the model extrapolates.";
+  remark.good +=
+      reported.usable_band()
+          ? " The shaded frequencies are the usable band, where the grey band shows the 95 % bounds: beyond, the "
+            "record does not test the structure."
+          : " The grey band shows the 95 % bounds.";
   const bool is_close = distance.gain_dB < kClose_dB && distance.phase_deg < kClose_deg;
   if (reported.model.input_map) {
     remark.good =
-        "Bars of the gain error on a level line below 0: the dead band takes that share of the amplitude. The grey "
-        "band "
-        "shows the model's 95 % bounds, the shaded frequencies are the usable band.";
+        "Bars of the gain error on a level line below 0: the dead band takes that share of the amplitude. The shaded "
+        "frequencies are the usable band, where the grey band shows the model's 95 % bounds: beyond, the record does "
+        "not test the structure.";
     remark.seen += " The line shows the linear part above the dead band; the valve map lowers the measured gain.";
     remark.to_do =
         "Judge this model by the plot over time: with a dead band no transfer function alone passes through the bars.";

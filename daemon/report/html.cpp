@@ -49,6 +49,13 @@ std::string polynomial(const std::vector<ident::Term>& terms) {
   return html;
 }
 
+/// A stacked fraction; copied as text it is "(a) / (b)".
+std::string fraction(const std::string& above, const std::string& below) {
+  const auto hidden = [](const char* text) { return fmt::format("<span class=\"hidden\">{}</span>", text); };
+  return fmt::format("<span class=\"fraction\">{}<span>{}</span>{}<span>{}</span>{}</span>", hidden("("), above,
+                     hidden(") / ("), below, hidden(")"));
+}
+
 std::string estimate_or(const Model& model, ident::ParameterRole role, double value) {
   const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                [&](const ParameterEstimate& parameter) { return parameter.role == role; });
@@ -117,8 +124,8 @@ std::string table(const std::vector<TableColumn>& columns, const std::vector<std
 std::string equation(const Model& model) {
   const ident::TransferFunction& g = model.transfer_function;
   std::string html =
-      fmt::format("<p class=\"equation\">G(s) = ({}) / ({})", polynomial(g.numerator), polynomial(g.denominator));
-  if (g.delay_s > 0.0) html += fmt::format(" e<sup>&minus;{:.4g} s</sup>", g.delay_s);
+      fmt::format("<p class=\"equation\">G(s) = {}", fraction(polynomial(g.numerator), polynomial(g.denominator)));
+  if (g.delay_s > 0.0) html += fmt::format(" &middot; e<sup>&minus;{:.4g} s</sup>", g.delay_s);
   if (const std::string form = ident::engineering_form(model); !form.empty()) html += "<br>" + escaped(form);
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {

@@ -28,6 +28,10 @@ ul { margin: .4em 0; padding-left: 1.3em; overflow-wrap: anywhere; }
 .verdict.none { border-style: dashed; }
 .verdict h2 { border: 0; margin: .4em 0; }
 .equation { font-family: "Liberation Serif", "Times New Roman", serif; font-size: 1.1em; }
+.fraction { display: inline-block; vertical-align: middle; text-align: center; }
+.fraction > span { display: block; padding: 0 .4em; }
+.fraction > span:nth-last-child(2) { border-top: 1px solid #111; }
+.fraction > .hidden { position: absolute; width: 1px; height: 1px; padding: 0; overflow: hidden; clip-path: inset(50%); }
 .item { margin: 0 0 1.2em; }
 .plot svg { display: block; width: 100%; height: auto; }
 .missing { border: 1px dashed #111; padding: 12px; }

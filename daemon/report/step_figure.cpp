@@ -111,11 +111,15 @@ std::string step_sentence(const ident::Model& model) {
   const auto at = goes_on ? std::find_if(rate.begin(), rate.end(), has_reached) - rate.begin()
                           : std::find_if(y.begin(), y.end(), has_reached) - y.begin();
   // Nothing moves before the dead time, whatever the grid.
-  return fmt::format("1 {} {} {} {:.3g} {} with {}; 63 % of that after {:.2g} s.", model.input_unit,
+  const double after_s = std::max(static_cast<double>(at) * step_s, model.transfer_function.delay_s);
+  const std::optional<BandTimes> band = band_times(model);
+  return fmt::format("1 {} {} {} {:.3g} {} with {}; 63 % of that after {:.2g} s{}.", model.input_unit,
                      model.input_map ? "behind the valve" : "at the input",
                      goes_on ? "moves the output at" : "brings the output to", final,
-                     model.output_unit + (goes_on ? "/s" : ""), model.name,
-                     std::max(static_cast<double>(at) * step_s, model.transfer_function.delay_s));
+                     model.output_unit + (goes_on ? "/s" : ""), model.name, after_s,
+                     band && after_s < band->fastest_s
+                         ? ", which is the structure's: the record shows only what is slower than the grey part"
+                         : "");
 }
 
 plot::Panel valve_panel(const std::vector<const ident::Model*>& models, double low, double high) {

@@ -19,6 +19,8 @@
 namespace eha::report {
 namespace {
 
+constexpr std::size_t kMostNamed = 3;  // models in a title
+
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
@@ -72,6 +74,14 @@ fs::path folder_of_tables(const fs::path& model_file) {
     if (record::is_run_folder(folder)) return folder;
   }
   return beside;
+}
+
+/// " of m_hair_dryer": the folder, or the run, that a model file is in.
+std::string folder_text(const fs::path& model_file) {
+  std::error_code ignored;
+  fs::path folder = fs::absolute(model_file, ignored).parent_path();
+  while (folder.filename() == "models" || folder.filename() == "rejected") folder = folder.parent_path();
+  return folder.filename().empty() ? std::string() : " of " + folder.filename().string();
 }
 
 }  // namespace
@@ -131,6 +141,7 @@ Subject load_models(const std::vector<fs::path>& files) {
     subject.name += (subject.name.empty() ? "" : ", ") + subject.models.back().model.name;
     is_one_folder = is_one_folder && file.parent_path() == files.front().parent_path();
   }
+  if (files.size() > kMostNamed) subject.name = fmt::format("{} models", files.size()) + folder_text(files.front());
   if (is_one_folder) read_tables(folder_of_tables(files.front()), subject);
   // Only what belongs to these models.
   std::erase_if(subject.fit.models, [&](const identify::FitColumn& column) {

@@ -62,6 +62,21 @@ bool misses_more_than_noise(const ident::Model& model) {
              });
 }
 
+/// "is larger on the unseen part and follows the input"; empty for one like noise.
+std::string systematic_text(const ident::Model& model, bool grows) {
+  using Kind = ident::CriterionKind;
+  const auto fails = [&](Kind kind) {
+    const auto& verdict = model.verdict;
+    return verdict && std::any_of(verdict->criteria.begin(), verdict->criteria.end(),
+                                  [&](const ident::Criterion& c) { return c.kind == kind && has_failed(c); });
+  };
+  std::vector<std::string> found;
+  if (grows) found.emplace_back("is larger on the unseen part");
+  if (fails(Kind::residual_input)) found.emplace_back("follows the input");
+  if (fails(Kind::nonlinearity)) found.emplace_back("depends on motion or level");
+  return fmt::format("{}", fmt::join(found, " and "));
+}
+
 Remark remark_on(const Subject& subject, const ident::Model& model, const identify::FitColumn& column,
                  std::size_t estimating) {
   const identify::FitTable& table = subject.fit;
@@ -86,16 +101,24 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
     return remark;
   }
   const bool drifts = has_unseen && std::abs(errors.mean_unseen) > kNotCentred * errors.rms_unseen;
+  const bool grows = has_unseen && errors.rms_unseen > kMuchLarger * errors.rms_estimating;
   if (percent < kNegligible_percent) {
-    remark.to_do = drifts ? "The error of the unseen part is small but keeps one sign: to predict over longer times "
-                            "than this record, record longer."
-                          : "Nothing.";
+    const std::string systematic = systematic_text(model, grows);
+    remark.to_do =
+        drifts ? "The error of the unseen part is small but keeps one sign: to predict over longer times than this "
+                 "record, record longer."
+        : systematic.empty()
+            ? "Nothing."
+            : fmt::format(
+                  "The error is small but not as good as it can be: it {}. Nothing, where {:.2g} {} (rms) does "
+                  "not matter; else see the notes in the box above.",
+                  systematic, has_unseen ? errors.rms_unseen : errors.rms_estimating, model.output_unit);
   } else if (drifts) {
     remark.to_do = fmt::format(
         "The error of the unseen part keeps one sign (mean {:.2g} {}): bias or drift. Record longer or with slower "
         "tones, let the rig warm up{}.",
         errors.mean_unseen, model.output_unit, has_valve_map(subject) ? "" : ", and try --input-map valve");
-  } else if (has_unseen && errors.rms_unseen > kMuchLarger * errors.rms_estimating) {
+  } else if (grows) {
     remark.to_do =
         "The error is larger on unseen data: the model is overfitted. Use fewer parameters or a longer record.";
   } else {

@@ -8,6 +8,7 @@
 
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
+#include "ident/model/engineering_form.hpp"
 
 namespace eha::report {
 namespace {
@@ -33,7 +34,34 @@ std::string scores_sentence(const Model& model) {
 
 std::string band_sentence(const ReportedModel& reported) {
   const auto band = reported.usable_band();
-  return band ? fmt::format("Usable from {:.3g} to {:.3g} Hz.", band->lowest_Hz, band->highest_Hz) : std::string();
+  if (!band) return {};
+  std::string text = fmt::format("Usable from {:.3g} to {:.3g} Hz", band->lowest_Hz, band->highest_Hz);
+  const auto& criteria = reported.model.verdict->criteria;
+  const bool misses_input = std::any_of(criteria.begin(), criteria.end(), [](const ident::Criterion& c) {
+    return c.kind == ident::CriterionKind::residual_input && has_failed(c);
+  });
+  return text + (misses_input ? ", by standard errors that take the structure for the plant's; the input still moves "
+                                "what it leaves over, so the response can be off by more."
+                              : ".");
+}
+
+std::string unit_of(const ident::Criterion& criterion, const Model& model) {
+  if (criterion.kind == ident::CriterionKind::coefficient_interval) {
+    const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                 [&](const ident::ParameterEstimate& p) { return p.name == criterion.parameter; });
+    return at == model.parameters.end() ? std::string() : ident::unit_of(*at, model);
+  }
+  switch (traits_of(criterion.kind).unit) {
+    case ident::CriterionUnit::percent:
+      return "%";
+    case ident::CriterionUnit::radian:
+      return "rad";
+    case ident::CriterionUnit::output:
+      return model.output_unit;
+    case ident::CriterionUnit::none:
+      break;
+  }
+  return {};
 }
 
 std::string box(const char* kind, const std::string& heading, const std::string& html) {
@@ -140,8 +168,14 @@ Section models_section(const Subject& subject) {
                         rows);
   overview.html += paragraph(
       "R2 and fit are 100 % for a perfect model. AR-BIC weighs error against number of parameters; lower is better, "
-      "and "
-      "a difference of 10 is clear.");
+      "and a difference of 10 is clear.");
+  const bool has_not_needed =
+      std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row[1] == ident::kNotNeeded; });
+  if (has_not_needed) {
+    overview.html += paragraph(
+        "Not needed: it describes the record, with a parameter more than the record shows. No controller should rest "
+        "on it, so in a run its file lies in models/rejected.");
+  }
   section.items.push_back(std::move(overview));
   for (const ReportedModel& reported : subject.models) {
     const Model& model = reported.model;
@@ -152,12 +186,16 @@ Section models_section(const Subject& subject) {
     if (is_first && model.verdict && !model.verdict->criteria.empty()) {
       std::vector<std::vector<std::string>> criteria;
       for (const ident::Criterion& criterion : model.verdict->criteria) {
-        criteria.push_back({name_of(criterion), number("{:.4g}", criterion.value), number("{:.4g}", criterion.limit),
+        criteria.push_back({words_of(criterion), number("{:.4g}", criterion.value), number("{:.4g}", criterion.limit),
+                            unit_of(criterion, model),
                             !criterion.judged  ? "not judged"
                             : criterion.passed ? "passed"
-                                               : "FAILED"});
+                                               : "FAILED",
+                            name_of(criterion)});
       }
-      item.html += table({{"criterion"}, {"value", Column::number}, {"limit", Column::number}, {"result"}}, criteria);
+      item.html += table(
+          {{"criterion"}, {"value", Column::number}, {"limit", Column::number}, {"unit"}, {"result"}, {"in files"}},
+          criteria);
     }
     section.items.push_back(std::move(item));
   }

@@ -18,6 +18,8 @@ namespace {
 using Complex = std::complex<double>;
 using report::Column;
 
+constexpr double kAtEnd = 1e-6;        // of the step, as TrialScore
+constexpr double kBeyondBand = 0.025;  // of the draws, above as below
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// Every n-th value, so that a plot stays small.
@@ -76,7 +78,7 @@ void add_band(plot::Panel& panel, const Curves& curves, const Value& value) {
     std::vector<double> drawn;
     for (const auto& draw : curves.draws) drawn.push_back(value(draw[i], i));
     const double nominal = value(curves.nominal[i], i);
-    const ident::Interval range = ident::interval(nominal, std::move(drawn));
+    const ident::Interval range = ident::interval(nominal, std::move(drawn), kBeyondBand);
     const double f = curves.w[i] / (2.0 * std::numbers::pi);
     band.x.push_back(f);
     band.lower.push_back(range.lower);
@@ -117,10 +119,10 @@ report::Item bode(const ControllerSubject& subject, const Curves& c) {
   phase.rules.push_back({.at = -180.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   const config::ControllerPromise& p = subject.controller.promise;
-  item.remark.seen =
-      fmt::format("Phase margin {:.0f} degrees ({:.0f} to {:.0f}), gain margin {:.2g} ({:.2g} to {:.2g}).",
-                  p.phase_margin_deg.value, p.phase_margin_deg.lower, p.phase_margin_deg.upper, p.gain_margin.value,
-                  p.gain_margin.lower, p.gain_margin.upper);
+  item.remark.seen = fmt::format(
+      "Phase margin {:.0f} degrees, at least {:.0f} for 95 % of the draws; gain margin {:.2g}, at least "
+      "{:.2g}.",
+      p.phase_margin_deg.value, p.phase_margin_deg.lower, p.gain_margin.value, p.gain_margin.lower);
   item.remark.seen +=
       " Of the linear loop: model, filter and feedback about a moving rod. The dead band, which the inverse of the "
       "valve "
@@ -160,9 +162,10 @@ report::Item nyquist(const ControllerSubject& subject, const Curves& c) {
   panel.series.push_back(std::move(circle));
   panel.captions.push_back({-1.0, 0.0, "-1"});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
-  item.remark.seen = fmt::format("Ms {:.3f} ({:.3f} to {:.3f}).", subject.controller.promise.ms.value,
-                                 subject.controller.promise.ms.lower, subject.controller.promise.ms.upper);
-  item.remark.good = "The model and 95 % of the draws stay outside the circle about -1.";
+  item.remark.seen = fmt::format(
+      "Ms {:.3f}; 95 % of the draws stay below {:.3f}, and the circle about -1 is the Ms of {:g} that was asked for.",
+      subject.controller.promise.ms.value, subject.controller.promise.ms.upper, limit);
+  item.remark.good = "The model and 95 % of the draws stay outside the circle.";
   item.remark.to_do = "Nothing, while they do.";
   return item;
 }
@@ -224,8 +227,19 @@ plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig
   const auto first = [&](const std::vector<double>& values) {
     return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rows));
   };
-  return motion_figure({first(trace.time_s), first(trace.reference_in), first(trace.rod_in), first(trace.command_V)},
-                       fmt::format("{}: a step on the simulated rig", controller.name), unit);
+  plot::Figure figure = motion_figure(
+      {first(trace.time_s), first(trace.reference_in), first(trace.rod_in), first(trace.command_V)},
+      fmt::format("{}: a step on the simulated rig; settling counts from the dashed line", controller.name), unit);
+  if (rows == 0) return figure;
+  const double end = trace.reference_in[rows - 1];
+  const double still = kAtEnd * std::abs(motion.way());
+  const auto moves = [&](std::size_t row) { return std::abs(trace.reference_in[row] - end) > still; };
+  std::size_t ended = rows;
+  while (ended > 0 && !moves(ended - 1)) --ended;
+  if (ended < rows) {
+    for (plot::Panel& panel : figure.panels) panel.rules.push_back({.at = trace.time_s[ended], .vertical = true});
+  }
+  return figure;
 }
 
 std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& p, const DisplayUnit& display) {
@@ -249,6 +263,18 @@ std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromi
           row("phase margin", p.phase_margin_deg, "deg"),
           row("gain margin", p.gain_margin, "times"),
           row("delay margin", p.delay_margin_s, "s")};
+}
+
+std::string promise_note(const ident::AxisSettings& settings, const DisplayUnit& display) {
+  const double factor = display.factor("in");
+  const std::string in = display.of("in");
+  return fmt::format(
+      "From, to: the range of the trials and a quarter of it more; of a margin 95 % of 200 draws of the model keep "
+      "each "
+      "bound. A step is a new position: the reference goes there at up to {:.3g} {}/s and {:.3g} {}/s^2, settling "
+      "counts "
+      "from its end, and overshoot is beyond its end.",
+      factor * settings.reference.velocity, in, factor * settings.reference.acceleration, in);
 }
 
 std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfig& c, const DisplayUnit& display) {
@@ -336,7 +362,7 @@ report::Page controller_page(const ControllerSubject& subject) {
                               {"to", Column::number},
                               {"unit", Column::text}},
                              promise_rows(c.promise, subject.unit)) +
-               report::list(lines_of(c.promise.remarks))});
+               report::paragraph(promise_note(c.settings, subject.unit)) + report::list(lines_of(c.promise.remarks))});
   if (const auto rows = kind_rows(subject.kinds, subject.unit); !rows.empty()) {
     std::vector<report::TableColumn> columns;
     for (const std::string& title : kind_titles(subject.unit)) {
@@ -354,8 +380,7 @@ report::Page controller_page(const ControllerSubject& subject) {
     loop.items.push_back(nyquist(subject, all));
     loop.items.push_back(sensitivity(all));
   } else {
-    loop.items.push_back(
-        {.heading = "No plots", .html = report::paragraph(report::escaped(subject.why_without_plots))});
+    loop.items.push_back({.heading = "No plots", .html = report::paragraph(subject.why_without_plots)});
   }
   report::Section settings{.title = "Settings"};
   settings.items.push_back(

@@ -56,6 +56,9 @@ struct ControllerSubject {
 [[nodiscard]] plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller,
                                        const DisplayUnit& unit = DisplayUnit("in"));
 
+/// What the interval of each row holds, and how the step moves.
+[[nodiscard]] std::string promise_note(const ident::AxisSettings& settings, const DisplayUnit& unit);
+
 /// Rows for people: figure, value, interval, unit.
 [[nodiscard]] std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& promise,
                                                                  const DisplayUnit& unit = DisplayUnit("in"));

@@ -29,7 +29,7 @@ constexpr int kNoisePoints = 96;
 constexpr double kLeastShare = 0.2;  // of the gain that the model itself allows
 constexpr int kShareBisections = 6;
 constexpr std::size_t kComparedEvery = 3;  // point of the grid, where only errors are compared
-constexpr double kUpper = 0.975;
+constexpr double kBeyondBound = 0.05;      // share of the draws beyond each bound of a margin
 
 /// What follows from the gains.
 void complete(AxisSettings& s, const AxisTask& task) {
@@ -64,11 +64,11 @@ double quantile(const std::vector<double>& sorted, double share) {
 
 }  // namespace
 
-Interval interval(double value, std::vector<double> draws) {
+Interval interval(double value, std::vector<double> draws, double beyond) {
   if (draws.empty()) return {value, value, value};
   std::sort(draws.begin(), draws.end());
   // The draws have a dead time that the model as it is lacks: it may lie at their edge.
-  return {value, std::min(value, quantile(draws, 1.0 - kUpper)), std::max(value, quantile(draws, kUpper))};
+  return {value, std::min(value, quantile(draws, beyond)), std::max(value, quantile(draws, 1.0 - beyond))};
 }
 
 ReferenceLimits reference_limits(const AxisPlant& plant, const AxisTask& task) {
@@ -137,11 +137,11 @@ MarginIntervals margin_intervals(const AxisSettings& settings, const AxisPlant& 
   MarginIntervals result;
   std::sort(peaks.begin(), peaks.end());
   result.peak95 = peaks.empty() ? std::max(nominal.ms, nominal.mt) : quantile(peaks, 0.95);
-  result.ms = interval(nominal.ms, std::move(ms));
-  result.mt = interval(nominal.mt, std::move(mt));
-  result.phase_deg = interval(nominal.phase_deg, std::move(phase));
-  result.gain = interval(nominal.gain, std::move(gain));
-  result.delay_s = interval(nominal.delay_s, std::move(delay));
+  result.ms = interval(nominal.ms, std::move(ms), kBeyondBound);
+  result.mt = interval(nominal.mt, std::move(mt), kBeyondBound);
+  result.phase_deg = interval(nominal.phase_deg, std::move(phase), kBeyondBound);
+  result.gain = interval(nominal.gain, std::move(gain), kBeyondBound);
+  result.delay_s = interval(nominal.delay_s, std::move(delay), kBeyondBound);
   result.crossover_rad_s = nominal.crossover_rad_s;
   result.stable_share = plant.drawn_responses.empty()
                             ? (nominal.is_stable ? 1.0 : 0.0)

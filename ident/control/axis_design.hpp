@@ -50,16 +50,17 @@ struct AxisTask {
   std::uint64_t seed = 1;
 };
 
-/// A figure over the draws: its value for the model as it is, and what 95 % of the draws lie between.
+/// A figure over the draws: its value for the model as it is, and its bounds.
 struct Interval {
   double value = 0.0;
   double lower = 0.0;
   double upper = 0.0;
 };
-/// The middle 95 % of values; infinite ones stay.
-[[nodiscard]] Interval interval(double value, std::vector<double> draws);
+/// @param beyond  share of the values beyond each of the two bounds; infinite values stay
+[[nodiscard]] Interval interval(double value, std::vector<double> draws, double beyond);
 
 /// Margins over the draws of the model's parameters, of the map's gain and of the computing delay, 0 to 1 tick.
+/// 95 % of the draws keep each bound: the greatest Ms is the one that the design was to stay below.
 struct MarginIntervals {
   Interval ms;
   Interval mt;

@@ -13,28 +13,32 @@ using Unit = CriterionUnit;
 using Weight = CriterionWeight;
 
 constexpr auto kKinds = std::to_array<CriterionTraits>({
-    {Kind::interpolated, "interpolated_percent", "", Unit::percent, Weight::rejects},
-    {Kind::converged, "converged", "", Unit::none, Weight::rejects},
-    {Kind::r2, "", "_r2_percent", Unit::percent, Weight::rejects},
-    {Kind::max_abs_error, "", "_max_abs_error", Unit::output, Weight::rejects},
-    {Kind::residual_input, "residual_input_p", "", Unit::none, Weight::lowers},
-    {Kind::residual_whiteness, "residual_whiteness_p", "", Unit::none, Weight::lowers},
-    {Kind::nonlinearity, "nonlinearity_p", "", Unit::none, Weight::lowers},
-    {Kind::future_input, "future_input_p", "", Unit::none, Weight::lowers},
-    {Kind::predicted_error, "predicted_error_percent", "", Unit::percent, Weight::lowers},
-    {Kind::residual_drift, "residual_drift", "", Unit::output, Weight::lowers},
-    {Kind::input_levels, "input_levels", "", Unit::none, Weight::lowers},
-    {Kind::saturated, "saturated_percent", "", Unit::percent, Weight::lowers},
-    {Kind::extrapolated, "extrapolated_percent", "", Unit::percent, Weight::lowers},
-    {Kind::error_over_noise, "error_over_noise", "", Unit::none, Weight::lowers},
-    {Kind::far_error_over_noise, "far_error_over_noise", "", Unit::none, Weight::rejects},
-    {Kind::error_over_refit, "error_over_refit", "", Unit::none, Weight::rejects},
-    {Kind::stability_margin, "stability_margin_rad", "", Unit::radian, Weight::rejects},
-    {Kind::excitation_order, "excitation_order", "", Unit::none, Weight::lowers},
-    {Kind::order_error, "std_", "", Unit::none, Weight::rejects},
-    {Kind::left_out, "left_out_", "", Unit::none, Weight::rejects},
-    {Kind::coefficient_interval, "interval_", "", Unit::none, Weight::rejects},
-    {Kind::other, "", "", Unit::none, Weight::lowers},
+    {Kind::interpolated, "interpolated_percent", "", Unit::percent, Weight::rejects, "rows interpolated"},
+    {Kind::converged, "converged", "", Unit::none, Weight::rejects, "search converged (1: yes)"},
+    {Kind::r2, "", "_r2_percent", Unit::percent, Weight::rejects, "R2"},
+    {Kind::max_abs_error, "", "_max_abs_error", Unit::output, Weight::rejects, "greatest error"},
+    {Kind::residual_input, "residual_input_p", "", Unit::none, Weight::lowers,
+     "input in what the model leaves over, p"},
+    {Kind::residual_whiteness, "residual_whiteness_p", "", Unit::none, Weight::lowers, "plain noise left over, p"},
+    {Kind::nonlinearity, "nonlinearity_p", "", Unit::none, Weight::lowers, "linear plant, p"},
+    {Kind::future_input, "future_input_p", "", Unit::none, Weight::lowers, "loop open, p"},
+    {Kind::predicted_error, "predicted_error_percent", "", Unit::percent, Weight::lowers,
+     "predicted error on a fresh input"},
+    {Kind::residual_drift, "residual_drift", "", Unit::output, Weight::lowers, "drift over the validation part"},
+    {Kind::input_levels, "input_levels", "", Unit::none, Weight::lowers, "levels of the input"},
+    {Kind::saturated, "saturated_percent", "", Unit::percent, Weight::lowers, "rows at an end of the output"},
+    {Kind::extrapolated, "extrapolated_percent", "", Unit::percent, Weight::lowers,
+     "rows with an input beyond the estimating ones"},
+    {Kind::error_over_noise, "error_over_noise", "", Unit::none, Weight::lowers, "error over the measured noise"},
+    {Kind::far_error_over_noise, "far_error_over_noise", "", Unit::none, Weight::rejects,
+     "error over the measured noise, to reject"},
+    {Kind::error_over_refit, "error_over_refit", "", Unit::none, Weight::rejects, "error over that of a refit"},
+    {Kind::stability_margin, "stability_margin_rad", "", Unit::radian, Weight::rejects, "stability margin"},
+    {Kind::excitation_order, "excitation_order", "", Unit::none, Weight::lowers, "persistent excitation, order"},
+    {Kind::order_error, "std_", "", Unit::none, Weight::rejects, "standard error of an order"},
+    {Kind::left_out, "left_out_", "", Unit::none, Weight::rejects, "AR-BIC gained by a term"},
+    {Kind::coefficient_interval, "interval_", "", Unit::none, Weight::rejects, "distance of an interval from 0"},
+    {Kind::other, "", "", Unit::none, Weight::lowers, ""},
 });
 
 constexpr bool are_in_order() {
@@ -59,6 +63,12 @@ const CriterionTraits& traits_of(CriterionKind kind) { return kKinds[static_cast
 std::string name_of(const Criterion& criterion) {
   const CriterionTraits& traits = traits_of(criterion.kind);
   return std::string(traits.prefix) + criterion.parameter + std::string(traits.suffix);
+}
+
+std::string words_of(const Criterion& criterion) {
+  const std::string_view words = traits_of(criterion.kind).words;
+  if (words.empty()) return criterion.parameter;
+  return std::string(words) + (criterion.parameter.empty() ? "" : ", " + criterion.parameter);
 }
 
 Criterion criterion_named(std::string_view name) {

@@ -47,6 +47,7 @@ struct CriterionTraits {
   std::string_view suffix = {};
   CriterionUnit unit = CriterionUnit::none;
   CriterionWeight weight = CriterionWeight::lowers;
+  std::string_view words = {};  ///< for people; a part or parameter follows
 };
 
 /// One comparison by which a model is judged.
@@ -65,6 +66,9 @@ struct Criterion {
 
 /// As model files and tables spell it: "validation_r2_percent", "std_n2".
 [[nodiscard]] std::string name_of(const Criterion& criterion);
+
+/// For people: "R2, validation", "standard error of an order, n2".
+[[nodiscard]] std::string words_of(const Criterion& criterion);
 
 /// A criterion of a given name, without figures.
 [[nodiscard]] Criterion criterion_named(std::string_view name);

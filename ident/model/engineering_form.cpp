@@ -52,6 +52,14 @@ std::string unseen_text(const Model& model, double root_rad_s) {
   return fmt::format(" (not observed: above the band, to {:.3g} Hz)", highest_Hz);
 }
 
+/// Behind a dead time that within the band turns the phase as a lag of as much does, and lowers the gain as little.
+std::string or_lag_text(const Model& model) {
+  if (!model.verdict || !model.verdict->usable_band) return {};
+  const double highest_Hz = model.verdict->usable_band->highest_Hz;
+  if (2.0 * std::numbers::pi * highest_Hz * kAboveBand * model.transfer_function.delay_s >= 1.0) return {};
+  return fmt::format(" (or a lag of as much: the band, to {:.3g} Hz, does not tell them apart)", highest_Hz);
+}
+
 /// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
 std::string roots_text(const Model& model, const std::vector<Term>& terms, const char* real, const char* pair,
                        std::optional<double> left_out_s = {}) {
@@ -104,7 +112,7 @@ std::string engineering_form(const Model& model) {
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
   if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
   text += roots_text(model, denominator, "T", "f0", slow_s) + roots_text(model, numerator, "TD", "zeros at");
-  if (g.delay_s > 0.0) text += fmt::format("; dead time {:.3g} ms", 1e3 * g.delay_s);
+  if (g.delay_s > 0.0) text += fmt::format("; dead time {:.3g} ms{}", 1e3 * g.delay_s, or_lag_text(model));
   return text;
 }
 

@@ -229,6 +229,7 @@ struct Verdict {
   std::vector<Criterion> criteria = {};  ///< every one that applied
   /// The record's input moved there and the model's response is known; see usable_band(). None: nowhere, or unknown.
   std::optional<FrequencyInterval> usable_band = {};
+  bool beside_ladder = false;  ///< every structure of the ladder was fitted to the record too
 };
 
 /// One window of the estimated input before t = 0, added to its value at rest: constant over from_s <= t < to_s <= 0.

@@ -285,10 +285,11 @@ Grade read_grade(const Node& node) {
 }
 
 Verdict read_verdict(const Node& node) {
-  const Node object = node.object({"accepted", "grade", "criteria", "reasons", "usable_band_Hz"});
+  const Node object = node.object({"accepted", "grade", "criteria", "reasons", "usable_band_Hz", "beside_ladder"});
   Verdict verdict;
   object.at("accepted").read(verdict.accepted);
   object.read("reasons", verdict.reasons);
+  object.read("beside_ladder", verdict.beside_ladder);
   // Files of earlier versions have no grade.
   verdict.grade = verdict.accepted ? Grade::usable : Grade::rejected;
   if (object.has("grade")) verdict.grade = read_grade(object.at("grade"));

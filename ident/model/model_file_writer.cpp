@@ -105,6 +105,7 @@ OrderedJson verdict_to_json(const Verdict& verdict) {
   if (verdict.usable_band) {
     object["usable_band_Hz"] = {verdict.usable_band->lowest_Hz, verdict.usable_band->highest_Hz};
   }
+  if (verdict.beside_ladder) object["beside_ladder"] = true;
   return object;
 }
 

@@ -19,6 +19,7 @@ constexpr double kHalfLobe = 1.65;  // of a Hann window's main lobe where it fal
 constexpr std::size_t kPadding = 4;
 constexpr Eigen::Index kFewestRows = 8;
 constexpr std::size_t kBandPoints = 200;
+constexpr double kOfNyquist = 0.8;  // above it a held input and the filter leave too little to tell a response by
 constexpr double kFarAway = 100.0;  // how far beyond the band a resonance is looked for
 
 std::vector<double> logarithmic(double lowest_Hz, double highest_Hz) {
@@ -73,7 +74,12 @@ std::optional<FrequencyInterval> excited_band(const Eigen::Ref<const Eigen::Vect
 std::optional<FrequencyInterval> usable_band(const Model& model, const ParameterCovariance& known,
                                              const FrequencyInterval& excited, const AcceptanceLimits& limits) {
   if (known.parameters.empty() || is_undetermined(model)) return {};
-  const std::vector<double> grid = logarithmic(excited.lowest_Hz, excited.highest_Hz);
+  double highest_Hz = excited.highest_Hz;
+  if (model.estimation && model.estimation->compared_step_s) {
+    highest_Hz = std::min(highest_Hz, kOfNyquist * 0.5 / *model.estimation->compared_step_s);
+  }
+  if (highest_Hz < excited.lowest_Hz) return {};
+  const std::vector<double> grid = logarithmic(excited.lowest_Hz, highest_Hz);
   const BodeCurve curve = bode_curve(model, grid, known);
   std::optional<FrequencyInterval> widest;
   std::optional<FrequencyInterval> band;

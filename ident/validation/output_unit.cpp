@@ -100,7 +100,7 @@ Model in_output_unit(Model model, const std::string& unit, double factor) {
 PlantChange in_output_unit(PlantChange change, double factor) {
   for (ParameterChange& p : change.parameters) {
     if (!scales_with_output(p.role)) continue;
-    for (double* value : {&p.before, &p.after, &p.std, &p.half_width}) *value *= factor;
+    for (double* value : {&p.before, &p.after, &p.std, &p.half_width, &p.of_noise}) *value *= factor;
   }
   return change;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/parameter_change.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -16,7 +18,9 @@ constexpr double kManyDegrees = 1e6;  // of a model that tells nothing of its sa
 double degrees_of_freedom(const Model& model) {
   if (!model.estimation || !model.estimation->information) return kManyDegrees;
   const InformationCriteria& known = *model.estimation->information;
-  const double degrees = known.effective_samples - static_cast<double>(known.parameters);
+  const bool is_white = model.estimation->noise && model.estimation->noise->with_parameters;
+  const double independent = is_white ? static_cast<double>(known.samples) : known.effective_samples;
+  const double degrees = independent - static_cast<double>(known.parameters);
   return std::isfinite(degrees) ? std::max(kFewestDegrees, degrees) : kFewestDegrees;
 }
 
@@ -52,16 +56,16 @@ double slope_in(const Model& model, const std::string& name, const std::string& 
   return std::isfinite(slope) ? slope : 0.0;
 }
 
-/// Shift of a parameter that the changes of the map make, by either model's correlations.
-double shift_by_map(const PlantChange& change, const std::string& name, const Model& before, const Model& after) {
-  double shift = 0.0;
+/// Widens the interval of a parameter by the shift that the changes of the map make, by either model's correlations.
+void add_shift_by_map(ParameterChange& p, const PlantChange& change, const Model& before, const Model& after) {
   for (const ParameterChange& cause : change.parameters) {
     if (!is_of_map(cause.role) || !cause.changed) continue;
     const double slope =
-        std::max(std::abs(slope_in(before, name, cause.name)), std::abs(slope_in(after, name, cause.name)));
-    shift += slope * std::abs(cause.after - cause.before);
+        std::max(std::abs(slope_in(before, p.name, cause.name)), std::abs(slope_in(after, p.name, cause.name)));
+    const double shift = slope * std::abs(cause.after - cause.before);
+    p.half_width += shift;
+    if (shift > p.of_noise) p.follows.push_back(cause.name);
   }
-  return shift;
 }
 
 }  // namespace
@@ -77,18 +81,18 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
       change.undetermined.push_back(p.name);
       continue;
     }
-    change.parameters.push_back({p.name, p.role, p.value, other->value, std, 0.0, false});
+    change.parameters.push_back({.name = p.name, .role = p.role, .before = p.value, .after = other->value, .std = std});
   }
   if (change.parameters.empty()) return change;
   const boost::math::students_t student(std::min(degrees_of_freedom(before), degrees_of_freedom(after)));
   const double share = level / (2.0 * static_cast<double>(change.parameters.size()));
   const double factor = boost::math::quantile(boost::math::complement(student, share));
   for (ParameterChange& p : change.parameters) {
-    p.half_width = factor * p.std;
+    p.half_width = p.of_noise = factor * p.std;
     p.changed = std::abs(p.after - p.before) > p.half_width;
   }
   for (ParameterChange& p : change.parameters) {
-    if (!is_of_map(p.role)) p.half_width += shift_by_map(change, p.name, before, after);
+    if (!is_of_map(p.role)) add_shift_by_map(p, change, before, after);
     p.changed = std::abs(p.after - p.before) > p.half_width;
     change.changed = change.changed || p.changed;
   }
@@ -99,6 +103,17 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
   std::stable_sort(change.parameters.begin(), change.parameters.end(),
                    [&](const ParameterChange& a, const ParameterChange& b) { return outside(a) > outside(b); });
   return change;
+}
+
+std::string hidden_sentence(const ParameterChange& change, const Model& model) {
+  if (change.changed || change.follows.empty()) return {};
+  const std::string name = unit_of(change, model);
+  const std::string unit = name.empty() ? "" : " " + name;
+  return fmt::format(
+      "a change of {} below {:.2g}{} does not show here: {} changed, and the fit lets {} follow {} (by noise alone "
+      "{:.2g}{})",
+      change.name, change.half_width, unit, fmt::join(change.follows, " and "), change.name,
+      change.follows.size() == 1 ? "it" : "them", change.of_noise, unit);
 }
 
 std::string unit_of(const ParameterChange& change, const Model& model) {

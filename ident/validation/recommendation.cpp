@@ -18,6 +18,8 @@ namespace {
 
 using Models = std::vector<const Model*>;
 
+constexpr double kClear = 10.0;  // difference of AR-BIC; "very strong" in Kass and Raftery, JASA 90 (1995)
+
 double ar_bic(const Model& model) { return model.estimation->information->ar_bic; }
 
 bool is_comparable(const Model& model, const Model& with) {
@@ -102,13 +104,18 @@ std::string reason_for(const Model& picked, const Models& all, const Model* runn
                        ar_bic(other) < ar_bic(picked) ? "above" : "below", other.name);
   };
   if (runner_up != nullptr) text += ", " + apart(*runner_up);
+  const std::string unclear =
+      runner_up == nullptr || std::abs(ar_bic(*runner_up) - ar_bic(picked)) >= kClear
+          ? ""
+          : fmt::format("; a difference below {:g} is not clear: this record hardly tells {} from {}", kClear,
+                        picked.name, runner_up->name);
   const Model* other = best(all, !has_estimated_order(picked));
-  if (other == nullptr) return text;
+  if (other == nullptr) return text + unclear;
   if (other != runner_up) text += " and " + apart(*other);
-  return text +
-         (has_estimated_order(picked)
+  text += has_estimated_order(picked)
               ? fmt::format(", and estimated orders must gain {:g} on every model of integer order", kFractionalGain)
-              : fmt::format(", and estimated orders must gain {:g}", kFractionalGain));
+              : fmt::format(", and estimated orders must gain {:g}", kFractionalGain);
+  return text + unclear;
 }
 
 /// "; cylinder, 2.2 better, has a resonance at 14.6 Hz ..." @param all  the least AR-BIC first

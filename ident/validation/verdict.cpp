@@ -229,6 +229,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   judge_stability(model, limits, judgement);
   judge_parameters(model, judgement);
   Verdict verdict = judgement.verdict();
+  verdict.beside_ladder = facts.beside_ladder;
   verdict.reasons = reasons_of(model, verdict);
   return verdict;
 }

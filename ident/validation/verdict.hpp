@@ -35,6 +35,7 @@ struct RecordFacts {
   /// On a record that the model has not seen, the rms error over that of the structure fitted to it; none where no
   /// parameter differs.
   std::optional<double> error_over_refit = {};
+  bool beside_ladder = false;  ///< every structure of the ladder is fitted to it too
 };
 
 /// Compares a fitted model with the experiment's limits and with the information in its own record.
@@ -62,7 +63,9 @@ struct RecordFacts {
 /// @param verdict  of this model; its stored sentences are not read
 [[nodiscard]] std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict);
 
-/// The verdict in one word for tables: its grade, but "not needed" for a rejected model that is wrong in nothing, of
+inline constexpr std::string_view kNotNeeded = "not needed";
+
+/// The verdict in one word for tables: its grade, but kNotNeeded for a rejected model that is wrong in nothing, of
 /// which the record only leaves parameters undetermined or shows that it does without them.
 [[nodiscard]] std::string_view verdict_word(const Verdict& verdict);
 

@@ -78,14 +78,14 @@ class Reasons {
   Reasons(const Model& model, const Verdict& verdict) : model_(model), verdict_(verdict) {}
 
   std::vector<std::string> all() {
-    about({Kind::interpolated, Kind::converged});
+    // What explains the other reasons comes first.
+    about({Kind::interpolated, Kind::saturated, Kind::converged});
     note_flat_ridge();
     if (!model_.estimation && !model_.validation) {
       rejections_.emplace_back("The model was neither estimated nor validated here.");
     }
     about({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity,
-           Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::saturated,
-           Kind::extrapolated});
+           Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::extrapolated});
     note_low_r2();
     about({Kind::error_over_noise, Kind::far_error_over_noise, Kind::error_over_refit});
     if (model_.estimation && !model_.validation) {
@@ -249,8 +249,11 @@ class Reasons {
 
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const {
-    return model_.input_map ? "try another structure"
-                            : "try the valve map (--input-map valve), where it is not among the models";
+    if (verdict_.beside_ladder) {
+      return "take a model without this note, if the table has one, else record smaller amplitudes, where the plant is "
+             "nearer to linear";
+    }
+    return model_.input_map ? "try another structure" : "try the valve map (--input-map valve)";
   }
   /// "where an error of 0.012 in does not matter"
   [[nodiscard]] std::string where_it_matters() const {
@@ -418,7 +421,7 @@ std::string_view verdict_word(const Verdict& verdict) {
   const bool is_not_needed =
       verdict.grade == Grade::rejected && std::any_of(all.begin(), all.end(), rejects) &&
       std::all_of(all.begin(), all.end(), [&](const Criterion& c) { return !rejects(c) || asks_too_much(c); });
-  return is_not_needed ? "not needed" : text(verdict.grade);
+  return is_not_needed ? kNotNeeded : text(verdict.grade);
 }
 
 std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict) {

@@ -129,6 +129,7 @@ TEST_F(MillimetreRig, ShowsNoInches) {
       {"compare", run, run},
       {"compare", run, run, "-o", "changes.html"},
       {"compare", model, run},
+      {"compare", model, model},
       {"report", run, "-o", "report.html"},
       {"doctor", "--rig", "rig.toml"},
       {"calibrate", "--rig", "rig.toml", "--at", "10mm=0.656", "--at", "75mm=4.921", "--at", "140mm=9.186", "-o",

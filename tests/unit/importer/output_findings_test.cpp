@@ -132,6 +132,33 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
   }
 }
 
+TEST(OutputRemarks, NameASensorThatIsReadMoreSlowlyThanTheRows) {
+  Rod r = rod();
+  Rod coarse = r;
+  for (std::size_t k = 0; k < kRodRows; ++k) {
+    r.output[k] = r.output[k - k % 5];
+    coarse.output[k] = 0.5 * std::round(2.0 * coarse.output[k]);
+  }
+  const std::vector<std::string> remarks = remarks_on_output(r.output, {}, 0.0, kRodStep_s);
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_NE(remarks.front().find("changes only every 5 rows, 0.05 s"), std::string::npos) << remarks.front();
+  EXPECT_TRUE(remarks_on_output(coarse.output, {}, 0.0, kRodStep_s).empty()) << "a coarse converter";
+}
+
+TEST(Columns, SeemExchangedWhereTheInputIsTheSmootherOne) {
+  const Rod r = rod();
+  EXPECT_FALSE(seem_exchanged(r.input, r.output));
+  EXPECT_TRUE(seem_exchanged(r.output, r.input));
+  const test::TemporaryFolder folder;
+  std::string text = "Time,CH1,CH2\n";
+  for (std::size_t k = 0; k < kRodRows; ++k) text += fmt::format("{},{},{}\n", even_time(k), r.output[k], r.input[k]);
+  const auto path = folder.write("scope.csv", text);
+  const std::string guess = import_record(path, {.command = "eha fit scope.csv"}).guess;
+  EXPECT_NE(guess.find("may be exchanged"), std::string::npos) << guess;
+  EXPECT_NE(guess.find("`eha fit scope.csv --input 3 --output 2`"), std::string::npos) << guess;
+  EXPECT_EQ(import_record(path, {.input = "3", .output = "2"}).guess.find("may be exchanged"), std::string::npos);
+}
+
 TEST(OutputRemarks, NameLongFilledGaps) {
   const Rod r = rod();
   EXPECT_TRUE(remarks_on_output(r.output, {100, 900, 901}, 0.0, kRodStep_s).empty()) << "short ones";

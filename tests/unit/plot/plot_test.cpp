@@ -106,6 +106,17 @@ TEST(Gnuplot, DrawsPicturesOfEveryFormat) {
   EXPECT_NE(draw(ramp("a", "b"), Format::svg).find("<svg"), std::string::npos);
 }
 
+TEST(Gnuplot, EndsAnAxisWithTheData) {
+  Figure figure = ramp("a", "b");
+  Series& series = figure.panels.front().series.front();
+  series.x = {0.0, 61.0, 122.0};
+  series.y = {0.0, 1.0, 2.0};
+  figure.panels.front().x_range = {};
+  const std::string svg = draw(figure, Format::svg);
+  EXPECT_NE(svg.find(">120<"), std::string::npos) << "without a blank before it, which would shift it";
+  EXPECT_EQ(svg.find("140<"), std::string::npos);
+}
+
 TEST(Gnuplot, GivesALongKeyRoomOfItsOwn) {
   Figure figure = ramp("a", "measured");
   figure.panels.push_back(figure.panels.front());

@@ -174,6 +174,41 @@ TEST(Page, AdvisesNothingThatItsModelsAlreadyHave) {
   EXPECT_NE(page_of(subject).html.find("are among the models already"), std::string::npos);
 }
 
+TEST(Page, SaysThatASmallErrorIsNoNoise) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  for (double& y : subject.fit.models[0].simulated) y -= 0.01;
+  const auto to_do = [&] {
+    const std::string html = page_of(subject).html;
+    const std::size_t at = html.find("<dt>To do</dt><dd>") + 18;
+    return html.substr(at, html.find("</dd>", at) - at);
+  };
+  EXPECT_EQ(to_do(), "Nothing.");
+  subject.models[0].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::residual_input, .value = 0.007, .limit = 0.01});
+  EXPECT_NE(to_do().find("it follows the input. Nothing, where "), std::string::npos) << to_do();
+  for (std::size_t i = 0; i < 100; ++i) subject.fit.models[0].simulated[i] += (i < 50 ? 1e-4 : 2e-4) * (i % 2 ? 1 : -1);
+  EXPECT_NE(to_do().find("it is larger on the unseen part and follows the input."), std::string::npos) << to_do();
+}
+
+TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  ident::Verdict& verdict = *subject.models[0].model.verdict;
+  verdict.usable_band = ident::FrequencyInterval{0.05, 0.65};
+  verdict.criteria.push_back({.kind = ident::CriterionKind::residual_input, .value = 0.007, .limit = 0.01});
+  ident::Model& other = subject.models.emplace_back(subject.models[0]).model;
+  other.name = "io3";
+  other.verdict->accepted = false;
+  other.verdict->grade = ident::Grade::rejected;
+  other.verdict->criteria.push_back({.kind = ident::CriterionKind::coefficient_interval, .parameter = "a0"});
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find(">R2, validation</td>"), std::string::npos);
+  EXPECT_NE(html.find(">%</td>"), std::string::npos);
+  EXPECT_NE(html.find(">validation_r2_percent</td>"), std::string::npos);
+  EXPECT_NE(html.find("by standard errors that take the structure for the plant&#39;s"), std::string::npos);
+  EXPECT_NE(html.find("its file lies in models/rejected"), std::string::npos);
+  EXPECT_NE(html.find("<span class=\"fraction\">"), std::string::npos);
+}
+
 TEST(Page, DoesNotAskToAllowAnIntegratorThatIsAccepted) {
   Subject subject = subject_of("run", ident::Grade::good);
   subject.models[0].model.transfer_function.denominator = {{0.0132, 2.0}, {1.0, 1.0}};
@@ -293,6 +328,37 @@ TEST(ComparisonPage, HasTitlesThatTellRunsAndModelsApart) {
   EXPECT_EQ(titles_of({path("monday-paper/models/io.json")}), (std::vector<std::string>{"io"}));
 }
 
+TEST(ComparisonPage, SaysWhatHidesAChange) {
+  const ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  ident::PlantChange change;
+  change.parameters = {{.name = "dead_band",
+                        .role = ident::ParameterRole::dead_band,
+                        .before = 0.15,
+                        .after = 0.9,
+                        .half_width = 0.004,
+                        .of_noise = 0.004,
+                        .changed = true},
+                       {.name = "K",
+                        .role = ident::ParameterRole::numerator_coefficient,
+                        .before = 0.148,
+                        .after = 0.152,
+                        .half_width = 0.009,
+                        .of_noise = 0.001,
+                        .follows = {"dead_band"}}};
+  change.changed = true;
+  const std::string html =
+      comparison_page({.title = "Comparison", .heading = "Changed"},
+                      {{.label = "monday", .model = model}, {.label = "friday", .model = model, .change = change}})
+          .html;
+  EXPECT_NE(html.find(">not shown</td>"), std::string::npos);
+  EXPECT_NE(
+      html.find("A change of K below 0.009 in/(V s) does not show here: dead_band changed, and the fit lets K follow "
+                "it (by noise alone 0.001 in/(V s))."),
+      std::string::npos)
+      << html.substr(html.find("Seen here"), 600);
+  EXPECT_NE(html.find("↑ 188"), std::string::npos) << "the bar of the dead band lies beyond the panel";
+}
+
 TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
   ident::Model model = model_named("integrator_lag", ident::Grade::good, 99.0);
   // K/(s (T s + 1)) with K = 0.15 in/(V s), T = 0.1 s, usable from 0.05 to 5 Hz.
@@ -300,6 +366,10 @@ TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 5.0};
   EXPECT_EQ(step_sentence(model),
             "1 V at the input moves the output at 0.15 in/s with integrator_lag; 63 % of that after 0.099 s.");
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  EXPECT_NE(step_sentence(model).find("63 % of that after 0.099 s, which is the structure's"), std::string::npos)
+      << step_sentence(model);
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 5.0};
   const plot::Figure figure = step_figure({&model}, "a step");
   ASSERT_EQ(figure.panels.size(), 2U);
   const plot::Series& speed = figure.panels[1].series.front();
@@ -329,6 +399,18 @@ TEST(PoleFigure, SaysFrequencyAndDampingBesideAPairAndTheTimeConstantBesideAReal
   EXPECT_NE(captions.find("4 Hz, D = 0.3; "), std::string::npos) << captions;
   EXPECT_NE(captions.find("T = 0.5 s; "), std::string::npos) << captions;
   EXPECT_NE(captions.find("10 Hz; "), std::string::npos) << "a circle: " << captions;
+}
+
+TEST(BodeFigure, DrawsBoundsOnlyWhereTheRecordShowsTheResponse) {
+  ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
+  const std::vector<double> f{0.01, 0.05, 0.2, 0.6, 2.0};
+  reported.model.bode = ident::bode_curve(reported.model, f, {});
+  reported.model.bode->gain_std_dB = reported.model.bode->phase_std_deg = std::vector<double>(f.size(), 0.1);
+  const auto bounds = [&] { return bode_figure({&reported}, nullptr, "Bode plot").panels[0].series.front(); };
+  ASSERT_EQ(bounds().mark, plot::Mark::band);
+  EXPECT_EQ(bounds().x, f) << "of a model without a band";
+  reported.model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  EXPECT_EQ(bounds().x, (std::vector<double>{0.05, 0.2, 0.6}));
 }
 
 TEST(BodeFigure, ShowsTheErrorOfTheGainOnAScaleOfItsOwn) {

@@ -261,6 +261,8 @@ TEST(AxisDesign, KeepsItsLimitsOverTheDraws) {
     const auto design = design_axis(plant, task(), kind);
     ASSERT_TRUE(design) << text(kind);
     EXPECT_LE(design->margins.peak95, 1.4) << text(kind);
+    EXPECT_LE(design->margins.ms.upper, 1.4) << text(kind) << ": the bound that is shown";
+    EXPECT_LE(design->margins.mt.upper, 1.4) << text(kind);
     EXPECT_EQ(design->margins.stable_share, 1.0);
     EXPECT_LE(design->margins.ms.lower, design->margins.ms.value);
     EXPECT_GE(design->margins.ms.upper, design->margins.ms.value);

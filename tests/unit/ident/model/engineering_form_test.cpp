@@ -19,6 +19,13 @@ TEST(EngineeringForm, GivesGainFrequencyAndDampingOfACylinder) {
   const double w = 2.0 * std::numbers::pi * 12.0;
   Model model = model_of({{{0.148, 0.0}}, {{1.0 / (w * w), 3.0}, {0.6 / w, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0063});
   EXPECT_EQ(engineering_form(model), "K = 0.148 in/(V s), integrating; f0 = 12 Hz, D = 0.3; dead time 6.3 ms");
+  // Up to 0.65 Hz a lag of as much turns the phase as much.
+  model.verdict.emplace().usable_band = FrequencyInterval{0.05, 0.65};
+  EXPECT_NE(engineering_form(model).find("dead time 6.3 ms (or a lag of as much: the band, to 0.65 Hz, does not tell"),
+            std::string::npos)
+      << engineering_form(model);
+  model.verdict->usable_band = FrequencyInterval{0.05, 12.0};
+  EXPECT_TRUE(engineering_form(model).ends_with("dead time 6.3 ms"));
   model.output_unit = "mm";
   EXPECT_EQ(engineering_form(model).rfind("K = 0.148 mm/(V s)", 0), 0U);
 }

@@ -52,6 +52,15 @@ TEST(ExcitedBand, OfAConstantInputIsNone) {
   EXPECT_FALSE(excited_band(Eigen::VectorXd::Zero(100), kStep_s));
 }
 
+TEST(UsableBand, EndsBelowTheNyquistFrequency) {
+  auto [model, covariance] = lag_with_uncertain_corner(1e-6);
+  model.estimation.emplace().compared_step_s = 0.08;
+  const auto band = usable_band(model, covariance, {0.025, 6.25}, {});
+  ASSERT_TRUE(band);
+  EXPECT_DOUBLE_EQ(band->highest_Hz, 5.0);
+  EXPECT_FALSE(usable_band(model, covariance, {5.5, 6.25}, {}));
+}
+
 TEST(UsableBand, EndsWhereTheStandardErrorPassesItsLimit) {
   // |d ln G / d a0| = 1 / |1 + s|, real part 1 / (1 + w^2): 1 dB is 0.1151 in ln|G|.
   const double std = 0.3;

@@ -53,7 +53,17 @@ TEST(ParameterChange, DoesNotNameWhatAChangedMapShifts) {
   PlantChange change = compare_parameters(before, related(with(-0.2, 0.21, 0.1505)), 0.01);
   ASSERT_EQ(change.parameters[0].name, "dead_band");
   EXPECT_TRUE(change.parameters[0].changed);
-  for (const ParameterChange& p : change.parameters) EXPECT_EQ(p.changed, p.name == "dead_band") << p.name;
+  for (const ParameterChange& p : change.parameters) {
+    EXPECT_EQ(p.changed, p.name == "dead_band") << p.name;
+    EXPECT_EQ(p.follows, p.name == "K" ? std::vector<std::string>{"dead_band"} : std::vector<std::string>{}) << p.name;
+    if (p.name != "K") continue;
+    // 0.1 * 0.0002 / 0.0004 in/(V s) a V, of 0.06 V.
+    EXPECT_NEAR(p.half_width - p.of_noise, 0.05 * 0.06, 1e-9);
+    EXPECT_EQ(
+        hidden_sentence(p, before),
+        "a change of K below 0.0038 does not show here: dead_band changed, and the fit lets K follow it (by noise "
+        "alone 0.00083)");
+  }
   // A gain that changed by more is named; so is the same change beside an unchanged map.
   for (const Model& after : {related(with(-0.2, 0.21, 0.158)), related(with(-0.2, 0.15, 0.1505))}) {
     change = compare_parameters(before, after, 0.01);
@@ -62,6 +72,21 @@ TEST(ParameterChange, DoesNotNameWhatAChangedMapShifts) {
       EXPECT_TRUE(p.changed) << p.half_width;
     }
   }
+}
+
+TEST(ParameterChange, CountsTheSamplesOfAWhitenedResidual) {
+  const auto known_by = [](bool with_parameters) {
+    Model model = with(-0.2, 0.15, 0.13);
+    EstimationReport& estimation = model.estimation.emplace();
+    estimation.information.emplace().parameters = 5;
+    estimation.information->effective_samples = 8.0;  // of a residual that drifts slowly
+    estimation.information->samples = 500;
+    estimation.noise.emplace().with_parameters = with_parameters;
+    return model;
+  };
+  const auto width = [](const Model& model) { return compare_parameters(model, model, 0.01).parameters[0].half_width; };
+  // Student's t at 0.17 %: 8.6 of three degrees of freedom, 2.95 of 495.
+  EXPECT_NEAR(width(known_by(false)) / width(known_by(true)), 8.575 / 2.947, 0.01);
 }
 
 TEST(ParameterChange, SaysWhatARecordDoesNotDetermine) {

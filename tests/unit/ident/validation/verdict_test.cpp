@@ -55,8 +55,7 @@ TEST(Verdict, LowersWhatErrsMoreThanTheMeasuredNoise) {
   EXPECT_EQ(
       verdict.reasons.front(),
       "The model misses a part of the plant: its validation error of 0.2 in (rms) is 4 times the noise of 0.05 in "
-      "that differs between the record's periods, more than 3; try the valve map (--input-map valve), where it is not "
-      "among the models, or ignore "
+      "that differs between the record's periods, more than 3; try the valve map (--input-map valve), or ignore "
       "it where an error of 0.2 in (rms) does not matter.");
   EXPECT_EQ(judge(model, {}).grade, Grade::good) << "without a measured noise nothing is compared";
 }
@@ -76,10 +75,12 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
   EXPECT_EQ(
       verdict.reasons,
       (std::vector<std::string>{
+          // NOLINTNEXTLINE(bugprone-suspicious-missing-comma): sentences of two lines
           "The search found no best parameters: after 20 evaluations it ended with \"evaluation limit\"; fit a simpler "
           "model, or record longer.",
           "The model does not follow the record: the validation R2 of 85.12 % is below the limit of 90 %; look at the "
-          "error over time in the report, try the valve map (--input-map valve), where it is not among the models.",
+          "error over time in the report, try "
+          "the valve map (--input-map valve).",
           "The model is too far off at one place: the greatest validation error of 0.75 in is above the limit of 0.5 "
           "in; look there in the report, and cut a disturbance with --from or --to.",
           "The model is unstable (test: argument_principle, margin -0.25 rad), and the limits require a stable one; "
@@ -172,10 +173,18 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
   const Verdict verdict = judge(model, AcceptanceLimits{});
   EXPECT_TRUE(verdict.accepted);
   EXPECT_EQ(verdict.grade, Grade::usable);
+  const Verdict beside = judge(model, AcceptanceLimits{}, {.beside_ladder = true});
+  EXPECT_TRUE(beside.beside_ladder);
+  EXPECT_NE(beside.reasons.front().find("take a model without this note"), std::string::npos) << beside.reasons.front();
+  EXPECT_EQ(beside.reasons.front().find("--input-map"), std::string::npos) << "which the ladder has tried";
+  Model clipped = model;
+  clipped.validation->saturated_percent = 5.0;
+  EXPECT_EQ(judge(clipped, {}).reasons.front().rfind("Sensor or actuator saturate", 0), 0U)
+      << "what explains the others comes first";
   EXPECT_EQ(verdict.reasons,
             (std::vector<std::string>{
                 "The input still moves what the model leaves over (p = 0.009 for lags 0 to 20): a part of the plant "
-                "may be missing; try the valve map (--input-map valve), where it is not among the models, or ignore it "
+                "may be missing; try the valve map (--input-map valve), or ignore it "
                 "where an error of 0.1 in (rms) "
                 "does not matter.",
                 "Something that is not the input moves the output, such as friction, hum or vibration: what the model "
