@@ -237,7 +237,7 @@ class Commissioning {
     session_.ask_before_motion();
     const auto [run, code] = session_.drive({"run", file}, Results::hide);
     if (code != ExitCode::ok && code != ExitCode::model_rejected && code != ExitCode::not_converged) {
-      throw Stopped{code, "the record is not whole"};
+      throw Stopped{code, code == ExitCode::interrupted ? "" : "the record is not whole"};
     }
     return run.at("run").get<std::string>();
   }

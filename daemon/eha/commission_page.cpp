@@ -18,6 +18,7 @@
 #include "daemon/report/report.hpp"
 #include "daemon/track/track_result.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
@@ -101,7 +102,13 @@ std::string model_part(const Json& record, const DisplayUnit& unit) {
     text += fmt::format(", fit {:.1f} % on the part of the record that it has not seen",
                         shown.validation->score.fit_percent);
   }
-  return report::paragraph(text + ".") + report::equation(shown);
+  std::string html = report::paragraph(text + ".") + report::equation(shown);
+  if (shown.verdict && shown.verdict->grade != ident::Grade::good) {
+    html += report::paragraph("The model is " + std::string(ident::text(shown.verdict->grade)) +
+                              ", not good; the controller's trial shows what that is worth:") +
+            report::list(shown.verdict->reasons);
+  }
+  return html;
 }
 
 }  // namespace

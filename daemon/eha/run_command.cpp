@@ -74,7 +74,8 @@ struct PlannedRun {
 
 struct Acquired {
   play::FinishedRun run;
-  bool was_guarded = true;  ///< the guard lived to the end
+  bool was_guarded = true;   ///< the guard lived to the end
+  bool was_stopped = false;  ///< by a signal, which may have come after the last tick
 };
 
 /// Plays and records. The rig is idle or safe on return and after an exception.
@@ -140,7 +141,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
     console.warning(sentence);
   }
   for (const delays::Delay& delay : run.delays) console.warning(delays::sentence_of(delay));
-  return {std::move(run), was_guarded};
+  return {std::move(run), was_guarded, stop.count() > 0};
 }
 
 /// Reports a run that did not complete or lost its guard: the cause, and the kept record.
@@ -167,7 +168,8 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
     console.info(fmt::format("the partial record is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, folder));
   } else if (experiment.track) {
-    if (run.report.outcome == acquisition::Outcome::faulted) explain_ended_trial(run.folder, rig.units, console);
+    if (run.report.outcome == acquisition::Outcome::faulted)
+      explain_ended_trial(run.folder, rig.units, TrackFiles::write, console);
     console.info(fmt::format("the partial record is in {}", folder));
   } else if (run.only_placed) {
     console.info(fmt::format("the partial record is in {}", folder));
@@ -249,6 +251,12 @@ std::string read_again(const RunCommand& command) {
   return "eha read --local" + (command.rig_file ? " --rig " + shell_word(*command.rig_file) : std::string());
 }
 
+/// The command that computes later what a run is for.
+std::string later_command(const config::ExperimentConfig& experiment, const fs::path& folder) {
+  const char* command = experiment.characterises ? "characterise" : experiment.track ? "track" : "fit";
+  return fmt::format("`eha {} {}` does it", command, shell_word(folder.string()));
+}
+
 /// Plays one, then fits and judges it. @returns its exit code, and whether it completed
 std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigConfig& rig, const PlannedRun& planned,
                                   Console& console) {
@@ -261,6 +269,11 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (!acquisition::is_whole(run.report.outcome) || !acquired.was_guarded) {
     return {report_incomplete(acquired, experiment, rig, console), false};
+  }
+  if (acquired.was_stopped && !run.only_placed) {
+    console.info(fmt::format("stopped after the motion: the record is whole, and nothing is computed from it; {}",
+                             later_command(experiment, run.folder)));
+    return {ExitCode::interrupted, false};
   }
   if (experiment.characterises) {
     std::optional<NewRigFile> rig_file;

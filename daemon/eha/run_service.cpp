@@ -86,7 +86,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking &&
       entry.value("outcome", "") == "faulted") {
-    explain_ended_trial(folder, units, console);
+    explain_ended_trial(folder, units, TrackFiles::keep, console);
     console.info(fmt::format("the partial record is in {}", folder));
   } else if (!folder.empty() && !has_completed(entry)) {
     // A placing and a characterisation, whose text is the command's own, have nothing to fit.

@@ -20,8 +20,11 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/track_report.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/record_csv.hpp"
+#include "daemon/record/run_header.hpp"
+#include "daemon/report/html.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/track/track_result.hpp"
 
@@ -90,6 +93,10 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   tune::ControllerSubject subject = controller_subject(result.controller);
   subject.title = title;
   subject.lead_html = lead_html;
+  if (lead_html.empty()) {
+    subject.lead_html = report::paragraph(
+        fmt::format("The promise is {}kept: {}.", result.is_kept() ? "" : "not ", track::kept_text(result)));
+  }
   tune::MeasuredTrial& trial = subject.measured.emplace();
   trial.run = result.folder.filename().string();
   for (const track::KeptFigure& f : result.figures) {
@@ -103,8 +110,10 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   return tune::controller_page(subject);
 }
 
-void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, const Console& console) {
+void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
+                         const Console& console) {
   try {
+    if (files == TrackFiles::write) track::write_ended_track(folder);
     const std::vector<std::string> changes = track::changes_until_fault(folder, console.unit(rig_units));
     for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
     console.info(changes.empty()
@@ -153,6 +162,13 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
 ExitCode execute(const TrackCommand& command, Console& console) {
   std::error_code ignored;
   if (std::filesystem::is_directory(command.source, ignored)) {
+    const record::Manifest manifest = record::read_manifest(command.source);
+    if (record::purpose_of(manifest) == record::Purpose::tracking &&
+        manifest.outcome == acquisition::Outcome::faulted) {
+      console.info(fmt::format("{}: {}", command.source, manifest.report ? manifest.report->description : "faulted"));
+      explain_ended_trial(command.source, record::rig_units(manifest.other), TrackFiles::keep, console);
+      return ExitCode::model_rejected;
+    }
     return show_track(command.source, TrackFiles::keep, console);
   }
   RunCommand run{command};

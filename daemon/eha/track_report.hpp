@@ -27,7 +27,9 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles files, const
 [[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit,
                                       const std::string& title = "Controller", const std::string& lead_html = {});
 
-/// A trial that a fault has ended: the promise is not kept; says what the rod shows of the valve until then.
-void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, const Console& console);
+/// A trial that a fault has ended: the promise is not kept; says what the rod shows of the valve until then, and writes
+/// it as track.json.
+void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
+                         const Console& console);
 
 }  // namespace eha::cli

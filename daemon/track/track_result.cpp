@@ -369,6 +369,15 @@ nlohmann::ordered_json to_json(const TrackResult& result) {
           {"changes", changes_of(result, DisplayUnit("in"))}};
 }
 
+void write_ended_track(const std::filesystem::path& folder) {
+  const nlohmann::ordered_json document{{"schema", "eha-track/1"},
+                                        {"run", folder.string()},
+                                        {"kept", false},
+                                        {"ended_early", true},
+                                        {"changes", changes_until_fault(folder, DisplayUnit("in"))}};
+  os::write_file_atomically(folder / kTrackFile, document.dump(2) + "\n");
+}
+
 void write_track(const TrackResult& result) {
   os::write_file_atomically(result.folder / kTrackFile, to_json(result).dump(2) + "\n");
   std::string csv = "time_s,reference_in,displacement_in,error_in,command_V\n";

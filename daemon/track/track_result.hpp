@@ -103,4 +103,8 @@ struct TrackResult {
 /// Writes track.json and track.csv into the run's folder. @throws IoError, PermissionError
 void write_track(const TrackResult& result);
 
+/// Writes track.json of a trial that ended early: not kept, and changes_until_fault().
+/// @throws as changes_until_fault()
+void write_ended_track(const std::filesystem::path& folder);
+
 }  // namespace eha::track

@@ -69,25 +69,37 @@ Curves curves(const ControllerSubject& subject) {
   return result;
 }
 
-/// A curve and the band that holds 95 % of the draws.
-template <typename Value>
-void add_band(plot::Panel& panel, const Curves& curves, const Value& value) {
+/// A curve and the band that holds 95 % of the draws, over c.w.
+/// @param of  a response as numbers
+template <typename Numbers>
+void add_band(plot::Panel& panel, const Curves& c, const Numbers& of) {
   plot::Series band{.label = "95 % of the draws", .mark = plot::Mark::band, .style = 2};
   plot::Series line{.label = "model", .mark = plot::Mark::line, .style = 1};
-  for (std::size_t i = 0; i < curves.w.size(); ++i) {
+  line.y = of(c.nominal);
+  std::vector<std::vector<double>> draws;
+  for (const auto& draw : c.draws) draws.push_back(of(draw));
+  for (std::size_t i = 0; i < c.w.size(); ++i) {
     std::vector<double> drawn;
-    for (const auto& draw : curves.draws) drawn.push_back(value(draw[i], i));
-    const double nominal = value(curves.nominal[i], i);
-    const ident::Interval range = ident::interval(nominal, std::move(drawn), kBeyondBand);
-    const double f = curves.w[i] / (2.0 * std::numbers::pi);
+    for (const auto& draw : draws) drawn.push_back(draw[i]);
+    const ident::Interval range = ident::interval(line.y[i], std::move(drawn), kBeyondBand);
+    const double f = c.w[i] / (2.0 * std::numbers::pi);
     band.x.push_back(f);
     band.lower.push_back(range.lower);
     band.upper.push_back(range.upper);
     line.x.push_back(f);
-    line.y.push_back(nominal);
   }
   panel.series.push_back(std::move(band));
   panel.series.push_back(std::move(line));
+}
+
+/// A number for each value.
+template <typename Number>
+auto each(const Number& of) {
+  return [of](const std::vector<Complex>& values) {
+    std::vector<double> numbers;
+    for (const Complex value : values) numbers.push_back(of(value));
+    return numbers;
+  };
 }
 
 double decibels(Complex value) { return 20.0 * std::log10(std::abs(value)); }
@@ -110,12 +122,10 @@ std::vector<double> unwrapped_deg(const std::vector<Complex>& values) {
 report::Item bode(const ControllerSubject& subject, const Curves& c) {
   report::Item item{.heading = "Open loop, without the dead band"};
   plot::Panel gain{.x_label = "", .y_label = "gain [dB]", .log_x = true};
-  add_band(gain, c, [](Complex value, std::size_t) { return decibels(value); });
+  add_band(gain, c, each(decibels));
   gain.rules.push_back({.at = 0.0, .vertical = false});
   plot::Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
-  const std::vector<double> nominal = unwrapped_deg(c.nominal);
-  add_band(phase, c,
-           [&](Complex value, std::size_t i) { return nominal[i] + std::arg(value / c.nominal[i]) * kDegrees; });
+  add_band(phase, c, unwrapped_deg);
   phase.rules.push_back({.at = -180.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   const config::ControllerPromise& p = subject.controller.promise;
@@ -173,7 +183,7 @@ report::Item nyquist(const ControllerSubject& subject, const Curves& c) {
 report::Item sensitivity(const Curves& c) {
   report::Item item{.heading = "Sensitivity 1 / (1 + L)"};
   plot::Panel panel{.x_label = "frequency [Hz]", .y_label = "gain [dB]", .log_x = true};
-  add_band(panel, c, [](Complex value, std::size_t) { return decibels(1.0 / (1.0 + value)); });
+  add_band(panel, c, each([](Complex value) { return decibels(1.0 / (1.0 + value)); }));
   panel.rules.push_back({.at = 0.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
   item.remark.seen = "Loads below the frequency where it crosses 0 dB are reduced, those above are not.";
