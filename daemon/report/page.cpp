@@ -79,7 +79,7 @@ std::string remark_html(const Remark& remark) {
     if (!text.empty()) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", what, escaped(text));
   };
   add("Seen here", remark.seen);
-  add("Good", remark.good);
+  add("How it should look", remark.good);
   add("To do", remark.to_do);
   return html.empty() ? "" : "<dl class=\"remark\">\n" + html + "</dl>\n";
 }

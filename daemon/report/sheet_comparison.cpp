@@ -111,7 +111,11 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
   for (const Pair& pair : pairs) {
     result.seen += fmt::format("{} {} {} here and {} there, ", first ? "" : ";", pair.name,
                                shown(pair.by_model, pair.unit), shown(pair.by_sheet, pair.unit));
-    result.seen += pair.agrees() ? "they agree"
+    result.seen += pair.agrees() ? (pair.apart() <= std::hypot(pair.by_model.half_width, pair.by_sheet.half_width)
+                                        ? std::string("they agree")
+                                        : fmt::format("they agree within the {:.2g} that the straight lines of the map "
+                                                      "allow, not within their intervals",
+                                                      pair.allowed()))
                                  : fmt::format(
                                        "they differ by {:.2g}, more than the {:.2g} that the intervals and the "
                                        "straight lines of the map allow",

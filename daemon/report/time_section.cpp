@@ -140,7 +140,9 @@ Item of_record(const Subject& subject) {
                                  record.output_channel.unit, record.input.maxCoeff() - record.input.minCoeff(),
                                  record.input_channel.unit);
   item.remark.good = "The output moves through a large part of its travel and touches neither end.";
-  item.remark.to_do = "Fit it with `eha fit`, or correct what ended the run and record again.";
+  item.remark.to_do = subject.part("experiment", "track").is_string()
+                          ? "See `eha track` with this folder, correct what ended the trial, and try again."
+                          : "Fit it with `eha fit`, or correct what ended the run and record again.";
   return item;
 }
 

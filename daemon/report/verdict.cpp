@@ -92,9 +92,11 @@ std::string without_models(const Subject& subject) {
     html += paragraph(description.get<std::string>());
   }
   html += paragraph(
-      "Only completed runs are fitted automatically. The partial record is shown below; `eha fit` with this folder "
-      "fits "
-      "it.");
+      subject.part("experiment", "track").is_string()
+          ? "It is a controller's trial: no model is fitted to a record in closed loop. `eha track` with this folder "
+            "says what the rod showed of the valve until then."
+          : "Only completed runs are fitted automatically. The partial record is shown below; `eha fit` with this "
+            "folder fits it.");
   return box("none",
              fmt::format("No model: the run ended as \"{}\"",
                          outcome.is_string() ? outcome.get<std::string>() : std::string("unknown")),
@@ -190,7 +192,9 @@ Section models_section(const Subject& subject) {
                             unit_of(criterion, model),
                             !criterion.judged  ? "not judged"
                             : criterion.passed ? "passed"
-                                               : "FAILED",
+                            : ident::traits_of(criterion.kind).weight == ident::CriterionWeight::rejects
+                                ? "FAILED"
+                                : "noted",  // it lowers the grade
                             name_of(criterion)});
       }
       item.html += table(

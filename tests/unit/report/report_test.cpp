@@ -97,7 +97,7 @@ TEST(Page, PutsThreeSentencesBesideEveryPlot) {
   const std::size_t plots = count(page.html, "<svg");
   EXPECT_GE(plots, 5U);
   EXPECT_EQ(count(page.html, "<dt>Seen here</dt>"), plots);
-  EXPECT_EQ(count(page.html, "<dt>Good</dt>"), plots);
+  EXPECT_EQ(count(page.html, "<dt>How it should look</dt>"), plots);
   EXPECT_EQ(count(page.html, "<dt>To do</dt>"), plots);
 }
 
@@ -296,7 +296,7 @@ TEST(ComparisonPage, SaysWhatChangedAndDrawsIt) {
   EXPECT_NE(page.html.find("runs/&lt;before&gt;"), std::string::npos);
   // Changes, step, records over time, Bode plot; these models have no valve.
   EXPECT_EQ(count(page.html, "<svg"), 4U);
-  EXPECT_EQ(count(page.html, "<dt>Good</dt>"), 4U);
+  EXPECT_EQ(count(page.html, "<dt>How it should look</dt>"), 4U);
 }
 
 TEST(ComparisonPage, DrawsBothValvesOverOneAnother) {
