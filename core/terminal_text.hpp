@@ -8,16 +8,21 @@
 namespace eha {
 
 /// Text for a terminal: names, units and reasons of files are data of a stranger, and what would control the terminal
-/// (ECMA-48: U+0000 to U+001F but newline and tab, U+007F to U+009F) becomes '?'. Other bytes stay.
+/// (ECMA-48: U+0000 to U+001F but newline and tab, U+007F to U+009F) or turns the order in which a line is shown (the
+/// bidirectional controls U+202A to U+202E and U+2066 to U+2069, so that a command reads as another one) becomes '?'.
+/// Other bytes stay.
 [[nodiscard]] inline std::string terminal_text(std::string_view text) {
   std::string result;
   result.reserve(text.size());
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);
     const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : '\0');
-    if (byte == 0xC2 && next >= 0x80 && next < 0xA0) {
+    const auto third = static_cast<unsigned char>(i + 2 < text.size() ? text[i + 2] : '\0');
+    const bool turns = byte == 0xE2 && ((next == 0x80 && third >= 0xAA && third <= 0xAE) ||
+                                        (next == 0x81 && third >= 0xA6 && third <= 0xA9));
+    if (turns || (byte == 0xC2 && next >= 0x80 && next < 0xA0)) {
       result += '?';
-      ++i;
+      i += turns ? 2 : 1;
     } else {
       const bool controls = (byte < ' ' && byte != '\n' && byte != '\t') || byte == 0x7f;
       result += controls ? '?' : text[i];

@@ -24,4 +24,13 @@ namespace eha {
   return result + "\"";
 }
 
+/// A text as part of a comment: no end of a line in it begins a key.
+[[nodiscard]] inline std::string toml_comment(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (const auto byte = static_cast<unsigned char>(c); byte < 0x20 || byte == 0x7f) c = '?';
+  }
+  return result;
+}
+
 }  // namespace eha

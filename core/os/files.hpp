@@ -33,7 +33,7 @@ namespace eha::os {
 /// Reads a whole file, and hands it over in pieces of at most 64 KiB.
 void read_in_pieces(const std::filesystem::path& path, const std::function<void(std::string_view)>& consume);
 
-/// The content of a file.
+/// The content of a file. @throws DataError  more than 256 MiB
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
 
 /// A file that appears under its name complete or not at all: it is written under a temporary name in the same folder,

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "core/os/files.hpp"
+#include "daemon/record/csv_field.hpp"
 
 namespace eha::batch {
 namespace {
@@ -152,14 +153,6 @@ std::vector<Trend> trends_of(const std::vector<Parameter>& parameters) {
   return trends;
 }
 
-/// A field of a CSV file, quoted where it must be.
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-
 std::string number(const Json& value) { return value.is_number() ? fmt::format("{}", value.get<double>()) : ""; }
 
 std::vector<std::string> parameter_names(const Table& table) {
@@ -180,7 +173,7 @@ std::string csv_of(const Row& row, const Json& model, const std::vector<std::str
   const Json verdict = model.value("verdict", Json::object());
   const Json validation = model.value("validation", Json::object());
   std::string line =
-      fmt::format("{},{},{},{},{},{},{},{}", row.record.id, field(row.record.source),
+      fmt::format("{},{},{},{},{},{},{},{}", row.record.id, record::csv_name(row.record.source),
                   model.at("name").get<std::string>(), is_recommended ? "yes" : "no",
                   verdict.value("grade", std::string()), verdict.value("accepted", false) ? "yes" : "no",
                   number(validation.value("fit_percent", Json())), number(validation.value("r2_percent", Json())));

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "core/shell_word.hpp"
 #include "hal/comedi/comedi_available.hpp"
 #include "hal/comedi/comedi_rig.hpp"
 
@@ -21,7 +22,7 @@ std::string mend_device(const hal::ComediOptions& options, const CardFinding& fi
   if (finding.code == ExitCode::permission) return "sudo usermod -aG iocard $USER, then log in again";
   if (options.board == kBoard && finding.module == ModuleSupport::not_listed)
     return "first repair the driver, see below";
-  return fmt::format("sudo modprobe {}; dmesg says what it found", options.driver);
+  return fmt::format("sudo modprobe {}; dmesg says what it found", shell_word(options.driver));
 }
 
 Check check_device(const hal::ComediOptions& options, const CardFinding& finding) {

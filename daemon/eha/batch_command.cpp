@@ -13,6 +13,7 @@
 #include "core/os/files.hpp"
 #include "core/os/processors.hpp"
 #include "core/program_path.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/batch/batch_folder.hpp"
 #include "daemon/batch/batch_page.hpp"
 #include "daemon/batch/record_list.hpp"
@@ -143,7 +144,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   for (const fs::path& file : files) text += fmt::format("written: {}\n", file.string());
   console.print_json(batch::to_json(table));
   console.print(text);
-  if (table.missing > 0) console.next_step(fmt::format("eha batch merge PART... -o {}", folder.path().string()));
+  if (table.missing > 0) console.next_step("eha batch merge PART... -o " + shell_word(folder.path().string()));
   return failed > 0 ? ExitCode::bad_data : ExitCode::ok;
 }
 

@@ -83,7 +83,7 @@ void report_controller(const CheckCommand& command, const config::ControllerConf
       throw ConfigError(
           fmt::format("{}: its travel, velocity, command or slew exceeds that of {}; tune it for this rig: "
                       "eha tune MODEL --rig {}",
-                      command.file, *command.rig_file, *command.rig_file));
+                      command.file, *command.rig_file, shell_word(*command.rig_file)));
     }
     if (s.tick_s < rig.realtime.sample_period_s || s.tick_s > rig.realtime.sample_period_s) {
       throw ConfigError(fmt::format("{}: tick_s: expected {:g} s as {} has it, got {:g}", command.file,

@@ -13,6 +13,7 @@
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/version.hpp"
@@ -75,9 +76,19 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   return what + "; see `" + command + " --help`";
 }
 
+/// A name with lines of its own would write them into messages, as if they were the program's.
+void refuse_ends_of_lines(int argc, const char* const* argv) {
+  constexpr std::size_t kShown = 60;
+  for (int i = 1; i < argc; ++i) {
+    if (std::string_view(argv[i]).find_first_of("\n\r") == std::string_view::npos) continue;
+    throw UsageError(fmt::format("{}: holds the end of a line; rename the file", shortened(argv[i], kShown)));
+  }
+}
+
 }  // namespace
 
 ParsedLine parse_command_line(int argc, const char* const* argv) {
+  refuse_ends_of_lines(argc, argv);
   ParsedLine line;
   line.as_given = for_a_shell(argc, argv);
   // The arguments after -- of a batch are those of `eha fit`.

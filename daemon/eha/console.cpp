@@ -108,7 +108,9 @@ nlohmann::ordered_json Console::taken_documents() {
 void Console::next_step(std::string_view command) const {
   if (options_.json || options_.quiet || kept_) return;
   const bool takes_units = !options_.units.empty() && command.starts_with("eha ");
-  write_out(fmt::format("Next: {}{}\n", terminal_text(command), takes_units ? " --units " + options_.units : ""));
+  std::string shown = terminal_text(command);
+  std::replace(shown.begin(), shown.end(), '\n', '?');  // of a name: what follows it would look like another command
+  write_out(fmt::format("Next: {}{}\n", shown, takes_units ? " --units " + options_.units : ""));
 }
 
 void Console::show_run(std::string_view line) {

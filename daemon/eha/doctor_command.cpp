@@ -67,10 +67,10 @@ std::optional<config::RigConfig> load_rig(const std::optional<std::string>& file
     checks.push_back(
         doctor::fail("rig file", error.what(), "ask its owner for permission to read it", error.exit_code()));
   } catch (const Error& error) {
-    checks.push_back(doctor::fail(
-        "rig file", error.what(),
-        fmt::format("correct the named lines, see eha-rig(5), then: eha check {}", file ? *file : "/etc/ehad/rig.toml"),
-        error.exit_code()));
+    checks.push_back(doctor::fail("rig file", error.what(),
+                                  fmt::format("correct the named lines, see eha-rig(5), then: eha check {}",
+                                              file ? shell_word(*file) : "/etc/ehad/rig.toml"),
+                                  error.exit_code()));
   }
   return std::nullopt;
 }
@@ -80,13 +80,14 @@ Check check_trust(const config::RigConfig& rig) {
     require_trusted_rig_file(rig);
   } catch (const Error& error) {
     return doctor::fail("rig file owner", error.what(),
-                        fmt::format("sudo chown root {0} && sudo chmod go-w {0}", rig.file_name), error.exit_code());
+                        fmt::format("sudo chown root {0} && sudo chmod go-w {0}", shell_word(rig.file_name)),
+                        error.exit_code());
   }
   if (hal::moves_machine(rig.backend) && !is_site_rig_file(rig.file_name)) {
     return doctor::warn("rig file owner",
                         "root, and no one else may write it; not in /etc/ehad: with --local only root "
                         "drives the rig by it",
-                        "sudo cp " + rig.file_name + " /etc/ehad/rig.toml");
+                        "sudo cp " + shell_word(rig.file_name) + " /etc/ehad/rig.toml");
   }
   return doctor::ok("rig file owner", "root, and no one else may write it");
 }

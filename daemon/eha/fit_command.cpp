@@ -138,7 +138,7 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     const auto tune = command.output ? std::nullopt : tune_of_run(*source.run_folder);
     return tune ? *tune : tune_of_model(written[*best], *source.run_folder);
   }
-  if (best) return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", written[*best].string());
+  if (best) return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", shell_word(written[*best].string()));
   return importer::command_with(command.import, command.source, "-o models");
 }
 
@@ -163,10 +163,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   if (source.experiment && source.experiment->track) {
     throw DataError(fmt::format(
-        "{0}: a record in closed loop, whose command contains the noise of its readings; a fit of command and reading "
-        "would be biased. `eha track {0}` shows gain and lag with the sweep as the instrument; for a model play an "
+        "{}: a record in closed loop, whose command contains the noise of its readings; a fit of command and reading "
+        "would be biased. `eha track {}` shows gain and lag with the sweep as the instrument; for a model play an "
         "experiment, as `eha design --band` makes one",
-        command.source));
+        command.source, shell_word(command.source)));
   }
   if (source.run_folder && !command.output && !console.quiet()) {
     // The service's own fit is quiet.
@@ -198,7 +198,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   const ExitCode code = identify::exit_code(identification.models);
   if (code == ExitCode::ok) console.next_step(next_step(command, source, identification, written));
   if (const auto next = identify::next_experiment_file(written)) {
-    console.next_step(fmt::format("eha run {}", next->string()));
+    console.next_step("eha run " + shell_word(next->string()));
   }
   return code;
 }

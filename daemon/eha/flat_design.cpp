@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
+#include "core/toml_text.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/design_command.hpp"
 #include "daemon/eha/excitation_room.hpp"
@@ -91,7 +93,7 @@ std::string band_experiment_text(const DesignCommand& command, const config::Rig
       "\"band\"\n"
       "duration_s = {:.3f}\n{}\n[start]\ndisplacement_in = {:.3f}\n\n[hold]\n\n[excitation]\nkind = \"multisine\"\n"
       "offset_V = {:.3f}\ntones = [\n",
-      command.band->lowest_Hz, command.band->highest_Hz, command.tones, period_s, rig.name, remark,
+      command.band->lowest_Hz, command.band->highest_Hz, command.tones, period_s, toml_comment(rig.name), remark,
       command.repetitions ? period_s : kPeriods * period_s,
       command.repetitions ? fmt::format("repetitions = {}\n", *command.repetitions) : "", middle_in,
       rig.limits.following->null_V);
@@ -152,7 +154,7 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   }
   warn_of_dead_band(rms_V, room, console);
   console.print_json(document);
-  console.next_step(fmt::format("eha run {}", file.string()));
+  console.next_step("eha run " + shell_word(file.string()));
   return ExitCode::ok;
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/display_unit.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/import_options.hpp"
@@ -66,8 +67,8 @@ std::string range_text(const ident::Channel& channel, const Eigen::VectorXd& val
 ExitCode execute(const ImportCommand& command, Console& console) {
   std::error_code ignored;
   if (record::is_run_folder(command.file)) {
-    throw UsageError(
-        fmt::format("{}: a run, which needs no import; `eha fit {}` reads it as it is", command.file, command.file));
+    throw UsageError(fmt::format("{}: a run, which needs no import; `eha fit {}` reads it as it is", command.file,
+                                 shell_word(command.file)));
   }
   if (command.output && std::filesystem::equivalent(command.file, *command.output, ignored)) {
     throw UsageError(fmt::format("-o {}: that is the file to be read; name another one", command.output->string()));
@@ -98,7 +99,7 @@ ExitCode execute(const ImportCommand& command, Console& console) {
   console.print(fmt::format("written: {}\n{} rows, {}, {}", command.output->string(), record.input.size(),
                             range_text(record.input_channel, record.input, unit),
                             range_text(record.output_channel, record.output, unit)));
-  console.next_step(fmt::format("eha fit {}", command.output->string()));
+  console.next_step("eha fit " + shell_word(command.output->string()));
   return ExitCode::ok;
 }
 

@@ -102,7 +102,7 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   const std::filesystem::path path = command.output.value_or(fmt::format("improve-{}.toml", command.parameter));
   const std::string text = identify::experiment_text(
       {model, command.parameter,
-       fmt::format("Made by `eha design --from {} --improve {}`", *command.model_file, command.parameter)},
+       fmt::format("Made by `eha design --from {} --improve {}`", shell_word(*command.model_file), command.parameter)},
       task, found);
   // What the rig would refuse is not written.
   (void)config::parse_prepared_experiment(text, path.string(), rig);

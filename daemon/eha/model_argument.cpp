@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
@@ -20,7 +21,7 @@ ident::Model read_model(const std::string& file) {
     throw UsageError(
         fmt::format("{}: a run, where a model file was expected; its models are in {}/{}, and "
                     "`eha runs show {}` lists them",
-                    file, file, record::kModelsFolder, file));
+                    file, file, record::kModelsFolder, shell_word(file)));
   }
   const std::filesystem::path path(file);
   if (path.filename() == record::kManifestFile && record::is_run_folder(path.parent_path())) {

@@ -24,14 +24,6 @@ namespace eha::cli {
 
 namespace fs = std::filesystem;
 
-std::string shell_word(const std::string& word) {
-  const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$`*?[]{}()<>|&;#~!") == std::string::npos;
-  if (plain) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 std::string through(const std::filesystem::path& socket, std::string command) {
   if (socket != control::default_socket()) command += " --socket " + shell_word(socket.string());
   return command;

@@ -5,13 +5,12 @@
 #include <optional>
 #include <string>
 
+#include "core/shell_word.hpp"
+
 namespace eha::cli {
 
 class Console;
 struct RunCommand;
-
-/// A word as a shell takes it for one: quoted where it needs that.
-[[nodiscard]] std::string shell_word(const std::string& word);
 
 /// A command to the service that the user has just spoken to: --socket is added unless it is the default one.
 [[nodiscard]] std::string through(const std::filesystem::path& socket, std::string command);

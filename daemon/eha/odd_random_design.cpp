@@ -9,6 +9,8 @@
 #include <string>
 
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
+#include "core/toml_text.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/design_command.hpp"
 #include "daemon/eha/excitation_room.hpp"
@@ -84,7 +86,7 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
       "[excitation]\nkind = \"odd_random_multisine\"\noffset_V = {8:.3f}\namplitude_V = {9:.4f}\n"
       "frequency_min_Hz = {0:.6f}\nfrequency_max_Hz = {1:.6f}\nrealisations = {3}\nperiods = {10}\n\n"
       "[record]\ndiscard_s = {2:.3f}\ndecimation = {11}\n",
-      low_Hz, high_Hz, period_s, realisations, rig.name, remark, static_cast<double>(samples) * step_s,
+      low_Hz, high_Hz, period_s, realisations, toml_comment(rig.name), remark, static_cast<double>(samples) * step_s,
       0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in), room.null_V, amplitude_V, kPeriodsOfEach,
       decimation);
   os::write_file_atomically(file, text);
@@ -100,7 +102,7 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
                       {"amplitude_V", amplitude_V},
                       {"rms_V", rms_V},
                       {"binding", binding.name}});
-  console.next_step(fmt::format("eha run {}", file.string()));
+  console.next_step("eha run " + shell_word(file.string()));
   return ExitCode::ok;
 }
 

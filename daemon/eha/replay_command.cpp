@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/option_values.hpp"
@@ -192,9 +193,10 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
   console.print(text);
   if (calibration && !calibration->converged) return ExitCode::not_converged;
   if (calibration) {
-    console.next_step(fmt::format("eha run EXPERIMENT.toml --local --fast --rig {}", command.twin.string()));
+    console.next_step("eha run EXPERIMENT.toml --local --fast --rig " + shell_word(command.twin.string()));
   } else {
-    console.next_step(fmt::format("eha replay {} --calibrate valve_null_offset_V valve_dead_band_V", command.source));
+    console.next_step(
+        fmt::format("eha replay {} --calibrate valve_null_offset_V valve_dead_band_V", shell_word(command.source)));
   }
   return ExitCode::ok;
 }

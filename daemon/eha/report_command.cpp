@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
@@ -93,7 +94,7 @@ ExitCode execute(const ReportCommand& command, Console& console) {
   for (const std::string& sentence : missing) console.warning(sentence);
   console.print_json({{"schema", "eha-report/1"}, {"file", path.string()}, {"missing_plots", missing}});
   console.print(fmt::format("written: {}", path.string()));
-  console.next_step(fmt::format("xdg-open {}", path.string()));
+  console.next_step("xdg-open " + shell_word(path.string()));
   return ExitCode::ok;
 }
 

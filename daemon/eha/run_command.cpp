@@ -166,7 +166,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
     console.info(fmt::format("{} holds no record of this run", folder));
   } else if (!fs::exists(run.folder / record::kRawFile, unknown)) {
     console.info(fmt::format("the partial record is in {}; once there is room, `eha runs recover {}` completes it",
-                             folder, folder));
+                             folder, shell_word(folder)));
   } else if (experiment.track) {
     if (run.report.outcome == acquisition::Outcome::faulted)
       explain_ended_trial(run.folder, rig.units, TrackFiles::write, console);
@@ -177,7 +177,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
     console.info(fmt::format(
         "the partial record is in {}; `eha fit {}` fits it (add --discard 0 if it is hardly longer than the "
         "discarded time)",
-        folder, folder));
+        folder, shell_word(folder)));
   }
   const bool is_guards_fault = !acquired.was_guarded && (acquisition::is_whole(run.report.outcome) ||
                                                          run.report.outcome == acquisition::Outcome::interrupted);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/import_options.hpp"
@@ -82,7 +83,7 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   } else {
     console.print(fmt::format("written: {} ({} samples, {:.6g} .. {:.6g} {})", command.output->string(), output.size(),
                               output.minCoeff(), output.maxCoeff(), model.output_unit));
-    console.next_step(fmt::format("eha validate {} RECORD.csv", command.model_file));
+    console.next_step(fmt::format("eha validate {} RECORD.csv", shell_word(command.model_file)));
   }
   return ExitCode::ok;
 }

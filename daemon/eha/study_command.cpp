@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/new_folders.hpp"
@@ -123,7 +124,7 @@ ExitCode execute(const StudyCommand& command, Console& console) {
   console.print_json(document);
   console.print(text);
   for (const auto& file : document["files"]) console.print(fmt::format("written: {}", file.get<std::string>()));
-  console.next_step(fmt::format("xdg-open {}", page_file.string()));
+  console.next_step("xdg-open " + shell_word(page_file.string()));
   return ExitCode::ok;
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/fit_command.hpp"
 #include "daemon/eha/new_folders.hpp"
@@ -89,8 +90,8 @@ ExitCode sweep_commensurate_order(const FitCommand& command, const identify::Ide
   console.print_json(document);
   if (!sweep.best) return ExitCode::not_converged;
   const ident::Structure& structure = sweep.structure.structure;
-  console.next_step(fmt::format("eha fit {} --model {} --poles {} --start {}={:.4g}", command.source, structure.family,
-                                state_count(structure), structure.base_order->key.name,
+  console.next_step(fmt::format("eha fit {} --model {} --poles {} --start {}={:.4g}", shell_word(command.source),
+                                structure.family, state_count(structure), structure.base_order->key.name,
                                 sweep.points[*sweep.best].commensurate_order));
   return ExitCode::ok;
 }

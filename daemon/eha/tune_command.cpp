@@ -281,10 +281,10 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   text += fmt::format(
       "\nReport: {}\n"
       "Step as a picture: eha plot {} -o step.png\n"
-      "Table: eha export {} --format csv -o {}.csv\n"
-      "PLC, C, MATLAB: eha export {} --format st -o {}_control.st (or c, simulink)\n",
-      page_file.string(), file, file, shell_word(command.output.stem().string()), file,
-      shell_word(command.output.stem().string()));
+      "Table: eha export {} --format csv -o {}\n"
+      "PLC, C, MATLAB: eha export {} --format st -o {} (or c, simulink)\n",
+      page_file.string(), file, file, shell_word(command.output.stem().string() + ".csv"), file,
+      shell_word(command.output.stem().string() + "_control.st"));
   console.print(text);
   console.next_step(hal::moves_machine(rig.backend)
                         ? fmt::format("xdg-open {}", shell_word(page_file.string()))

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
@@ -123,7 +124,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   }
   console.print(text);
   if (!model.verdict->accepted) return ExitCode::model_rejected;
-  console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", command.model_file));
+  console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", shell_word(command.model_file)));
   return ExitCode::ok;
 }
 

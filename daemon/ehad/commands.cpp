@@ -155,9 +155,20 @@ Json Supervisor::queue(std::optional<std::int64_t> over) const {
 }
 
 void Supervisor::runs(Answer answer) {
+  runs_asked_.push_back(std::move(answer));
+  if (!is_listing_runs_) list_asked_runs();
+}
+
+void Supervisor::list_asked_runs() {
+  is_listing_runs_ = true;
   disk_thread_.ask([this, folder = runs_folder()] { return list_of_runs(folder, *index_); },
-                   [folder = runs_folder(), answer = std::move(answer)](std::future<Json> listed) {
-                     answer([&]() -> Json { return {{"folder", folder.string()}, {"runs", listed.get()}}; });
+                   [this, answers = std::exchange(runs_asked_, {})](std::future<Json> read) {
+                     is_listing_runs_ = false;
+                     if (!runs_asked_.empty()) list_asked_runs();
+                     const std::shared_future<Json> listed = read.share();
+                     for (const Answer& answer : answers) {
+                       answer([&]() -> Json { return {{"folder", runs_folder().string()}, {"runs", listed.get()}}; });
+                     }
                    });
 }
 

@@ -51,10 +51,12 @@ void RigKeeper::open(const config::RigConfig& config) {
   reads_left_out_ = 0;
   if (!hal::moves_machine(config.backend)) {
     replica_ = hal::open(config.backend, config.limits.safe_V);
+    opened_text_ = config.text;
     rod_.begin(replica_->capabilities());
     return;
   }
   card_ = std::make_unique<OwnedRig>(config, snapshot_);
+  opened_text_ = config.text;
   const hal::RigCapabilities& card = card_->rig().capabilities();
   rod_.begin(card);
   spdlog::info("{}: open ({}, {}), at {} V with the hydraulics off", card.device, card.board, card.driver,
@@ -67,6 +69,7 @@ void RigKeeper::open(const config::RigConfig& config) {
 
 void RigKeeper::close() noexcept {
   replica_.reset();
+  opened_text_.clear();
   if (!card_) return;
   const bool is_safe = card_->rig().make_safe() == hal::RigStatus::ok;
   try {
@@ -161,7 +164,9 @@ void RigKeeper::arm(Done done) {
   thread_->ask(
       [this, config = config_, reopen = is_suspect_] {
         require_protecting_limits(*config);
-        if (hal::moves_machine(config->backend) && (reopen || !card_ || card_->is_unguarded())) {
+        const bool needs_card = hal::moves_machine(config->backend) && (reopen || !card_ || card_->is_unguarded());
+        // What is open may be by another rig file, after reloads that overtook one another or failed.
+        if (needs_card || opened_text_ != config->text) {
           close();
           open(*config);
         }
@@ -189,12 +194,19 @@ void RigKeeper::arm(Done done) {
 }
 
 void RigKeeper::reconfigure(Config config, Done done) {
-  const bool is_new = config->text != config_->text;
+  // Nothing changes for the rig: requests without end must not keep anybody from arming.
+  if (reconfiguring_ == 0 && config->text == config_->text) {
+    config_ = std::move(config);
+    std::promise<void> taken;
+    taken.set_value();
+    return done(taken.get_future());
+  }
   ++reconfiguring_;
   ++reopening_;
   thread_->ask(
-      [this, config, is_new] {
-        if (!is_new) return;
+      [this, config] {
+        // Not config_, which a reload before this one may still be about to replace.
+        if (config->text == opened_text_) return;
         close();
         open(*config);
       },

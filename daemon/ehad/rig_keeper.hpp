@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/state_machine.hpp"
@@ -68,8 +69,8 @@ class RigKeeper {
 
   /// Whether a new configuration is being applied. config() is still the old one, so the rig must not be armed.
   [[nodiscard]] bool is_reconfiguring() const noexcept { return reconfiguring_ > 0; }
-  /// Replaces the configuration; closes and reopens the rig if the text of its file differs. After a failure the old
-  /// configuration stays, and the rig is reopened before it is armed.
+  /// Replaces the configuration; closes and reopens the rig if the text of its file differs from that by which the rig
+  /// is open. After a failure the old configuration stays, and the rig is reopened before it is armed.
   void reconfigure(Config config, Done done);
 
   /// The configuration with a simulated rod where the last placing left it.
@@ -127,6 +128,7 @@ class RigKeeper {
   std::filesystem::path snapshot_;
   std::unique_ptr<OwnedRig> card_;     ///< none for a simulated rig
   std::unique_ptr<hal::Rig> replica_;  ///< a simulated rig for reading between runs; each run opens its own
+  std::string opened_text_;            ///< of the rig file of the open rig, empty: closed; belongs to the rig's thread
   RodView rod_;
   play::SampleStream samples_;
   play::BlockMaker idle_blocks_{samples_, play::BlockMaker::Kind::idle};  ///< belongs to the rig's thread

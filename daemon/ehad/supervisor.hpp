@@ -61,6 +61,8 @@ class Supervisor {
   Json hold(const Peer& peer, std::optional<EntryId> only);
   Json release(const Peer& peer, std::optional<EntryId> only);
   void move(const Peer& peer, const control::MoveCall& call, Answer answer);
+  /// Requests that come while the folder is read wait together for the next reading: it may take long, and each run
+  /// that begins waits for it.
   void runs(Answer answer);
   void acknowledge(const Peer& peer, const std::string& run, Answer answer);
   void remove(const Peer& peer, const std::string& run, Answer answer);
@@ -87,6 +89,7 @@ class Supervisor {
   [[nodiscard]] bool is_over() const noexcept { return shutting_down_ && !active_; }
 
  private:
+  void list_asked_runs();
   /// The experiment that is on, from the moment it is chosen.
   struct ActiveRun {
     EntryId entry = 0;
@@ -177,6 +180,8 @@ class Supervisor {
   config::ServiceConfig config_;
   QueueStore store_;
   Queue queue_;
+  std::vector<Answer> runs_asked_;  ///< that wait for the next reading of the runs' folder
+  bool is_listing_runs_ = false;
   std::map<uid_t, std::size_t> submissions_;  ///< of each user: being checked, not in the queue yet
   std::map<control::ClientId, std::shared_ptr<Submission>> attached_;  ///< those of them that need their client
   Lease lease_;

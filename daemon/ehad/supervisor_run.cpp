@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/ehad/recovery.hpp"
 #include "daemon/ehad/supervisor.hpp"
 
@@ -176,7 +177,7 @@ void Supervisor::finish_fit(EntryId id, const worker::WorkerEnd& end) {
                      } else {
                        ++totals_.worker_failures;
                        spdlog::error("experiment {}: not fitted: {}; the record is kept, `eha fit {}` repeats it", id,
-                                     fit.note, (runs_folder() / entry.run).string());
+                                     fit.note, shell_word((runs_folder() / entry.run).string()));
                      }
                      if (!fit.manifest_error.empty()) {
                        spdlog::error("experiment {}: cannot record in its manifest that it was not fitted: {}", id,

@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "daemon/identify/identification.hpp"
+#include "daemon/record/csv_field.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/signal/decimation.hpp"
@@ -86,10 +87,11 @@ FitTable fit_table(const ident::Record& record, const ident::FitOptions& options
 
 std::string to_csv(const FitTable& table) {
   const std::string unit = table.output.unit.empty() ? "" : "_" + table.output.unit;
-  std::string text =
-      "time_s," + record::header_from_channel(table.input) + "," + record::header_from_channel(table.output);
+  std::string text = "time_s," + record::csv_name(record::header_from_channel(table.input)) + "," +
+                     record::csv_name(record::header_from_channel(table.output));
   for (const FitColumn& model : table.models) {
-    text += fmt::format(",{0}{2},{0}{1}{2}", model.model, kResidual, unit);
+    text += "," + record::csv_name(model.model + unit) + "," +
+            record::csv_name(model.model + std::string(kResidual) + unit);
   }
   text += "\n";
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {

@@ -11,6 +11,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/shell_word.hpp"
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/designed_experiment.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
@@ -234,8 +235,8 @@ void add_climbed(Identification& identification, Identification climbed, const I
 std::string design_command(const Source& source, const WeakParameter& weak) {
   const std::filesystem::path folder =
       source.run_folder ? *source.run_folder / record::kModelsFolder / "rejected" : std::filesystem::path();
-  return fmt::format("eha design --from {} --improve {} --rig RIG.toml", (folder / (weak.model + ".json")).string(),
-                     weak.parameter);
+  return fmt::format("eha design --from {} --improve {} --rig RIG.toml",
+                     shell_word((folder / (weak.model + ".json")).string()), shell_word(weak.parameter));
 }
 
 /// The last round: an experiment designed for the parameter that a model is rejected for, else a longer one.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "config/model_text.hpp"
+#include "core/toml_text.hpp"
 
 namespace eha::identify {
 namespace {
@@ -59,7 +60,7 @@ std::string experiment_text(const Improved& improved, const ident::ImprovementTa
       "# {}: the standard error of {}\n# is predicted as {:.3g}; the {} limit binds.\n"
       "schema = 1\nname = \"improve-{}\"\nduration_s = {}\n\n[excitation]\nkind = \"multisine\"\noffset_V = {}\n"
       "tones = [\n",
-      improved.made_by, improved.parameter, found.std, ident::text(found.binding), improved.parameter,
+      toml_comment(improved.made_by), improved.parameter, found.std, ident::text(found.binding), improved.parameter,
       with_decimal_point(task.duration_s), with_decimal_point(found.offset_V));
   for (const ident::Tone& tone : found.tones) {
     text += fmt::format("  {{ frequency_Hz = {}, amplitude_V = {}, phase_rad = {} }},\n",

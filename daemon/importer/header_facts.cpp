@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/importer/csv_fields.hpp"
 
 namespace eha::importer {
@@ -86,15 +87,16 @@ void refuse_long_log(const Dialect& dialect, const std::filesystem::path& path) 
   const std::ptrdiff_t value = column("varvalue");
   const std::ptrdiff_t time = column("timems");
   if (name > count || value > count || time > count) return;
-  std::string wide = path.stem().string() + "-columns.csv";
+  const std::string wide = shell_word(path.stem().string() + "-columns.csv");
   // Time_ms is a million times a spreadsheet's date in days.
   throw DataError(fmt::format(
       "{0}: a log with a row for each variable and time, where a column for each variable is expected; `awk -F'{1}' "
       "'NR>1&&!/[$]RT/{{gsub(/\"/,\"\");gsub(/,/,\".\",${3});gsub(/,/,\".\",${4});if(!(${2} in c)){{c[${2}]=++n;"
       "h=h\",\"${2}}}if(!(${4} in s)){{s[${4}]=++m;t[m]=${4}}}v[s[${4}],c[${2}]]=${3}}}"
       "END{{print\"time_s\"h;for(i=1;i<=m;i++){{r=sprintf(\"%.6f\",(t[i]-t[1])*0.0864);for(j=1;j<=n;j++)"
-      "r=r\",\"v[i,j];print r}}}}' {0} > {5}` writes them, then: `{6}`",
-      path.string(), dialect.delimiter, name, value, time, wide, fmt::format("eha import {} --resample", wide)));
+      "r=r\",\"v[i,j];print r}}}}' {6} > {5}` writes them, then: `{7}`",
+      path.string(), dialect.delimiter, name, value, time, wide, shell_word(path.string()),
+      fmt::format("eha import {} --resample", wide)));
 }
 
 }  // namespace eha::importer

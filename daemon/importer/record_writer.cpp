@@ -6,6 +6,7 @@
 #include <string>
 
 #include "daemon/importer/import.hpp"
+#include "daemon/record/csv_field.hpp"
 
 namespace eha::importer {
 namespace {
@@ -31,8 +32,9 @@ void write_record_csv(const Imported& imported, const std::function<void(std::st
   const ident::Record& record = imported.record;
   const bool has_filled = !imported.filled.empty();
   const int decimals = decimals_of(record.start_s, record.step_s);
-  std::string text = fmt::format("time_s,{},{}{}\n", record::header_from_channel(record.input_channel),
-                                 record::header_from_channel(record.output_channel), has_filled ? ",filled" : "");
+  std::string text =
+      fmt::format("time_s,{},{}{}\n", record::csv_name(record::header_from_channel(record.input_channel)),
+                  record::csv_name(record::header_from_channel(record.output_channel)), has_filled ? ",filled" : "");
   auto next_filled = imported.filled.begin();
   const Eigen::Index rows = record.input.size();
   for (Eigen::Index k = 0; k < rows; ++k) {

@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/importer/array_table.hpp"
 #include "daemon/importer/foreign_reader.hpp"
 #include "daemon/importer/text_table.hpp"
@@ -35,8 +36,8 @@ constexpr auto open_mat = open_foreign<kMat>;
 std::unique_ptr<Table> open_hdf5(const std::filesystem::path& path, const Options& options) {
   const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   if (path.filename() == record::kRawFile && record::is_run_folder(folder)) {
-    throw DataError(
-        fmt::format("{}: the raw record of a run; name the run instead: `eha fit {}`", path.string(), folder.string()));
+    throw DataError(fmt::format("{}: the raw record of a run; name the run instead: `eha fit {}`", path.string(),
+                                shell_word(folder.string())));
   }
   return open_foreign<kHdf>(path, options);
 }
@@ -127,7 +128,7 @@ std::unique_ptr<Table> open_table(const std::filesystem::path& path, const Optio
 }
 
 std::string command_with(const Options& options, const std::filesystem::path& path, const std::string& extra) {
-  if (options.command.empty()) return fmt::format("eha import {} {}", path.string(), extra);
+  if (options.command.empty()) return fmt::format("eha import {} {}", shell_word(path.string()), extra);
   // After a `--` an option would be an argument.
   const std::size_t end = options.command.find(" -- ");
   std::string command = options.command;

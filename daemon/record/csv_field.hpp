@@ -14,4 +14,11 @@ namespace eha::record {
   return field + "\"";
 }
 
+/// A name as a field. One that a spreadsheet would take for a formula, which can start programs there, gets an
+/// apostrophe.
+[[nodiscard]] inline std::string csv_name(std::string_view name) {
+  const bool is_formula = name.find_first_of("=+-@\t\r") == 0;
+  return csv_field(is_formula ? "'" + std::string(name) : std::string(name));
+}
+
 }  // namespace eha::record

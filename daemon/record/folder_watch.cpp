@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/record/run_folder.hpp"
 
 namespace eha::record {
@@ -46,7 +47,7 @@ void FolderWatch::check(std::uint64_t rows) const {
     throw IoError(
         fmt::format("{} takes no more files since the run began ({}): its files cannot be completed, and rows after "
                     "the first {} may be lost; once it can be written again, `eha runs recover {}` completes them",
-                    folder_.string(), std::generic_category().message(refusal), rows, folder_.string()));
+                    folder_.string(), std::generic_category().message(refusal), rows, shell_word(folder_.string())));
   }
 }
 

@@ -27,6 +27,25 @@ std::vector<std::string_view> fields_of(std::string_view line) {
   }
 }
 
+/// Names of a header row, which may be in quotes (csv_field.hpp).
+std::vector<std::string> names_of(std::string_view line) {
+  std::vector<std::string> names(1);
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const bool is_doubled = is_quoted && line[i] == '"' && i + 1 < line.size() && line[i + 1] == '"';
+    if (is_doubled) {
+      names.back() += line[i++];
+    } else if (line[i] == '"') {
+      is_quoted = !is_quoted;
+    } else if (line[i] == ',' && !is_quoted) {
+      names.emplace_back();
+    } else {
+      names.back() += line[i];
+    }
+  }
+  return names;
+}
+
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& path) : path_(path) {}
@@ -35,12 +54,12 @@ class Reader {
     ++line_;
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
     if (line.empty() || line.front() == '#') return;
-    const std::vector<std::string_view> fields = fields_of(line);
     if (table_.names.empty()) {
-      table_.names.assign(fields.begin(), fields.end());
-      table_.columns.resize(fields.size());
+      table_.names = names_of(line);
+      table_.columns.resize(table_.names.size());
       return;
     }
+    const std::vector<std::string_view> fields = fields_of(line);
     if (fields.size() != table_.names.size()) {
       fail(fmt::format("{} fields, expected {} as in the header", fields.size(), table_.names.size()));
     }

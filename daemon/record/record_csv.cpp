@@ -21,7 +21,7 @@ std::string header_from_channel(const ident::Channel& channel) {
 
 std::string series_csv(const std::vector<double>& time_s, const ident::Channel& channel,
                        const Eigen::Ref<const Eigen::VectorXd>& values) {
-  std::string text = fmt::format("time_s,{}\n", csv_field(header_from_channel(channel)));
+  std::string text = fmt::format("time_s,{}\n", csv_name(header_from_channel(channel)));
   for (std::size_t k = 0; k < time_s.size(); ++k) {
     fmt::format_to(std::back_inserter(text), "{},{}\n", time_s[k], values[static_cast<Eigen::Index>(k)]);
   }

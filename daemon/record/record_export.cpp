@@ -119,8 +119,8 @@ constexpr std::array kFormats{RecordFormat{"csv", ".csv", "record as CSV, every 
 std::span<const RecordFormat> record_formats() { return kFormats; }
 
 void write_record_csv(const ident::Record& record, const std::function<void(std::string_view)>& write) {
-  std::string text = fmt::format("time_s,{},{}\n", csv_field(header_from_channel(record.input_channel)),
-                                 csv_field(header_from_channel(record.output_channel)));
+  std::string text = fmt::format("time_s,{},{}\n", csv_name(header_from_channel(record.input_channel)),
+                                 csv_name(header_from_channel(record.output_channel)));
   // Enough digits for the time to be even, and none of the rounding of k * step.
   for (Eigen::Index k = 0; k < record.input.size(); ++k) {
     fmt::format_to(std::back_inserter(text), "{:.12g},{},{}\n", time_s(record, k), record.input[k], record.output[k]);

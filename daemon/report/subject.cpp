@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -122,7 +123,7 @@ Subject load_run(const fs::path& folder) {
   if (subject.fit.time_s.empty()) {
     if (!identification.is_null() && !subject.models.empty()) {
       subject.notes.push_back(
-          fmt::format("There is no {}: `eha fit {}` writes it", identify::kFitFile, folder.string()));
+          fmt::format("There is no {}: `eha fit {}` writes it", identify::kFitFile, shell_word(folder.string())));
     }
     try {
       subject.record = record::read_run(folder).record;

@@ -21,6 +21,7 @@ namespace {
 // No standard gives these: far outside what a cylinder of this kind does, so that a sound rig file never meets them.
 constexpr double kShortestCrossing_s = 0.1;                     ///< of the whole travel, at the highest allowed speed
 constexpr double kShortestSweep_s = 0.01;                       ///< of the whole command range, at the slew limit
+constexpr double kLongestRampOut_s = 2.0;                       ///< of a stop, from the farthest command
 constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
 constexpr double kGreatestSafeShare = 0.1;                      ///< of half the command range, from the valve's null
 constexpr double kGreatestDeadBandShare = 0.3;                  ///< of half the command range
@@ -94,6 +95,13 @@ void judge_limits(const config::RigLimits& limits, std::vector<std::string>& ref
         fmt::format("limits.slew_V_per_s = {:g} V/s sweeps the whole command range in under {:g} s; set what the rig "
                     "needs, at most {:.3g}",
                     limits.slew_V_per_s, kShortestSweep_s, most));
+  }
+  const double farthest_V = std::max(limits.command_max_V - limits.safe_V, limits.safe_V - limits.command_min_V);
+  if (const double ramp_s = farthest_V / limits.slew_V_per_s; ramp_s > kLongestRampOut_s) {
+    refusals.push_back(
+        fmt::format("limits.slew_V_per_s = {:g} V/s: a stop ramps the command out at the slew limit and would take "
+                    "{:.3g} s; set at least {:.3g}",
+                    limits.slew_V_per_s, ramp_s, farthest_V / kLongestRampOut_s));
   }
   if (limits.stopping_deceleration_in_per_s2 > kGreatestDeceleration_in_per_s2) {
     refusals.push_back(fmt::format(

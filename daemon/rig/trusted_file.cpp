@@ -8,11 +8,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
+#include <sstream>
 #include <system_error>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha {
@@ -21,6 +24,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSiteFolder = "/etc/ehad";
+
+/// Whether uid 0 is somebody else outside, user_namespaces(7): the machine's own namespace maps every uid to itself.
+bool is_in_user_namespace() {
+  std::istringstream map(os::read_file("/proc/self/uid_map"));
+  std::uint64_t inside = 1;
+  std::uint64_t outside = 1;
+  std::uint64_t count = 0;
+  map >> inside >> outside >> count;
+  return inside != 0 || outside != 0 || count < 0xFFFFFFFFU;
+}
 
 /// A rig file in its folder, both open: what is asked of one and of the other cannot be of two, whatever becomes of the
 /// links in the path meanwhile.
@@ -33,13 +46,19 @@ class OpenRigFile {
   }
 
   void require_trust() const {
+    if (is_in_user_namespace()) {
+      throw PermissionError(fmt::format(
+          "{}: whether it belongs to root cannot be told within a user namespace, such as that of a rootless "
+          "container, where every user may be root; drive the card outside of it, or use the service",
+          rig_.file_name));
+    }
     struct stat facts {};
     if (fstat(file_.get(), &facts) != 0) os::throw_system_error("look at", rig_.file_name, errno);
     if (facts.st_uid != 0 || (facts.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
       throw PermissionError(
-          fmt::format("{}: a rig file that drives a real card must belong to root and be writable by no one else, "
-                      "because its limits protect the machine; as root: chown root {} && chmod go-w {}",
-                      rig_.file_name, rig_.file_name, rig_.file_name));
+          fmt::format("{0}: a rig file that drives a real card must belong to root and be writable by no one else, "
+                      "because its limits protect the machine; as root: chown root {1} && chmod go-w {1}",
+                      rig_.file_name, shell_word(rig_.file_name)));
     }
     // The owner just checked is that of the file there now; the limits may have been read from another one.
     if (os::read_file(fmt::format("/proc/self/fd/{}", file_.get())) != rig_.text) {

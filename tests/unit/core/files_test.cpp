@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <limits>
 
@@ -36,6 +37,31 @@ TEST(Files, KeepsTheOldFileWhenTheNewOneIsGivenUp) {
   EXPECT_EQ(files_in(folder.path()), 1u);
 }
 
+TEST(Files, WritesThroughNoLinkOfAnotherUser) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path victim = folder.write("victim", "keep me");
+  const std::filesystem::path path = folder.path() / "rig.toml";
+  std::filesystem::create_symlink(victim, folder.path() / ("rig.toml." + std::to_string(getpid()) + ".tmp"));
+  write_file_atomically(path, "new");
+  EXPECT_EQ(read_file(victim), "keep me");
+  EXPECT_EQ(read_file(path), "new");
+  EXPECT_FALSE(std::filesystem::is_symlink(path));
+}
+
+TEST(Files, PutsNoFileInThePlaceOfADeviceOrAPipe) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path pipe = folder.path() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(write_file_atomically(pipe, "x"), IoError);
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+  // A link as /dev/stdout is one; as root a device itself would be replaced.
+  const std::filesystem::path link = folder.path() / "null";
+  std::filesystem::create_symlink("/dev/null", link);
+  EXPECT_THROW(write_file_atomically(link, "x"), IoError);
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  EXPECT_EQ(files_in(folder.path()), 2u);
+}
+
 TEST(Files, SaysWhatIsMissing) {
   const test::TemporaryFolder folder;
   try {
@@ -45,6 +71,14 @@ TEST(Files, SaysWhatIsMissing) {
     EXPECT_NE(std::string(error.what()).find("absent: No such file or directory"), std::string::npos) << error.what();
   }
   EXPECT_THROW(write_file_atomically(folder.path() / "no" / "where", "x"), IoError);
+}
+
+TEST(Files, ReadsNoTextWithoutAnEndIntoMemory) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder.write("model.json", "{");
+  std::filesystem::resize_file(path, std::uintmax_t{300} << 30);  // a hole: nothing on the disk
+  EXPECT_THROW(static_cast<void>(read_file(path)), DataError);
+  EXPECT_THROW(static_cast<void>(read_file("/dev/zero")), DataError);
 }
 
 TEST(Files, RefusesARunThatTheDiskHasNoRoomFor) {

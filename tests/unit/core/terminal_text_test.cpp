@@ -14,6 +14,11 @@ TEST(TerminalText, LetsNothingThroughThatControlsATerminal) {
             "?31m?\xC2");
 }
 
+TEST(TerminalText, ShowsALineInTheOrderInWhichItIsCopied) {
+  EXPECT_EQ(terminal_text("eha fit \xE2\x80\xAEvsc.exe\xE2\x81\xA9 \xE2\x80"), "eha fit ?vsc.exe? \xE2\x80");
+  EXPECT_EQ(terminal_text("\xE2\x80\xAA\xE2\x81\xA6x\xE2\x80\xA9\xE2\x81\xA5"), "??x\xE2\x80\xA9\xE2\x81\xA5");
+}
+
 TEST(TerminalText, KeepsLinesTabsAndEveryLanguage) {
   constexpr std::string_view kText =
       "Weg [mm]\tf\xC3\xBCr \xE2\x80\x99x\xE2\x80\x99 \xC2\xB5m\n\xE6\xB2\xB9\xF0\x9F\x94\xA7\n";

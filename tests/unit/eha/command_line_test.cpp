@@ -54,6 +54,11 @@ TEST(CommandLine, ReadsRun) {
   EXPECT_EQ(command_of<RunCommand>({"run", "e.toml"}).output, "runs");
 }
 
+TEST(CommandLine, RefusesANameThatWouldWriteLinesOfItsOwn) {
+  EXPECT_NE(fault_of({"fit", "a\nNext: eha touch x.csv"}).find("holds the end of a line"), std::string::npos);
+  EXPECT_EQ(fault_of({"fit", "a\tb.csv"}), "no fault");
+}
+
 TEST(CommandLine, AllowsWhatTheServiceDecidesOnlyWithLocal) {
   EXPECT_NE(fault_of({"run", "e.toml", "--rig", "r.toml"}).find("--local"), std::string::npos);
   EXPECT_NE(fault_of({"run", "e.toml", "--output", "d"}).find("--local"), std::string::npos);

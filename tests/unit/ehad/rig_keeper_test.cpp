@@ -113,6 +113,32 @@ TEST_F(RigKeeperTest, TakesAnotherConfigurationOnceTheRigIsOpen) {
   EXPECT_EQ(rig_.config()->name, "other");
 }
 
+TEST_F(RigKeeperTest, IsOpenByTheFileThatWasReadLastWhenReloadsOvertakeOneAnother) {
+  const RigKeeper::Config first = rig_.config();
+  auto other = std::make_shared<config::RigConfig>(*first);
+  other->text += "\n";
+  hal::begin_at(other->backend, 1.5);
+  std::optional<std::string> gone;
+  std::optional<std::string> back;
+  rig_.reconfigure(other, [&](std::future<void> done) { gone = message_of(std::move(done)); });
+  rig_.reconfigure(first, [&](std::future<void> done) { back = message_of(std::move(done)); });
+  await(back);
+  EXPECT_EQ(rig_.config()->text, first->text);
+  std::optional<double> place_in;
+  rig_.read_place([&](std::future<double> read) { place_in = read.get(); });
+  await(place_in);
+  EXPECT_GT(*place_in, 2.0) << "the other file's rod";
+}
+
+TEST_F(RigKeeperTest, KeepsNobodyFromArmingByReloadsOfTheSameFile) {
+  std::optional<std::string> answer;
+  rig_.reconfigure(std::make_shared<config::RigConfig>(*rig_.config()),
+                   [&](std::future<void> done) { answer = message_of(std::move(done)); });
+  EXPECT_FALSE(rig_.is_reconfiguring());
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(*answer, "");
+}
+
 TEST_F(RigKeeperTest, KeepsItsConfigurationWhenTheNewRigDoesNotOpen) {
   auto other = std::make_shared<config::RigConfig>(*rig_.config());
   other->text += "\n";

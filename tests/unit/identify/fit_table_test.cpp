@@ -70,6 +70,16 @@ TEST(FitTable, ReadsWhatItWrote) {
   EXPECT_TRUE(std::isnan(again.models[1].simulated[2]));
 }
 
+TEST(FitTable, KeepsItsColumnsWhateverTheChannelsAreCalled) {
+  ident::Record record = record_of(40);
+  record.input_channel.name = "=cmd, \"x\"";
+  const eha::test::TemporaryFolder folder;
+  const FitTable table = fit_table(record, {}, {compared_every(10, "io", record)});
+  const FitTable again = read_fit_table(folder.write("fit.csv", to_csv(table)));
+  EXPECT_EQ(again.input.name, "'=cmd, \"x\"") << "no formula for a spreadsheet";
+  EXPECT_EQ(again.models.at(0).simulated, table.models[0].simulated);
+}
+
 TEST(FitTable, NamesAFileThatIsNone) {
   const eha::test::TemporaryFolder folder;
   for (const char* text : {"time_s,voltage_V\n0,1\n", "time_s,voltage_V,x_in,io_in,other_in\n0,1,2,3,4\n",

@@ -69,6 +69,10 @@ TEST(Arming, RefusesLimitsThatProtectFromNothingAndNamesAValueThatDoes) {
   EXPECT_TRUE(contains(text, "limits.velocity_limit_in_per_s = 1e+09") && contains(text, "at most 56")) << text;
   text = refusal([](auto& rig) { rig.limits.slew_V_per_s = 1e9; });
   EXPECT_TRUE(contains(text, "limits.slew_V_per_s = 1e+09") && contains(text, "at most 1e+03")) << text;
+  text = refusal([](auto& rig) { rig.limits.slew_V_per_s = 2.0; });
+  EXPECT_TRUE(contains(text, "limits.slew_V_per_s = 2 V/s: a stop") && contains(text, "2.5 s; set at least 2.5"))
+      << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.limits.slew_V_per_s = 2.5; }), "");
   text = refusal([](auto& rig) { rig.limits.stopping_deceleration_in_per_s2 = 1e12; });
   EXPECT_TRUE(contains(text, "limits.stopping_deceleration_in_per_s2") && contains(text, "at most 3861")) << text;
 }

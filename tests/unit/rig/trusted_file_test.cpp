@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/mount.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -109,6 +110,50 @@ TEST(LocalRigFile, IsNotTakenThroughALinkThatTurnsMeanwhile) {
   const int taken = times_taken(outside.path(), links.path());
   if (taken < 0) GTEST_SKIP() << "needs a mount table of its own";
   EXPECT_EQ(taken, 0);
+}
+
+/// In a user namespace whose root is another user than the machine's. @returns the exit code of `asked`; 255: not
+/// possible here
+int as_root_of_a_namespace(const std::function<int()>& asked) {
+  constexpr int kImpossible = 255;
+  const pid_t child = fork();
+  if (child == 0) {
+    // Whose files in /proc would otherwise be root's after the change of the user.
+    if (setresuid(65534, 65534, 65534) != 0 || prctl(PR_SET_DUMPABLE, 1) != 0 || unshare(CLONE_NEWUSER) != 0) {
+      _exit(kImpossible);
+    }
+    std::ofstream map("/proc/self/uid_map");
+    map << "0 65534 1" << std::flush;
+    if (!map || geteuid() != 0) _exit(kImpossible);
+    _exit(asked());
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  return WEXITSTATUS(status);
+}
+
+TEST(LocalRigFile, OfTheRootOfANamespaceIsNotRoots) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root, to give a file to another user";
+  const test::TemporaryFolder folder;
+  chmod(folder.path().c_str(), 0755);
+  const std::string file = folder.path() / "rig.toml";
+  std::ofstream(file) << config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml").text;
+  chmod(file.c_str(), 0644);
+  ASSERT_EQ(chown(file.c_str(), 65534, 65534), 0);
+  const config::RigConfig rig = config::load_rig(file);
+  const int ended = as_root_of_a_namespace([&] {
+    struct stat facts {};
+    if (stat(file.c_str(), &facts) != 0 || facts.st_uid != 0) return 2;  // it looks like root's
+    try {
+      require_local_rig_file(rig);
+      return 0;
+    } catch (const PermissionError&) {
+      return 1;
+    }
+  });
+  if (ended == 255) GTEST_SKIP() << "needs user namespaces";
+  EXPECT_EQ(ended, 1);
 }
 
 TEST(LocalRigFile, LiesInEtcWhateverItsPathLooksLike) {

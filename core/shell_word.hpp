@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace eha {
+
+/// A word as a shell takes it for one: quoted where it needs that. For every name in a command that people copy, which
+/// is data of a stranger.
+[[nodiscard]] inline std::string shell_word(std::string_view word) {
+  const bool plain = !word.empty() && word.find_first_of(" \t\r\n'\"\\$`*?[]{}()<>|&;#~!^") == std::string_view::npos;
+  if (plain) return std::string(word);
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace eha
