@@ -274,6 +274,22 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
   return out;
 }
 
+/// A run differs from itself by nothing, whatever became of the rig.
+void warn_of_one_run_twice(const std::vector<identify::Source>& sources, const Console& console) {
+  std::error_code ignored;
+  for (std::size_t i = 1; i < sources.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!sources[i].run_folder || !sources[k].run_folder) continue;
+      const std::filesystem::path folder = std::filesystem::canonical(*sources[i].run_folder, ignored);
+      if (folder.empty() || folder != std::filesystem::canonical(*sources[k].run_folder, ignored)) continue;
+      console.warning(fmt::format(
+          "{} and {} are the same run, {}. latest is the last run with an accepted model; name a later one, "
+          "`eha runs` lists them",
+          sources[k].name, sources[i].name, folder.filename().string()));
+    }
+  }
+}
+
 ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<std::string> files;
   std::vector<std::string> records;
@@ -290,6 +306,10 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   for (const std::string& file : files) models.push_back(ident::model_from_text(os::read_file(file), file));
   std::vector<identify::Source> sources;
   for (const std::string& record : records) sources.push_back(identify::load_source(record, {}));
+  warn_of_one_run_twice(sources, console);
+  for (const std::string& file : files) {
+    if (!sources.empty()) warn_of_own_record(file, sources.front(), console);
+  }
 
   for (std::size_t i = 0; i < models.size() && !sources.empty(); ++i) {
     models[i] = identify::in_units_of(sources.front(), std::move(models[i]), files[i]);

@@ -79,9 +79,9 @@ void require_within_travel(const config::ExperimentConfig& experiment, const con
   const Travel travel{rig.limits.travel_min_in, rig.limits.travel_max_in};
   const std::string beyond = beyond_limit(place_in, travel, unit);
   if (beyond.empty()) return;
-  throw ConfigError(fmt::format(
-      "{}: the rod stands at {:.3f} {}, {}, from where no experiment is played: look at the rod, then {}",
-      experiment_file, unit.factor("in") * place_in, unit.of("in"), beyond, goto_middle(place_in, travel, unit)));
+  throw ConfigError(
+      fmt::format("{}: the rod stands at {:.3f} {}, {}, from where no experiment is played: look at the rod, then {}",
+                  experiment_file, unit.factor("in") * place_in, unit.of("in"), beyond, goto_middle(travel, unit)));
 }
 
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,

@@ -39,17 +39,16 @@ std::string beyond_limit(double place_in, const Travel& travel, const DisplayUni
                      unit.of("in"), is_low ? "lower" : "upper", factor * limit_in);
 }
 
-std::string goto_middle(double place_in, const Travel& travel, const DisplayUnit& unit) {
+std::string goto_middle(const Travel& travel, const DisplayUnit& unit) {
   const double middle = 0.5 * unit.factor("in") * (travel.lowest_in + travel.highest_in);
-  return fmt::format("eha goto {:.3g}{}{}", middle, unit.of("in"),
-                     beyond_limit(place_in, travel, unit).empty() ? "" : " --way-back");
+  return fmt::format("eha goto {:.3g}{}", middle, unit.of("in"));
 }
 
 std::string way_to_middle(const Json& rod, const DisplayUnit& unit) {
   if (!rod.is_object() || rod.at("error").is_string()) return {};
   const double place_in = rod.at("displacement_in");
   const bool is_far = rod.value("near_limit", false) || !beyond_limit(place_in, travel_of(rod), unit).empty();
-  return is_far ? goto_middle(place_in, travel_of(rod), unit) : std::string();
+  return is_far ? goto_middle(travel_of(rod), unit) : std::string();
 }
 
 std::string short_bar(double displacement, double lowest, double highest, int width) {

@@ -33,8 +33,8 @@ struct Travel {
 /// "2.541 mm beyond the upper travel limit of 146.050 mm"; empty for a place within the limits.
 [[nodiscard]] std::string beyond_limit(double place_in, const Travel& travel, const DisplayUnit& unit);
 
-/// `eha goto` to mid-travel from a place near a limit, with --way-back from one beyond it.
-[[nodiscard]] std::string goto_middle(double place_in, const Travel& travel, const DisplayUnit& unit);
+/// `eha goto` to mid-travel. From a place beyond a limit it asks whether the rod stands there.
+[[nodiscard]] std::string goto_middle(const Travel& travel, const DisplayUnit& unit);
 
 /// The same for a rod that stands near a limit or beyond it; empty elsewhere, and where its place is unknown.
 [[nodiscard]] std::string way_to_middle(const nlohmann::ordered_json& rod, const DisplayUnit& unit);

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/output_findings.hpp"
@@ -128,6 +129,35 @@ std::string guess_text(const Table& table, const Roles& roles, const std::filesy
   return pace.empty() ? text : text + "\n" + pace;
 }
 
+/// A clock of whole numbers, one or more a row, counts seconds or parts of a second; without a unit nobody can say.
+void refuse_time_without_unit(const Rows& rows, const Roles& roles, double step_s, const std::filesystem::path& path,
+                              const Options& options) {
+  constexpr std::size_t kFewRows = 50;  // typed by hand
+  if (!roles.time || !roles.time_unit_assumed || rows.count() < kFewRows) return;
+  if (step_s < 1.0 || std::abs(step_s - std::round(step_s)) > 1e-6 * step_s) return;
+  const auto reading = [&](const char* unit, double unit_s) {
+    return fmt::format("if in {}: `{}`", unit,
+                       command_with(options, path, fmt::format("--period {:.9g}", step_s * unit_s)));
+  };
+  throw DataError(fmt::format("{}: the clock rises by {:g} a row and has no unit; {}; {}; {}", path.string(), step_s,
+                              reading("seconds", 1.0), reading("milliseconds", 1e-3), reading("microseconds", 1e-6)));
+}
+
+/// Of a file that eha wrote: a length as input and volts as output are a response read backwards.
+void refuse_exchanged(const ident::Record& record, const Roles& roles, const std::filesystem::path& path,
+                      const Options& options) {
+  const DisplayUnit inches("in");
+  if (options.input || options.output || record.output_channel.unit != "V") return;
+  if (inches.of(record.input_channel.unit) != "in") return;
+  throw DataError(fmt::format(
+      "{}: the second column, the input, is a length, and the third, the output, a voltage; if they are exchanged: "
+      "`{}`; "
+      "if not, name them: `{}`",
+      path.string(),
+      command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1)),
+      command_with(options, path, fmt::format("--input {} --output {}", roles.input + 1, *roles.output + 1))));
+}
+
 /// The columns as selected: without a time, one of zeros would only cost.
 Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& path, const Options& options) {
   Imported imported;
@@ -165,6 +195,7 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
       is_even = false;
     }
   }
+  refuse_time_without_unit(rows, roles, record.step_s, path, options);
   if (roles.output) {
     const std::size_t at = first + 1;
     const std::vector<std::size_t> lone = lone_rows(rows.columns[first], rows.columns[at]);
@@ -221,6 +252,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   const bool own = table->is_record_format();
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
+  if (own) refuse_exchanged(imported.record, roles, path, options);
   imported.guess = guess_text(*table, roles, path, imported.record, options.period_s, points);
   const ident::Record& record = imported.record;
   if (roles.by_order &&

@@ -71,7 +71,7 @@ TEST(Rehearsal, IsRefusedFromBeyondATravelLimitWithTheWayBack) {
   const std::string paper = source_file("config/experiments/paper.toml");
   const std::string way =
       "2.540 mm beyond the lower travel limit of 3.810 mm, from where no experiment is played: look at "
-      "the rod, then eha goto 74.9mm --way-back";
+      "the rod, then eha goto 74.9mm";
   for (const std::vector<std::string>& words : {std::vector<std::string>{"check", paper, "--rig", "rig.toml"},
                                                 {"run", paper, "--local", "--fast", "--rig", "rig.toml"}}) {
     const Ended ended = run_eha(words, folder.path());

@@ -181,7 +181,7 @@ TEST_F(ServicePlace, BringsBackARodBeyondALimitOnlyWhenItWasSeenThere) {
   client.call("reload");
   client.call("arm");
   // Whatever is asked, the answer is the way back.
-  const std::string way = "eha goto 2.95in --way-back";
+  const std::string way = "eha goto 2.95in";
   EXPECT_NE(eha({"arm"}).out.find("Next: " + way), std::string::npos) << eha({"arm"}).out;
   const Ended read = eha({"read"});
   EXPECT_NE(read.out.find("beyond the upper travel limit of 5.750 in: look at the rod"), std::string::npos) << read.out;

