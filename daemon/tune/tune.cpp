@@ -176,7 +176,7 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
     const std::size_t i = kinds.size() - 1 - nth;
     found[i] = ident::design_axis(plant, task.axis, kinds[i]);
     if (task.kind == FeedbackKind::pid) {
-      found[i] = better_of(std::move(found[i]), ident::design_axis(plant, task.axis, FeedbackKind::pi));
+      found[i] = better_of(found[i], ident::design_axis(plant, task.axis, FeedbackKind::pi));
     }
     if (!task.kind && kinds[i] == FeedbackKind::pid && found[i]) {
       fractional_gain = ident::gain_of_fractional_orders(plant, task.axis, *found[i]);
@@ -191,7 +191,7 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
     if (pid && pi && fractional_gain) {
       *fractional_gain *= std::min(1.0, std::sqrt(pi->feedback.squared_error / pid->feedback.squared_error));
     }
-    pid = better_of(std::move(pid), pi);
+    pid = better_of(pid, pi);
     if (pid && !fractional_gain) fractional_gain = ident::gain_of_fractional_orders(plant, task.axis, *pid);
   }
   for (const auto& design : found) {
@@ -213,7 +213,7 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
         c.hunts = c.hunts || hunts(trial, most_in);
       }
       c.following_rms_in = median(following);
-      tuned.candidates.push_back(std::move(c));
+      tuned.candidates.push_back(c);
     }
   }
   if (tuned.candidates.empty()) {
@@ -247,7 +247,7 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
         Candidate less{.kind = best.kind, .share = *next};
         less.design = ident::with_share(best.design, plant, task.axis, *next / best.share);
         less.following_rms_in = best.following_rms_in;
-        if (less.design.margins.peak95 <= task.axis.sensitivity) tuned.candidates.push_back(std::move(less));
+        if (less.design.margins.peak95 <= task.axis.sensitivity) tuned.candidates.push_back(less);
       }
       continue;
     }

@@ -90,13 +90,13 @@ void calibrate(const Board& board, Process& process, const std::function<bool(do
   for (const char* position : {"0.75in", "2in", "3.25in", "127mm"}) {
     const double in = std::string(position) == "127mm" ? 5.0 : std::stod(position);
     // It asks for the next when it has read the last.
-    const std::string prompt = "position " + std::to_string(++asked) + ": ";
+    const std::string prompt = "position " + std::to_string(++asked) + " [in]: ";
     ASSERT_TRUE(wait_until([&] { return has(process.output(), prompt); })) << process.output();
     place(board, in);
     ASSERT_TRUE(wait_until([&] { return shows(in); })) << position;
     process.type(position);
   }
-  ASSERT_TRUE(wait_until([&] { return has(process.output(), "position 5: "); })) << process.output();
+  ASSERT_TRUE(wait_until([&] { return has(process.output(), "position 5 [in]: "); })) << process.output();
   process.type("");
   ASSERT_EQ(process.wait(), 0) << process.output();
   EXPECT_NEAR(true_place_in(board), 5.0, 1e-3) << "moved by something else than the hand";
