@@ -81,7 +81,7 @@ plot::Format format_of(const fs::path& path) {
 }
 
 plot::Figure of_run(const std::string& folder, const Console& console) {
-  if (fs::exists(fs::path(folder) / track::kTrackFile)) {
+  if (fs::exists(fs::path(folder) / track::kTrackRows)) {
     const track::TrackResult result = track::track_result(folder);
     return tune::motion_figure(trace_of(result), result.folder.filename().string(), console.unit(result.units));
   }

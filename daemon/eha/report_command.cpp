@@ -80,7 +80,7 @@ ExitCode execute(const ReportCommand& command, Console& console) {
     os::write_file_atomically(path, page.html);
     missing = page.missing;
   } else if (is_run && command.sources.size() == 1 &&
-             fs::exists(fs::path(command.sources.front()) / track::kTrackFile)) {
+             fs::exists(fs::path(command.sources.front()) / track::kTrackRows)) {
     const report::Page page = track_page(track::track_result(command.sources.front()), unit);
     os::write_file_atomically(path, page.html);
     missing = page.missing;

@@ -145,6 +145,25 @@ TEST(CommissionStopped, FitsARecordThatIsWholeInsteadOfPlayingItAgain) {
   EXPECT_EQ(records, 1);
 }
 
+TEST_F(Commission, KeepsWhatATrialShowedThatAFaultEnded) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const std::string rig = content_of(file("rig.toml"));
+  folder_->write("changed.toml", with_value(rig, "valve_dead_band_V", 0.3));
+  const Ended track =
+      run_eha({"track", "commission/axis.toml", "--local", "--fast", "--rig", "changed.toml", "-o", "changed"},
+              folder_->path());
+  EXPECT_EQ(track.code, 11) << track.err;
+  const std::filesystem::path run = std::filesystem::directory_iterator(file("changed"))->path();
+  const json kept = json_of(run / "track.json");
+  EXPECT_FALSE(kept.at("kept").get<bool>());
+  EXPECT_THAT(kept.at("changes").dump(), HasSubstr("dead band"));
+  const Ended again = run_eha({"track", run.string()}, folder_->path());
+  EXPECT_EQ(again.code, 3) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("dead band"));
+  EXPECT_EQ(run_eha({"report", run.string(), "-o", "changed.html"}, folder_->path()).code, 0);
+  EXPECT_THAT(content_of(file("changed.html")), HasSubstr("It is a controller"));
+}
+
 TEST_F(Commission, RefusesARigFileThatHasChangedSinceItBegan) {
   ASSERT_EQ(ended_->code, 0) << ended_->err;
   const std::string rig = content_of(file("rig.toml"));
