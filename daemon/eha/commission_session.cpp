@@ -53,11 +53,16 @@ CommissionSession::CommissionSession(const CommissionOptions& command, bool move
       // A simulated rig is driven here unless a service is named.
       is_local_(command.local || (!moves_machine && command.socket == control::default_socket())) {
   farewell = fmt::format("\neha: info: stopped; to go on with this step: {}\n", again(command));
-  for (const int number : {SIGINT, SIGTERM}) std::signal(number, say_farewell);
+  for (const int number : {SIGINT, SIGTERM}) {
+    // A signal that nohup or a background shell ignores stays ignored.
+    if (std::signal(number, say_farewell) == SIG_IGN) std::signal(number, SIG_IGN);
+  }
 }
 
 CommissionSession::~CommissionSession() {
-  for (const int number : {SIGINT, SIGTERM}) std::signal(number, SIG_DFL);
+  for (const int number : {SIGINT, SIGTERM}) {
+    if (std::signal(number, SIG_DFL) == SIG_IGN) std::signal(number, SIG_IGN);
+  }
 }
 
 void CommissionSession::announce(const std::string& step, const std::string& does) const {

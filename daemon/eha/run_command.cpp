@@ -273,6 +273,10 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   if (acquired.was_stopped && !run.only_placed) {
     console.info(fmt::format("stopped after the motion: the record is whole, and nothing is computed from it; {}",
                              later_command(experiment, run.folder)));
+    console.print_json({{"schema", "eha-run/1"},
+                        {"run", run.folder.string()},
+                        {"outcome", acquisition::to_text(run.report.outcome)},
+                        {"exit_code", static_cast<int>(ExitCode::interrupted)}});
     return {ExitCode::interrupted, false};
   }
   if (experiment.characterises) {

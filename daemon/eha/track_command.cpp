@@ -113,13 +113,13 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
 void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
                          const Console& console) {
   try {
-    if (files == TrackFiles::write) track::write_ended_track(folder);
     const std::vector<std::string> changes = track::changes_until_fault(folder, console.unit(rig_units));
     for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
     console.info(changes.empty()
                      ? "the promise is not kept"
                      : "the promise is not kept: the valve is not the one that the controller was made for; "
                        "eha characterise, then eha tune; or all of it: eha commission RIG -o NEW_FOLDER");
+    if (files == TrackFiles::write) track::write_ended_track(folder);
   } catch (const Error& error) {  // nothing was recorded
     console.debug(error.what());
   }
