@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -18,6 +19,10 @@ struct LengthUnit {
 /// The units of length that results may be shown in.
 inline constexpr std::array kLengthUnits =
     std::to_array<LengthUnit>({{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}});
+
+[[nodiscard]] inline bool is_length(std::string_view unit) {
+  return std::any_of(kLengthUnits.begin(), kLengthUnits.end(), [&](const LengthUnit& l) { return l.name == unit; });
+}
 
 /// A unit of length for everything that people read; files for programs and --json keep the record's.
 class DisplayUnit {

@@ -153,13 +153,8 @@ std::vector<CalibrationPoint> points_of_file(const std::string& path) {
   return points;
 }
 
-std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& unit, Console& console) {
-  std::vector<CalibrationPoint> points;
-  console.info(
-      fmt::format("nothing is moved here: place the rod, read the ruler, type the position (75mm, 2.95in; a number "
-                  "alone is in {}); "
-                  "an empty line ends",
-                  unit.of("in")));
+/// Adds the positions that are typed until an empty line.
+void ask_points(std::vector<CalibrationPoint>& points, Sensor& sensor, const DisplayUnit& unit, Console& console) {
   for (std::string line;;) {
     std::cerr << fmt::format("position {} [{}]: ", points.size() + 1, unit.of("in")) << std::flush;
     if (!std::getline(std::cin, line) || line.empty()) break;
@@ -172,7 +167,28 @@ std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& un
     console.info(
         fmt::format("{:.3f} {} at {:.4f} V", unit.factor("in") * *position_in, unit.of("in"), points.back().voltage_V));
   }
-  return points;
+}
+
+/// Positions of the ruler with the sensor's voltages, until they lie on a line. Those that do not suffice are kept, and
+/// more are asked for.
+std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& unit, Console& console) {
+  console.info(
+      fmt::format("nothing is moved here: place the rod, read the ruler, type the position (75mm, 2.95in; a number "
+                  "alone is in {}); an empty line ends",
+                  unit.of("in")));
+  std::vector<CalibrationPoint> points;
+  for (;;) {
+    const std::size_t before = points.size();
+    ask_points(points, sensor, unit, console);
+    if (points.size() == before) return points;
+    try {
+      static_cast<void>(calibrated(points, unit));
+      return points;
+    } catch (const DataError& error) {
+      console.warning(fmt::format("{}; the {} readings are kept: type further ones, or an empty line to end", error.what(),
+                                  points.size()));
+    }
+  }
 }
 
 std::string today() {
@@ -257,7 +273,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   } else {
     for (const std::string& pair : command.at) points.push_back(point_of(pair, unit));
   }
-  const Calibration found = calibrated(points);
+  const Calibration found = calibrated(points, unit);
   report(points, found, *tolerance_in, unit, console);
   write_new(path, calibrated_rig_text(rig, found, date));
   Json list = Json::array();

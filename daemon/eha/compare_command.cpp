@@ -154,20 +154,28 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (run.change) entry["change"] = change_json(*run.change, model);
     runs.push_back(std::move(entry));
   }
+  bool any_differs = false;  // through the plant or the input
   bool any_changed = false;
   for (std::size_t i = 1; i < sources.size(); ++i) {
-    const ident::PlantChange& change = *comparison.runs[i].change;
-    const ident::Model& model = comparison.runs[i].fit.model;
+    const identify::ComparedRun& run = comparison.runs[i];
+    const ident::PlantChange& change = *run.change;
+    const ident::Model& model = run.fit.model;
     out.text += fmt::format("\n{}: {}\n", sources[i].name,
-                            change.changed ? "the plant has changed" : "no change of the plant found");
+                            !change.changed       ? "no change of the plant found"
+                            : run.has_other_input ? "the parameters differ, and so do the inputs: not shown whether the "
+                                                    "plant has changed; compare two runs of one experiment"
+                                                  : "the plant has changed");
     out.text += change_sentences(change, model) + table_of(change, model);
-    any_changed = any_changed || change.changed;
+    any_differs = any_differs || change.changed;
+    any_changed = any_changed || (change.changed && !run.has_other_input);
     add_changes(out.findings.sentences, change, model);
   }
   out.findings.title = fmt::format("Comparison of {} and {}", titles.front(),
                                    titles.size() == 2 ? titles.back() : fmt::format("{} others", titles.size() - 1));
-  out.findings.heading = any_changed ? "The plant has changed" : "No change of the plant found";
-  out.findings.is_alike = !any_changed;
+  out.findings.heading = any_changed   ? "The plant has changed"
+                         : any_differs ? "Not comparable: parameters differ, and so do the inputs"
+                                       : "No change of the plant found";
+  out.findings.is_alike = !any_differs;
   out.findings.sentences.push_back(
       fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);

@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
@@ -27,6 +30,7 @@
 #include "daemon/identify/source.hpp"
 #include "daemon/importer/table.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "ident/model/model_file.hpp"
 
 namespace eha::cli {
 namespace {
@@ -120,6 +124,41 @@ std::vector<fs::path> write(const Identification& identification, const FitComma
   return {};
 }
 
+/// Models of two records in one folder would be reported as fits of one.
+/// @throws UsageError  the output folder holds a model of another record
+void require_own_folder(const FitCommand& command, const Source& source) {
+  if (!command.output) return;
+  std::error_code ignored;
+  for (const auto& file : fs::directory_iterator(*command.output, ignored)) {
+    if (file.path().extension() != ".json" || !file.is_regular_file(ignored)) continue;
+    try {
+      const ident::Model model = ident::model_from_text(os::read_file(file.path()), file.path().string());
+      const auto record = model.provenance.find("record");
+      if (record == model.provenance.end() || record->second == source.name) continue;
+      throw UsageError(
+          fmt::format("-o {}: {} there is a model of another record, {}, and a report would take both for models of "
+                      "one; name another folder with -o",
+                      command.output->string(), file.path().filename().string(), record->second));
+    } catch (const UsageError&) {
+      throw;
+    } catch (const Error&) {
+      continue;  // no model file
+    }
+  }
+}
+
+/// The options that cut a record to what lies beside an end stop; empty where no model met one.
+std::string cut_of(const Identification& identification) {
+  for (const identify::IdentifiedModel& identified : identification.models) {
+    const auto& validation = identified.result.model.validation;
+    if (!validation || !validation->end_stop) continue;
+    const ident::EndStop& stop = *validation->end_stop;
+    return (stop.clean_from_s ? fmt::format("--from {:.4g} ", *stop.clean_from_s) : "") +
+           (stop.clean_to_s ? fmt::format("--to {:.4g} ", *stop.clean_to_s) : "");
+  }
+  return {};
+}
+
 std::string next_step(const FitCommand& command, const Source& source, const Identification& identification,
                       const std::vector<fs::path>& written) {
   // The models' files come first. The recommended model, else the first accepted one.
@@ -129,6 +168,14 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     if (!is_accepted(identification.models[i])) continue;
     const bool is_recommended = identification.models[i].result.model.name == identification.recommendation.model;
     if (!best || is_recommended) best = i;
+  }
+  if (identification.recommendation.model.empty() && !source.run_folder && !names_models(command.models)) {
+    const bool is_cut = command.import.from_s || command.import.to_s;
+    const std::string cut = is_cut ? std::string() : cut_of(identification);
+    if (!cut.empty()) {
+      return importer::command_with(command.import, command.source, cut + (command.output ? "" : "-o models"));
+    }
+    if (command.output) return "eha report " + shell_word(command.output->string()) + "/*.json";
   }
   // The part before a trip or a stop is short: its report comes before a controller.
   if (best && source.run_folder && !acquisition::is_whole(source.outcome)) {
@@ -184,6 +231,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
                                             : std::nullopt;
     return as_asked_for(command, [&] { return sweep_commensurate_order(command, task, folder, console); });
   }
+  require_own_folder(command, source);
   std::optional<NewFolders> folder;
   if (command.output) folder.emplace(*command.output);
   const Identification identification = as_asked_for(command, [&] {

@@ -11,13 +11,17 @@
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/os/files.hpp"
+#include "core/error.hpp"
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/run_command.hpp"
+#include "daemon/identify/identification.hpp"
+#include "daemon/identify/source.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/sheet/run_sheet.hpp"
+#include "ident/estimation/fit_rows.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace eha::cli {
@@ -53,6 +57,32 @@ std::string report_of_run(const std::filesystem::path& folder, const std::string
   const std::filesystem::path page = folder / report::kReportFile;
   std::error_code ignored;
   return std::filesystem::exists(page, ignored) ? "xdg-open " + shell_word(page.string()) : otherwise;
+}
+
+std::optional<std::string> fit_of_run(const fs::path& folder) {
+  try {
+    const identify::Source source = identify::load_source(folder.string(), {}, {}, {});
+    ident::FitOptions options = identify::task_of(source).options;
+    std::string command = "eha fit " + shell_word(folder.string());
+    ident::check_record(source.record, options);
+    try {
+      static_cast<void>(ident::fit_rows(source.record, options));
+      return command;
+    } catch (const DataError&) {
+      options.discard_s = 0.0;
+      static_cast<void>(ident::fit_rows(source.record, options));
+      return command + " --discard 0";
+    }
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+std::string partial_record_text(const fs::path& folder) {
+  const std::optional<std::string> fit = fit_of_run(folder);
+  return fmt::format("the partial record is in {}; {}", folder.string(),
+                     fit ? fmt::format("`{}` fits it", *fit)
+                         : fmt::format("it is too short to fit, `eha plot {}` shows it", shell_word(folder.string())));
 }
 
 std::optional<fs::path> recommended_model(const fs::path& folder) {

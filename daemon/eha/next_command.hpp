@@ -24,6 +24,13 @@ struct RunCommand;
 /// What opens the report of a run; `otherwise` where it has none.
 [[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);
 
+/// `eha fit RUN`, with --discard 0 where the record ends in the discarded time; nothing for a record that is too short
+/// to fit, or holds nothing to fit. Reads the record.
+[[nodiscard]] std::optional<std::string> fit_of_run(const std::filesystem::path& folder);
+
+/// "the partial record is in RUN; `eha fit RUN` fits it", or why not.
+[[nodiscard]] std::string partial_record_text(const std::filesystem::path& folder);
+
 /// The model file that a run recommends; nothing where it recommends none. @param folder  a run's
 [[nodiscard]] std::optional<std::filesystem::path> recommended_model(const std::filesystem::path& folder);
 

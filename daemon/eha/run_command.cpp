@@ -174,10 +174,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   } else if (run.only_placed) {
     console.info(fmt::format("the partial record is in {}", folder));
   } else {
-    console.info(fmt::format(
-        "the partial record is in {}; `eha fit {}` fits it (add --discard 0 if it is hardly longer than the "
-        "discarded time)",
-        folder, shell_word(folder)));
+    console.info(partial_record_text(run.folder));
   }
   const bool is_guards_fault = !acquired.was_guarded && (acquisition::is_whole(run.report.outcome) ||
                                                          run.report.outcome == acquisition::Outcome::interrupted);

@@ -14,6 +14,13 @@ namespace eha::cli {
 
 using control::Client;
 
+namespace {
+
+/// After which a held experiment is spoken of again.
+constexpr auto kReminder = std::chrono::minutes(1);
+
+}  // namespace
+
 RunFollower::RunFollower(std::filesystem::path socket, Client& client, std::vector<std::int64_t> queued,
                          DisplayUnit unit, Console& console)
     : socket_(std::move(socket)),
@@ -58,9 +65,15 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
   const Json& run = status.at("run");
   if (state == "waiting" || state == "held") {
     const std::string reason = entry.value("waits_for", "");
-    if (reason != reason_) {
-      console_.info(
-          fmt::format("experiment {} {} for {}", experiment, state == "held" ? "is held and waits" : "waits", reason));
+    const auto now = std::chrono::steady_clock::now();
+    if (reason != reason_ || (state == "held" && now - reminded_at_ >= kReminder)) {
+      console_.info(state == "held"
+                        ? fmt::format("experiment {} is held and waits for {}: in another terminal {} and {} let it "
+                                      "start; Ctrl-C here removes it from the queue",
+                                      experiment, reason, through(socket_, "eha arm"),
+                                      through(socket_, fmt::format("eha queue release {}", experiment)))
+                        : fmt::format("experiment {} waits for {}", experiment, reason));
+      reminded_at_ = now;
     }
     reason_ = reason;
     return;

@@ -48,6 +48,7 @@ class RunFollower {
   Json last_ = nullptr;  ///< snapshot
   std::chrono::steady_clock::time_point last_at_;
   std::string reason_;  ///< why it waits, as said last
+  std::chrono::steady_clock::time_point reminded_at_ = {};
   int stops_seen_ = 0;
 };
 

@@ -90,9 +90,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
     console.info(fmt::format("the partial record is in {}", folder));
   } else if (!folder.empty() && !has_completed(entry)) {
     // A placing and a characterisation, whose text is the command's own, have nothing to fit.
-    console.info(command.text
-                     ? fmt::format("the partial record is in {}", folder)
-                     : fmt::format("the partial record is in {}; `eha fit {}` fits it", folder, shell_word(folder)));
+    console.info(command.text ? fmt::format("the partial record is in {}", folder) : partial_record_text(folder));
   }
   console.print_json({{"schema", "eha-run/1"},
                       {"run", folder},

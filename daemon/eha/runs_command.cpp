@@ -186,7 +186,8 @@ std::string next_of(const RunsShowCommand& command, const record::Manifest& mani
   const bool is_fitted =
       record::purpose_of(manifest) == record::Purpose::models ||
       (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
-  return report_of_run(command.run, (is_fitted ? "eha fit " : "eha plot ") + run);
+  const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
+  return report_of_run(command.run, fit ? *fit : "eha plot " + run);
 }
 
 ExitCode execute(const RunsShowCommand& given, Console& console) {

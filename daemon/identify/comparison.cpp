@@ -70,6 +70,7 @@ ScoredModel scored(const ident::Model& model, const Source& source, const ident:
 RunComparison compare_runs(const std::vector<Source>& sources) {
   const Source& first = sources.front();
   RunComparison comparison;
+  std::vector<bool> has_other_input;
   for (const Source& source : sources) {
     const ident::Record& a = first.record;
     const ident::Record& b = source.record;
@@ -84,7 +85,8 @@ RunComparison compare_runs(const std::vector<Source>& sources) {
     }
     const Eigen::Index shared = std::min(a.input.size(), b.input.size());
     const double moved = (a.input.head(shared) - b.input.head(shared)).cwiseAbs().maxCoeff();
-    if (moved > 0.05 * a.input.cwiseAbs().maxCoeff()) {
+    has_other_input.push_back(moved > 0.05 * a.input.cwiseAbs().maxCoeff());
+    if (has_other_input.back()) {
       comparison.notes.push_back(
           fmt::format("{} and {} have different inputs; this alone can change the parameters of a nonlinear plant",
                       source.name, first.name));
@@ -105,6 +107,7 @@ RunComparison compare_runs(const std::vector<Source>& sources) {
   }
   const double level = kFalseAlarm / static_cast<double>(sources.size() - 1);
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
+    comparison.runs[i].has_other_input = has_other_input[i];
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
   }

@@ -18,6 +18,7 @@ inline constexpr double kFalseAlarm = 0.01;
 struct ComparedRun {
   ident::FitResult fit;
   std::optional<ident::PlantChange> change;  ///< from the first run to this one; none for the first
+  bool has_other_input = false;              ///< than the first, which alone can change the parameters
 };
 
 struct RunComparison {

@@ -94,6 +94,31 @@ void judge(const IdentificationTask& task, ident::FitResult& result) {
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
 }
 
+/// Recommends a model, and judges the others beside it. One that it clearly beats is usable where the two agree, unless
+/// one of them alone has a map: the gain of a linear model of a valve changes with the amplitude.
+void choose(const IdentificationTask& task, Identification& identification) {
+  identification.recommendation = recommend(identification.models, task);
+  const auto picked =
+      std::find_if(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& m) {
+        return m.structure.name == identification.recommendation.model && is_accepted(m);
+      });
+  if (picked == identification.models.end()) return;
+  const ident::Model& best = picked->result.model;
+  for (IdentifiedModel& identified : identification.models) {
+    ident::Model& model = identified.result.model;
+    if (&model == &best || !is_accepted(identified) || !ident::is_comparable(model, best)) continue;
+    ident::RecordFacts facts = facts_of(task);
+    facts.recommended = {best.name, ident::ar_bic(model) - ident::ar_bic(best)};
+    const std::optional<ident::FrequencyInterval> band = model.verdict->usable_band;
+    model.verdict = ident::judge(model, task.acceptance, facts);
+    model.verdict->usable_band = band;
+    if (band && facts.recommended->ar_bic_lower_by > ident::kClearGain &&
+        model.input_map.has_value() == best.input_map.has_value()) {
+      model.verdict->usable_band = ident::agreeing_band(model, best, *band, task.acceptance);
+    }
+  }
+}
+
 /// "fitting io to 125000 of 5000000 rows"
 std::string progress_text(const IdentificationTask& task, const std::string& structure) {
   const auto rows = static_cast<std::size_t>(task.record.input.size());
@@ -149,7 +174,7 @@ void climb(const IdentificationTask& task, const Progress& progress, Identificat
   identification.refused = std::move(climbed.refused);
   identification.work = std::move(climbed.work);
   // The usable band of each model, which the ladder does not know, has a say.
-  identification.recommendation = recommend(identification.models, task);
+  choose(task, identification);
 }
 
 /// Fits each structure of the task. One that the record does not allow is left out while another one can be fitted.
@@ -175,7 +200,7 @@ void fit_named(const IdentificationTask& task, const Progress& progress, Identif
     }
   }
   if (identification.models.empty() && first_failure) std::rethrow_exception(first_failure);
-  identification.recommendation = recommend(identification.models, task);
+  choose(task, identification);
 }
 
 bool any_accepted(const Identification& identification) {
@@ -208,7 +233,7 @@ void keep_closer(Identification& identification, Identification again, const Ide
                                    [&](const IdentifiedModel& m) { return m.structure.name == other.structure.name; });
     if (same != identification.models.end() && error(other) < error(*same)) *same = std::move(other);
   }
-  identification.recommendation = recommend(identification.models, task);
+  choose(task, identification);
   add(identification.work, again.work);
 }
 
@@ -227,7 +252,7 @@ void add_climbed(Identification& identification, Identification climbed, const I
     return m.structure.name == identification.recommendation.model && is_accepted(m);
   };
   if (std::none_of(identification.models.begin(), identification.models.end(), is_recommended)) {
-    identification.recommendation = recommend(identification.models, task);
+    choose(task, identification);
   }
 }
 

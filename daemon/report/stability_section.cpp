@@ -56,7 +56,10 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
   const double duration_s = subject.fit.time_s.empty() ? 0.0 : subject.fit.time_s.back() - subject.fit.time_s.front();
   if (poles.order_at_zero > 0.0 && stability.margin_rad > -1e-9) {
     const std::string integrates =
-        "The pole at 0 is the integration from valve opening to position, as an open hydraulic cylinder has it";
+        is_length(model.output_unit)
+            ? "The pole at 0 is the integration from valve opening to position, as an open hydraulic cylinder has it"
+            : "The pole at 0 integrates: after a step of the input the output never comes to rest. Take the model only "
+              "for a plant that does so";
     remark.to_do = model.verdict && model.verdict->accepted
                        ? "Nothing. " + integrates + ", and the limits of [acceptance] allow it."
                        : integrates + ". Accept it with require_stable = false in [acceptance].";

@@ -114,7 +114,9 @@ std::string with_values(const config::RigConfig& rig, const std::string& table, 
 
 }  // namespace
 
-Calibration calibrated(std::span<const CalibrationPoint> points) {
+Calibration calibrated(std::span<const CalibrationPoint> points, const DisplayUnit& unit) {
+  const std::string in = unit.of("in");
+  const double factor = unit.factor("in");
   if (points.size() < kFewestCalibrationPoints) {
     throw DataError(fmt::format("{} position{}, at least {} are needed; measure some more, spread over the travel",
                                 points.size(), points.size() == 1 ? "" : "s", kFewestCalibrationPoints));
@@ -145,9 +147,9 @@ Calibration calibrated(std::span<const CalibrationPoint> points) {
   }
   if (highest_V - lowest_V < kLeastSpread_V || highest_in - lowest_in < kLeastSpread_in) {
     throw DataError(fmt::format(
-        "the voltages spread over {:.3g} V and the positions over {:.3g} in; {:g} V and {:g} in at least are needed: "
+        "the voltages spread over {:.3g} V and the positions over {:.3g} {}; {:g} V and {:.3g} {} at least are needed: "
         "move the rod farther between the positions",
-        highest_V - lowest_V, highest_in - lowest_in, kLeastSpread_V, kLeastSpread_in));
+        highest_V - lowest_V, factor * (highest_in - lowest_in), in, kLeastSpread_V, factor * kLeastSpread_in, in));
   }
   Calibration found{.scale_in_per_V = vy / vv};
   found.offset_in = mean_in - found.scale_in_per_V * mean_V;
@@ -162,11 +164,12 @@ Calibration calibrated(std::span<const CalibrationPoint> points) {
   found.interval_factor = boost::math::quantile(boost::math::students_t(count - 2.0), 0.975);
   if (!(found.scale_std < kWorstScaleShare * std::abs(found.scale_in_per_V))) {
     throw DataError(fmt::format(
-        "the positions lie on no line: scale {:.4g} +- {:.2g} in/V, residuals up to {:.3g} in; check each position and "
+        "the positions lie on no line: scale {:.4g} +- {:.2g} {}/V, residuals up to {:.3g} {}; check each position and "
         "the unit, and that the sensor's wire moves with the rod",
-        found.scale_in_per_V, found.interval_factor * found.scale_std,
-        std::abs(*std::max_element(found.residuals_in.begin(), found.residuals_in.end(),
-                                   [](double a, double b) { return std::abs(a) < std::abs(b); }))));
+        factor * found.scale_in_per_V, factor * found.interval_factor * found.scale_std, in,
+        factor * std::abs(*std::max_element(found.residuals_in.begin(), found.residuals_in.end(),
+                                   [](double a, double b) { return std::abs(a) < std::abs(b); })),
+        in));
   }
   return found;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/rig_config.hpp"
+#include "core/display_unit.hpp"
 
 namespace eha {
 
@@ -29,9 +30,11 @@ struct Calibration {
 };
 
 /// Least squares through the points.
+/// @param unit  of the lengths in messages
 /// @throws DataError  fewer than kFewestCalibrationPoints, one that is not finite, voltages or positions that hardly
 ///                    differ, or points that lie on no line (a scale known worse than 10 %); says what to do
-[[nodiscard]] Calibration calibrated(std::span<const CalibrationPoint> points);
+[[nodiscard]] Calibration calibrated(std::span<const CalibrationPoint> points,
+                                     const DisplayUnit& unit = DisplayUnit("in"));
 
 /// A rig file's text with scale and offset, and the calibration date where the backend has one, replaced. Everything
 /// else, comments and order among it, stays. A key that the file leaves out is added below the head of its table. With

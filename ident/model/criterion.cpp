@@ -38,6 +38,7 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
     {Kind::order_error, "std_", "", Unit::none, Weight::rejects, "standard error of an order"},
     {Kind::left_out, "left_out_", "", Unit::none, Weight::rejects, "AR-BIC gained by a term"},
     {Kind::coefficient_interval, "interval_", "", Unit::none, Weight::rejects, "distance of an interval from 0"},
+    {Kind::above_recommended, "ar_bic_above_", "", Unit::none, Weight::lowers, "AR-BIC above that of"},
     {Kind::other, "", "", Unit::none, Weight::lowers, ""},
 });
 
@@ -51,7 +52,7 @@ static_assert(are_in_order());
 
 constexpr bool has_parameter(Kind kind) {
   return kind == Kind::r2 || kind == Kind::max_abs_error || kind == Kind::order_error || kind == Kind::left_out ||
-         kind == Kind::coefficient_interval || kind == Kind::other;
+         kind == Kind::coefficient_interval || kind == Kind::above_recommended || kind == Kind::other;
 }
 
 }  // namespace

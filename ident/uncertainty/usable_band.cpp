@@ -33,6 +33,24 @@ std::vector<double> logarithmic(double lowest_Hz, double highest_Hz) {
   return grid;
 }
 
+/// The widest part of a grid, on a logarithmic scale, at whose points a predicate holds.
+template <typename Holds>
+std::optional<FrequencyInterval> widest_part(const std::vector<double>& grid, const Holds& holds) {
+  std::optional<FrequencyInterval> widest;
+  std::optional<FrequencyInterval> part;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    if (!holds(i)) {
+      part.reset();
+      continue;
+    }
+    if (!part) part = {grid[i], grid[i]};
+    part->highest_Hz = grid[i];
+    const auto ratio = [](const FrequencyInterval& b) { return b.highest_Hz / b.lowest_Hz; };
+    if (!widest || ratio(*part) > ratio(*widest)) widest = part;
+  }
+  return widest;
+}
+
 bool moves_g(ParameterRole role) { return is_coefficient(role) || is_order(role) || role == ParameterRole::delay; }
 
 bool is_undetermined(const Model& model) {
@@ -81,21 +99,20 @@ std::optional<FrequencyInterval> usable_band(const Model& model, const Parameter
   if (highest_Hz < excited.lowest_Hz) return {};
   const std::vector<double> grid = logarithmic(excited.lowest_Hz, highest_Hz);
   const BodeCurve curve = bode_curve(model, grid, known);
-  std::optional<FrequencyInterval> widest;
-  std::optional<FrequencyInterval> band;
-  for (std::size_t i = 0; i < grid.size(); ++i) {
-    const bool is_known =
-        curve.gain_std_dB[i] <= limits.usable_gain_error_dB && curve.phase_std_deg[i] <= limits.usable_phase_error_deg;
-    if (!is_known) {
-      band.reset();
-      continue;
-    }
-    if (!band) band = {grid[i], grid[i]};
-    band->highest_Hz = grid[i];
-    const auto ratio = [](const FrequencyInterval& b) { return b.highest_Hz / b.lowest_Hz; };
-    if (!widest || ratio(*band) > ratio(*widest)) widest = band;
-  }
-  return widest;
+  return widest_part(grid, [&](std::size_t i) {
+    return curve.gain_std_dB[i] <= limits.usable_gain_error_dB && curve.phase_std_deg[i] <= limits.usable_phase_error_deg;
+  });
+}
+
+std::optional<FrequencyInterval> agreeing_band(const Model& model, const Model& better, const FrequencyInterval& band,
+                                               const AcceptanceLimits& limits) {
+  const std::vector<double> grid = logarithmic(band.lowest_Hz, band.highest_Hz);
+  const BodeCurve a = bode_curve(model, grid, {});
+  const BodeCurve b = bode_curve(better, grid, {});
+  return widest_part(grid, [&](std::size_t i) {
+    return std::abs(a.gain_dB[i] - b.gain_dB[i]) <= limits.usable_gain_error_dB &&
+           std::abs(std::remainder(a.phase_deg[i] - b.phase_deg[i], 360.0)) <= limits.usable_phase_error_deg;
+  });
 }
 
 std::optional<double> resonance_Hz(const Model& model, const FrequencyInterval& band) {

@@ -27,6 +27,13 @@ namespace eha::ident {
                                                            const FrequencyInterval& excited,
                                                            const AcceptanceLimits& limits);
 
+/// The part of a band in which a model and a better one agree: the widest one, on a logarithmic scale, in which their
+/// gains differ by at most `limits.usable_gain_error_dB` and their phases by `limits.usable_phase_error_deg`.
+/// @returns nothing where there is none
+[[nodiscard]] std::optional<FrequencyInterval> agreeing_band(const Model& model, const Model& better,
+                                                             const FrequencyInterval& band,
+                                                             const AcceptanceLimits& limits);
+
 /// The frequency of a model's resonance: its highest gain that exceeds the gain on both sides of it, from a hundredth
 /// of the band's lower end to a hundred times its upper one. Nothing for a model without a resonance there.
 [[nodiscard]] std::optional<double> resonance_Hz(const Model& model, const FrequencyInterval& band);

@@ -18,17 +18,6 @@ namespace {
 
 using Models = std::vector<const Model*>;
 
-constexpr double kClear = 10.0;  // difference of AR-BIC; "very strong" in Kass and Raftery, JASA 90 (1995)
-
-double ar_bic(const Model& model) { return model.estimation->information->ar_bic; }
-
-bool is_comparable(const Model& model, const Model& with) {
-  if (model.procedure != with.procedure || !model.estimation || !model.estimation->information) return false;
-  const InformationCriteria& a = *model.estimation->information;
-  const InformationCriteria& b = *with.estimation->information;
-  return a.record == b.record && a.samples == b.samples && std::isfinite(a.ar_bic);
-}
-
 /// Those that can be compared with the first one that has a criterion, the least AR-BIC first.
 Models compared(const Models& models) {
   const auto first = std::find_if(models.begin(), models.end(), [](const Model* model) {
@@ -105,9 +94,9 @@ std::string reason_for(const Model& picked, const Models& all, const Model* runn
   };
   if (runner_up != nullptr) text += ", " + apart(*runner_up);
   const std::string unclear =
-      runner_up == nullptr || std::abs(ar_bic(*runner_up) - ar_bic(picked)) >= kClear
+      runner_up == nullptr || std::abs(ar_bic(*runner_up) - ar_bic(picked)) >= kClearGain
           ? ""
-          : fmt::format("; a difference below {:g} is not clear: this record hardly tells {} from {}", kClear,
+          : fmt::format("; a difference below {:g} is not clear: this record hardly tells {} from {}", kClearGain,
                         picked.name, runner_up->name);
   const Model* other = best(all, !has_estimated_order(picked));
   if (other == nullptr) return text + unclear;
@@ -187,6 +176,18 @@ const Model* next_best(const Models& order, const Model& picked) {
 }
 
 }  // namespace
+
+double ar_bic(const Model& model) { return model.estimation->information->ar_bic; }
+
+bool is_comparable(const Model& model, const Model& with) {
+  if (model.procedure != with.procedure) return false;
+  for (const Model* one : {&model, &with}) {
+    if (!one->estimation || !one->estimation->information || !std::isfinite(ar_bic(*one))) return false;
+  }
+  const InformationCriteria& a = *model.estimation->information;
+  const InformationCriteria& b = *with.estimation->information;
+  return a.record == b.record && a.samples == b.samples;
+}
 
 bool has_estimated_order(const Model& model) {
   return std::any_of(model.parameters.begin(), model.parameters.end(),

@@ -24,6 +24,12 @@ struct Recommendation {
 /// Fall of AR-BIC needed to recommend a model of fractional order instead of every one of integer order.
 inline constexpr double kFractionalGain = 10.0;
 
+/// Of a model that is_comparable().
+[[nodiscard]] double ar_bic(const Model& model);
+
+/// Whether two models were fitted to the same rows by the same procedure, and both have an AR-BIC.
+[[nodiscard]] bool is_comparable(const Model& model, const Model& with);
+
 /// Whether an order of the model was estimated.
 [[nodiscard]] bool has_estimated_order(const Model& model);
 

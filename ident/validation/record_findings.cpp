@@ -17,6 +17,7 @@ constexpr Index kWindows = 200;         // that a record is split into
 constexpr double kBandOfRange = 0.002;  // in which a rod on its end stop stays
 constexpr double kBandOfNoise = 8.0;    // standard deviations, from least to greatest sample
 constexpr double kWidestBand = 0.02;    // of the range
+constexpr Index kFewestTouching = 3;    // rows at a stop that is known
 constexpr double kAskedOverBand = 3.0;  // motion that the input asks for beyond the stop
 constexpr double kSameInput = 0.1;      // of the input's range
 constexpr double kIntegrates = 0.6;     // R2 of the motion by the input
@@ -55,7 +56,9 @@ class Search {
     const double range = y.maxCoeff() - y.minCoeff();
     band_ = std::clamp(kBandOfNoise * noise(), kBandOfRange * range, kWidestBand * range);
     input_range_ = rows.input.maxCoeff() - rows.input.minCoeff();
-    for (const double side : {1.0, -1.0}) find_candidates(side);
+    for (const double side : {1.0, -1.0}) {
+      for (const Stay& stay : at_extreme(side, window_ + 1)) candidates_.push_back(stay);
+    }
     for (Index k = 0; k + window_ < y.size(); k += window_) {
       const bool stands = std::any_of(candidates_.begin(), candidates_.end(),
                                       [&](const Stay& stay) { return k + window_ >= stay.first && k <= stay.last; });
@@ -69,6 +72,7 @@ class Search {
     std::copy_if(candidates_.begin(), candidates_.end(), std::back_inserter(stays),
                  [&](const Stay& stay) { return is_held(stay); });
     if (stays.empty()) return std::nullopt;
+    add_touches(stays);
     std::sort(stays.begin(), stays.end(), [](const Stay& a, const Stay& b) { return a.first < b.first; });
     Index count = 0;
     for (const Stay& stay : stays) count += stay.last - stay.first + 1;
@@ -93,6 +97,20 @@ class Search {
   }
 
  private:
+  /// Adds the shorter stays on a side whose stop is known.
+  void add_touches(std::vector<Stay>& stays) const {
+    const std::vector<Stay> known = stays;
+    for (const double side : {1.0, -1.0}) {
+      if (std::none_of(known.begin(), known.end(), [&](const Stay& stay) { return stay.side == side; })) continue;
+      for (const Stay& touch : at_extreme(side, kFewestTouching)) {
+        const bool is_known = std::any_of(known.begin(), known.end(), [&](const Stay& stay) {
+          return stay.side == side && stay.first == touch.first;
+        });
+        if (!is_known) stays.push_back(touch);
+      }
+    }
+  }
+
   [[nodiscard]] double time(Index k) const { return rows_.time_s[k]; }
 
   [[nodiscard]] Window at(Index k) const {
@@ -114,15 +132,18 @@ class Search {
     return *tenth;
   }
 
-  void find_candidates(double side) {
+  /// Stretches of at least so many rows at the greatest (side 1) or the least value.
+  [[nodiscard]] std::vector<Stay> at_extreme(double side, Index fewest) const {
+    std::vector<Stay> found;
     const Eigen::VectorXd y = side * rows_.measured;
     const double lowest = y.maxCoeff() - band_;
     for (Index k = 0; k < y.size();) {
       Index end = k;
       while (end < y.size() && y[end] >= lowest) ++end;
-      if (end - k > window_) candidates_.push_back({k, end - 1, side});
+      if (end - k >= fewest) found.push_back({k, end - 1, side});
       k = std::max(end, k + 1);
     }
+    return found;
   }
 
   /// Whether the motion of the rows that move follows their input.

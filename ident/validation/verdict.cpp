@@ -228,6 +228,10 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   }
   judge_stability(model, limits, judgement);
   judge_parameters(model, judgement);
+  if (const auto& best = facts.recommended) {
+    judgement.criterion(Kind::above_recommended, best->ar_bic_lower_by, kClearGain, best->ar_bic_lower_by <= kClearGain,
+                        best->name);
+  }
   Verdict verdict = judgement.verdict();
   verdict.beside_ladder = facts.beside_ladder;
   verdict.reasons = reasons_of(model, verdict);

@@ -21,6 +21,10 @@ inline constexpr double kGreatestErrorOverNoise = 3.0;
 /// than this many times the refit's, is of another plant, whatever its R2.
 inline constexpr double kGreatestErrorOverRefit = 1.5;
 
+/// A difference of AR-BIC from which on one model describes the record clearly better than another; "very strong" in
+/// Kass and Raftery, JASA 90 (1995).
+inline constexpr double kClearGain = 10.0;
+
 /// Share of the residual's power that past input makes, which the residual's test has to notice.
 inline constexpr double kNoticedShare = 0.1;
 
@@ -36,6 +40,12 @@ struct RecordFacts {
   /// parameter differs.
   std::optional<double> error_over_refit = {};
   bool beside_ladder = false;  ///< every structure of the ladder is fitted to it too
+  /// The recommended model of the same samples, where it is another one.
+  struct Recommended {
+    std::string name;
+    double ar_bic_lower_by = 0.0;  ///< than that of the judged model
+  };
+  std::optional<Recommended> recommended = {};
 };
 
 /// Compares a fitted model with the experiment's limits and with the information in its own record.
@@ -45,6 +55,7 @@ struct RecordFacts {
 /// not exclude 0; an error of more than ten times the noise unless the fit is 95 %; a record of which more than
 /// kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth model. A model that is
 /// not rejected is good when it passes the rest too, else usable: each residual test at 1 %, no drift of the residual,
+/// an AR-BIC at most kClearGain above that of the recommended model,
 /// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a
 /// fresh input of at most 5 %, at most 1 % of samples at which the output is at its limit and the model is not, a
 /// validating error (rms) of at most kGreatestErrorOverNoise times the noise, at most 5 % of the validating samples

@@ -92,6 +92,7 @@ class Reasons {
       notes_.emplace_back(
           "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
     }
+    about({Kind::above_recommended});
     note_allowed_instability();
     about({Kind::stability_margin, Kind::excitation_order, Kind::order_error, Kind::left_out,
            Kind::coefficient_interval});
@@ -228,6 +229,11 @@ class Reasons {
             "or record longer.",
             c.parameter, p->lower95, p->upper95);
       }
+      case Kind::above_recommended:
+        return fmt::format(
+            "Another model describes the record clearly better: the AR-BIC of {} is {:.0f} lower, more than {:g}; take "
+            "{}.",
+            c.parameter, c.value, c.limit, c.parameter);
       case Kind::input_levels:
       case Kind::other:
         break;

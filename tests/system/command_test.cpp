@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "tests/system/program.hpp"
@@ -141,6 +142,30 @@ TEST(RunsList, SaysThatThereAreNone) {
 TEST(RunsList, RefusesAFolderThatIsNotThere) {
   const TemporaryFolder folder;
   expect_refused(folder, {"runs", "list", "nosuch"}, ExitCode::io, {"nosuch: no such folder"});
+}
+
+TEST(Fit, MixesNoModelsOfTwoRecordsInOneFolder) {
+  const TemporaryFolder folder;
+  std::string record = "time_s,voltage_V,displacement_in\n";
+  double y = 0.0;
+  for (int k = 0; k < 400; ++k) {
+    const double u = k % 60 < 30 ? 1.0 : -1.0;
+    record += fmt::format("{:.2f},{},{:.6f}\n", 0.05 * k, u, y + 1e-4 * (k * 7919 % 13));
+    y += 0.05 * (2.0 * u - y);
+  }
+  folder.write("first.csv", record);
+  folder.write("second.csv", record);
+  const std::vector<std::string> options{"--model", "io", "--poles", "1", "-o", "models"};
+  const auto fit = [&](const std::string& file) {
+    std::vector<std::string> words{"fit", file};
+    words.insert(words.end(), options.begin(), options.end());
+    return run_eha(words, folder.path());
+  };
+  ASSERT_EQ(fit("first.csv").code, 0) << fit("first.csv").err;
+  EXPECT_EQ(fit("first.csv").code, 0) << "the same record again";
+  const Ended refused = fit("second.csv");
+  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::usage));
+  EXPECT_NE(refused.err.find("first.csv"), std::string::npos) << refused.err;
 }
 
 TEST(Fit, RefusesAnInitialStateInThePapersProcedure) {

@@ -36,9 +36,13 @@ TEST(Comparison, CallsAModelOfAnotherPlantThat) {
   EXPECT_FALSE(scored[1].of_another_plant);
 }
 
-TEST(Comparison, RefusesRecordsInOtherUnits) {
+TEST(Comparison, TellsOtherInputsAndRefusesOtherUnits) {
   Source one = source_of(seeded(1));
   Source other = one;
+  const RunComparison same = compare_runs({one, other});
+  EXPECT_FALSE(same.runs.at(1).has_other_input);
+  other.record.input *= 0.8;
+  EXPECT_TRUE(compare_runs({one, other}).runs.at(1).has_other_input);
   other.record.output_channel.unit = "mm";
   EXPECT_THROW(static_cast<void>(compare_runs({one, other})), DataError);
 }

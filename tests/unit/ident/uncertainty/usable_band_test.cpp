@@ -78,6 +78,22 @@ TEST(UsableBand, EndsWhereTheStandardErrorPassesItsLimit) {
   EXPECT_GT(usable_band(model, covariance, {0.01, 10.0}, limits)->lowest_Hz, 0.16);
 }
 
+TEST(AgreeingBand, EndsWhereGainOrPhaseDiffer) {
+  const auto lag = [](double gain, double T_s) {
+    Model model;
+    model.transfer_function = {{{gain, 0.0}}, {{T_s, 1.0}, {1.0, 0.0}}, 0.0};
+    return model;
+  };
+  const FrequencyInterval band{0.001, 10.0};
+  const auto shared = agreeing_band(lag(2.0, 0.1), lag(2.0, 0.5), band, {});
+  ASSERT_TRUE(shared);
+  EXPECT_DOUBLE_EQ(shared->lowest_Hz, 0.001);
+  // atan(0.5 w) - atan(0.1 w) is 10 degrees at 0.0724 Hz, before the gains are 1 dB apart.
+  EXPECT_NEAR(shared->highest_Hz, 0.0724, 0.004);
+  EXPECT_FALSE(agreeing_band(lag(2.0, 0.1), lag(-2.0, 0.1), band, {}));
+  EXPECT_FALSE(agreeing_band(lag(2.0, 0.1), lag(2.5, 0.1), band, {}));
+}
+
 TEST(UsableBand, IsNoneWhereNothingIsKnown) {
   const AcceptanceLimits limits;
   Known known = lag_with_uncertain_corner(30.0);

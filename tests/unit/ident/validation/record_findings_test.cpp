@@ -58,6 +58,27 @@ TEST(EndStopTest, IsFoundWithItsPlaceAndTimeDespiteNoise) {
   }
 }
 
+TEST(EndStopTest, LeavesNoTouchOfAKnownStopInTheCut) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Record record = rod(4.0, 0.1, seed);
+    const ValidationReport report = report_on(record, structures::integrator_lag());
+    ASSERT_TRUE(report.end_stop) << seed;
+    const EndStop& stop = *report.end_stop;
+    const auto row = [&](const std::optional<double>& time_s, Eigen::Index otherwise) {
+      return time_s ? static_cast<Eigen::Index>(std::lround(*time_s / kFindingStep_s)) : otherwise;
+    };
+    const Eigen::Index from = row(stop.clean_from_s, 0);
+    const Eigen::Index to = row(stop.clean_to_s, kFindingRows);
+    Eigen::Index in_row = 0;
+    for (Eigen::Index k = from + 1; k + 1 < to; ++k) {
+      in_row = record.output[k] >= 4.0 - 2.0 * kFindingNoise ? in_row + 1 : 0;
+      ASSERT_LT(in_row, 4) << seed << ": at " << kFindingStep_s * static_cast<double>(k) << " s of "
+                           << kFindingStep_s * static_cast<double>(from) << " .. "
+                           << kFindingStep_s * static_cast<double>(to);
+    }
+  }
+}
+
 TEST(EndStopTest, IsNotSeenWhereTheRodTurnsBackByItself) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const ValidationReport report = report_on(rod(100.0, 0.0, seed), structures::integrator_lag());

@@ -38,6 +38,17 @@ TEST(Verdict, AcceptsWithoutAWordWhatMeetsEveryLimit) {
   for (const Criterion& c : verdict.criteria) EXPECT_TRUE(c.passed) << name_of(c);
 }
 
+TEST(Verdict, LowersWhatTheRecommendedModelClearlyBeats) {
+  const auto beside = [](double gap) {
+    return judge(good_model(), {}, {.recommended = RecordFacts::Recommended{"lag", gap}});
+  };
+  EXPECT_EQ(beside(9.9).grade, Grade::good);
+  const Verdict beaten = beside(717.4);
+  EXPECT_EQ(beaten.grade, Grade::usable);
+  ASSERT_EQ(beaten.reasons.size(), 1U);
+  EXPECT_NE(beaten.reasons.front().find("AR-BIC of lag is 717 lower"), std::string::npos) << beaten.reasons.front();
+}
+
 TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
   EXPECT_TRUE(judge(good_model(), {}, {.interpolated_percent = kMostInterpolated_percent}).accepted);
   const Verdict verdict = judge(good_model(), {}, {.interpolated_percent = 62.1});
