@@ -90,13 +90,24 @@ std::string reasons_of(const Model& model) {
   return text;
 }
 
-/// Why each model is rejected; a reason that several share once, behind their names.
+/// A sentence without its numbers.
+std::string without_figures(const std::string& sentence) {
+  std::string words;
+  for (const char c : sentence) {
+    if (std::string_view("0123456789.-+").find(c) == std::string_view::npos) words += c;
+  }
+  return words;
+}
+
+/// Why each model is rejected; a reason that several share but for its figures once, behind their names.
 std::string reasons_by_model(const std::vector<Model>& models) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const Model& model : models) {
     if (!model.verdict || model.verdict->reasons.empty()) continue;
     const std::string& reason = model.verdict->reasons.front();
-    auto at = std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.first == reason; });
+    auto at = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
+      return without_figures(group.first) == without_figures(reason);
+    });
     if (at == groups.end()) at = groups.insert(groups.end(), {reason, {}});
     at->second.push_back(model.name);
   }
@@ -105,7 +116,8 @@ std::string reasons_by_model(const std::vector<Model>& models) {
     const bool fits = names.size() == 1 && names.front().size() < kLabel;
     text += fits ? line(names.front().c_str(), reason)
                  : line(names.size() == 1 ? "" : fmt::format("{} models", names.size()).c_str(),
-                        fmt::format("{}: {}", fmt::join(names, ", "), reason));
+                        fmt::format("{}{}: {}", fmt::join(names, ", "),
+                                    names.size() == 1 ? "" : " (figures of the first)", reason));
   }
   return text;
 }

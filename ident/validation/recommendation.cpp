@@ -124,15 +124,19 @@ std::string unseen_resonances(const Model& picked, const Models& all) {
 /// Why better models by AR-BIC are not picked: "; io3, 25.1 better, is rejected: a0 = ...". @param all  the least first
 /// @param named  already; null for none
 std::string better_but_rejected(const Model& picked, const Models& all, const Model* named) {
+  constexpr std::size_t kMostNamed = 3;
   std::string text;
+  std::size_t count = 0;
   for (const Model* model : all) {
     const double gain = ar_bic(picked) - ar_bic(*model);
     if (gain < kFractionalGain || is_accepted(*model) || model == named) continue;
+    if (++count > kMostNamed) continue;
     std::string reason = first_reason(*model);
     if (reason.ends_with('.')) reason.pop_back();
     text += fmt::format("; {}, {:.1f} better, is {}: {}", model->name, gain,
                         model->verdict ? verdict_word(*model->verdict) : "rejected", reason);
   }
+  if (count > kMostNamed) text += fmt::format("; and {} more (-v, or the table's verdicts)", count - kMostNamed);
   return text;
 }
 
@@ -155,16 +159,18 @@ std::ptrdiff_t estimated_count(const Model& model) {
                        [](const ParameterEstimate& p) { return !p.fixed; });
 }
 
-/// An accepted model without more parameters that has less than half the error on the unseen part; null without one.
-/// What the estimation part gains by more parameters was then overfitted, or is of frequencies that the other part has
-/// not.
+/// An accepted model with less than half the error on the unseen part, or less than a third where it has more
+/// parameters; null without one. What the estimation part gains by more parameters was then overfitted, or is of
+/// frequencies that the other part has not; or a noise model took for noise what a part of the plant makes.
 const Model* surpassing(const Models& order, const Model& model) {
   constexpr double kHalfOfError = 0.25;  // of a squared one
+  constexpr double kThirdOfError = 1.0 / 9.0;
   if (!model.validation) return nullptr;
   const auto found = std::find_if(order.begin(), order.end(), [&](const Model* other) {
     return other != &model && is_accepted(*other) && other->validation && !has_estimated_order(*other) &&
-           estimated_count(*other) <= estimated_count(model) &&
-           other->validation->score.mse < kHalfOfError * model.validation->score.mse;
+           other->validation->score.mse <
+               (estimated_count(*other) <= estimated_count(model) ? kHalfOfError : kThirdOfError) *
+                   model.validation->score.mse;
   });
   return found == order.end() ? nullptr : *found;
 }

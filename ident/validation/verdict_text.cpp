@@ -22,6 +22,8 @@ namespace {
 
 using Kind = CriterionKind;
 
+constexpr double kNoAnswer_percent = 20.0;  // R2 below which the input explains next to nothing
+
 double lowest_order(const std::vector<Term>& terms) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const Term& term : terms) {
@@ -84,10 +86,17 @@ class Reasons {
     if (!model_.estimation && !model_.validation) {
       rejections_.emplace_back("The model was neither estimated nor validated here.");
     }
-    about({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity,
-           Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::extrapolated});
-    note_low_r2();
-    about({Kind::error_over_noise, Kind::far_error_over_noise, Kind::error_over_refit});
+    const bool is_of_another_plant = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(), [](const auto& c) {
+      return c.kind == Kind::error_over_refit && has_failed(c);
+    });
+    about({Kind::error_over_refit, Kind::r2, Kind::max_abs_error});
+    // What the residual of another plant's model shows says nothing about this one.
+    if (!is_of_another_plant) {
+      about({Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity, Kind::future_input,
+             Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::extrapolated});
+      note_low_r2();
+      about({Kind::error_over_noise, Kind::far_error_over_noise});
+    }
     if (model_.estimation && !model_.validation) {
       notes_.emplace_back(
           "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
@@ -131,6 +140,12 @@ class Reasons {
             "record longer.",
             model_.estimation->evaluations, model_.estimation->termination);
       case Kind::r2:
+        if (c.value < kNoAnswer_percent) {
+          return fmt::format(
+              "The output hardly answers to the input: the {} R2 of {:.2g} % is below the limit of {:.4g} %; were supply "
+              "and valve on, and are these the right columns (--input, --output)? Look at the record (eha plot).",
+              c.parameter, c.value, c.limit);
+        }
         return fmt::format(
             "The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; look at the "
             "error "

@@ -114,6 +114,17 @@ TEST(ShortReport, BeginsWithTheRecommendedModelAndCallsNoModelWrongThatIsNot) {
   EXPECT_NE(text.substr(wrong, 80).find("rejected"), std::string::npos) << text;
 }
 
+TEST(ShortReport, GivesAReasonOnceThatDiffersInItsFiguresAlone) {
+  Answer answer = answer_with("");
+  answer.models.insert(answer.models.begin(), 2, rejected_for("wrong", ident::CriterionKind::r2));
+  answer.recommendation.model.clear();
+  answer.models[0].verdict->reasons = {"R2 of -0.3 % is below 90 %."};
+  answer.models[1].verdict->reasons = {"R2 of 12.5 % is below 90 %."};
+  const std::string text = short_report(answer, {});
+  EXPECT_NE(text.find("2 models"), std::string::npos) << text;
+  EXPECT_EQ(text.find("12.5"), std::string::npos) << text;
+}
+
 TEST(ShortReport, ShowsTheEstimationsFiguresWhereNothingWasLeftUnseen) {
   Answer answer = answer_with("");
   answer.models[0].validation.reset();

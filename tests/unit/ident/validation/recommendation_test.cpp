@@ -98,7 +98,7 @@ TEST(Recommendation, LetsTheEstimationPartChooseAndSaysWhereTheValidationPartHad
   EXPECT_EQ(recommended({model_of("io", -100.0), model_of("io3", -101.0)}).model, "io3");
 }
 
-TEST(Recommendation, TakesASimplerModelThatHasLessThanHalfTheErrorOnTheUnseenPart) {
+TEST(Recommendation, TakesAModelThatHasFarLessErrorOnTheUnseenPart) {
   Model io3 = model_of("io3", -120.0);
   io3.parameters.push_back({"b1", 1.0, 0.01, 0.98, 1.02, false, ParameterRole::numerator_coefficient});
   Model io = model_of("io", -100.0);
@@ -115,6 +115,8 @@ TEST(Recommendation, TakesASimplerModelThatHasLessThanHalfTheErrorOnTheUnseenPar
   io3.validation->score.mse = 5.0;
   io.parameters.insert(io.parameters.end(), 2, io3.parameters.back());
   EXPECT_EQ(recommended({io, io3}).model, "io3") << "one with more parameters may be luck";
+  io3.validation->score.mse = 9.1;
+  EXPECT_EQ(recommended({io, io3}).model, "io") << "but not where it errs a third";
 }
 
 TEST(Recommendation, TakesAResonanceFarAboveTheBandOnlyWhereItGainsTen) {
