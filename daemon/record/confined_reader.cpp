@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -31,7 +32,17 @@ constexpr std::chrono::seconds kLeastTime{15};
 constexpr std::chrono::seconds kMostTime{600};
 constexpr std::size_t kLongestSentText = 4096;
 
+constexpr std::uint64_t kMostCompression = 16;  // of a file system that compresses
+
 static_assert(std::is_trivially_copyable_v<TickRecord>, "rows are sent as they are in memory");
+
+/// What a file takes on its disk: its holes nothing.
+std::uint64_t allocated_bytes(const os::FileDescriptor& file) {
+  constexpr std::uint64_t kBlock = 512;  // of st_blocks, whatever the file system's is
+  struct stat facts {};
+  if (fstat(file.get(), &facts) != 0) return 0;
+  return kBlock * static_cast<std::uint64_t>(facts.st_blocks);
+}
 
 }  // namespace
 
@@ -46,7 +57,7 @@ ConfinedReader::ConfinedReader(std::string_view kind, const std::filesystem::pat
   const std::filesystem::path program = find_program("eha-reader");
   if (program.empty()) throw IoError("eha-reader is not installed beside eha; install the package again");
   file_bytes_ = std::filesystem::file_size(path);
-  limits_ = limits_for(file_bytes_);
+  limits_ = limits_for(std::min(file_bytes_, kMostCompression * allocated_bytes(file)));
   limits_.cpu_time *= cost;
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw IoError("cannot create a pipe: " + error_text(errno));

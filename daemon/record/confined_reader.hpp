@@ -44,6 +44,8 @@ class ConfinedReader {
   [[nodiscard]] std::size_t take_some(void* bytes, std::size_t size);
 
   [[nodiscard]] std::uint64_t file_bytes() const noexcept { return file_bytes_; }
+  /// Of processor time and memory, by what the file takes on its disk.
+  [[nodiscard]] const ReaderLimits& limits() const noexcept { return limits_; }
   void kill() const noexcept;
   os::ChildEnd wait() noexcept { return process_->wait(); }
   /// Says how it ended without an answer. @throws DataError  always

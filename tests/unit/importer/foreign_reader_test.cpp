@@ -219,6 +219,17 @@ TEST(ForeignReader, HasLimitsInProportionToTheFile) {
   EXPECT_LE(record::limits_for(UINT64_MAX).memory_bytes, std::uint64_t{8} << 30U);
 }
 
+TEST(ForeignReader, GivesAFileOfHolesNoMoreThanItsDiskSpaceAsksFor) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("holes.mat", "nothing");
+  std::filesystem::resize_file(file, std::uintmax_t{1} << 38U);
+  record::ConfinedReader reader("mat", file);
+  EXPECT_LE(reader.limits().memory_bytes, record::limits_for(1U << 20U).memory_bytes);
+  EXPECT_LE(reader.limits().cpu_time, record::limits_for(1U << 20U).cpu_time);
+  reader.kill();
+  static_cast<void>(reader.wait());
+}
+
 TEST(ForeignReader, SaysThatAFileIsMissing) {
   EXPECT_THROW(static_cast<void>(read_foreign("mat", "/no/such/file.mat")), IoError);
 }
