@@ -50,9 +50,11 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
     if (rehearsal.chance_of_trip < kWarnedFrom)
       remedy += ", but it stays clear of the limits: it may be played as it is";
   }
+  // The loop stops a rod so far before a limit that it comes to rest there.
+  const bool may_trip = rehearsal.chance_of_trip >= kWarnedFrom;
   return fmt::format(
-      "rehearsed with the rig's valve: the rod stays within {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
-      factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"), factor * rehearsal.drift_in_per_s,
+      "rehearsed with the rig's valve: {} {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
+      may_trip ? "until it is stopped before a limit the rod moves within" : "the rod stays within", factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"), factor * rehearsal.drift_in_per_s,
       unit.of("in"), remedy);
 }
 

@@ -22,6 +22,16 @@ bool has_dead_band(const ident::Model& model) {
   return model.input_map->dead_band > 0.0;
 }
 
+/// Whether its residual shows that the plant is not what the structure can be.
+bool misses_a_part(const ident::Model& model) {
+  using Kind = ident::CriterionKind;
+  return model.verdict &&
+         std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const ident::Criterion& c) {
+           return has_failed(c) && (c.kind == Kind::residual_input || c.kind == Kind::error_over_noise ||
+                                    c.kind == Kind::far_error_over_noise || c.kind == Kind::nonlinearity);
+         });
+}
+
 Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   if (!has_dead_band(model)) {
     return {.seen = fmt::format("No dead band is found: the interval of {:.3g} {} holds 0.", model.input_map->dead_band,
@@ -59,6 +69,11 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
           : fmt::format(
                 "A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative command.",
                 high, unit, low, unit);
+  if (misses_a_part(model)) {
+    remark.to_do +=
+        " What the model misses, such as friction, shifts null and dead band by more than their intervals say: for a "
+        "controller take those of the valve sheet (eha characterise), as `eha tune` does.";
+  }
   if (const auto sheet = compare_with_sheet(subject, model)) {
     remark.seen += " " + sheet->seen;
     remark.to_do = sheet->to_do + remark.to_do;
