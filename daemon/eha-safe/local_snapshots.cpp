@@ -35,6 +35,15 @@ bool is_ours(const std::string& name) {
                      [](unsigned char c) { return std::isalnum(c) != 0; });
 }
 
+/// Whether nobody else can exchange what this user makes in a folder.
+bool keeps_what_is_ours(const fs::path& folder) {
+  struct stat facts {};
+  if (stat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode)) return false;
+  const bool has_trusted_owner = facts.st_uid == geteuid() || facts.st_uid == 0;
+  const bool may_others_write = (facts.st_mode & (S_IWGRP | S_IWOTH)) != 0;
+  return has_trusted_owner && (!may_others_write || (facts.st_mode & S_ISVTX) != 0);
+}
+
 /// Whether the folder belongs to this user; other users' snapshots are not trusted.
 bool is_own(const fs::path& folder) {
   struct stat facts {};
@@ -44,11 +53,12 @@ bool is_own(const fs::path& folder) {
 }  // namespace
 
 fs::path local_snapshot_base() {
-  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  if (runtime != nullptr && *runtime != '\0') return runtime;
-  std::error_code none;
-  const fs::path temporary = fs::temp_directory_path(none);
-  return none ? fs::path("/tmp") : temporary;
+  // Root has the variables of the user whose shell it is in.
+  for (const char* name : {"XDG_RUNTIME_DIR", "TMPDIR"}) {
+    const char* folder = std::getenv(name);
+    if (folder != nullptr && *folder != '\0' && keeps_what_is_ours(folder)) return folder;
+  }
+  return "/tmp";
 }
 
 std::vector<fs::path> find_local_snapshots() {

@@ -27,6 +27,7 @@
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/service_command.hpp"
 #include "daemon/importer/table.hpp"
+#include "daemon/rig/arming.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
@@ -87,7 +88,7 @@ class Sensor {
       return;
     }
     require_local_rig_file(config);
-    rig_ = hal::open(config.backend, config.limits.safe_V);
+    rig_ = open_at_rest(config);
   }
 
   [[nodiscard]] double voltage_V() {
@@ -185,8 +186,8 @@ std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& un
       static_cast<void>(calibrated(points, unit));
       return points;
     } catch (const DataError& error) {
-      console.warning(fmt::format("{}; the {} readings are kept: type further ones, or an empty line to end", error.what(),
-                                  points.size()));
+      console.warning(fmt::format("{}; the {} readings are kept: type further ones, or an empty line to end",
+                                  error.what(), points.size()));
     }
   }
 }
@@ -275,6 +276,12 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   }
   const Calibration found = calibrated(points, unit);
   report(points, found, *tolerance_in, unit, console);
+  if (hal::conversion_of(rig.backend).scale_in_per_V * found.scale_in_per_V < 0.0) {
+    throw DataError(fmt::format(
+        "nothing is written: the scale has the opposite sign of that in {}: was the ruler read from the other end? If "
+        "the sensor was really turned round, change the sign of its scale there first",
+        rig.file_name));
+  }
   write_new(path, calibrated_rig_text(rig, found, date));
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i) {

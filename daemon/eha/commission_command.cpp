@@ -120,11 +120,21 @@ class Commissioning {
       throw UsageError(fmt::format("--yes: {} moves a machine, which is commissioned attended", command_.rig_file));
     }
     const std::string known = state_.rig_sha256();
-    if (known.empty() || known == record::sha256_of_file(command_.rig_file)) return;
+    if (known.empty()) return;
+    const std::string now = record::sha256_of_file(command_.rig_file);
+    std::error_code ignored;
+    // The owner may have installed what was measured.
+    const bool is_measured =
+        state_.has("sheet") && fs::exists(measured_file(), ignored) && now == record::sha256_of_file(measured_file());
+    const bool is_same_file = fs::weakly_canonical(state_.rig_file()) == fs::weakly_canonical(command_.rig_file);
+    if (is_same_file && (now == known || is_measured)) return;
     CommissionOptions anew = command_;
     anew.folder += "-2";
-    throw UsageError(fmt::format("{}: has changed since {} was begun; begin anew in another folder: {}",
-                                 command_.rig_file, state_.folder().string(), again(anew)));
+    throw UsageError(fmt::format(
+        "{}: {}; begin anew in another folder: {}", command_.rig_file,
+        is_same_file ? fmt::format("has changed since {} was begun", state_.folder().string())
+                     : fmt::format("{} is of another rig file, {}", state_.folder().string(), state_.rig_file()),
+        again(anew)));
   }
 
   static void require(ExitCode code, const char* why) {
@@ -146,6 +156,7 @@ class Commissioning {
     }
     const auto [rod, read_code] = session_.play(read);
     require(read_code, "the rod cannot be read");
+    state_.set_rig(fs::absolute(command_.rig_file).string(), record::sha256_of_file(command_.rig_file));
     state_.finish("prepare", {{"doctor_exit_code", static_cast<int>(code)},
                               {"checks", checks.value("checks", Json::array())},
                               {"rod", rod}});
@@ -199,10 +210,11 @@ class Commissioning {
                                       "Nothing moves.",
                                       command_.rig_file, before.string()));
         session_.ask();
+        refuse_what_does_not_fit();  // once more: it may have been changed meanwhile
         os::write_file_atomically(before, os::read_file(command_.rig_file));
         os::write_file_atomically(command_.rig_file, text);
       }
-      state_.set_rig(command_.rig_file, record::sha256_of_file(command_.rig_file));
+      state_.set_rig(fs::absolute(command_.rig_file).string(), record::sha256_of_file(command_.rig_file));
       state_.finish("rig file", {{"file", command_.rig_file}, {"before", before.string()}});
     }
     rig_ = config::load_rig(command_.rig_file);
@@ -357,7 +369,14 @@ class Commissioning {
 };
 
 ExitCode execute(const CommissionCommand& command, Console& console) {
-  return Commissioning(command, console).execute();
+  try {
+    return Commissioning(command, console).execute();
+  } catch (const Json::exception& error) {
+    throw DataError(
+        fmt::format("{}: its commission.json or a file that it names is damaged ({}); begin anew in another "
+                    "folder with -o",
+                    command.folder.string(), error.what()));
+  }
 }
 
 }  // namespace

@@ -110,8 +110,14 @@ Played CommissionSession::drive(std::vector<std::string> words, Results results)
     if (command_.allow_non_realtime) words.emplace_back("--allow-non-realtime");
   } else {
     words.insert(words.end(), {"--socket", command_.socket.string()});
-    static_cast<void>(play({"arm", "--socket", command_.socket.string()}, Results::hide));
+    if (moves_machine_ && !is_armed_ &&
+        !console_.confirm("Arm the rig? A fault that it repeats is acknowledged by that.")) {
+      throw Stopped{ExitCode::interrupted, "not \"yes\": stopped"};
+    }
+    static_cast<void>(play({"arm", "--socket", command_.socket.string()}));
     is_armed_ = true;
+    farewell = fmt::format("\neha: info: stopped; the rig may be armed: {}; to go on with this step: {}\n",
+                           through(command_.socket, "eha disarm"), again(command_));
   }
   if (command_.fast) words.emplace_back("--fast");
   if (!moves_machine_) words.emplace_back("--yes");

@@ -26,6 +26,8 @@ class CommissionState {
 
   /// Fingerprint of the rig file as the commissioning left it; empty at first.
   [[nodiscard]] std::string rig_sha256() const { return document_.value("rig_sha256", ""); }
+  /// The rig file's path; empty at first.
+  [[nodiscard]] std::string rig_file() const { return document_.value("rig", ""); }
   void set_rig(const std::string& file, const std::string& sha256);
 
   [[nodiscard]] const nlohmann::ordered_json& document() const noexcept { return document_; }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <sys/stat.h>
+
 #include <csignal>
 #include <exception>
 
@@ -44,4 +46,9 @@ ExitCode run_program(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return static_cast<int>(run_program(argc, argv)); }
+int main(int argc, char** argv) {
+  // What this program writes, others may not change, whatever the shell says.
+  constexpr mode_t kOthersWrite = 022;
+  umask(umask(kOthersWrite) | kOthersWrite);
+  return static_cast<int>(run_program(argc, argv));
+}

@@ -20,6 +20,7 @@
 #include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/run_command.hpp"
+#include "daemon/rig/arming.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -83,7 +84,7 @@ PlaceNow place_now_of_service(const PlaceCommand& command) {
 PlaceNow place_now_of_rig(const PlaceCommand& command) {
   const config::RigConfig config = load_rig_or_default(command.rig_file);
   require_local_rig_file(config);
-  const std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
+  const std::unique_ptr<hal::Rig> rig = open_at_rest(config);
   hal::RigReading reading;
   if (rig->read(0, reading) != hal::RigStatus::ok) throw DeviceError("the rig cannot be read; eha doctor says more");
   return {reading.displacement_in, config.limits.travel_min_in, config.limits.travel_max_in, config.units};

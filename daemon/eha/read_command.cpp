@@ -22,6 +22,7 @@
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/service_command.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/rig/arming.hpp"
 #include "daemon/rig/rod_view.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
@@ -145,7 +146,7 @@ ExitCode execute(const ReadCommand& command, Console& console) {
   }
   // Opening it writes the file's safe voltage.
   require_local_rig_file(config);
-  const std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
+  const std::unique_ptr<hal::Rig> rig = open_at_rest(config);
   RodView view;
   return show_readings(command, reader_of_rig(*rig, config, view), console);
 }

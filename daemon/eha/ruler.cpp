@@ -14,6 +14,7 @@
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
+#include "daemon/rig/arming.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -30,7 +31,7 @@ std::optional<double> place_without_following(const DriveOptions& command) {
     if (config.limits.following || !hal::moves_machine(config.backend)) return std::nullopt;
     require_local_rig_file(config);
     hal::RigReading reading;
-    if (hal::open(config.backend, config.limits.safe_V)->read(0, reading) != hal::RigStatus::ok) {
+    if (open_at_rest(config)->read(0, reading) != hal::RigStatus::ok) {
       throw DeviceError("the rig cannot be read; eha doctor says more");
     }
     return reading.displacement_in;

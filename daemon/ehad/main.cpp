@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -46,6 +47,9 @@ ExitCode run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // What the service writes, others may not change, whatever the shell that starts it says.
+  constexpr mode_t kOthersWrite = 022;
+  umask(umask(kOthersWrite) | kOthersWrite);
   // Writing to a closed pipe, or to a file at the limit of its size, must be an error of write(), not the end of the
   // process.
   for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);

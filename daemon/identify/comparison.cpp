@@ -14,6 +14,7 @@ namespace eha::identify {
 namespace {
 
 constexpr double kSameStep = 1e-6;
+constexpr double kHopeless = 5.0;  // times the refit's error, whatever the intervals of the parameters hold
 
 /// To fit a whole record.
 ident::FitOptions whole(ident::FitOptions options) {
@@ -53,8 +54,11 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
   }
   scored.refit_rms_error = std::sqrt(scored.refit->model.estimation->score.mse);
   scored.change = ident::compare_parameters(model, scored.refit->model, level);
-  scored.of_another_plant = scored.change->changed &&
-                            scored.rms_error > ident::kGreatestErrorOverRefit * std::max(scored.refit_rms_error, 0.0);
+  const double ratio =
+      scored.refit_rms_error > 0.0 ? scored.rms_error / scored.refit_rms_error : 0.0;  // 0: of an exact refit
+  scored.of_another_plant = (scored.change->changed && scored.rms_error > ident::kGreatestErrorOverRefit *
+                                                                              std::max(scored.refit_rms_error, 0.0)) ||
+                            ratio > kHopeless;
 }
 
 ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level) {

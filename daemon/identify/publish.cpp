@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/identify/publish.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <system_error>
 #include <utility>
 
+#include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/record/manifest.hpp"
@@ -130,6 +133,15 @@ std::vector<fs::path> write_models(const Identification& identification, const f
 std::vector<fs::path> publish(const Identification& identification, const fs::path& run_folder) {
   const fs::path models_folder = run_folder / record::kModelsFolder;
   const fs::path rejected_folder = models_folder / "rejected";
+  for (const fs::path& folder : {models_folder, rejected_folder}) {
+    std::error_code ignored;
+    if (fs::is_symlink(fs::symlink_status(folder, ignored))) {
+      throw PermissionError(
+          fmt::format("{}: is a link, and models are written into no folder that somebody else may "
+                      "have chosen; remove it",
+                      folder.string()));
+    }
+  }
   record::IdentificationEntry entry{
       .models = {}, .recommendation = identification.recommendation, .paper_procedure = to_json(identification.paper)};
   std::vector<fs::path> written;

@@ -80,9 +80,12 @@ std::string run_gnuplot(std::string_view script) {
   const os::FileDescriptor output = anonymous_file();
   const os::FileDescriptor messages = anonymous_file();
   write_all(commands, script);
-  // -d: no start-up files. From standard input gnuplot ends at the first error.
-  os::ChildProcess process(
-      {.words = {program, "-d"}, .standard_input = &commands, .standard_output = &output, .standard_error = &messages});
+  // -d: no start-up files. From standard input gnuplot ends at the first error. GNUTERM: the caller's choice for
+  // screens, with which it dies where there is none.
+  os::ChildProcess process({.words = {"/usr/bin/env", "-u", "GNUTERM", program, "-d"},
+                            .standard_input = &commands,
+                            .standard_output = &output,
+                            .standard_error = &messages});
   const auto begun = std::chrono::steady_clock::now();
   std::optional<os::ChildEnd> end;
   while (!(end = process.poll())) {

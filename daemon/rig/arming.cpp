@@ -24,8 +24,9 @@ constexpr double kShortestSweep_s = 0.01;                       ///< of the whol
 constexpr double kLongestRampOut_s = 2.0;                       ///< of a stop, from the farthest command
 constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
 constexpr double kGreatestSafeShare = 0.1;                      ///< of half the command range, from the valve's null
-constexpr double kGreatestDeadBandShare = 0.3;                  ///< of half the command range
-constexpr double kGreatestFollowingShare = 0.05;                ///< of the travel
+constexpr double kGreatestUnswitchedShare = 0.02;  ///< the same of a rig without enable line, valve unknown
+constexpr double kGreatestDeadBandShare = 0.3;     ///< of half the command range
+constexpr double kGreatestFollowingShare = 0.05;   ///< of the travel
 constexpr double kGreatestSpeedInDeadBand_in_per_s = 1.0;
 constexpr double kLongestPressureDelay_s = 3.0;
 constexpr double kLeastGainShare = 0.01;  ///< of the velocity limit, at half the command range
@@ -73,17 +74,29 @@ void judge_following(const config::RigLimits& limits, double half_range_V, doubl
   }
 }
 
+/// By which the safe voltage may differ from the valve's null [V]: nothing watches a rod whose hydraulics stay on.
+double greatest_safe_V(const config::RigConfig& rig) {
+  const config::RigLimits& limits = rig.limits;
+  const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
+  const double dead_band_V = limits.following ? limits.following->dead_band_V : 0.0;
+  if (hal::switches_hydraulics(rig.backend)) return std::max(dead_band_V, kGreatestSafeShare * half_range_V);
+  return limits.following ? dead_band_V : kGreatestUnswitchedShare * half_range_V;
+}
+
+/// A safe voltage that drives the valve.
+void judge_safe_V(const config::RigConfig& rig, std::vector<std::string>& refusals) {
+  const double null_V = rig.limits.following ? rig.limits.following->null_V : 0.0;
+  const double most_V = greatest_safe_V(rig);
+  if (std::abs(rig.limits.safe_V - null_V) <= most_V) return;
+  refusals.push_back(
+      fmt::format("limits.safe_V = {:g} V drives the valve; set {:g}, within {:.3g} V of the valve's null{}",
+                  rig.limits.safe_V, null_V, most_V,
+                  hal::switches_hydraulics(rig.backend) ? "" : ", because no enable line switches the hydraulics off"));
+}
+
 void judge_limits(const config::RigLimits& limits, std::vector<std::string>& refusals) {
   const double travel_in = limits.travel_max_in - limits.travel_min_in;
   const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
-  const double null_V = limits.following ? limits.following->null_V : 0.0;
-  const double dead_band_V = limits.following ? limits.following->dead_band_V : 0.0;
-  const double drift_V = std::max(dead_band_V, kGreatestSafeShare * half_range_V);
-  if (std::abs(limits.safe_V - null_V) > drift_V) {
-    refusals.push_back(
-        fmt::format("limits.safe_V = {:g} V drives the valve; set {:g}, within {:g} V of the valve's null",
-                    limits.safe_V, null_V, drift_V));
-  }
   if (const double most = travel_in / kShortestCrossing_s; limits.velocity_limit_in_per_s > most) {
     refusals.push_back(fmt::format(
         "limits.velocity_limit_in_per_s = {:g} in/s lets the rod cross its whole travel in under {:g} s; set "
@@ -144,6 +157,13 @@ void judge_sensor(const config::RigConfig& rig, ArmingFindings& findings) {
   }
 }
 
+void judge_sample(const config::RigConfig& rig, std::vector<std::string>& refusals) {
+  if (!rig.is_sample) return;
+  refusals.push_back(
+      "sample = true: this file is an example, its wiring, calibration and limits are of no rig; copy it to "
+      "/etc/ehad, set what your rig has and remove this line");
+}
+
 std::string named(const hal::Rig& rig) {
   const std::string& device = rig.capabilities().device;
   return device.empty() ? "the rig" : device;
@@ -154,11 +174,8 @@ std::string named(const hal::Rig& rig) {
 ArmingFindings arming_findings(const config::RigConfig& rig) {
   ArmingFindings findings;
   if (!hal::moves_machine(rig.backend)) return findings;
-  if (rig.is_sample) {
-    findings.refusals.push_back(
-        "sample = true: this file is an example, its wiring, calibration and limits are of no rig; copy it to "
-        "/etc/ehad, set what your rig has and remove this line");
-  }
+  judge_sample(rig, findings.refusals);
+  judge_safe_V(rig, findings.refusals);
   judge_limits(rig.limits, findings.refusals);
   if (rig.realtime.sample_period_s > kLongestTick_s) {
     findings.refusals.push_back(
@@ -179,6 +196,17 @@ ArmingFindings arming_findings(const config::RigConfig& rig) {
         rig.realtime.priority, kHighestLoopPriority, kGuardPriority, kHighestLoopPriority));
   }
   return findings;
+}
+
+std::unique_ptr<hal::Rig> open_at_rest(const config::RigConfig& rig) {
+  if (hal::moves_machine(rig.backend) && !hal::switches_hydraulics(rig.backend)) {
+    std::vector<std::string> lines;
+    judge_sample(rig, lines);
+    judge_safe_V(rig, lines);
+    for (std::string& line : lines) line = fmt::format("{}: not opened: {}", rig.file_name, line);
+    if (!lines.empty()) throw ConfigError(lines);
+  }
+  return hal::open(rig.backend, rig.limits.safe_V);
 }
 
 void require_protecting_limits(const config::RigConfig& rig) {

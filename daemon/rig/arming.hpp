@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,12 @@ struct ArmingFindings {
 /// a tick of more than 50 ms, and a sensor whose open wire reads as a place within the travel. Warned of are a missing
 /// [following] or [sensor], an unknown open_circuit_V and a priority that the guard could not preempt.
 [[nodiscard]] ArmingFindings arming_findings(const config::RigConfig& rig);
+
+/// Opens a rig, whose output is then at its safe voltage.
+/// @throws ConfigError  a machine without an enable line would move at that voltage, or its file is a sample: nothing
+///                      is put out
+/// @throws DeviceError, PermissionError, ConfigError  as hal::open
+[[nodiscard]] std::unique_ptr<hal::Rig> open_at_rest(const config::RigConfig& rig);
 
 /// @throws ConfigError  all the refusals of arming_findings(), one a line
 void require_protecting_limits(const config::RigConfig& rig);

@@ -23,6 +23,7 @@ namespace {
 constexpr double kWorstScaleShare = 0.1;
 constexpr double kLeastSpread_V = 0.1;
 constexpr double kLeastSpread_in = 0.1;
+constexpr double kDistinctShare = 0.05;  // of the spread, by which two places differ
 
 /// Byte offset of a position in a text.
 std::size_t offset_of(const std::string& text, const config::Position& position) {
@@ -151,6 +152,17 @@ Calibration calibrated(std::span<const CalibrationPoint> points, const DisplayUn
         "move the rod farther between the positions",
         highest_V - lowest_V, factor * (highest_in - lowest_in), in, kLeastSpread_V, factor * kLeastSpread_in, in));
   }
+  std::vector<double> distinct;
+  for (const CalibrationPoint& point : points) {
+    const bool is_new = std::all_of(distinct.begin(), distinct.end(), [&](double other) {
+      return std::abs(other - point.position_in) > kDistinctShare * (highest_in - lowest_in);
+    });
+    if (is_new) distinct.push_back(point.position_in);
+  }
+  if (distinct.size() < kFewestCalibrationPoints) {
+    throw DataError(fmt::format("{} places that differ; expected at least {}, one in the middle", distinct.size(),
+                                kFewestCalibrationPoints));
+  }
   Calibration found{.scale_in_per_V = vy / vv};
   found.offset_in = mean_in - found.scale_in_per_V * mean_V;
   double squares = 0.0;
@@ -168,7 +180,7 @@ Calibration calibrated(std::span<const CalibrationPoint> points, const DisplayUn
         "the unit, and that the sensor's wire moves with the rod",
         factor * found.scale_in_per_V, factor * found.interval_factor * found.scale_std, in,
         factor * std::abs(*std::max_element(found.residuals_in.begin(), found.residuals_in.end(),
-                                   [](double a, double b) { return std::abs(a) < std::abs(b); })),
+                                            [](double a, double b) { return std::abs(a) < std::abs(b); })),
         in));
   }
   return found;

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha-safe/local_snapshots.hpp"
+#include "daemon/rig/arming.hpp"
 #include "hal/backends/backend.hpp"
 #include "hal/snapshot_file.hpp"
 
@@ -35,7 +36,7 @@ OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot)
       memory_(os::SharedMemory::create(sizeof(GuardPage), snapshot.empty() ? snapshot : beside(snapshot))),
       page_(new (memory_.data()) GuardPage) {
   page_->mark_version();
-  std::unique_ptr<hal::Rig> rig = hal::open(config.backend, config.limits.safe_V);
+  std::unique_ptr<hal::Rig> rig = open_at_rest(config);
   if (moves_machine_) {
     if (snapshot.empty()) {
       private_folder_ = create_private_folder();

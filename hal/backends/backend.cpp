@@ -36,6 +36,15 @@ bool has_virtual_clock(const Backend& backend) {
   return std::visit([](const auto& options) { return options.kHasVirtualClock; }, backend);
 }
 
+bool switches_hydraulics(const Backend& backend) {
+  return std::visit(
+      [](const auto& options) {
+        if constexpr (requires { options.enable.has_value(); }) return options.enable.has_value();
+        return false;
+      },
+      backend);
+}
+
 std::string describe(const Backend& backend) {
   return std::visit([](const auto& options) { return options.describe(); }, backend);
 }

@@ -33,7 +33,7 @@
 //   std::vector<OptionIssue> check(const Options&);
 //   std::unique_ptr<Rig> open_rig(const Options&, double safe_V);
 //
-// Members `seed` and `initial_displacement_in` are optional. Add it to backend_list.hpp; nothing else asks for a
+// Members `seed`, `initial_displacement_in` and `enable` (optional: switches the hydraulics) are optional. Add it to backend_list.hpp; nothing else asks for a
 // backend's name.
 
 namespace eha::hal {
@@ -46,6 +46,9 @@ namespace eha::hal {
 
 /// Whether a run may take the virtual clock, faster than real time.
 [[nodiscard]] bool has_virtual_clock(const Backend& backend);
+
+/// Whether the hydraulics are off while nothing is driven: a machine without an enable line follows the safe voltage.
+[[nodiscard]] bool switches_hydraulics(const Backend& backend);
 
 /// For messages: "simulated", "/dev/comedi0 (pci1716)".
 [[nodiscard]] std::string describe(const Backend& backend);

@@ -27,6 +27,8 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
     {Kind::residual_drift, "residual_drift", "", Unit::output, Weight::lowers, "drift over the validation part"},
     {Kind::input_levels, "input_levels", "", Unit::none, Weight::lowers, "levels of the input"},
     {Kind::saturated, "saturated_percent", "", Unit::percent, Weight::lowers, "rows at an end of the output"},
+    {Kind::far_saturated, "far_saturated_percent", "", Unit::percent, Weight::rejects,
+     "rows at an end of the output, to reject"},
     {Kind::extrapolated, "extrapolated_percent", "", Unit::percent, Weight::lowers,
      "rows with an input beyond the estimating ones"},
     {Kind::error_over_noise, "error_over_noise", "", Unit::none, Weight::lowers, "error over the measured noise"},

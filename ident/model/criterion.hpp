@@ -22,6 +22,7 @@ enum class CriterionKind : std::uint8_t {
   residual_drift,
   input_levels,  ///< distinct values of the record's input
   saturated,
+  far_saturated,  ///< the same, or stays on an end stop, where they are so many that the parameters are wrong
   extrapolated,
   error_over_noise,
   far_error_over_noise,  ///< the same where the error is so great that the model is wrong

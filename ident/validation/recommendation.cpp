@@ -66,10 +66,20 @@ const Model* best(const Models& all, bool with_estimated_order) {
   return found == all.end() ? nullptr : *found;
 }
 
+/// Whether every estimated order is a whole number for any use; what it gains is then another effect's.
+bool is_whole_in_effect(const Model& model) {
+  constexpr double kHardlyFractional = 0.01;
+  return std::all_of(model.parameters.begin(), model.parameters.end(), [](const ParameterEstimate& p) {
+    return !is_order(p.role) || p.fixed || std::abs(p.value - std::round(p.value)) < kHardlyFractional;
+  });
+}
+
 /// Whether the model is of integer order, or gains enough on every model of integer order.
 bool may_be_picked(const Models& all, const Model& model) {
   const Model* integer = best(all, false);
-  return !has_estimated_order(model) || integer == nullptr || handicapped(model) <= ar_bic(*integer);
+  if (!has_estimated_order(model) || integer == nullptr) return true;
+  if (is_whole_in_effect(model) && is_accepted(*integer)) return false;
+  return handicapped(model) <= ar_bic(*integer);
 }
 
 /// The identified models in the order in which they are preferred. One of estimated order that does not gain enough on

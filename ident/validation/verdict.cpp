@@ -26,6 +26,7 @@ constexpr double kGreatestOrderError = 0.15;  // standard error of a free order
 constexpr double kLeastRise = 10.0;           // of AR-BIC, without an order's term
 constexpr double kMostExtrapolated_percent = 5.0;
 constexpr double kMostSaturated_percent = 1.0;
+constexpr double kFarSaturated_percent = 5.0;  // from which on the parameters are those of the stop as well
 constexpr double kNoticedChance = 0.5;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -145,6 +146,11 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
     if (share) judgement.criterion(kind, *share, limit, *share <= limit);
   };
   at_most(Kind::saturated, validation.saturated_percent, kMostSaturated_percent);
+  const double at_an_end =
+      std::max(validation.saturated_percent.value_or(0.0), validation.end_stop ? validation.end_stop->percent : 0.0);
+  if (at_an_end > kFarSaturated_percent) {
+    judgement.criterion(Kind::far_saturated, at_an_end, kFarSaturated_percent, false);
+  }
   at_most(Kind::extrapolated, validation.extrapolated_percent, kMostExtrapolated_percent);
   if (facts.noise_std && *facts.noise_std > 0.0) {
     // The noise that the record's own repetitions show.

@@ -81,7 +81,7 @@ class Reasons {
 
   std::vector<std::string> all() {
     // What explains the other reasons comes first.
-    about({Kind::interpolated, Kind::saturated, Kind::converged});
+    about({Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::converged});
     note_flat_ridge();
     if (!model_.estimation && !model_.validation) {
       rejections_.emplace_back("The model was neither estimated nor validated here.");
@@ -142,7 +142,8 @@ class Reasons {
       case Kind::r2:
         if (c.value < kNoAnswer_percent) {
           return fmt::format(
-              "The output hardly answers to the input: the {} R2 of {:.2g} % is below the limit of {:.4g} %; were supply "
+              "The output hardly answers to the input: the {} R2 of {:.2g} % is below the limit of {:.4g} %; were "
+              "supply "
               "and valve on, and are these the right columns (--input, --output)? Look at the record (eha plot).",
               c.parameter, c.value, c.limit);
         }
@@ -199,6 +200,11 @@ class Reasons {
         return fmt::format(
             "Sensor or actuator saturate: the output stays at its greatest or least value for {:.3g} % of the samples "
             "while the model goes on, more than {:.3g} %; record with smaller amplitudes, or cut with --from and --to.",
+            c.value, c.limit);
+      case Kind::far_saturated:
+        return fmt::format(
+            "The output stands at an end for {:.3g} % of the samples, more than {:.3g} %: gain and dead band come out "
+            "wrong; cut that part, or record nearer to mid-travel or with a sensor of a wider range.",
             c.value, c.limit);
       case Kind::extrapolated:
         return fmt::format(
