@@ -53,7 +53,7 @@ std::string text_of(const StudiedSet& studied) {
   if (studied.model) text += wrapped(published::model_line(studied), 0) + "\n";
   if (!studied.failure.empty()) text += wrapped("no score: " + studied.failure, 0) + "\n";
   for (const ScoredTest& scored : studied.tests) {
-    text += fmt::format("\n{}: {}\n", scored.test->name, published::heading(scored));
+    text += "\n" + wrapped(fmt::format("{}: {}", scored.test->name, published::heading(scored)), 0) + "\n";
     text += table_of(studied, scored);
   }
   return text + "\n";
@@ -73,6 +73,7 @@ Json json_of(const StudiedSet& studied, const ScoredTest& scored) {
           {"rows", scored.measured.size()},
           {"of_estimating_rows", scored.is_of_estimating_rows},
           {"score", std::isfinite(scored.score) ? Json(scored.score) : Json()},
+          {"with_start_fitted", scored.with_start_fitted ? Json(*scored.with_start_fitted) : Json()},
           {"place", ours - lines.begin() + 1},
           {"published", figures}};
 }

@@ -42,7 +42,7 @@ report::Item item_of(const StudiedSet& studied, const ScoredTest& scored) {
   error.rules = {{.at = 0.0, .vertical = false}};
   item.figure = plot::Figure{.title = fmt::format("{}, {}", studied.set->title, test.name),
                              .panels = {std::move(outputs), std::move(error)}};
-  item.remark.seen = fmt::format("{}: {:.4g} {}.", heading(scored), scored.score, test.unit);
+  item.remark.seen = fmt::format("{:.4g} {}: {}.", scored.score, test.unit, heading(scored));
   item.remark.good = "An error like noise, small beside the output.";
   item.remark.to_do =
       "Nothing: the records are those of others. Where the error follows the input, a structure is missing.";

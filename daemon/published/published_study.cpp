@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 #include "core/error.hpp"
 #include "daemon/identify/identification.hpp"
@@ -31,6 +32,11 @@ std::vector<std::string> missing_of(const PublishedSet& set, const Files& files)
   return missing;
 }
 
+double ar_bic(const ident::Model& model) {
+  const bool is_known = model.estimation && model.estimation->information;
+  return is_known ? model.estimation->information->ar_bic : std::numeric_limits<double>::infinity();
+}
+
 /// Climbs the ladder on the estimating part, all of which estimates.
 void fit(StudiedSet& studied, ident::Record record, const identify::Progress& progress) {
   const PublishedSet& set = *studied.set;
@@ -47,10 +53,27 @@ void fit(StudiedSet& studied, ident::Record record, const identify::Progress& pr
   studied.is_recommended = !recommendation.model.empty();
   studied.recommendation = ident::sentence(recommendation);
   const std::string& name = studied.is_recommended ? recommendation.model : recommendation.runner_up;
+  const ident::Model* taken = nullptr;
   for (const identify::IdentifiedModel& identified : identification.models) {
-    if (identified.result.model.name == name) studied.model = identified.result.model;
+    const ident::Model& model = identified.result.model;
+    if (model.name == name) {
+      taken = &model;
+      break;
+    }
+    // Where none is identified the recommendation names no other.
+    if (name.empty() && (taken == nullptr || ar_bic(model) < ar_bic(*taken))) taken = &model;
   }
+  if (taken != nullptr) studied.model = *taken;
   if (!studied.model) studied.failure = studied.recommendation;
+}
+
+/// The score where offset and state follow all rows from `first` on.
+ident::Score score_with_start_fitted(const ident::Model& model, const ident::Record& record, std::size_t first) {
+  const auto all = static_cast<std::size_t>(record.output.size());
+  const ident::Comparison rows{.first = first, .every = 1, .count = all - first, .taps = {}};
+  const ident::ModelOutput output = ident::OutputOnRecord(record, rows).of(model);
+  const Eigen::VectorXd measured = record.output.tail(static_cast<Eigen::Index>(rows.count));
+  return ident::score(measured, output.total(ident::with_offset_fitted(model, output, measured)));
 }
 
 ScoredTest scored(const Test& test, const ident::Model& model, const ident::Record& estimating, const Part& estimated,
@@ -79,6 +102,10 @@ ScoredTest scored(const Test& test, const ident::Model& model, const ident::Reco
   result.time_s = Eigen::VectorXd::LinSpaced(rows, 0.0, record.step_s * static_cast<double>(rows - 1));
   result.time_s.array() += record.step_s * static_cast<double>(test.begin == Begin::continued ? 0 : unscored);
   result.score = test.factor * test.measure.value(ident::score(result.measured, result.simulated));
+  if (test.begin == Begin::anew) {
+    const ident::Score fitted = score_with_start_fitted(from, record, unscored);
+    result.with_start_fitted = test.factor * test.measure.value(fitted);
+  }
   return result;
 }
 

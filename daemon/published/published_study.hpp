@@ -19,6 +19,9 @@ namespace eha::published {
 struct ScoredTest {
   const Test* test = nullptr;
   double score = 0.0;  ///< [unit of the test]; not finite where the model diverges
+  /// The same with offset and state fitted to all scored rows, as `eha validate` does: what the start costs. No score
+  /// of the test's rules; none for a later part of the estimating record.
+  std::optional<double> with_start_fitted = {};
   bool is_of_estimating_rows = false;
   Eigen::VectorXd time_s = {};     ///< of the scored rows, from the test's first row
   Eigen::VectorXd measured = {};   ///< [unit of the file]
@@ -31,7 +34,7 @@ struct StudiedSet {
   std::vector<std::string> missing_files =
       {};                                  ///< names of which none is there, one a part; not empty: nothing was done
   std::string failure = {};                ///< why a set that is there gave no score; one sentence
-  std::optional<ident::Model> model = {};  ///< the recommended one, else the next best
+  std::optional<ident::Model> model = {};  ///< the recommended one, else the next best or that of least AR-BIC
   bool is_recommended = false;
   std::string recommendation = {};  ///< the sentence of the ladder
   std::size_t estimating_rows = 0;

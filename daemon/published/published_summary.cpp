@@ -27,8 +27,13 @@ std::vector<Line> ranked(const StudiedSet& studied, const ScoredTest& scored) {
 
 std::string heading(const ScoredTest& scored) {
   const Test& test = *scored.test;
-  return fmt::format("{}{} of {} rows{}", test.measure.name, test.unit.empty() ? "" : fmt::format(" [{}]", test.unit),
-                     scored.measured.size(), scored.is_of_estimating_rows ? "; these rows estimated the model" : "");
+  std::string text = fmt::format("{}{} of {} rows", test.measure.name,
+                                 test.unit.empty() ? "" : fmt::format(" [{}]", test.unit), scored.measured.size());
+  if (scored.is_of_estimating_rows) text += "; these rows estimated the model";
+  if (scored.with_start_fitted) {
+    text += fmt::format("; {:.4g} with a start fitted to all of them, which is no score", *scored.with_start_fitted);
+  }
+  return text;
 }
 
 std::string model_line(const StudiedSet& studied) {

@@ -19,7 +19,8 @@ struct Line {
 /// The published figures of a test and the own score, the best first; a score that is not finite last.
 [[nodiscard]] std::vector<Line> ranked(const StudiedSet& studied, const ScoredTest& scored);
 
-/// "RMSE [mm] of 24821 rows", with what limits it: "; these rows estimated the model".
+/// "RMSE [mm] of 24821 rows", with what belongs to it: "; these rows estimated the model", "; 5.09 with a start fitted
+/// to all of them, which is no score".
 [[nodiscard]] std::string heading(const ScoredTest& scored);
 
 /// "integrator_lag (usable), recommended, estimated from 24841 rows in 6.9 s"

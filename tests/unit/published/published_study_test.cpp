@@ -107,6 +107,8 @@ TEST_F(MadeUpSet, IsScoredInFreeRunToItsNoise) {
   ASSERT_EQ(result.tests.size(), 2U);
   EXPECT_EQ(result.tests[0].measured.size(), 580);
   EXPECT_NEAR(result.tests[0].score, 1000.0 * kNoise, 3.0) << result.recommendation;
+  EXPECT_LE(result.tests[0].with_start_fitted.value(), result.tests[0].score);
+  EXPECT_FALSE(result.tests[1].with_start_fitted);
   EXPECT_EQ(result.tests[1].measured.size(), 200);
   EXPECT_GT(result.tests[1].score, 98.0);
   EXPECT_FALSE(result.tests[1].is_of_estimating_rows);
@@ -133,6 +135,19 @@ TEST_F(MadeUpSet, SaysThatARowEstimatedWhereItDid) {
   write_both();
   set.tests[1].part.first = 200;
   EXPECT_TRUE(studied().tests[1].is_of_estimating_rows);
+}
+
+TEST_F(MadeUpSet, IsScoredByTheBestModelWhereNoneIsRecommended) {
+  write_both();
+  ident::Record record = record_of(lag(), 1);
+  ident::PortableDraw draw(9);
+  for (double& y : record.output) y += 20.0 * (draw.uniform() - 0.5);  // R2 below the limit of 90 %
+  folder.write("some/Deep/ONE.csv", csv_of(record));
+  const StudiedSet result = studied();
+  EXPECT_FALSE(result.is_recommended);
+  ASSERT_TRUE(result.model) << result.failure;
+  EXPECT_NE(model_line(result).find("none is recommended"), std::string::npos);
+  EXPECT_EQ(result.tests.size(), 2U);
 }
 
 TEST_F(MadeUpSet, IsAbsentAsLongAsOneFileIs) {
