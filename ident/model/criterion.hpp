@@ -31,6 +31,7 @@ enum class CriterionKind : std::uint8_t {
   order_error,           ///< standard error of a free order
   left_out,              ///< rise of AR-BIC without an order's term
   coefficient_interval,  ///< distance of a coefficient's interval from 0
+  gain_ratio,            ///< of a valve map, its gain below the dead band over that above
   other,                 ///< of a file of another version; its name is the parameter
 };
 

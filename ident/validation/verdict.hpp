@@ -42,7 +42,7 @@ struct RecordFacts {
 /// Rejects for: a fit that did not converge; an R2 below or an error above its limit; a model of another plant; one
 /// that is unstable or too near to it, a pole at 0 that its structure declares apart; a free order whose standard error
 /// exceeds 0.15 or whose term costs less than 10 of AR-BIC to leave out; a free coefficient whose 95 % interval does
-/// not exclude 0; an error of more than ten times the noise unless the fit is 95 %; a record of which more than
+/// not exclude 0; a valve map whose gain ratio is below -0.05, which is no valve; an error of more than ten times the noise unless the fit is 95 %; a record of which more than
 /// kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth model. A model that is
 /// not rejected is good when it passes the rest too, else usable: each residual test at 1 %, no drift of the residual,
 /// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a

@@ -94,7 +94,7 @@ class Reasons {
     }
     note_allowed_instability();
     about({Kind::stability_margin, Kind::excitation_order, Kind::order_error, Kind::left_out,
-           Kind::coefficient_interval});
+           Kind::coefficient_interval, Kind::gain_ratio});
     note_wide_intervals();
     std::vector<std::string> all = causes();
     for (std::vector<std::string>* sentences : {&rejections_, &notes_}) {
@@ -228,6 +228,11 @@ class Reasons {
             "or record longer.",
             c.parameter, p->lower95, p->upper95);
       }
+      case Kind::gain_ratio:
+        return fmt::format(
+            "The map is no valve's: its gain below the dead band is {:.3g} times that above, so more volts to one side "
+            "would turn the motion round; use the model without the map, or record both sides of the valve.",
+            c.value);
       case Kind::input_levels:
       case Kind::other:
         break;
