@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 
 #include "core/error.hpp"
 #include "daemon/identify/identification.hpp"
@@ -14,6 +13,7 @@
 #include "daemon/published/test_start.hpp"
 #include "ident/model/model_output.hpp"
 #include "ident/validation/score.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::published {
 namespace {
@@ -32,9 +32,16 @@ std::vector<std::string> missing_of(const PublishedSet& set, const Files& files)
   return missing;
 }
 
-double ar_bic(const ident::Model& model) {
-  const bool is_known = model.estimation && model.estimation->information;
-  return is_known ? model.estimation->information->ar_bic : std::numeric_limits<double>::infinity();
+/// The model that would be recommended without a limit on R2, which publications do not have; empty: none.
+std::string best_without_limit(std::vector<identify::IdentifiedModel> models, identify::IdentificationTask task) {
+  task.acceptance.min_validation_r2_percent = 0.0;
+  for (identify::IdentifiedModel& identified : models) {
+    ident::Model& model = identified.result.model;
+    const auto band = model.verdict->usable_band;
+    model.verdict = ident::judge(model, task.acceptance);
+    model.verdict->usable_band = band;
+  }
+  return identify::recommend(models, task).model;
 }
 
 /// Climbs the ladder on the estimating part, all of which estimates.
@@ -52,18 +59,11 @@ void fit(StudiedSet& studied, ident::Record record, const identify::Progress& pr
   const ident::Recommendation& recommendation = identification.recommendation;
   studied.is_recommended = !recommendation.model.empty();
   studied.recommendation = ident::sentence(recommendation);
-  const std::string& name = studied.is_recommended ? recommendation.model : recommendation.runner_up;
-  const ident::Model* taken = nullptr;
+  const std::string name =
+      studied.is_recommended ? recommendation.model : best_without_limit(identification.models, task);
   for (const identify::IdentifiedModel& identified : identification.models) {
-    const ident::Model& model = identified.result.model;
-    if (model.name == name) {
-      taken = &model;
-      break;
-    }
-    // Where none is identified the recommendation names no other.
-    if (name.empty() && (taken == nullptr || ar_bic(model) < ar_bic(*taken))) taken = &model;
+    if (identified.result.model.name == name) studied.model = identified.result.model;
   }
-  if (taken != nullptr) studied.model = *taken;
   if (!studied.model) studied.failure = studied.recommendation;
 }
 

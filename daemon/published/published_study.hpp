@@ -34,7 +34,7 @@ struct StudiedSet {
   std::vector<std::string> missing_files =
       {};                                  ///< names of which none is there, one a part; not empty: nothing was done
   std::string failure = {};                ///< why a set that is there gave no score; one sentence
-  std::optional<ident::Model> model = {};  ///< the recommended one, else the next best or that of least AR-BIC
+  std::optional<ident::Model> model = {};  ///< the recommended one, else that without a limit on R2
   bool is_recommended = false;
   std::string recommendation = {};  ///< the sentence of the ladder
   std::size_t estimating_rows = 0;

@@ -40,7 +40,7 @@ std::string model_line(const StudiedSet& studied) {
   const ident::Model& model = *studied.model;
   return fmt::format("{} ({}){}, estimated from {} rows in {:.3g} s", model.name,
                      model.verdict ? ident::verdict_word(*model.verdict) : "not judged",
-                     studied.is_recommended ? ", recommended" : ": none is recommended, this is the next best",
+                     studied.is_recommended ? ", recommended" : ", recommended only without the limit on R2",
                      studied.estimating_rows, studied.seconds);
 }
 
