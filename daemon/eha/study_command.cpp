@@ -11,6 +11,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/new_folders.hpp"
+#include "daemon/eha/published_command.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/thread_executor.hpp"
@@ -26,7 +27,7 @@ using study::Quartiles;
 constexpr int kMostSeeds = 1000;
 
 constexpr const char* kStudyFooter = R"(
-Studies of simulated records.)";
+Studies of simulated and of published records.)";
 
 constexpr const char* kStudyPaperFooter = R"(
 By the paper's procedure a fractional model (FO) gains R2 over an integer one (IO). The study shows how much of this gain
@@ -131,7 +132,7 @@ ExitCode execute(const StudyCommand& command, Console& console) {
 }  // namespace
 
 void add_study(CLI::App& app, ParsedLine& line) {
-  CLI::App* study = app.add_subcommand("study", "Study procedures on many simulated records");
+  CLI::App* study = app.add_subcommand("study", "Study procedures on many simulated or published records");
   study->footer(kStudyFooter);
   study->require_subcommand(1);
   CLI::App* sub = study->add_subcommand("paper", "The paper's procedure and the default one on known plants");
@@ -141,6 +142,7 @@ void add_study(CLI::App& app, ParsedLine& line) {
       ->type_name("N")
       ->check(CLI::Range(1, kMostSeeds).description(""));
   sub->add_option("-o,--output", command.output, "Folder to write to (default study-paper)")->type_name("DIR");
+  add_study_published(*study, line);
 }
 
 }  // namespace eha::cli

@@ -41,6 +41,7 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
     {Kind::left_out, "left_out_", "", Unit::none, Weight::rejects, "AR-BIC gained by a term"},
     {Kind::coefficient_interval, "interval_", "", Unit::none, Weight::rejects, "distance of an interval from 0"},
     {Kind::above_recommended, "ar_bic_above_", "", Unit::none, Weight::lowers, "AR-BIC above that of"},
+    {Kind::gain_ratio, "gain_ratio", "", Unit::none, Weight::rejects, "valve's gain below the dead band over above"},
     {Kind::other, "", "", Unit::none, Weight::lowers, ""},
 });
 

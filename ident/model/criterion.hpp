@@ -33,6 +33,7 @@ enum class CriterionKind : std::uint8_t {
   left_out,              ///< rise of AR-BIC without an order's term
   coefficient_interval,  ///< distance of a coefficient's interval from 0
   above_recommended,     ///< AR-BIC less that of the recommended model, which is the parameter
+  gain_ratio,            ///< of a valve map, its gain below the dead band over that above
   other,                 ///< of a file of another version; its name is the parameter
 };
 

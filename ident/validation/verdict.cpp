@@ -24,6 +24,8 @@ constexpr double kMostError_percent = 5.0;    // of the output's standard deviat
 constexpr double kFewestLevels = 3.0;         // of an input that tells of other amplitudes
 constexpr double kGreatestOrderError = 0.15;  // standard error of a free order
 constexpr double kLeastRise = 10.0;           // of AR-BIC, without an order's term
+// A valve that acts to one side has a ratio of 0, to which noise may give a sign.
+constexpr double kLeastGainRatio = -0.05;
 constexpr double kMostExtrapolated_percent = 5.0;
 constexpr double kMostSaturated_percent = 1.0;
 constexpr double kFarSaturated_percent = 5.0;  // from which on the parameters are those of the stop as well
@@ -194,6 +196,8 @@ void judge_parameters(const Model& model, Judgement& judgement) {
       // The end of the interval that lies nearer to 0, from its side of 0.
       const double distance = p.value < 0.0 ? -p.upper95 : p.lower95;
       judgement.criterion(Kind::coefficient_interval, distance, 0.0, distance > 0.0, p.name);
+    } else if (p.role == ParameterRole::negative_gain_ratio) {
+      judgement.criterion(Kind::gain_ratio, p.value, kLeastGainRatio, p.value >= kLeastGainRatio);
     }
   }
 }

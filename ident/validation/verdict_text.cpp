@@ -104,7 +104,7 @@ class Reasons {
     about({Kind::above_recommended});
     note_allowed_instability();
     about({Kind::stability_margin, Kind::excitation_order, Kind::order_error, Kind::left_out,
-           Kind::coefficient_interval});
+           Kind::coefficient_interval, Kind::gain_ratio});
     note_wide_intervals();
     std::vector<std::string> all = causes();
     for (std::vector<std::string>* sentences : {&rejections_, &notes_}) {
@@ -255,6 +255,11 @@ class Reasons {
             "Another model describes the record clearly better: the AR-BIC of {} is {:.0f} lower, more than {:g}; take "
             "{}.",
             c.parameter, c.value, c.limit, c.parameter);
+      case Kind::gain_ratio:
+        return fmt::format(
+            "The map is no valve's: its gain below the dead band is {:.3g} times that above, so more volts to one side "
+            "would turn the motion round; use the model without the map, or record both sides of the valve.",
+            c.value);
       case Kind::input_levels:
       case Kind::other:
         break;

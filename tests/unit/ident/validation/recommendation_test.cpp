@@ -69,6 +69,16 @@ TEST(Recommendation, TakesEstimatedOrdersOnlyWhereTheyGainTenOnEveryModelOfInteg
   EXPECT_EQ(recommended({model_of("fo", -109.0, Order::estimated)}).model, "fo");
 }
 
+TEST(Recommendation, TakesTheNextWhereTheMapOfTheBestTurnsBack) {
+  Model valve = model_of("io_valve", -150.0);
+  valve.parameters.push_back({"negative_gain_ratio", -1.4, 0.3, -2.0, -0.8, false, ParameterRole::negative_gain_ratio});
+  valve.verdict = judge(valve, {});
+  const Recommendation found = recommended({model_of("io", -100.0), valve, model_of("io1", -90.0)});
+  EXPECT_EQ(found.model, "io");
+  EXPECT_NE(found.reason.find("io_valve, 50.0 better, is rejected: The map is no valve's"), std::string::npos)
+      << found.reason;
+}
+
 TEST(Recommendation, SaysWhatEstimatedOrdersWouldHaveHadToGain) {
   const Recommendation found = recommended({model_of("io", -100.0), model_of("fo", -104.0, Order::estimated)});
   EXPECT_EQ(found.model, "io");

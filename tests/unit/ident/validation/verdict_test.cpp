@@ -57,6 +57,28 @@ TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
             "Part of the record was not measured: 62.1 % of its rows are interpolated, more than 1 %; record again.");
 }
 
+TEST(Verdict, RejectsAMapThatTurnsBack) {
+  Model model = good_model();
+  model.estimation->correlation.emplace();
+  model.parameters = {{"negative_gain_ratio", 0.8, 0.1, 0.6, 1.0, false, ParameterRole::negative_gain_ratio}};
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+  ParameterEstimate& ratio = model.parameters.front();
+  ratio.value = -0.04;  // a valve that acts to one side, beside noise
+  EXPECT_TRUE(judge(model, {}).accepted);
+  // However little the record determines it: the map that the model has is none of a valve.
+  ratio.value = -1.38;
+  ratio.upper95 = std::numeric_limits<double>::infinity();
+  const Verdict verdict = judge(model, {});
+  EXPECT_FALSE(verdict.accepted);
+  EXPECT_EQ(verdict_word(verdict), "rejected");
+  EXPECT_EQ(verdict.reasons.front(),
+            "The map is no valve's: its gain below the dead band is -1.38 times that above, so more volts to one side "
+            "would turn the motion round; use the model without the map, or record both sides of the valve.");
+  EXPECT_EQ(criterion_named("gain_ratio").kind, CriterionKind::gain_ratio);
+  ratio.fixed = true;  // somebody's wish
+  EXPECT_TRUE(judge(model, {}).accepted);
+}
+
 TEST(Verdict, LowersWhatErrsMoreThanTheMeasuredNoise) {
   Model model = good_model();
   model.validation->score.mse = 0.04;

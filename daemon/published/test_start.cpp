@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/published/test_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/model/model_output.hpp"
+
+namespace eha::published {
+namespace {
+
+constexpr double kWhole = 1e-9;
+
+bool has_whole_orders(const ident::TransferFunction& g) {
+  return std::all_of(g.denominator.begin(), g.denominator.end(),
+                     [](const ident::Term& term) { return std::abs(term.order - std::round(term.order)) < kWhole; });
+}
+
+}  // namespace
+
+ident::Model started(ident::Model model, const ident::Record& record, std::size_t rows, double output_variance) {
+  model.initial_state.clear();
+  model.past_input.clear();
+  if (rows == 0) return model;
+  const bool has_state = has_whole_orders(model.transfer_function);
+  if (has_state) {
+    model.initial_state.assign(
+        static_cast<std::size_t>(std::lround(ident::highest_order(model.transfer_function.denominator))), 0.0);
+  }
+  const ident::Comparison every_row{
+      .first = 0, .every = 1, .count = static_cast<std::size_t>(record.input.size()), .taps = {}};
+  const ident::ModelOutput output = ident::OutputOnRecord(record, every_row).of(model);
+  Eigen::MatrixXd effects = has_state ? output.free : Eigen::MatrixXd::Ones(record.input.size(), 1);
+  if (effects.cols() == 0 || !effects.allFinite()) return model;  // a model that grows
+  const Eigen::VectorXd scale =
+      (effects.colwise().norm() / std::sqrt(static_cast<double>(effects.rows()))).cwiseMax(1e-300).cwiseInverse();
+  effects = effects * scale.asDiagonal();
+
+  const auto n = static_cast<Eigen::Index>(std::min(rows, every_row.count));
+  const double error_variance = std::max(model.estimation->score.mse, std::numeric_limits<double>::min());
+  Eigen::MatrixXd system(n + effects.cols(), effects.cols());
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(system.rows());
+  system.topRows(n) = effects.topRows(n) / std::sqrt(error_variance);
+  system.bottomRows(effects.cols()).setIdentity();
+  system.bottomRows(effects.cols()) /= std::sqrt(std::max(output_variance, std::numeric_limits<double>::min()));
+  right.head(n) = (record.output.head(n) - output.total(model).head(n)) / std::sqrt(error_variance);
+  const Eigen::VectorXd state = scale.cwiseProduct(ident::solve_full_rank(system, right));
+  if (has_state) {
+    std::copy(state.begin(), state.end(), model.initial_state.begin());
+  } else {
+    model.initial_output += state[0];
+  }
+  return model;
+}
+
+}  // namespace eha::published
