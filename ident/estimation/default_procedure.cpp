@@ -278,6 +278,7 @@ class DefaultFit {
     parametrisation_ = Parametrisation::search(asked_, scale_);
     std::vector<LocalOptimum> optima;
     for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
+      const std::size_t free = free_parameters(parametrisation_, variant.linear);
       const OutputError rough(*searched_.front(), parametrisation_, variant.linear);
       std::vector<Eigen::VectorXd> guesses = valve_starts(linear, variant, parametrisation_, asked_, scale_);
       const KnownStarts known = known_starts(parametrisation_, known_, scale_);
@@ -287,17 +288,41 @@ class DefaultFit {
       work_["search"] += found.work;
       const std::size_t most = linear.empty() ? kMostFollowedFromKnown : kMostBehindValve;
       found.optima.resize(std::min(found.optima.size(), most));
-      const OutputError problem(compared_, parametrisation_, variant.linear);
       if (searches_whole()) {
         forget_work(found.optima);
-      } else {
-        std::vector<Eigen::VectorXd> starts;
-        for (const LeastSquaresResult& optimum : found.optima) starts.push_back(optimum.theta);
-        add_best_known(problem, starts);
-        found.optima = begun_at(problem, starts);
+        for (LeastSquaresResult& r : found.optima) optima.push_back({variant, parametrisation_, std::move(r), free});
+        continue;
       }
-      for (LocalOptimum& optimum : followed(problem, variant, std::move(found.optima))) {
+      const OutputError problem(compared_, parametrisation_, variant.linear);
+      std::vector<Eigen::VectorXd> starts;
+      for (const LeastSquaresResult& optimum : found.optima) starts.push_back(optimum.theta);
+      add_best_known(problem, starts);
+      for (LocalOptimum& optimum : followed(problem, variant, begun_at(problem, starts))) {
         optima.push_back(std::move(optimum));
+      }
+    }
+    return searches_whole() ? followed_if_likely(std::move(optima)) : optima;
+  }
+
+  /// Those of some rough optima on the whole record that may be chosen, followed to their ends: without strong evidence
+  /// against them, or where the rough search was still under way.
+  std::vector<LocalOptimum> followed_if_likely(std::vector<LocalOptimum> rough) {
+    std::vector<LocalOptimum> optima;
+    if (rough.empty()) return optima;
+    const auto has_less = [](const LocalOptimum& a, const LocalOptimum& b) { return has_less_cost(a.best, b.best); };
+    const LocalOptimum& closest = *std::min_element(rough.begin(), rough.end(), has_less);
+    const double effective = residual_model(closest.best.point.residual).effective_samples;
+    std::vector<double> bic;
+    for (const LocalOptimum& o : rough) {
+      bic.push_back(effective_bic(o.best.point.cost, o.best.point.residual.size(), o.free, effective));
+    }
+    const double least = *std::min_element(bic.begin(), bic.end());
+    for (std::size_t k = 0; k < rough.size(); ++k) {
+      const bool may_fall = !has_converged(rough[k].best.termination);
+      if (!may_fall && !(bic[k] - least < kStrongEvidence)) continue;
+      const OutputError problem(compared_, rough[k].parametrisation, rough[k].variant.linear);
+      for (LocalOptimum& o : followed(problem, rough[k].variant, {std::move(rough[k].best)})) {
+        optima.push_back(std::move(o));
       }
     }
     return optima;

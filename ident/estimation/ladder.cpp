@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
+#include "ident/estimation/delay_gain.hpp"
 #include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/left_out.hpp"
@@ -21,8 +22,9 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kDelayGain = 10.0;  // of AR-BIC
-constexpr int kMostProfiled = 3;     // rounds: a profile may reject the model that was to be recommended
+constexpr double kDelayGain = 10.0;     // of AR-BIC
+constexpr double kPredictedGain = 0.0;  // of it, for which a delay is searched
+constexpr int kMostProfiled = 3;        // rounds: a profile may reject the model that was to be recommended
 constexpr double kMissing = 0.001;  // level of the residual's test with past input, for a zero beside fractional orders
 constexpr int kMostZeroed = 2;      // coefficients of one model that are set to 0
 constexpr double kCoefficientCost = 10.0;  // more than AR-BIC charges for one
@@ -234,6 +236,11 @@ class Climber {
     return true;
   }
 
+  [[nodiscard]] bool promises_a_delay(const ClimbedModel& climbed) {
+    const auto& found = climbed.result.fitted;
+    return !found || predicted_delay_gain(prepared_, *found, climb_.work["search"]) > kPredictedGain;
+  }
+
   /// Whether the model is the best of those of integer or of fractional order, as it is.
   bool is_best_of_its_kind(const ClimbedModel& climbed) {
     const bool is_fractional = has_estimated_order(climbed.result.model);
@@ -250,7 +257,7 @@ class Climber {
         best_of([](const ClimbedModel& m) { return !has_estimated_order(m.result.model); }),
         best_of([](const ClimbedModel& m) { return has_estimated_order(m.result.model); })};
     for (ClimbedModel* climbed : first) {
-      if (climbed == nullptr || !try_delay(*climbed)) continue;
+      if (climbed == nullptr || !promises_a_delay(*climbed) || !try_delay(*climbed)) continue;
       any = true;
       changes_the_best = changes_the_best || is_best_of_its_kind(*climbed);
     }

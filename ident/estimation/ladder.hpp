@@ -59,8 +59,8 @@ using FitStructure =
 /// the residual of the best depends on past input, fo is tried with a zero. A model that only a coefficient compatible
 /// with 0 keeps from being identified is replaced by the structure without that coefficient, which need not be on the
 /// ladder. A delay is estimated where it lowers AR-BIC by 10: tried with io1 and the best structures of integer and of
-/// fractional order, and with every structure where one of the three is then the best of its kind. What leaving out a
-/// free order costs is taken from the ladder's own models. Profile intervals
+/// fractional order, where predicted_delay_gain() is positive, and with every structure where one of the three is then
+/// the best of its kind. What leaving out a free order costs is taken from the ladder's own models. Profile intervals
 /// are computed for the recommended model and the runner-up; the intervals of the others come from standard errors.
 /// @param options  its intervals apply to these two
 /// @throws DataError    no structure could be fitted; the reason of the first one

@@ -244,7 +244,15 @@ std::vector<Eigen::VectorXd> best_of(std::vector<Seen>& points, std::size_t most
   return best;
 }
 
-constexpr std::size_t kFirstSimulations = 10;  // of a start, before searches that have met are joined
+/// A round of a race between searches from many starts: those that cost far more than the best one drop out. In a
+/// sparsely covered box none does.
+struct Heat {
+  std::size_t simulations;  ///< of each search in this round
+  std::size_t least;        ///< that go on, whatever their cost
+  double behind;            ///< times the least cost; what costs more drops out
+};
+// The cost of a start says little; that of ten steps nearly all. Where all costs are alike all go on.
+constexpr std::array<Heat, 3> kHeats = {{{5, 10, 10.0}, {5, 5, 4.0}, {10, 2, 1.5}}};
 constexpr LeastSquaresOptions kRough{.max_evaluations = 80, .cost_tolerance = 1e-7, .step_tolerance = 1e-6};
 
 /// Searches on from each, roughly.
@@ -273,6 +281,14 @@ void keep_distinct(std::vector<LeastSquaresResult>& searches, const SearchBox& b
     }
   }
   searches = std::move(kept);
+}
+
+/// Leaves the searches that a heat lets go on. @param searches  the best first
+void drop_beaten(std::vector<LeastSquaresResult>& searches, const Heat& heat, Work& left) {
+  std::size_t go_on = searches.size();
+  while (go_on > heat.least && searches[go_on - 1].point.cost > heat.behind * searches.front().point.cost) --go_on;
+  for (std::size_t k = go_on; k < searches.size(); ++k) left += searches[k].work;
+  searches.resize(go_on);
 }
 
 /// Feasible optima, the best first, without repetitions.
@@ -349,8 +365,11 @@ SearchResult polished(const OutputError& problem, const std::vector<Eigen::Vecto
   executor(starts.size(), [&](std::size_t k) { searches[k] = begun(problem, starts[k]); });
   SearchResult result;
   keep_distinct(searches, box, kSameBasin, result.work);
-  proceed_with_all(problem, searches, kFirstSimulations, executor);
-  keep_distinct(searches, box, kSameBasin, result.work);
+  for (const Heat& heat : kHeats) {
+    proceed_with_all(problem, searches, heat.simulations, executor);
+    keep_distinct(searches, box, kSameBasin, result.work);
+    if (!is_thinly_covered(problem.parametrisation())) drop_beaten(searches, heat, result.work);
+  }
   proceed_with_all(problem, searches, kRough.max_evaluations, executor);
   for (const LeastSquaresResult& search : searches) result.work += search.work;
   result.optima = distinct_optima(std::move(searches));

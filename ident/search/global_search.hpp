@@ -46,8 +46,8 @@ struct SearchResult {
 /// vanished no longer determines its order. Keeps the better result.
 [[nodiscard]] LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start);
 
-/// The local search from each distinct start, roughly; of searches that meet one goes on. @returns the distinct optima,
-/// best first
+/// A race of rough local searches from the distinct starts; what meets a better one or costs far more drops out.
+/// @returns the distinct optima, best first
 [[nodiscard]] SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
                                     const Executor& executor);
 

@@ -32,6 +32,18 @@ void add_scaled(const double* from, double tap, std::size_t count, double* to) {
   for (std::size_t k = 0; k < count; ++k) to[k] += tap * from[k];
 }
 
+/// to[k] += taps[0] a[k] + taps[1] b[k] + taps[2] a[k - 1] + taps[3] b[k - 1], in one pass over `to`.
+EHA_VECTOR_CLONES
+void add_four(const double* a, const double* b, const double* taps, std::size_t count, double* to) {
+  const double t0 = taps[0];
+  const double t1 = taps[1];
+  const double t2 = taps[2];
+  const double t3 = taps[3];
+  const double* earlier_a = a - 1;
+  const double* earlier_b = b - 1;
+  for (std::size_t k = 0; k < count; ++k) to[k] += t0 * a[k] + t1 * b[k] + (t2 * earlier_a[k] + t3 * earlier_b[k]);
+}
+
 /// out[k] = sum_t taps[t] signal[2 k - t]
 std::vector<double> halved(const std::vector<double>& signal, const std::vector<double>& taps) {
   const std::size_t before = taps.size() / 2;
@@ -44,10 +56,14 @@ std::vector<double> halved(const std::vector<double>& signal, const std::vector<
   constexpr std::size_t kBlock = 512;  // stays in the cache for all taps
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t block = std::min(kBlock, count - begin);
-    for (std::size_t t = 0; t < taps.size(); ++t) {
-      const double* from = (t % 2 == 0 ? even : odd).data() + before + begin - t / 2;
-      add_scaled(from, taps[t], block, out.data() + begin);
+    const auto from = [&](const std::vector<double>& half, std::size_t t) {
+      return half.data() + before + begin - t / 2;
+    };
+    std::size_t t = 0;
+    for (; t + 4 <= taps.size(); t += 4) {
+      add_four(from(even, t), from(odd, t), taps.data() + t, block, out.data() + begin);
     }
+    for (; t < taps.size(); ++t) add_scaled(from(t % 2 == 0 ? even : odd, t), taps[t], block, out.data() + begin);
   }
   return out;
 }

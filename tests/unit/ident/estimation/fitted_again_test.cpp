@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "ident/estimation/default_procedure.hpp"
+#include "ident/estimation/delay_gain.hpp"
 #include "ident/estimation/prepared_record.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
@@ -35,6 +36,24 @@ TEST(WithProfiles, GivesTheIntervalsOfAFitWithProfiles) {
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.lower95, b.lower95) << a.name;
     EXPECT_EQ(a.upper95, b.upper95) << a.name;
+  }
+}
+
+double predicted_gain(double delay_s, unsigned seed) {
+  const Record record = record_of(two_poles(delay_s), 0.05, 0.02, seed);
+  const PreparedRecord prepared(record, {});
+  Work work;
+  const double gain = predicted_delay_gain(prepared, *quickly_fitted(prepared, structures::io()).fitted, work);
+  EXPECT_GT(work.jacobians, 0U);
+  return gain;
+}
+
+TEST(PredictedDelayGain, TellsRecordsWithADelayFromOthers) {
+  for (const unsigned seed : {3U, 4U, 5U}) {
+    EXPECT_LT(predicted_gain(0.0, seed), 0.0) << "seed " << seed;
+    // A short one and one that is longer than every delay tried.
+    EXPECT_GT(predicted_gain(0.1, seed), 10.0) << "seed " << seed;
+    EXPECT_GT(predicted_gain(1.0, seed), 10.0) << "seed " << seed;
   }
 }
 

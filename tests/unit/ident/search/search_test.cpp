@@ -6,10 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <random>
 
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/prepared_record.hpp"
+#include "ident/estimation/variants.hpp"
+#include "ident/search/global_search.hpp"
 #include "ident/search/realisation.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
@@ -117,6 +121,29 @@ TEST(Search, TakesTheAliasBelowTheNyquistFrequency) {
   }
   EXPECT_LT(companion.eigenvalues().imag().maxCoeff() * scale, pi / 0.005 * 1.001);
   EXPECT_GT(model.validation->score.r2_percent, 99.5);
+}
+
+TEST(Polished, FindsTheBestOfManyStartsWithoutASearchFromEach) {
+  Model plant;
+  plant.transfer_function = {{{0.8, 0.0}}, {{1.0, 2.0}, {0.5, 1.0}, {25.0, 0.0}}, 0.0};
+  const Record record = record_of(plant, 0.04, 1000, 12, 0.02);
+  const PreparedRecord prepared(record, {});
+  const StructureOptions asked = integer(2, 0);
+  const Parametrisation parametrisation = Parametrisation::search(asked, {40.0, record.step_s});
+  const OutputError problem(prepared.compared({}), parametrisation, variant_at_rest(asked).linear);
+  std::vector<Eigen::VectorXd> starts;
+  for (int i = 0; i < 20; ++i) {
+    for (int k = 0; k <= i; ++k) {
+      const auto pole = [](int n) { return std::complex<double>(-0.05 * std::pow(1.35, n), 0.0); };
+      starts.push_back(parametrisation.at_poles({pole(i), pole(k)}, 0.0).value());
+    }
+  }
+  const SearchResult together = polished(problem, starts, run_in_order);
+  double least = std::numeric_limits<double>::infinity();
+  for (const Eigen::VectorXd& start : starts) least = std::min(least, minimise(problem, start).point.cost);
+  ASSERT_FALSE(together.optima.empty());
+  EXPECT_LT(together.optima.front().point.cost, least * (1.0 + 1e-6));
+  EXPECT_LT(together.work.simulations(), 8 * starts.size());
 }
 
 TEST(Realisation, GuessesThePolesOfAnExactRecord) {
