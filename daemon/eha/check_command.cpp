@@ -123,7 +123,10 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
                             rig ? fmt::format(", within the limits of {}", rig->file_name) : ""));
   if (rehearsal) console.print(sentence_on(*rehearsal, *rig, console));
   for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
-  if (rig) warn_if_not_rehearsed(experiment, *rig, command.file, console);
+  if (rig) {
+    warn_if_not_fittable(experiment, *rig, command.file, console);
+    warn_if_not_rehearsed(experiment, *rig, command.file, console);
+  }
   if (!rig) console.warning("no rig file to check the experiment against; name one with --rig");
   console.next_step(on_service ? through(*on_service, "eha run " + shell_word(command.file))
                                : simulated_run(command.file, command.rig_file));

@@ -160,11 +160,12 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const identify::ComparedRun& run = comparison.runs[i];
     const ident::PlantChange& change = *run.change;
     const ident::Model& model = run.fit.model;
-    out.text += fmt::format("\n{}: {}\n", sources[i].name,
-                            !change.changed       ? "no change of the plant found"
-                            : run.has_other_input ? "the parameters differ, and so do the inputs: not shown whether the "
-                                                    "plant has changed; compare two runs of one experiment"
-                                                  : "the plant has changed");
+    out.text +=
+        fmt::format("\n{}: {}\n", sources[i].name,
+                    !change.changed       ? "no change of the plant found"
+                    : run.has_other_input ? "the parameters differ, and so do the inputs: not shown whether the "
+                                            "plant has changed; compare two runs of one experiment"
+                                          : "the plant has changed");
     out.text += change_sentences(change, model) + table_of(change, model);
     any_differs = any_differs || change.changed;
     any_changed = any_changed || (change.changed && !run.has_other_input);

@@ -10,8 +10,8 @@
 
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
-#include "core/os/files.hpp"
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/run_command.hpp"

@@ -11,11 +11,13 @@
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "hal/backends/backend.hpp"
+#include "ident/estimation/fit_rows.hpp"
 
 namespace eha::cli {
 namespace {
 
 constexpr double kWarnedFrom = 0.05;
+constexpr double kSurelyEnough_rows = 1e6;
 /// Not worth an offset: a tenth of an inch in a hundred seconds.
 constexpr double kSmallDrift_in_per_s = 0.001;
 
@@ -52,10 +54,10 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
   }
   // The loop stops a rod so far before a limit that it comes to rest there.
   const bool may_trip = rehearsal.chance_of_trip >= kWarnedFrom;
-  return fmt::format(
-      "rehearsed with the rig's valve: {} {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
-      may_trip ? "until it is stopped before a limit the rod moves within" : "the rod stays within", factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"), factor * rehearsal.drift_in_per_s,
-      unit.of("in"), remedy);
+  return fmt::format("rehearsed with the rig's valve: {} {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
+                     may_trip ? "until it is stopped before a limit the rod moves within" : "the rod stays within",
+                     factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"),
+                     factor * rehearsal.drift_in_per_s, unit.of("in"), remedy);
 }
 
 void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
@@ -84,6 +86,24 @@ void require_within_travel(const config::ExperimentConfig& experiment, const con
   throw ConfigError(
       fmt::format("{}: the rod stands at {:.3f} {}, {}, from where no experiment is played: look at the rod, then {}",
                   experiment_file, unit.factor("in") * place_in, unit.of("in"), beyond, goto_middle(travel, unit)));
+}
+
+void warn_if_not_fittable(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
+                          const std::string& experiment_file, const Console& console) {
+  if (!experiment.is_fitted()) return;
+  const double rows = experiment.duration_s * experiment.repetitions / rig.realtime.sample_period_s;
+  if (!(rows < kSurelyEnough_rows)) return;
+  ident::Record record;
+  record.step_s = rig.realtime.sample_period_s;
+  record.input = record.output = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(std::lround(rows)));
+  try {
+    static_cast<void>(ident::fit_rows(record, experiment.fit));
+  } catch (const DataError& error) {
+    console.warning(
+        fmt::format("{}: no model can be fitted to its record: {}; play it longer, or lower "
+                    "record.discard_s or record.decimation",
+                    experiment_file, error.what()));
+  }
 }
 
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,

@@ -34,6 +34,10 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
 void require_within_travel(const config::ExperimentConfig& experiment, const config::RigConfig& rig, double place_in,
                            const std::string& experiment_file, const Console& console);
 
+/// Warns, before anything moves, of an experiment whose record will have too few rows to estimate a model from.
+void warn_if_not_fittable(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
+                          const std::string& experiment_file, const Console& console);
+
 /// Warns of an experiment that cannot be rehearsed, because the rig file has no [following].
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                            const std::string& experiment_file, const Console& console);

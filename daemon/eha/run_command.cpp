@@ -237,6 +237,7 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
                                         : config::load_prepared_experiment(file, rig)};
   require_within_travel(planned.experiment.config, rig, start_of(rig), file, console);
   const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, start_of(rig));
+  warn_if_not_fittable(planned.experiment.config, rig, file, console);
   warn_if_not_rehearsed(planned.experiment.config, rig, file, console);
   report_rehearsal(rehearsal, rig, file, risk, console);
   planned.margin_in = margin_of(rehearsal, rig);

@@ -105,9 +105,8 @@ std::string reasons_by_model(const std::vector<Model>& models) {
   for (const Model& model : models) {
     if (!model.verdict || model.verdict->reasons.empty()) continue;
     const std::string& reason = model.verdict->reasons.front();
-    auto at = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
-      return without_figures(group.first) == without_figures(reason);
-    });
+    auto at = std::find_if(groups.begin(), groups.end(),
+                           [&](const auto& group) { return without_figures(group.first) == without_figures(reason); });
     if (at == groups.end()) at = groups.insert(groups.end(), {reason, {}});
     at->second.push_back(model.name);
   }

@@ -340,7 +340,8 @@ void Supervisor::move(const Peer& peer, const control::MoveCall& call, Answer an
 void Supervisor::cancel(const Peer& peer, EntryId id, Answer answer) {
   Entry& entry = require_own(peer, id, "cancel");
   entry.state = EntryState::cancelled;
-  entry.note = fmt::format("cancelled by {} before it began: it is out of the queue, and nothing was played", peer.user);
+  entry.note =
+      fmt::format("cancelled by {} before it began: it is out of the queue, and nothing was played", peer.user);
   entry.exit_code = static_cast<int>(ExitCode::interrupted);
   entry.experiment.clear();
   spdlog::info("experiment {}: cancelled by {}", id, peer.user);

@@ -33,8 +33,8 @@
 //   std::vector<OptionIssue> check(const Options&);
 //   std::unique_ptr<Rig> open_rig(const Options&, double safe_V);
 //
-// Members `seed`, `initial_displacement_in` and `enable` (optional: switches the hydraulics) are optional. Add it to backend_list.hpp; nothing else asks for a
-// backend's name.
+// Members `seed`, `initial_displacement_in` and `enable` (optional: switches the hydraulics) are optional. Add it to
+// backend_list.hpp; nothing else asks for a backend's name.
 
 namespace eha::hal {
 

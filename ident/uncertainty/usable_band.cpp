@@ -100,7 +100,8 @@ std::optional<FrequencyInterval> usable_band(const Model& model, const Parameter
   const std::vector<double> grid = logarithmic(excited.lowest_Hz, highest_Hz);
   const BodeCurve curve = bode_curve(model, grid, known);
   return widest_part(grid, [&](std::size_t i) {
-    return curve.gain_std_dB[i] <= limits.usable_gain_error_dB && curve.phase_std_deg[i] <= limits.usable_phase_error_deg;
+    return curve.gain_std_dB[i] <= limits.usable_gain_error_dB &&
+           curve.phase_std_deg[i] <= limits.usable_phase_error_deg;
   });
 }
 

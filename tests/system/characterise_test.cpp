@@ -117,6 +117,17 @@ TEST(CharacteriseLeaky, WarnsThatTheNullIsNotKnownWellEnough) {
   EXPECT_NE(ended.err.find("the following check needs 0.03 V"), std::string::npos) << ended.err;
 }
 
+TEST(Calibrate, RefusesARulerThatIsReadFromTheOtherEnd) {
+  const TemporaryFolder folder;
+  folder.write("rig.toml", content_of(source_file("config/rigs/sim.toml")));
+  const Ended ended = run_eha({"calibrate", "--rig", "rig.toml", "--at", "5.4in=0.833", "--at", "2.95in=4.917", "--at",
+                               "0.5in=9.0", "-o", "new.toml"},
+                              folder.path());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::bad_data));
+  EXPECT_NE(ended.err.find("opposite sign"), std::string::npos) << ended.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "new.toml"));
+}
+
 TEST(Calibrate, WritesANewRigFileBesideTheOldOne) {
   const TemporaryFolder folder;
   const std::string before = content_of(source_file("config/rigs/sim.toml"));

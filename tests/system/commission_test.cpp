@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -173,6 +174,22 @@ TEST_F(Commission, RefusesARigFileThatHasChangedSinceItBegan) {
   EXPECT_EQ(again.code, 2);
   EXPECT_THAT(again.err, HasSubstr("has changed since"));
   EXPECT_THAT(again.err, HasSubstr("eha commission rig.toml -o commission-2 --fast --yes"));
+}
+
+TEST_F(Commission, WritesNothingOverAnotherRigsFile) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  json after_sheet = state();
+  for (const char* step : {"rig file", "record", "tune", "track"}) after_sheet.at("steps").erase(step);
+  const TemporaryFolder elsewhere;
+  const std::string other = with_value(unknown_rig(), "travel_max_in", 5.5);
+  elsewhere.write("other.toml", other);
+  std::filesystem::create_directories(elsewhere.path() / "commission");
+  elsewhere.write("commission/commission.json", after_sheet.dump());
+  elsewhere.write("commission/rig.toml", content_of(file("commission/rig.toml")));
+  const Ended refused = run_eha({"commission", "other.toml", "--yes", "--fast"}, elsewhere.path());
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("is of another rig file"));
+  EXPECT_EQ(content_of(elsewhere.path() / "other.toml"), other);
 }
 
 TEST(CommissionQuestions, AskOnATerminalOnly) {

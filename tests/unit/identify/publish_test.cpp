@@ -78,6 +78,15 @@ TEST_F(PublishModels, LeavesLatestAloneWhenAllAreRejected) {
   EXPECT_TRUE(has("models/rejected/fo.json"));
 }
 
+TEST_F(PublishModels, WritesThroughNoLinkedFolder) {
+  const auto elsewhere = folder_.path() / "elsewhere";
+  fs::create_directories(elsewhere);
+  fs::create_directories(run_ / "models");
+  fs::create_directory_symlink(elsewhere, run_ / "models" / "rejected");
+  EXPECT_THROW(static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_)), PermissionError);
+  EXPECT_TRUE(fs::is_empty(elsewhere));
+}
+
 TEST_F(PublishModels, TakesBackAModelThatALaterFitRejects) {
   static_cast<void>(publish({.models = {model_that(Came::accepted)}}, run_));
   static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_));

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "core/error.hpp"
@@ -35,6 +36,23 @@ std::string refusal(const std::function<void(config::RigConfig&)>& change) {
   return "";
 }
 
+/// Why a rig without an enable line is not opened; there is no such card.
+std::string opening(double safe_V, const std::function<void(config::RigConfig&)>& change) {
+  config::RigConfig rig = card();
+  auto& options = std::get<hal::ComediOptions>(rig.backend);
+  options.device = "/nonexistent/comedi0";
+  options.enable.reset();
+  options.enable_contact.reset();
+  rig.limits.safe_V = safe_V;
+  change(rig);
+  try {
+    static_cast<void>(open_at_rest(rig));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
 /// How the inputs of a rig are judged.
 ExitCode judged(hal::Rig& rig, const config::RigConfig& config) {
   try {
@@ -43,6 +61,22 @@ ExitCode judged(hal::Rig& rig, const config::RigConfig& config) {
     return error.exit_code();
   }
   return ExitCode::ok;
+}
+
+TEST(OpenAtRest, PutsOutNoVoltageThatDrivesAValveWhoseHydraulicsStayOn) {
+  const auto as_it_is = [](config::RigConfig&) {};
+  const auto unmeasured = [](config::RigConfig& rig) { rig.limits.following.reset(); };
+  const std::string opened = "/nonexistent/comedi0";  // named by what tries to open it
+  EXPECT_NE(opening(4.0, as_it_is).find("safe_V = 4 V drives the valve"), std::string::npos) << opening(4.0, as_it_is);
+  EXPECT_NE(opening(0.3, unmeasured).find("no enable line"), std::string::npos) << opening(0.3, unmeasured);
+  EXPECT_NE(opening(0.05, unmeasured).find(opened), std::string::npos) << opening(0.05, unmeasured);
+  const auto sample = [](config::RigConfig& rig) { rig.is_sample = true; };
+  EXPECT_NE(opening(0.0, sample).find("sample = true"), std::string::npos) << opening(0.0, sample);
+  // With an enable line the valve is off.
+  config::RigConfig switched = card();
+  std::get<hal::ComediOptions>(switched.backend).device = opened;
+  switched.limits.safe_V = 4.0;
+  EXPECT_THROW(static_cast<void>(open_at_rest(switched)), DeviceError);
 }
 
 TEST(Arming, RefusesEachShippedRigThatMovesAMachineBecauseItIsASample) {

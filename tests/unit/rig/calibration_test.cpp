@@ -34,6 +34,10 @@ TEST(Calibration, FindsAnExactLine) {
   ASSERT_EQ(found.residuals_in.size(), 3U);
 }
 
+TEST(Calibration, AsksForThreePlacesThatDiffer) {
+  EXPECT_NE(refusal({{0.5, -8.0}, {2.95, 0.0}, {2.95, 0.001}}).find("2 places that differ"), std::string::npos);
+}
+
 TEST(Calibration, HasStandardErrorsThatHoldOverManyRulers) {
   ident::PortableDraw draw(3);
   constexpr int kRulers = 2000;

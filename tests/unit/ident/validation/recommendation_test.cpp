@@ -69,6 +69,15 @@ TEST(Recommendation, TakesEstimatedOrdersOnlyWhereTheyGainTenOnEveryModelOfInteg
   EXPECT_EQ(recommended({model_of("fo", -109.0, Order::estimated)}).model, "fo");
 }
 
+TEST(Recommendation, TakesNoOrdersForFractionalThatAreWholeForAnyUse) {
+  Model fo = model_of("fo", -500.0, Order::estimated);
+  fo.parameters.back().value = 1.9994;
+  EXPECT_EQ(recommended({model_of("io", -100.0), fo}).model, "io");
+  EXPECT_EQ(recommended({model_of("io", -100.0, Order::whole, Figures::unconverged), fo}).model, "fo");
+  fo.parameters.back().value = 1.97;
+  EXPECT_EQ(recommended({model_of("io", -100.0), fo}).model, "fo");
+}
+
 TEST(Recommendation, TakesTheNextWhereTheMapOfTheBestTurnsBack) {
   Model valve = model_of("io_valve", -150.0);
   valve.parameters.push_back({"negative_gain_ratio", -1.4, 0.3, -2.0, -0.8, false, ParameterRole::negative_gain_ratio});

@@ -49,6 +49,17 @@ TEST(Verdict, LowersWhatTheRecommendedModelClearlyBeats) {
   EXPECT_NE(beaten.reasons.front().find("AR-BIC of lag is 717 lower"), std::string::npos) << beaten.reasons.front();
 }
 
+TEST(Verdict, RejectsWhatWasFittedToARodAtItsEnd) {
+  Model model = good_model();
+  model.validation->end_stop = EndStop{.level = 72.7, .from_s = 1.0, .percent = 4.9};
+  EXPECT_TRUE(judge(model, {}).accepted);
+  model.validation->end_stop->percent = 30.0;
+  EXPECT_FALSE(judge(model, {}).accepted);
+  model.validation->end_stop.reset();
+  model.validation->saturated_percent = 5.1;
+  EXPECT_FALSE(judge(model, {}).accepted);
+}
+
 TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
   EXPECT_TRUE(judge(good_model(), {}, {.interpolated_percent = kMostInterpolated_percent}).accepted);
   const Verdict verdict = judge(good_model(), {}, {.interpolated_percent = 62.1});
