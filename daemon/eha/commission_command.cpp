@@ -166,13 +166,14 @@ class Commissioning {
   [[nodiscard]] std::string way_of_sheet() const {
     const config::Centring centring = config::centring_of(rig_.limits);
     if (!centring.window_in) {
-      return "the rod moves about the middle of its travel, in small slow motions. 2 to 3 min.";
+      return "the rod moves about the middle of its travel, with up to 2 V about the null: fast on a fast rod. 2 to 3 "
+             "min.";
     }
     const DisplayUnit unit = console_.unit(rig_.units);
     const auto length = [&](double in) { return fmt::format("{:.3g}", unit.factor("in") * in); };
     return fmt::format(
         "nothing is known of the valve, so the rod first explores {} to {} {} of its travel, at {:.2g} {}; then it "
-        "moves about the middle in small slow motions. 4 to 6 min.",
+        "moves about the middle with up to 2 V about the null: fast on a fast rod. 4 to 6 min.",
         length(centring.middle_in - *centring.window_in), length(centring.middle_in + *centring.window_in),
         unit.of("in"), unit.factor("in/s") * place::kExploring_in_per_s, unit.of("in/s"));
   }
