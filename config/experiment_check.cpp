@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <variant>
 
 #include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
@@ -45,23 +46,39 @@ class ConflictSearch {
       : experiment_(experiment), positions_(positions), rig_(rig), issues_(issues) {}
 
   Eigen::VectorXd run() {
-    check_frequencies();
+    if (const Played* played = experiment_.played()) check_frequencies(*played);
     if (!issues_.clean("duration_s")) return {};
     if (!check_samples()) return {};
-    check_decimation();
-    check_place("place.displacement_in", experiment_.place_in);
-    check_place("start.displacement_in", experiment_.start_in);
-    check_way_back();
-    check_hold();
-    check_track();
-    if (experiment_.place_in || experiment_.track) {
-      return Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples_per_repetition(experiment_, rig_)));
-    }
-    if (experiment_.characterises) return characterisation_plan(rig_).table_V;
-    return issues_.clean("excitation") ? check_table() : Eigen::VectorXd();
+    return std::visit([&](const auto& kind) { return table_of(kind); }, experiment_.kind);
   }
 
  private:
+  // The table of volts of each kind, after the checks of its keys.
+  Eigen::VectorXd table_of(const Played& played) {
+    check_decimation();
+    if (played.start) check_place("start.displacement_in", *played.start);
+    if (played.hold) check_hold(*played.hold);
+    return issues_.clean("excitation") ? check_table(played.excitation) : Eigen::VectorXd();
+  }
+  Eigen::VectorXd table_of(const Placing& placing) {
+    check_place("place.displacement_in", placing.place);
+    if (placing.brings_back) check_way_back();
+    return no_volts();
+  }
+  Eigen::VectorXd table_of(const SheetRun& sheet) {
+    if (sheet.start) check_place("start.displacement_in", *sheet.start);
+    return characterisation_plan(rig_).table_V;
+  }
+  Eigen::VectorXd table_of(const Tracking& tracking) {
+    if (tracking.start) check_place("start.displacement_in", *tracking.start);
+    check_track(tracking.track.controller);
+    return no_volts();
+  }
+
+  [[nodiscard]] Eigen::VectorXd no_volts() const {
+    return Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples_per_repetition(experiment_, rig_)));
+  }
+
   [[nodiscard]] double tick_s() const { return rig_.realtime.sample_period_s; }
 
   void add(const std::string& key, const std::string& expected, const std::string& got) {
@@ -84,7 +101,7 @@ class ConflictSearch {
   }
 
   void check_decimation() {
-    if (!experiment_.is_fitted() || !issues_.clean("record.decimation")) return;
+    if (!issues_.clean("record.decimation")) return;
     const std::size_t samples = samples_per_repetition(experiment_, rig_);
     const auto decimation = static_cast<std::size_t>(experiment_.fit.decimation);
     if (samples % decimation != 0) {
@@ -92,23 +109,23 @@ class ConflictSearch {
     }
   }
 
-  void check_place(const std::string& key, const std::optional<double>& place_in) {
-    if (!place_in || !issues_.clean(key)) return;
+  void check_place(const std::string& key, const Place& place) {
+    if (!issues_.clean(key)) return;
     const double margin_in = placing_margin_in(rig_);
     const double lowest_in = rig_.limits.travel_min_in + margin_in;
     const double highest_in = rig_.limits.travel_max_in - margin_in;
-    if (*place_in >= lowest_in && *place_in <= highest_in) return;
+    if (place.displacement_in >= lowest_in && place.displacement_in <= highest_in) return;
     const DisplayUnit unit(rig_.units);
     const double factor = unit.factor("in");
     add(key,
         fmt::format("{0:.4g} to {1:.4g} {4}, the travel limits of {2} less {3:.3g} {4}", factor * lowest_in,
                     factor * highest_in, rig_.file_name, factor * margin_in, unit.of("in")),
-        fmt::format("{:.4g} {}", factor * *place_in, unit.of("in")));
+        fmt::format("{:.4g} {}", factor * place.displacement_in, unit.of("in")));
   }
 
   /// Beyond a limit the sensor's word is all there is: it must be known to be right.
   void check_way_back() {
-    if (!experiment_.brings_back || !hal::moves_machine(rig_.backend)) return;
+    if (!hal::moves_machine(rig_.backend)) return;
     const auto refuse = [&](const std::string& expected, const std::string& got) {
       add("place.way_back",
           fmt::format("{} in {}; else move the rod by hand with the hydraulics off", expected, rig_.file_name), got);
@@ -126,13 +143,12 @@ class ConflictSearch {
     }
   }
 
-  void check_hold() {
-    if (!experiment_.hold) return;
+  void check_hold(const Hold& hold) {
     if (!rig_.limits.following) {
       add("hold", fmt::format("[following] in {}, which predicts where the rod should be", rig_.file_name), "none");
       return;
     }
-    const std::optional<double>& gain = experiment_.hold->gain_V_per_in;
+    const std::optional<double>& gain = hold.gain_V_per_in;
     const double most = hold_gains(rig_).most;
     if (gain && *gain > most) {
       add("hold.gain_V_per_in", fmt::format("at most {:.3g} V/in for the gains of {}", most, rig_.file_name),
@@ -141,9 +157,7 @@ class ConflictSearch {
   }
 
   /// A controller is played on the rig that it was made for.
-  void check_track() {
-    if (!experiment_.track) return;
-    const ControllerConfig& controller = experiment_.track->controller;
+  void check_track(const ControllerConfig& controller) {
     const ident::AxisSettings& s = controller.settings;
     const RigLimits& limits = rig_.limits;
     const auto refuse = [&](const std::string& expected, const std::string& got) {
@@ -240,27 +254,27 @@ class ConflictSearch {
     }
   }
 
-  void check_frequencies() {
-    for (const ident::KeyFrequency& key : ident::key_frequencies_of(experiment_.excitation)) {
+  void check_frequencies(const Played& played) {
+    for (const ident::KeyFrequency& key : ident::key_frequencies_of(played.excitation)) {
       check_frequency(fmt::format("excitation.{}", key.key), key.frequency_Hz);
     }
   }
 
-  Eigen::VectorXd check_table() {
-    for (const OptionIssue& issue : ident::timing_issues_of(experiment_.excitation, tick_s(), experiment_.duration_s)) {
+  Eigen::VectorXd check_table(const ident::Excitation& excitation) {
+    for (const OptionIssue& issue : ident::timing_issues_of(excitation, tick_s(), experiment_.duration_s)) {
       const std::string key = fmt::format("excitation.{}", issue.key);
       issues_.add_text(position_of(positions_, key), key, issue.message);
     }
     if (!issues_.clean("excitation")) return {};
     Eigen::VectorXd table;
     try {
-      table = ident::excitation(experiment_.excitation, tick_s(), samples_per_repetition(experiment_, rig_));
+      table = ident::excitation(excitation, tick_s(), samples_per_repetition(experiment_, rig_));
     } catch (const ConfigError& error) {
       add("excitation", "a signal that can be played", error.what());
       return {};
     }
     check_peak(table);
-    check_slew(table);
+    check_slew(table, ident::shortest_level_s(excitation, experiment_.duration_s).value_or(tick_s()));
     return table;
   }
 
@@ -280,11 +294,11 @@ class ConflictSearch {
   }
 
   /// A jump is played as a ramp at the slew limit; the ramp must end before the next jump.
-  void check_slew(const Eigen::VectorXd& table) {
+  /// @param time_s  the shortest time between jumps, at least a tick
+  void check_slew(const Eigen::VectorXd& table, double time_s) {
     if (table.size() < 2) return;
     Eigen::Index k = 0;
     const double change_V = (table.tail(table.size() - 1) - table.head(table.size() - 1)).cwiseAbs().maxCoeff(&k);
-    const double time_s = ident::shortest_level_s(experiment_.excitation, experiment_.duration_s).value_or(tick_s());
     const double limit = rig_.limits.slew_V_per_s;
     if (change_V <= limit * time_s * (1.0 + kRounding)) return;
     add("excitation", fmt::format("changes within the limit of {}, {} V/s", rig_.file_name, limit),
@@ -313,7 +327,9 @@ PreparedExperiment prepare(ExperimentConfig experiment, const RigConfig& rig) {
   Eigen::VectorXd table_V = check_table(experiment, experiment.positions, rig, issues);
   issues.throw_if_any();
   PreparedExperiment prepared{std::move(experiment), std::move(table_V), {}};
-  if (prepared.config.hold) prepared.predicted_in = predicted_displacement(prepared.config, rig, prepared.table_V);
+  const Played* played = prepared.config.played();
+  if (played != nullptr && played->hold)
+    prepared.predicted_in = predicted_displacement(prepared.config, rig, prepared.table_V);
   return prepared;
 }
 

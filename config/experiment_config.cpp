@@ -4,9 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <limits>
-#include <numbers>
 #include <utility>
 
 #include "config/excitation_section.hpp"
@@ -21,48 +18,17 @@
 namespace eha::config {
 namespace {
 
-using ident::Procedure;
-
-enum class Procedures { standard, paper, both };
-constexpr auto kProcedures = std::to_array<std::pair<std::string_view, Procedures>>(
-    {{"default", Procedures::standard}, {"paper", Procedures::paper}, {"both", Procedures::both}});
-/// Of the data for people of a characterisation; its valve sheet takes every row.
-constexpr int kSheetDecimation = 40;
-constexpr std::int64_t kAnySeed = std::numeric_limits<std::int64_t>::max();
-
-void read_record(Section& root, ident::FitOptions& fit) {
-  auto section = root.section("record", Need::optional);
-  if (!section) return;
-  section->number("discard_s", fit.discard_s, Range::between(0.0, kLongestRun_s), Need::optional);
-  section->integer("decimation", fit.decimation, 1, 100'000, Need::optional);
-  section->number("split", fit.split, Range{.low = 0.0, .high = 1.0, .low_excluded = true}, Need::optional);
-  section->number("input_before_V", fit.input_before, Range::any());
-  section->finish();
-}
+/// Of the data for people of a run to which no model is fitted; what is computed from it takes every row.
+constexpr int kUnfittedDecimation = 40;
 
 void read_identification(Section& root, ExperimentConfig& experiment) {
-  auto section = root.section("identification", Need::optional);
-  if (!section) return;
-  Procedures procedures = Procedures::standard;
-  section->choice("procedure", procedures, kProcedures, Need::optional);
-  experiment.fit.procedure = procedures == Procedures::paper ? Procedure::paper : Procedure::standard;
-  experiment.compares_with_paper = procedures == Procedures::both;
-  section->integer("seed", experiment.fit.seed, 0, kAnySeed, Need::optional);
-  section->finish();
-}
-
-void read_acceptance(Section& root, ident::AcceptanceLimits& acceptance) {
-  auto section = root.section("acceptance", Need::optional);
-  if (!section) return;
-  section->number("min_validation_r2_percent", acceptance.min_validation_r2_percent, Range::between(0.0, 100.0),
-                  Need::optional);
-  section->number("max_abs_error_in", acceptance.max_abs_error, Range::above(0.0), Need::optional);
-  section->boolean("require_stable", acceptance.require_stable, Need::optional);
-  section->number("min_stability_margin_rad", acceptance.min_stability_margin_rad,
-                  Range::between(0.0, std::numbers::pi / 2.0), Need::optional);
-  section->number("usable_gain_error_dB", acceptance.usable_gain_error_dB, Range::above(0.0), Need::optional);
-  section->number("usable_phase_error_deg", acceptance.usable_phase_error_deg, Range::above(0.0), Need::optional);
-  section->finish();
+  Identification asked = experiment.identification();
+  root.table("identification", asked, Need::optional);
+  using Procedures = Identification::Procedures;
+  experiment.fit.procedure =
+      asked.procedures == Procedures::paper ? ident::Procedure::paper : ident::Procedure::standard;
+  experiment.compares_with_paper = asked.procedures == Procedures::both;
+  experiment.fit.seed = asked.seed;
 }
 
 constexpr double kTrackHold_s = 60.0;  // as the promise
@@ -90,7 +56,7 @@ std::string reference_fault(const ident::TrialPlan& plan) {
 }
 
 /// [track]: the controller's file as text, and what of its trial is not as usual.
-void read_track(Section& section, ExperimentConfig& experiment, Document& document) {
+Track read_track(Section& section, ExperimentConfig& experiment, Document& document) {
   std::string text;
   section.text("controller", text);
   Track track;
@@ -118,7 +84,7 @@ void read_track(Section& section, ExperimentConfig& experiment, Document& docume
     point.finish();
   }
   section.finish();
-  if (!document.issues.clean("track")) return;
+  if (!document.issues.clean("track")) return track;
   const ident::AxisSettings& settings = track.controller.settings;
   if (!track.plan.reference.empty()) {
     if (const std::string fault = reference_fault(track.plan); !fault.empty()) {
@@ -126,20 +92,19 @@ void read_track(Section& section, ExperimentConfig& experiment, Document& docume
                 fmt::format("2 to {} set points within {:g} to {:g} in, the first at 0 s, then later and later",
                             kMostSetPoints, track.plan.lowest, track.plan.highest),
                 fault);
-      return;
+      return track;
     }
     experiment.duration_s =
         static_cast<double>(ident::TrialMotion(settings, track.plan, settings.reference.lowest).rows()) *
         settings.tick_s;
-    experiment.track = std::move(track);
-    return;
+    return track;
   }
   const double half_in = 0.5 * (settings.reference.highest - settings.reference.lowest);
   if (track.plan.step + track.plan.sine > half_in) {
     add_fault(document, "track.step_in",
               fmt::format("with sine_in at most half of the controller's travel, {:g} in", half_in),
               fmt::format("{:g} in", track.plan.step + track.plan.sine));
-    return;
+    return track;
   }
   if (sweeps) {
     track.plan.sweep =
@@ -147,33 +112,75 @@ void read_track(Section& section, ExperimentConfig& experiment, Document& docume
   }
   const ident::TrialMotion motion(settings, track.plan, settings.reference.lowest);
   experiment.duration_s = static_cast<double>(motion.rows()) * settings.tick_s;
-  experiment.track = std::move(track);
+  return track;
 }
 
-/// Where the rod is to be.
-void read_motion(Section& root, ExperimentConfig& experiment) {
-  if (auto section = root.section("place", Need::optional)) {
-    double place_in = 0.0;
-    section->number("displacement_in", place_in, Range::any());
-    section->boolean("way_back", experiment.brings_back, Need::optional);
+/// Of a kind whose duration follows from its own table.
+void read_unfitted(Section& root, ExperimentConfig& experiment, std::string_view why) {
+  experiment.fit.discard_s = 0.0;
+  experiment.fit.decimation = kUnfittedDecimation;
+  for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "precision", "model"}) {
+    root.forbid(key, why);
+  }
+}
+
+SheetRun read_sheet_run(Section& root, Section& own, ExperimentConfig& experiment) {
+  SheetRun kind;
+  own.finish();
+  experiment.duration_s = ident::kSheetDuration_s;
+  read_unfitted(root, experiment, "[characterise], which plays what the valve sheet needs");
+  root.optional_table("start", kind.start);
+  return kind;
+}
+
+Tracking read_tracking(Section& root, Section& own, ExperimentConfig& experiment, Document& document) {
+  Tracking kind{.track = read_track(own, experiment, document)};
+  read_unfitted(root, experiment, "[track], which plays the trial of a controller");
+  root.optional_table("start", kind.start);
+  return kind;
+}
+
+Placing read_placing(Section& root, ExperimentConfig& experiment) {
+  Placing kind;
+  root.table("place", kind);
+  for (const char* key : {"excitation", "start", "hold", "precision", "model"}) {
+    root.forbid(key, "[place], which plays nothing");
+  }
+  experiment.fit.discard_s = 0.0;
+  return kind;
+}
+
+Played read_played(Section& root, const ExperimentConfig& experiment, Document& document) {
+  Played kind;
+  root.optional_table("start", kind.start);
+  root.optional_table("precision", kind.precision);
+  root.optional_table("hold", kind.hold);
+  if (auto section = root.section("excitation")) {
+    read_excitation(*section, kind.excitation, document);
     section->finish();
-    experiment.place_in = place_in;
+  }
+  if (kind.precision && experiment.repetitions < 2 && document.issues.clean("repetitions")) {
+    add_fault(document, "repetitions", "2 or more with [precision], which ends the run after one of them",
+              fmt::format("{}", experiment.repetitions));
+  }
+  return kind;
+}
+
+void read_kind(Section& root, ExperimentConfig& experiment, Document& document) {
+  if (auto characterise = root.section("characterise", Need::optional)) {
+    experiment.kind = read_sheet_run(root, *characterise, experiment);
     return;
   }
-  if (auto section = root.section("start", Need::optional)) {
-    double start_in = 0.0;
-    section->number("displacement_in", start_in, Range::any());
-    section->finish();
-    experiment.start_in = start_in;
+  if (auto track = root.section("track", Need::optional)) {
+    experiment.kind = read_tracking(root, *track, experiment, document);
+    return;
   }
-  if (auto section = root.section("precision", Need::optional)) {
-    section->number("gain_percent", experiment.precision.emplace().gain_percent, Range::above(0.0));
-    section->finish();
-  }
-  if (auto section = root.section("hold", Need::optional)) {
-    experiment.hold.emplace();
-    section->number("gain_V_per_in", experiment.hold->gain_V_per_in, Range::above(0.0));
-    section->finish();
+  root.number("duration_s", experiment.duration_s, Range{.low = 0.0, .high = kLongestRun_s, .low_excluded = true});
+  root.integer("repetitions", experiment.repetitions, 1, 1000, Need::optional);
+  if (root.has("place")) {
+    experiment.kind = read_placing(root, experiment);
+  } else {
+    experiment.kind = read_played(root, experiment, document);
   }
 }
 
@@ -183,48 +190,13 @@ ExperimentConfig read_experiment(Document& document) {
   int schema = 0;
   root.integer("schema", schema, 1, 1);
   root.file_stem("name", experiment.name);
-  if (auto section = root.section("characterise", Need::optional)) {
-    section->finish();
-    experiment.characterises = true;
-    experiment.duration_s = ident::kSheetDuration_s;
-    experiment.fit.discard_s = 0.0;
-    experiment.fit.decimation = kSheetDecimation;
-    for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "precision", "model"}) {
-      root.forbid(key, "[characterise], which plays what the valve sheet needs");
-    }
-  } else if (auto tracked = root.section("track", Need::optional)) {
-    read_track(*tracked, experiment, document);
-    experiment.fit.discard_s = 0.0;
-    experiment.fit.decimation = kSheetDecimation;
-    for (const char* key : {"duration_s", "repetitions", "excitation", "place", "hold", "precision", "model"}) {
-      root.forbid(key, "[track], which plays the trial of a controller");
-    }
-  } else {
-    root.number("duration_s", experiment.duration_s, Range{.low = 0.0, .high = kLongestRun_s, .low_excluded = true});
-    root.integer("repetitions", experiment.repetitions, 1, 1000, Need::optional);
-  }
-  read_motion(root, experiment);
-  if (experiment.characterises || document.positions.contains("track")) {
-    // Nothing more is asked for.
-  } else if (experiment.place_in) {
-    for (const char* key : {"excitation", "start", "hold", "precision", "model"}) {
-      root.forbid(key, "[place], which plays nothing");
-    }
-    experiment.fit.discard_s = 0.0;
-  } else if (auto section = root.section("excitation")) {
-    read_excitation(*section, experiment.excitation, document);
-    section->finish();
-  }
-  read_record(root, experiment.fit);
+  read_kind(root, experiment, document);
+  root.table_of<RecordKeys>("record", experiment.fit, Need::optional);
   read_identification(root, experiment);
   experiment.models = read_models(root, document);
-  read_acceptance(root, experiment.acceptance);
+  root.table_of<AcceptanceKeys>("acceptance", experiment.acceptance, Need::optional);
   root.finish();
   check_models(experiment.models, experiment.fit.procedure, document);
-  if (experiment.precision && experiment.repetitions < 2 && document.issues.clean("repetitions")) {
-    add_fault(document, "repetitions", "2 or more with [precision], which ends the run after one of them",
-              fmt::format("{}", experiment.repetitions));
-  }
   if (document.issues.clean("duration_s") && document.issues.clean("record.discard_s") &&
       experiment.fit.discard_s >= experiment.duration_s) {
     add_fault(document, "record.discard_s", fmt::format("less than duration_s = {}", experiment.duration_s),
@@ -241,7 +213,8 @@ PreparedExperiment parse(std::string_view text, const std::string& file_name, Na
   prepared.config = read_experiment(document);
   if (rig != nullptr) {
     prepared.table_V = check_table(prepared.config, document.positions, *rig, document.issues);
-    if (prepared.config.hold && document.issues.clean("hold")) {
+    const Played* played = prepared.config.played();
+    if (played != nullptr && played->hold && document.issues.clean("hold")) {
       prepared.predicted_in = predicted_displacement(prepared.config, *rig, prepared.table_V);
     }
   }

@@ -18,10 +18,10 @@ constexpr double kPlacingSpare_in = 0.04;
 }  // namespace
 
 Eigen::Index periodic_rows(const ExperimentConfig& experiment, Eigen::Index table_rows, double tick_s) {
-  if (experiment.repetitions > 1) return table_rows;
+  const Played* played = experiment.played();
+  if (experiment.repetitions > 1 || played == nullptr) return table_rows;
   const auto rows = static_cast<std::size_t>(table_rows);
-  const std::size_t period =
-      ident::common_period(ident::excited_lines(experiment.excitation, tick_s, rows), tick_s, rows);
+  const std::size_t period = ident::common_period(ident::excited_lines(played->excitation, tick_s, rows), tick_s, rows);
   return period == 0 ? table_rows : static_cast<Eigen::Index>(rows / period * period);
 }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <utility>
 
+#include "config/experiment_config.hpp"
 #include "core/error.hpp"
 #include "ident/coordinates/parametrisation.hpp"
 #include "ident/estimation/paper_procedure.hpp"
@@ -29,11 +30,7 @@ std::string key_of(const std::string& path, std::string_view key) {
 void read_parameters(Section& model, ident::StructureOptions& asked, Document& document) {
   for (Section& entry : model.sections("parameter", Need::optional)) {
     ident::ParameterRequest request;
-    entry.text("name", request.name);
-    entry.boolean("fixed", request.fixed);
-    entry.number("start", request.start, Range::any());
-    entry.number("lower", request.lower, Range::any());
-    entry.number("upper", request.upper, Range::any());
+    ParameterKeys::visit_keys(request, entry);
     entry.finish();
     if (request.lower && request.upper && !(*request.lower < *request.upper)) {
       add_fault(document, entry.path("upper"), fmt::format("more than lower = {}", *request.lower),

@@ -10,9 +10,6 @@
 
 namespace eha::config {
 
-/// One day; a longer time probably has a wrong unit.
-inline constexpr double kLongestRun_s = 86400.0;
-
 /// Reads the array of tables `[[model]]`; adds an issue for each error.
 [[nodiscard]] std::vector<ident::StructureOptions> read_models(Section& root, Document& document);
 

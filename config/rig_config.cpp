@@ -11,39 +11,10 @@
 
 #include "config/file_kind.hpp"
 #include "config/toml_section.hpp"
-#include "core/display_unit.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::config {
 namespace {
-
-void read_limits(Section& root, RigLimits& limits) {
-  auto section = root.section("limits");
-  if (!section) return;
-  section->number("command_min_V", limits.command_min_V, Range::between(-10.0, 10.0));
-  section->number("command_max_V", limits.command_max_V, Range::between(-10.0, 10.0));
-  section->number("slew_V_per_s", limits.slew_V_per_s, Range::above(0.0));
-  section->number("safe_V", limits.safe_V, Range::between(-10.0, 10.0));
-  section->number("travel_min_in", limits.travel_min_in, Range::any());
-  section->number("travel_max_in", limits.travel_max_in, Range::any());
-  section->number("stopping_deceleration_in_per_s2", limits.stopping_deceleration_in_per_s2, Range::above(0.0));
-  section->number("velocity_limit_in_per_s", limits.velocity_limit_in_per_s, Range::above(0.0));
-  section->number("frozen_sensor_s", limits.frozen_sensor_s, Range::at_least(0.0));
-  section->number("closed_loop_max_V", limits.closed_loop_max_V, Range{.low = 0.0, .high = 10.0, .low_excluded = true});
-  section->finish();
-}
-
-void read_realtime(Section& root, RealtimeOptions& realtime) {
-  auto section = root.section("realtime", Need::optional);
-  if (!section) return;
-  section->number("sample_period_s", realtime.sample_period_s, Range::between(1e-4, 1.0), Need::optional);
-  section->integer("priority", realtime.priority, 1, 99, Need::optional);
-  section->integer("cpu", realtime.cpu, 0, 1023);
-  section->integer("abort_consecutive_late", realtime.abort_consecutive_late, 1, 1'000'000, Need::optional);
-  section->integer("abort_total_late", realtime.abort_total_late, 1, 1'000'000, Need::optional);
-  section->number("stall_limit_s", realtime.stall_limit_s, Range::between(0.01, 1.0));
-  section->finish();
-}
 
 /// Checks limits against each other and against the converters. Skips keys that already have an issue.
 class LimitChecks {
@@ -163,15 +134,8 @@ RigConfig parse_rig(std::string_view text, const std::string& file_name) {
   Section root = Section::root(document);
   int schema = 0;
   root.integer("schema", schema, 1, 1);
-  root.text("name", rig.name);
-  std::vector<std::pair<std::string_view, std::string>> units;
-  for (const LengthUnit& unit : kLengthUnits) units.emplace_back(unit.name, unit.name);
-  root.choice("units", rig.units, units, Need::optional);
   root.boolean("sample", rig.is_sample, Need::optional);
-  read_limits(root, rig.limits);
-  root.optional_table("following", rig.limits.following);
-  root.optional_table("sensor", rig.limits.sensor);
-  read_realtime(root, rig.realtime);
+  RigConfig::visit_keys(rig, root);
   const bool backend_is_known = read_backend(root, rig, document);
   root.finish();
   if (backend_is_known) LimitChecks(rig, document).run();

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "config/position.hpp"
+#include "core/display_unit.hpp"
 #include "core/keys.hpp"
 #include "hal/backends/backend_list.hpp"
 
@@ -68,6 +69,20 @@ struct RigLimits {
   std::optional<double> closed_loop_max_V = {};
   std::optional<Following> following = {};  ///< [following]; none: the following check knows nothing of the valve
   std::optional<SensorBand> sensor = {};    ///< [sensor]; none: every voltage of the converter is valid
+
+  /// [limits]
+  static void visit_keys(auto& self, auto& keys) {
+    keys.number("command_min_V", self.command_min_V, Range::between(-10.0, 10.0));
+    keys.number("command_max_V", self.command_max_V, Range::between(-10.0, 10.0));
+    keys.number("slew_V_per_s", self.slew_V_per_s, Range::above(0.0));
+    keys.number("safe_V", self.safe_V, Range::between(-10.0, 10.0));
+    keys.number("travel_min_in", self.travel_min_in, Range::any());
+    keys.number("travel_max_in", self.travel_max_in, Range::any());
+    keys.number("stopping_deceleration_in_per_s2", self.stopping_deceleration_in_per_s2, Range::above(0.0));
+    keys.number("velocity_limit_in_per_s", self.velocity_limit_in_per_s, Range::above(0.0));
+    keys.number("frozen_sensor_s", self.frozen_sensor_s, Range::at_least(0.0));
+    keys.number("closed_loop_max_V", self.closed_loop_max_V, Range{.low = 0.0, .high = 10.0, .low_excluded = true});
+  }
 };
 
 /// Period, scheduling and lateness limits of the tick loop.
@@ -80,6 +95,15 @@ struct RealtimeOptions {
   /// A loop that stands still for longer has its hydraulics switched off by the guard [s]; none: by the kernel's kind,
   /// acquisition::stall_limit_ns
   std::optional<double> stall_limit_s = {};
+
+  static void visit_keys(auto& self, auto& keys) {
+    keys.number("sample_period_s", self.sample_period_s, Range::between(1e-4, 1.0), Need::optional);
+    keys.integer("priority", self.priority, 1, 99, Need::optional);
+    keys.integer("cpu", self.cpu, 0, 1023);
+    keys.integer("abort_consecutive_late", self.abort_consecutive_late, 1, 1'000'000, Need::optional);
+    keys.integer("abort_total_late", self.abort_total_late, 1, 1'000'000, Need::optional);
+    keys.number("stall_limit_s", self.stall_limit_s, Range::between(0.01, 1.0));
+  }
 };
 
 /// A whole rig.toml.
@@ -93,6 +117,24 @@ struct RigConfig {
   std::string file_name;  ///< as given, for messages
   std::string text;       ///< the file's content as read, for the run's manifest
   PositionMap positions;  ///< position of each key in the file
+
+  /// What run.json records too: all but the backend, whose table has its name, and `sample`.
+  static void visit_keys(auto& self, auto& keys) {
+    keys.text("name", self.name);
+    keys.table("limits", self.limits);
+    keys.table("realtime", self.realtime, Need::optional);
+    keys.choice("units", self.units, unit_names(), Need::optional);
+    keys.optional_table("following", self.limits.following);
+    keys.optional_table("sensor", self.limits.sensor);
+  }
+
+ private:
+  /// kLengthUnits as choices.
+  [[nodiscard]] static std::vector<std::pair<std::string_view, std::string>> unit_names() {
+    std::vector<std::pair<std::string_view, std::string>> names;
+    for (const LengthUnit& unit : kLengthUnits) names.emplace_back(unit.name, unit.name);
+    return names;
+  }
 };
 
 /// Reads a rig file.

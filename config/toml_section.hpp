@@ -91,8 +91,16 @@ class Section {
 
   /// A table that lists its own keys, see core/keys.hpp.
   template <typename Table>
-  void table(std::string_view key, Table& target) {
-    if (auto inner = section(key)) inner->keys_of(target);
+  void table(std::string_view key, Table& target, Need need = Need::required) {
+    table_of<Table>(key, target, need);
+  }
+  /// The same for a table whose keys `Keys` lists.
+  template <typename Keys, typename Table>
+  void table_of(std::string_view key, Table& target, Need need = Need::required) {
+    if (auto inner = section(key, need)) {
+      Keys::visit_keys(target, *inner);
+      inner->finish();
+    }
   }
   template <typename Table>
   void optional_table(std::string_view key, std::optional<Table>& target) {

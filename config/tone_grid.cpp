@@ -30,11 +30,13 @@ std::vector<std::string> off_grid_tones(const ExperimentConfig& experiment) {
                       std::max(1.0, std::round(cycles)) / period_s));
     }
   };
+  const Played* played = experiment.played();
+  if (played == nullptr) return {};
   std::visit(
       [&](const auto& kind) {
         if constexpr (requires { kind.tones; }) judge(kind.tones);
       },
-      experiment.excitation.kind);
+      played->excitation.kind);
   return sentences;
 }
 

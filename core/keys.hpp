@@ -28,21 +28,24 @@ struct Range {
   static Range between(double low, double high) { return {.low = low, .high = high}; }
 };
 
-// A kind (of backend, of excitation) lists the keys of its configuration table once:
+// A struct (of a backend, an excitation, a table of a rig file) lists the keys of its configuration table once:
 //
-//   struct Kind {
+//   struct Table {
 //     static void visit_keys(auto& self, auto& keys) {
 //       keys.number("amplitude_V", self.amplitude_V, Range::above(0.0));
 //       keys.integer("seed", self.seed, 0, kAnySeed, Need::optional);
 //     }
 //   };
 //
-// `self` is the kind, const if it is only read. `keys` is a visitor that reads, writes or counts the keys: the reader
-// of a configuration file, the writer of a run's manifest. It has these members:
+// `self` is the struct, const if it is only read. `keys` is a visitor that reads, writes or counts the keys: the reader
+// of a configuration file, the writer of a run's manifest or of a TOML file. It has these members:
 //
 //   number(name, double&, Range, Need)          number(name, optional<double>&, Range)         of an optional key
-//   integer(name, integer&, low, high, Need)    text(name, string&)
-//   choice(name, enum&, list of {name, value})  table(name, T&), tables(name, vector<T>&)      of a T with visit_keys
+//   integer(name, integer&, low, high, Need)    integer(name, optional<integer>&, low, high)   of an optional key
+//   boolean(name, bool&, Need)                  boolean(name, optional<bool>&)                of an optional key
+//   text(name, string&, Need)
+//   choice(name, enum&, list of {name, value}, Need)
+//   table(name, T&, Need)                       tables(name, vector<T>&)                       of a T with visit_keys
 //   number_or_unknown(name, optional<double>&)
 //   optional_table(name, optional<T>&)
 //   table_or_none(name, optional<T>&)           volts_file(name, VoltsFile&)                   a CSV file of volts

@@ -114,9 +114,9 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   }
   console.print_json(document);
   const std::size_t count = experiment.models.size();
-  const std::string models = experiment.characterises ? "the valve sheet"
-                             : count == 0             ? "the ladder of models"
-                                                      : fmt::format("{} model{}", count, count == 1 ? "" : "s");
+  const std::string models = experiment.characterises() ? "the valve sheet"
+                             : count == 0               ? "the ladder of models"
+                                                        : fmt::format("{} model{}", count, count == 1 ? "" : "s");
   console.print(fmt::format("{}: a valid experiment, \"{}\": {:g} s, {} repetition{}, {}{}", command.file,
                             experiment.name, experiment.duration_s, experiment.repetitions,
                             experiment.repetitions == 1 ? "" : "s", models,

@@ -75,7 +75,9 @@ ExitCode execute(const DesignCommand& command, Console& console) {
   const double step_s = rig.realtime.sample_period_s;
   const Eigen::VectorXd& table_V = prepared.table_V;
   const auto samples = static_cast<std::size_t>(table_V.size());
-  const std::vector<double> lines_Hz = ident::excited_lines(experiment.excitation, step_s, samples);
+  const std::vector<double> lines_Hz = experiment.played()
+                                           ? ident::excited_lines(experiment.played()->excitation, step_s, samples)
+                                           : std::vector<double>();
   const double peak_V = table_V.cwiseAbs().maxCoeff();
   const double rms_V = std::sqrt(table_V.squaredNorm() / static_cast<double>(samples));
   const double slew_V_per_s =

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "core/error.hpp"
@@ -189,6 +190,37 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
   return importer::command_with(command.import, command.source, "-o models");
 }
 
+// For each kind of experiment: computes what its record is for instead of a fit. @returns none: models are fitted to it
+
+std::optional<ExitCode> computed_instead(const config::Played&, const FitCommand&, const Source&, Console&) {
+  return std::nullopt;
+}
+
+/// @throws DataError  always
+std::optional<ExitCode> computed_instead(const config::Placing&, const FitCommand& command, const Source&, Console&) {
+  throw DataError(fmt::format("{0}: a move of the rod to a place, which no model is fitted to; eha plot {0} shows it",
+                              shell_word(command.source)));
+}
+
+std::optional<ExitCode> computed_instead(const config::SheetRun&, const FitCommand& command, const Source& source,
+                                         Console& console) {
+  if (!source.run_folder || names_models(command.models)) return std::nullopt;
+  return show_valve_sheet(*source.run_folder, SheetFiles::write, std::nullopt, console);
+}
+
+/// @throws DataError  models are asked for
+std::optional<ExitCode> computed_instead(const config::Tracking&, const FitCommand& command, const Source& source,
+                                         Console& console) {
+  if (source.run_folder && !names_models(command.models)) {
+    return show_track(*source.run_folder, TrackFiles::write, console);
+  }
+  throw DataError(fmt::format(
+      "{}: a record in closed loop, whose command contains the noise of its readings; a fit of command and reading "
+      "would be biased. `eha track {}` shows gain and lag with the sweep as the instrument; for a model play an "
+      "experiment, as `eha design --band` makes one",
+      command.source, shell_word(command.source)));
+}
+
 }  // namespace
 
 ExitCode execute(const FitCommand& command, Console& console) {
@@ -196,24 +228,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
   print_import(source.guess, source.repairs, console);
-  const bool names_models = !command.models.families.empty() || !command.models.structure_files.empty();
-  if (source.run_folder && source.experiment && source.experiment->characterises && !names_models) {
-    // What such a run is for.
-    return show_valve_sheet(*source.run_folder, SheetFiles::write, std::nullopt, console);
-  }
-  if (source.run_folder && source.experiment && source.experiment->track && !names_models) {
-    return show_track(*source.run_folder, TrackFiles::write, console);
-  }
-  if (source.experiment && source.experiment->place_in) {
-    throw DataError(fmt::format("{0}: a move of the rod to a place, which no model is fitted to; eha plot {0} shows it",
-                                shell_word(command.source)));
-  }
-  if (source.experiment && source.experiment->track) {
-    throw DataError(fmt::format(
-        "{}: a record in closed loop, whose command contains the noise of its readings; a fit of command and reading "
-        "would be biased. `eha track {}` shows gain and lag with the sweep as the instrument; for a model play an "
-        "experiment, as `eha design --band` makes one",
-        command.source, shell_word(command.source)));
+  if (source.experiment) {
+    const auto other = [&](const auto& kind) { return computed_instead(kind, command, source, console); };
+    if (const auto code = std::visit(other, source.experiment->kind)) return *code;
   }
   if (source.run_folder && !command.output && !console.quiet()) {
     // The service's own fit is quiet.

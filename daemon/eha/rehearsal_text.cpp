@@ -78,7 +78,7 @@ void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& 
 
 void require_within_travel(const config::ExperimentConfig& experiment, const config::RigConfig& rig, double place_in,
                            const std::string& experiment_file, const Console& console) {
-  if (experiment.place_in) return;
+  if (experiment.placing() != nullptr) return;
   const DisplayUnit unit = console.unit(rig.units);
   const Travel travel{rig.limits.travel_min_in, rig.limits.travel_max_in};
   const std::string beyond = beyond_limit(place_in, travel, unit);
@@ -108,7 +108,7 @@ void warn_if_not_fittable(const config::ExperimentConfig& experiment, const conf
 
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                            const std::string& experiment_file, const Console& console) {
-  if (rig.limits.following || !experiment.is_fitted()) return;
+  if (rig.limits.following || experiment.played() == nullptr) return;
   console.warning(
       fmt::format("{}: not rehearsed, because {} has no [following]; the rod may reach a limit: play `eha "
                   "characterise` first and put its lines into the rig file",

@@ -8,8 +8,10 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "config/prepared_experiment.hpp"
@@ -124,7 +126,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
         }
         RunProgress progress = progress_of(now, rig_config);
         progress.is_real_time = !command.fast;
-        progress.is_placing = experiment.config.place_in.has_value();
+        progress.is_placing = experiment.config.placing() != nullptr;
         progress.margin_in = planned.margin_in;
         console.show_run(run_line(progress, unit, std::chrono::system_clock::now()));
       });
@@ -148,7 +150,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
 ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentConfig& experiment,
                            const config::RigConfig& rig, Console& console) {
   const DisplayUnit unit = console.unit(rig.units);
-  const bool characterises = experiment.characterises;
+  const bool characterises = experiment.characterises();
   const play::FinishedRun& run = acquired.run;
   if (!acquisition::is_whole(run.report.outcome)) console.error(acquisition::describe(run.report, unit));
   if (!run.write_error.empty()) console.error(run.write_error);
@@ -167,7 +169,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   } else if (!fs::exists(run.folder / record::kRawFile, unknown)) {
     console.info(fmt::format("the partial record is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, shell_word(folder)));
-  } else if (experiment.track) {
+  } else if (experiment.tracking() != nullptr) {
     if (run.report.outcome == acquisition::Outcome::faulted)
       explain_ended_trial(run.folder, rig.units, TrackFiles::write, console);
     console.info(fmt::format("the partial record is in {}", folder));
@@ -223,6 +225,32 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   return identify::exit_code(identification.models);
 }
 
+// The outcome of each kind.
+
+ExitCode conclude(const config::Played&, const play::FinishedRun& run, const RunCommand& command,
+                  const config::RigConfig&, Console& console) {
+  return identify_run(run.folder, command, console);
+}
+
+ExitCode conclude(const config::Placing& placing, const play::FinishedRun& run, const RunCommand& command,
+                  const config::RigConfig& rig, Console& console) {
+  const std::string read_again =
+      "eha read --local" + (command.rig_file ? " --rig " + shell_word(*command.rig_file) : std::string());
+  return report_placed(run, placing.place.displacement_in, rig.units, read_again, console);
+}
+
+ExitCode conclude(const config::SheetRun&, const play::FinishedRun& run, const RunCommand& command,
+                  const config::RigConfig&, Console& console) {
+  std::optional<NewRigFile> rig_file;
+  if (command.new_rig_file) rig_file = NewRigFile{*command.new_rig_file};
+  return show_valve_sheet(run.folder, SheetFiles::write, rig_file, console);
+}
+
+ExitCode conclude(const config::Tracking&, const play::FinishedRun& run, const RunCommand&, const config::RigConfig&,
+                  Console& console) {
+  return show_track(run.folder, TrackFiles::write, console);
+}
+
 /// Completes runs whose process died. A run that another process is still writing is left alone.
 void recover_earlier_runs(const fs::path& folder, const Console& console) {
   const auto warn = [&console](const std::string& message) { console.warning(message); };
@@ -244,14 +272,9 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
   return planned;
 }
 
-/// The command that shows where the rod is.
-std::string read_again(const RunCommand& command) {
-  return "eha read --local" + (command.rig_file ? " --rig " + shell_word(*command.rig_file) : std::string());
-}
-
 /// The command that computes later what a run is for.
 std::string later_command(const config::ExperimentConfig& experiment, const fs::path& folder) {
-  const char* command = experiment.characterises ? "characterise" : experiment.track ? "track" : "fit";
+  const std::string_view command = std::visit([](const auto& kind) { return kind.kCommand; }, experiment.kind);
   return fmt::format("`eha {} {}` does it", command, shell_word(folder.string()));
 }
 
@@ -277,16 +300,8 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
                         {"exit_code", static_cast<int>(ExitCode::interrupted)}});
     return {ExitCode::interrupted, false};
   }
-  if (experiment.characterises) {
-    std::optional<NewRigFile> rig_file;
-    if (command.new_rig_file) rig_file = NewRigFile{*command.new_rig_file};
-    return {show_valve_sheet(run.folder, SheetFiles::write, rig_file, console), true};
-  }
-  if (experiment.track) return {show_track(run.folder, TrackFiles::write, console), true};
-  if (run.only_placed) {
-    return {report_placed(run, *experiment.place_in, rig.units, read_again(command), console), true};
-  }
-  return {identify_run(run.folder, command, console), true};
+  return {std::visit([&](const auto& kind) { return conclude(kind, run, command, rig, console); }, experiment.kind),
+          true};
 }
 
 }  // namespace
@@ -311,7 +326,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   if (std::any_of(planned.begin(), planned.end(),
-                  [](const PlannedRun& one) { return one.experiment.config.characterises; })) {
+                  [](const PlannedRun& one) { return one.experiment.config.characterises(); })) {
     require_agreement_with_ruler(command, command.ruler, console);
   }
   std::string confirmation;

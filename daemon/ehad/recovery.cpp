@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 /// Whether an experiment only places the rod, so that there is nothing to fit.
 bool only_places(const Entry& entry) {
   try {
-    return config::parse_experiment(entry.experiment, entry.file).place_in.has_value();
+    return config::parse_experiment(entry.experiment, entry.file).placing() != nullptr;
   } catch (const Error&) {
     // A queue of another version, perhaps: the fit says what is wrong.
     return false;

@@ -62,7 +62,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
           // Faults of the text itself are found here, at once, and no file that it names is read.
           const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file);
           entry.name = experiment.name;
-          entry.only_places = experiment.place_in.has_value();
+          entry.only_places = experiment.placing() != nullptr;
           submission->moves_at_once = submission->moves_at_once || entry.only_places;
         }
         for (const Entry& entry : submission->entries) {

@@ -44,7 +44,7 @@ Written written(const DesignPredictor& predictor, const ident::ImprovementTask& 
   const config::ExperimentConfig experiment = experiment_of(predictor, task, design);
   const auto samples = static_cast<std::size_t>(std::llround(task.duration_s / task.limits.step_s));
   return {trial_task(predictor, experiment, task),
-          ident::excitation(experiment.excitation, task.limits.step_s, samples)};
+          ident::excitation(experiment.played()->excitation, task.limits.step_s, samples)};
 }
 
 ChosenDesign tried_out(const DesignPredictor& predictor, const ident::ImprovementTask& task,

@@ -71,18 +71,18 @@ ExcitedPeriod excited_period(const ident::Excitation& excitation, double step_s,
 
 std::optional<ident::FrequencyResponse> frequency_response_of(const Source& source, const ident::FitOptions& options,
                                                               std::vector<std::string>& notes) {
-  if (!source.experiment) return std::nullopt;
+  const config::Played* played = source.experiment ? source.experiment->played() : nullptr;
+  if (played == nullptr) return std::nullopt;
   const double step_s = source.record.step_s;
   const auto samples = static_cast<std::size_t>(source.record.input.size());
   try {
     const auto discard = ident::discarded_rows(options.discard_s, step_s);
-    if (const auto realisations = ident::realisations_of(source.experiment->excitation)) {
+    if (const auto realisations = ident::realisations_of(played->excitation)) {
       const std::size_t table = source.repetition_samples > 0 ? source.repetition_samples : samples;
       return ident::measure_realisations(source.record, rows_of(*realisations, samples, table, discard),
-                                         ident::excited_lines(source.experiment->excitation, step_s, table));
+                                         ident::excited_lines(played->excitation, step_s, table));
     }
-    const ExcitedPeriod excited =
-        excited_period(source.experiment->excitation, step_s, samples, source.repetition_samples);
+    const ExcitedPeriod excited = excited_period(played->excitation, step_s, samples, source.repetition_samples);
     if (excited.samples == 0) {
       if (!excited.lines_Hz.empty()) {
         notes.emplace_back("no frequency response: the record holds no two periods of the excited lines");

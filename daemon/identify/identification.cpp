@@ -41,10 +41,11 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
 
 /// Lowest and highest line of the source's experiment, if it has lines.
 std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
-  if (!source.experiment) return {};
+  const config::Played* played = source.experiment ? source.experiment->played() : nullptr;
+  if (played == nullptr) return {};
   const auto samples = static_cast<std::size_t>(source.record.input.size());
   const std::size_t table = source.repetition_samples > 0 ? source.repetition_samples : samples;
-  const std::vector<double> lines_Hz = ident::excited_lines(source.experiment->excitation, source.record.step_s, table);
+  const std::vector<double> lines_Hz = ident::excited_lines(played->excitation, source.record.step_s, table);
   if (lines_Hz.empty()) return {};
   return ident::FrequencyInterval{lines_Hz.front(), lines_Hz.back()};
 }

@@ -146,7 +146,7 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   FinishedRun finished{.folder = request.folder,
                        .report = loop.get(),
                        .write_error = {},
-                       .only_placed = request.experiment.place_in.has_value(),
+                       .only_placed = request.experiment.placing() != nullptr,
                        .displacement_in = run.watch.board.read().displacement_in};
   const acquisition::LoopCounters& counted = finished.report.counters;
   if (is_real_time && (counted.late > 0 || counted.skipped > 0)) {

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
@@ -21,42 +22,61 @@ place::LoopMonitor monitor_of(const PlayRequest& request) {
   return {place::loop_bounds(request.rig.limits), request.rig.realtime.sample_period_s};
 }
 
-std::unique_ptr<CommandSource> excitation_of(const PlayRequest& request) {
+/// Moves the rod to a place, then plays `source`.
+std::unique_ptr<CommandSource> started(const PlayRequest& request, double place_in,
+                                       std::unique_ptr<CommandSource> source) {
+  const config::RigLimits& limits = request.rig.limits;
+  const double step_s = request.rig.realtime.sample_period_s;
+  return std::make_unique<place::StartingSource>(place::PlaceController(limits, step_s, place_in), limits, step_s,
+                                                 std::move(source));
+}
+
+std::unique_ptr<CommandSource> table_of(const config::Played& played, const PlayRequest& request) {
   const auto repetitions = static_cast<std::uint32_t>(request.experiment.repetitions);
-  if (!request.experiment.hold) return std::make_unique<acquisition::TableSource>(request.table_V, repetitions);
-  const double gain = request.experiment.hold->gain_V_per_in.value_or(config::hold_gains(request.rig).usual);
+  if (!played.hold) return std::make_unique<acquisition::TableSource>(request.table_V, repetitions);
+  const double gain = played.hold->gain_V_per_in.value_or(config::hold_gains(request.rig).usual);
   return std::make_unique<place::HoldSource>(request.table_V, request.predicted_in, repetitions,
                                              config::hold_law(request.rig.limits, gain), monitor_of(request));
+}
+
+// The source of each kind.
+
+std::unique_ptr<CommandSource> source_of(const config::Played& played, const PlayRequest& request) {
+  std::unique_ptr<CommandSource> table = table_of(played, request);
+  if (!played.start) return table;
+  // A held rod begins where its motion is about the start.
+  const double ahead_in = played.hold ? request.predicted_in.front() : 0.0;
+  return started(request, played.start->displacement_in + ahead_in, std::move(table));
+}
+
+std::unique_ptr<CommandSource> source_of(const config::Placing& placing, const PlayRequest& request) {
+  return std::make_unique<place::PlaceSource>(
+      place::PlaceController(request.rig.limits, request.rig.realtime.sample_period_s, placing.place.displacement_in),
+      static_cast<std::uint32_t>(request.table_V.size()),
+      placing.brings_back ? place::Begin::anywhere : place::Begin::within_limits);
+}
+
+std::unique_ptr<CommandSource> source_of(const config::SheetRun& sheet, const PlayRequest& request) {
+  const config::RigLimits& limits = request.rig.limits;
+  const config::Centring centring = config::centring_of(limits);
+  if (centring.window_in) {
+    return std::make_unique<place::ExploringSource>(request.table_V, centring, limits,
+                                                    request.rig.realtime.sample_period_s);
+  }
+  return started(request, sheet.start ? sheet.start->displacement_in : centring.middle_in,
+                 std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request), std::nullopt));
+}
+
+std::unique_ptr<CommandSource> source_of(const config::Tracking& tracking, const PlayRequest& request) {
+  auto loop = std::make_unique<track::TrackSource>(tracking.track, request.rig.limits);
+  if (!tracking.start) return loop;
+  return started(request, tracking.start->displacement_in, std::move(loop));
 }
 
 }  // namespace
 
 std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
-  const config::RigLimits& limits = request.rig.limits;
-  const double step_s = request.rig.realtime.sample_period_s;
-  const config::ExperimentConfig& experiment = request.experiment;
-  if (experiment.place_in) {
-    return std::make_unique<place::PlaceSource>(
-        place::PlaceController(limits, step_s, *experiment.place_in),
-        static_cast<std::uint32_t>(request.table_V.size()),
-        experiment.brings_back ? place::Begin::anywhere : place::Begin::within_limits);
-  }
-  if (experiment.characterises) {
-    const config::Centring centring = config::centring_of(limits);
-    if (centring.window_in) {
-      return std::make_unique<place::ExploringSource>(request.table_V, centring, limits, step_s);
-    }
-    return std::make_unique<place::StartingSource>(
-        place::PlaceController(limits, step_s, experiment.start_in.value_or(centring.middle_in)), limits, step_s,
-        std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request), std::nullopt));
-  }
-  std::unique_ptr<CommandSource> excitation =
-      experiment.track ? std::make_unique<track::TrackSource>(*experiment.track, limits) : excitation_of(request);
-  if (!experiment.start_in) return excitation;
-  // A held rod begins where its motion is about the start.
-  const double ahead_in = experiment.hold ? request.predicted_in.front() : 0.0;
-  return std::make_unique<place::StartingSource>(
-      place::PlaceController(limits, step_s, *experiment.start_in + ahead_in), limits, step_s, std::move(excitation));
+  return std::visit([&](const auto& kind) { return source_of(kind, request); }, request.experiment.kind);
 }
 
 }  // namespace eha::play

@@ -44,7 +44,7 @@ double gain_percent(const std::filesystem::path& run) {
 
 PrecisionWatch::PrecisionWatch(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                                std::filesystem::path run, Say say)
-    : wanted_percent_(experiment.precision->gain_percent),
+    : wanted_percent_(experiment.played()->precision->gain_percent),
       repetition_s_(experiment.duration_s),
       row_s_(rig.realtime.sample_period_s),
       avoided_cpu_(rig.realtime.cpu),
@@ -101,7 +101,8 @@ void PrecisionWatch::conclude(const std::string& message) {
 
 std::unique_ptr<PrecisionWatch> watch_of(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                                          const std::filesystem::path& run, PrecisionWatch::Say say) {
-  if (!experiment.precision) return nullptr;
+  const config::Played* played = experiment.played();
+  if (played == nullptr || !played->precision) return nullptr;
   return std::make_unique<PrecisionWatch>(experiment, rig, run, std::move(say));
 }
 

@@ -58,7 +58,8 @@ Json describe_kernel() {
 Json describe_run(const hal::RigCapabilities& rig, const RunDescription& run) {
   const config::ExperimentConfig& experiment = run.experiment;
   const bool is_virtual = run.time_base == acquisition::TimeBase::virtual_time;
-  const std::optional<std::uint64_t> excitation_seed = ident::seed_of(experiment.excitation);
+  const config::Played* played = experiment.played();
+  const auto excitation_seed = played != nullptr ? ident::seed_of(played->excitation) : std::nullopt;
   const std::optional<std::uint64_t> noise_seed = hal::seed_of(run.rig.backend);
   Json header{{"schema", kJournalSchema},
               {"name", experiment.name},

@@ -32,8 +32,9 @@ class Play {
         ticks_(std::max<Eigen::Index>(1, std::llround(kStep_s / rig.realtime.sample_period_s))),
         tick_s_(rig.realtime.sample_period_s),
         step_s_(static_cast<double>(ticks_) * tick_s_) {
-    if (!experiment.config.hold) return;
-    hold_ = config::hold_law(limits_, experiment.config.hold->gain_V_per_in.value_or(config::hold_gains(rig).usual));
+    const config::Played* played = experiment.config.played();
+    if (played == nullptr || !played->hold) return;
+    hold_ = config::hold_law(limits_, played->hold->gain_V_per_in.value_or(config::hold_gains(rig).usual));
   }
 
   [[nodiscard]] Passage on(const config::ValveEstimate& valve, double start_in) const {
@@ -96,13 +97,14 @@ Eigen::VectorXd periodic_part(const config::PreparedExperiment& experiment, cons
 }
 
 bool plays_open_loop(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
-  return rig.limits.following && experiment.config.is_fitted() && !experiment.config.hold;
+  const config::Played* played = experiment.config.played();
+  return rig.limits.following && played != nullptr && !played->hold;
 }
 
 /// Whether the excitation swings about its offset. One that does not, such as a step, moves the rod on purpose.
 bool is_balanced(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
   constexpr double kOneSided = 0.25;  // mean over peak
-  const Eigen::ArrayXd swing = periodic_part(experiment, rig).array() - experiment.config.excitation.offset_V;
+  const Eigen::ArrayXd swing = periodic_part(experiment, rig).array() - experiment.config.played()->excitation.offset_V;
   const double peak = swing.size() == 0 ? 0.0 : swing.abs().maxCoeff();
   return peak > 0.0 && std::abs(swing.mean()) <= kOneSided * peak;
 }
@@ -122,7 +124,7 @@ std::optional<double> offset_that_stops(const config::PreparedExperiment& experi
     const double middle_V = 0.5 * (low_V + high_V);
     (rate(middle_V) > 0.0 ? high_V : low_V) = middle_V;
   }
-  return experiment.config.excitation.offset_V + 0.5 * (low_V + high_V);
+  return experiment.config.played()->excitation.offset_V + 0.5 * (low_V + high_V);
 }
 
 /// offset_that_stops(), if the rod then stays within the limits.
@@ -132,7 +134,7 @@ std::optional<double> offset_that_helps(const config::PreparedExperiment& experi
   const std::optional<double> offset_V = offset_that_stops(experiment, rig, 0.0);
   if (!offset_V) return std::nullopt;
   config::PreparedExperiment other = experiment;
-  other.table_V.array() += *offset_V - experiment.config.excitation.offset_V;
+  other.table_V.array() += *offset_V - experiment.config.played()->excitation.offset_V;
   const Passage passage = Play(other, rig).on(config::valve_estimate(*rig.limits.following), from_in);
   return passage.trips ? std::nullopt : offset_V;
 }
@@ -141,11 +143,12 @@ std::optional<double> offset_that_helps(const config::PreparedExperiment& experi
 
 std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                                   double start_in, std::uint64_t seed) {
-  if (!rig.limits.following || !experiment.config.is_fitted() || experiment.table_V.size() == 0) return std::nullopt;
+  const config::Played* played = experiment.config.played();
+  if (!rig.limits.following || played == nullptr || experiment.table_V.size() == 0) return std::nullopt;
   const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
   const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
-  const double ahead_in = experiment.config.hold ? experiment.predicted_in[0] : 0.0;
-  const double from_in = experiment.config.start_in ? *experiment.config.start_in + ahead_in : start_in;
+  const double ahead_in = played->hold ? experiment.predicted_in[0] : 0.0;
+  const double from_in = played->start ? played->start->displacement_in + ahead_in : start_in;
   const Play play(experiment, rig);
   ident::PortableDraw draw(seed);
   std::vector<double> lowest(kDraws);

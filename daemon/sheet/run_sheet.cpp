@@ -15,7 +15,7 @@ namespace eha::sheet {
 
 RunSheet sheet_of_run(const std::filesystem::path& folder) {
   const record::LoadedRun run = record::read_run(folder);
-  if (!config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string()).characterises) {
+  if (!config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string()).characterises()) {
     throw DataError(fmt::format("{}: is no run of [characterise]; `eha characterise` plays one", folder.string()));
   }
   if (run.outcome != acquisition::Outcome::completed) {

@@ -136,7 +136,7 @@ std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, std::siz
 config::ExperimentConfig tracked_experiment(const record::LoadedRun& run) {
   config::ExperimentConfig experiment =
       config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string());
-  if (!experiment.track) {
+  if (experiment.tracking() == nullptr) {
     throw DataError(fmt::format("{}: is no run of [track]; `eha track` plays one", run.folder.string()));
   }
   return experiment;
@@ -179,7 +179,7 @@ std::vector<std::string> changes_until_fault(const std::filesystem::path& folder
   const record::LoadedRun run = record::read_run(folder);
   const config::ExperimentConfig experiment = tracked_experiment(run);
   const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
-  const ident::AxisSettings& settings = experiment.track->controller.settings;
+  const ident::AxisSettings& settings = experiment.tracking()->track.controller.settings;
   const auto first = static_cast<Eigen::Index>(first_tracked_row(rig.limits, settings.tick_s));
   // What the rod did about the fault is not the valve's.
   const Eigen::Index rows = run.record.output.size() - first - std::lround(kBeforeFault_s / settings.tick_s);
@@ -205,17 +205,17 @@ TrackResult track_result(const std::filesystem::path& folder) {
   result.folder = run.folder;
   const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
   result.units = rig.units;
-  result.controller = experiment.track->controller;
+  result.controller = experiment.tracking()->track.controller;
   const ident::AxisCoefficients c = ident::coefficients(result.controller.settings);
   const Eigen::VectorXd& y = run.record.output;
   // The row before the controller's first: its reading is what the controller begins from.
   const auto before = static_cast<Eigen::Index>(first_tracked_row(rig.limits, c.settings.tick_s)) - 1;
   if (y.size() < before + 2) throw DataError(fmt::format("{}: it has no row of the controller", folder.string()));
-  const ident::TrialMotion motion(c.settings, experiment.track->plan, y[before + 1]);
+  const ident::TrialMotion motion(c.settings, experiment.tracking()->track.plan, y[before + 1]);
   ident::AxisController controller(c);
   controller.start(y[before + 1], c.settings.inverse.null);
   TrackRows& rows = result.rows;
-  const bool is_own = !experiment.track->plan.reference.empty();
+  const bool is_own = !experiment.tracking()->track.plan.reference.empty();
   for (Eigen::Index k = 1; before + k < y.size(); ++k) {
     const double reading_in = y[before + k];
     const double set_point = motion.set_point(static_cast<std::size_t>(k));
@@ -250,8 +250,8 @@ TrackResult track_result(const std::filesystem::path& folder) {
                     {"error at rest, worst", "in", did.rest_error_in, kExtremes * noise, p.rest_error_in},
                     {"motion at rest, peak to peak", "in", did.standing_in, 2.0 * kExtremes * noise, p.standing_in}};
   if (is_own) result.figures.resize(2);
-  if (experiment.track->plan.sweep && !is_own) {
-    const ident::MarginSweep& sweep = *experiment.track->plan.sweep;
+  if (experiment.tracking()->track.plan.sweep && !is_own) {
+    const ident::MarginSweep& sweep = *experiment.tracking()->track.plan.sweep;
     const std::size_t first = sweep_begin(rows, motion);
     if (first + sweep.rows() <= rows.time_s.size()) {
       result.sweep_s = {rows.time_s[first], rows.time_s[first + sweep.rows() - 1]};

@@ -180,9 +180,11 @@ PeriodPlan plan_periods(const record::RunHeader& header, const std::string& sour
   plan.step_s = header.sample_period_s;
   plan.rows = header.samples_per_repetition * header.repetitions;
   plan.discard = ident::discarded_rows(header.discard_s, header.sample_period_s);
-  const identify::ExcitedPeriod excited =
-      identify::excited_period(experiment.excitation, header.sample_period_s, plan.rows, header.samples_per_repetition);
   plan.valve = valve_of(header.rig_text, source);
+  const config::Played* played = experiment.played();
+  if (played == nullptr) return plan;
+  const identify::ExcitedPeriod excited =
+      identify::excited_period(played->excitation, header.sample_period_s, plan.rows, header.samples_per_repetition);
   plan.period = excited.samples;
   plan.lines_Hz = excited.lines_Hz;
   if (plan.period == 0) return plan;

@@ -144,7 +144,7 @@ TEST(ConfigText, MayHoldManyNumbersInALine) {
       parse_experiment("schema = 1\nname = \"x\"\nduration_s = 10.0\n[excitation]\nkind = \"multisine\"\ntones = [" +
                            repeated(tone, 100) + "]\n[[model]]\nname = \"io\"\nstructure = \"io\"\n",
                        "x.toml");
-  EXPECT_EQ(std::get<ident::Multisine>(experiment.excitation.kind).tones.size(), 100U);
+  EXPECT_EQ(std::get<ident::Multisine>(experiment.played()->excitation.kind).tones.size(), 100U);
 }
 
 TEST_F(ConfigFile, IsReadAsItStands) {

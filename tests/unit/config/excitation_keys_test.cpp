@@ -23,7 +23,7 @@ std::string with_excitation(const std::string& keys) {
 TEST(ExcitationKeys, AreReadForEveryKind) {
   using namespace ident;
   const auto excitation = [](const std::string& keys) {
-    return parse_prepared_experiment(with_excitation(keys), "e.toml", rig()).config.excitation.kind;
+    return parse_prepared_experiment(with_excitation(keys), "e.toml", rig()).config.played()->excitation.kind;
   };
   const std::string band = "amplitude_V = 2\nfrequency_min_Hz = 0.1\nfrequency_max_Hz = 0.9\n";
   EXPECT_EQ(std::get<Chirp>(excitation("kind = \"chirp\"\n" + band)).band.max_Hz, 0.9);
@@ -119,7 +119,7 @@ TEST_F(TableFile, IsNotLookedForWhereOnlyTheTextWasSent) {
                                  "e.toml:6:8: excitation.file: \"/etc/passwd\" was not sent with the experiment: the "
                                  "service receives the experiment's text only; play it with eha run --local"}));
   const ExperimentConfig over = parse_experiment(text, "run.json", NamedFiles::leave);
-  EXPECT_TRUE(std::get<ident::Table>(over.excitation.kind).file.volts_V.empty());
+  EXPECT_TRUE(std::get<ident::Table>(over.played()->excitation.kind).file.volts_V.empty());
 }
 
 TEST(ExcitationKeys, OfAnotherKindAreRefused) {

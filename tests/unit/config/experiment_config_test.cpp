@@ -71,8 +71,8 @@ TEST(ExperimentConfig, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(experiment.name, "bench-3");
   EXPECT_EQ(experiment.duration_s, 20.0);
   EXPECT_EQ(experiment.repetitions, 3);
-  EXPECT_EQ(experiment.excitation.offset_V, 0.25);
-  const std::vector<ident::Tone>& tones = std::get<ident::Multisine>(experiment.excitation.kind).tones;
+  EXPECT_EQ(experiment.played()->excitation.offset_V, 0.25);
+  const std::vector<ident::Tone>& tones = std::get<ident::Multisine>(experiment.played()->excitation.kind).tones;
   ASSERT_EQ(tones.size(), 2U);
   EXPECT_EQ(tones[0].phase_rad, 0.5);
   EXPECT_EQ(tones[1].frequency_Hz, 0.4);

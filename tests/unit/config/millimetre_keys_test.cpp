@@ -72,8 +72,9 @@ TEST(MillimetreKeys, StandInExperimentsToo) {
                "tones = [ { frequency_Hz = 0.2, amplitude_V = 1.0 } ]\n[record]\ndiscard_s = 0.0\n[start]\n") +
            start;
   };
-  EXPECT_NEAR(*parse_experiment(text("displacement_mm = 75.0\n"), "e.toml").start_in, 75.0 / 25.4, 1e-12);
-  EXPECT_NEAR(*parse_experiment(text("displacement_in = 3.0\n"), "e.toml").start_in, 3.0, 1e-12);
+  EXPECT_NEAR(parse_experiment(text("displacement_mm = 75.0\n"), "e.toml").played()->start->displacement_in,
+              75.0 / 25.4, 1e-12);
+  EXPECT_NEAR(parse_experiment(text("displacement_in = 3.0\n"), "e.toml").played()->start->displacement_in, 3.0, 1e-12);
 }
 
 }  // namespace

@@ -40,12 +40,14 @@ bool contains(const std::string& text, const char* part) { return text.find(part
 TEST(MotionConfig, ReadsStartAndHold) {
   const auto prepared = parse_prepared_experiment(
       experiment("[start]\ndisplacement_in = 2.5\n[hold]\ngain_V_per_in = 3.0\n"), "e", sim());
-  EXPECT_EQ(prepared.config.start_in, 2.5);
-  ASSERT_TRUE(prepared.config.hold.has_value());
-  EXPECT_EQ(prepared.config.hold->gain_V_per_in, 3.0);
+  const Played* played = prepared.config.played();
+  ASSERT_TRUE(played != nullptr && played->start && played->hold);
+  EXPECT_EQ(played->start->displacement_in, 2.5);
+  EXPECT_EQ(played->hold->gain_V_per_in, 3.0);
   EXPECT_EQ(prepared.predicted_in.size(), prepared.table_V.size());
   const auto plain = parse_prepared_experiment(experiment(""), "e", sim());
-  EXPECT_FALSE(plain.config.start_in || plain.config.hold || plain.config.place_in);
+  ASSERT_NE(plain.config.played(), nullptr);
+  EXPECT_FALSE(plain.config.played()->start || plain.config.played()->hold);
   EXPECT_EQ(plain.predicted_in.size(), 0);
 }
 
@@ -84,11 +86,12 @@ TEST(MotionConfig, LetsASimulatedRodBeginBeyondALimit) {
 TEST(MotionConfig, TakesAPlaceInsteadOfAnExcitation) {
   const std::string place = "schema = 1\nname = \"g\"\nduration_s = 60.0\n[place]\ndisplacement_in = 3.0\n";
   const auto prepared = parse_prepared_experiment(place, "e.toml", sim());
-  EXPECT_EQ(prepared.config.place_in, 3.0);
+  ASSERT_NE(prepared.config.placing(), nullptr);
+  EXPECT_EQ(prepared.config.placing()->place.displacement_in, 3.0);
   EXPECT_EQ(prepared.table_V.size(), 60'000);
   EXPECT_EQ(prepared.table_V.cwiseAbs().maxCoeff(), 0.0);
-  EXPECT_FALSE(prepared.config.brings_back);
-  EXPECT_TRUE(parse_prepared_experiment(place + "way_back = true\n", "e.toml", sim()).config.brings_back);
+  EXPECT_FALSE(prepared.config.placing()->brings_back);
+  EXPECT_TRUE(parse_prepared_experiment(place + "way_back = true\n", "e.toml", sim()).config.placing()->brings_back);
   EXPECT_TRUE(contains(refusal(place + "[start]\ndisplacement_in = 3.0\n"), "start: expected no such key"));
   EXPECT_TRUE(contains(refusal(experiment("[place]\ndisplacement_in = 3.0\n")), "excitation: expected no such key"));
 }
@@ -96,11 +99,12 @@ TEST(MotionConfig, TakesAPlaceInsteadOfAnExcitation) {
 TEST(MotionConfig, TakesCharacteriseInsteadOfAnExcitation) {
   const std::string text = "schema = 1\nname = \"c\"\n[characterise]\n";
   const auto prepared = parse_prepared_experiment(text, "e.toml", sim());
-  EXPECT_TRUE(prepared.config.characterises);
-  EXPECT_FALSE(prepared.config.is_fitted());
+  EXPECT_TRUE(prepared.config.characterises());
+  EXPECT_EQ(prepared.config.played(), nullptr);
   EXPECT_EQ(prepared.config.duration_s, 130.0);
   EXPECT_EQ(prepared.table_V.size(), 130'000);
-  EXPECT_EQ(parse_prepared_experiment(text + "[start]\ndisplacement_in = 2.5\n", "e", sim()).config.start_in, 2.5);
+  const auto started = parse_prepared_experiment(text + "[start]\ndisplacement_in = 2.5\n", "e", sim());
+  EXPECT_EQ(std::get<SheetRun>(started.config.kind).start.value().displacement_in, 2.5);
   EXPECT_TRUE(contains(refusal("duration_s = 60.0\n" + text), "duration_s: expected no such key"));
   EXPECT_TRUE(contains(refusal(text + "amplitude_V = 1.0\n"), "characterise.amplitude_V"));
   EXPECT_TRUE(contains(refusal(experiment("[characterise]\n")), "excitation: expected no such key"));

@@ -150,7 +150,7 @@ TEST(ShippedFiles, TheCommentedEnableContactIsOneThatLoads) {
 TEST(ShippedFiles, ThePaperExperimentIsTheOneInThePaper) {
   const ExperimentConfig experiment = paper();
   EXPECT_EQ(experiment.duration_s, 50.0);
-  const std::vector<ident::Tone>& tones = std::get<ident::Multisine>(experiment.excitation.kind).tones;
+  const std::vector<ident::Tone>& tones = std::get<ident::Multisine>(experiment.played()->excitation.kind).tones;
   EXPECT_EQ(tones.size(), 3U);
   EXPECT_EQ(experiment.fit.discard_s, 10.0);
   EXPECT_EQ(experiment.fit.decimation, 40);

@@ -21,11 +21,11 @@ inline Source source_of(double duration_s, int repetitions, ident::ExcitationKin
   source.name = "test";
   source.record.step_s = kStep_s;
   source.experiment.emplace();
-  source.experiment->excitation.kind = std::move(kind);
+  const ident::Excitation excitation{.kind = std::move(kind)};
+  source.experiment->kind = config::Played{.excitation = excitation};
   source.experiment->duration_s = duration_s;
   source.repetition_samples = static_cast<std::size_t>(std::lround(duration_s / kStep_s));
-  source.record.input =
-      ident::excitation(source.experiment->excitation, kStep_s, source.repetition_samples).replicate(repetitions, 1);
+  source.record.input = ident::excitation(excitation, kStep_s, source.repetition_samples).replicate(repetitions, 1);
   source.record.output = ident::simulate(kLag, source.record.input, kStep_s);
   return source;
 }

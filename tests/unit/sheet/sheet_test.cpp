@@ -112,7 +112,7 @@ TEST(ValveSheetPage, HoldsTheSheetAndItsFigures) {
   std::vector<std::string> missing;
   const std::string page = sheet_page(example(), DisplayUnit("in"), missing);
   EXPECT_NE(page.find("Flow curve"), std::string::npos);
-  EXPECT_NE(page.find("null_uncertainty_V = 0.0060"), std::string::npos);
+  EXPECT_NE(page.find("null_uncertainty_V = 0.006"), std::string::npos);
   EXPECT_EQ(page.find("http"), page.find("http://www.w3.org")) << "nothing from the network";
 }
 

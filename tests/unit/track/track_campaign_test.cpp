@@ -78,7 +78,7 @@ config::Track trial(const Axis& axis, const std::string& controller) {
       "schema = 1\nname = \"track\"\n\n[track]\nhold_s = 3.0\ntrapezoids = 1\nsweep = true\ncontroller = '''\n" +
           controller + "'''\n",
       "track.toml", axis.rig);
-  return *prepared.config.track;
+  return prepared.config.tracking()->track;
 }
 
 double reference_velocity(const config::Track& track) { return track.controller.settings.reference.velocity; }

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <variant>
+
+#include "config/controller_config.hpp"
+#include "core/keys.hpp"
+#include "ident/control/trial.hpp"
+#include "ident/excitation/excitation.hpp"
+
+// The kinds of an experiment, with their tables of the file. For each kind there is one function in
+//   experiment_config.cpp          which reads it,
+//   experiment_check.cpp           which checks it against the rig and makes its table of volts,
+//   daemon/play/source.cpp         which makes its source of volts,
+//   daemon/rig/confirmation.cpp    which says how the actuator moves,
+//   daemon/record/config_json.cpp  which records it,
+//   daemon/eha/run_command.cpp     which reports its completed run, and
+//   daemon/eha/fit_command.cpp     which says what `eha fit` does with its record.
+// The compiler names each of these where a kind is missing.
+
+namespace eha::config {
+
+/// [start], and where the rod is moved by [place].
+struct Place {
+  double displacement_in = 0.0;
+
+  static void visit_keys(auto& self, auto& keys) { keys.number("displacement_in", self.displacement_in, Range::any()); }
+};
+
+/// [hold]: keeps an integrating rod near where it is predicted to be.
+struct Hold {
+  std::optional<double> gain_V_per_in = {};  ///< volts for each inch off the prediction; none: hold_gains().usual
+
+  static void visit_keys(auto& self, auto& keys) {
+    keys.number("gain_V_per_in", self.gain_V_per_in, Range::above(0.0));
+  }
+};
+
+/// [precision]: ends the run after the repetition that reaches it.
+struct Precision {
+  /// Of the gain K of integrator_lag behind the valve's map, fitted to the rows so far: half of its 95 % interval, of
+  /// its value [%].
+  double gain_percent = 0.0;
+
+  static void visit_keys(auto& self, auto& keys) { keys.number("gain_percent", self.gain_percent, Range::above(0.0)); }
+};
+
+/// A controller, and the trial that it plays.
+struct Track {
+  ControllerConfig controller;
+  ident::TrialPlan plan;
+};
+
+/// Plays [excitation]; models are fitted to the record. The only kind that is rehearsed.
+struct Played {
+  static constexpr std::string_view kCommand = "fit";  ///< of eha, which computes from the record; the same below
+
+  ident::Excitation excitation = {};
+  std::optional<Place> start = {};
+  std::optional<Hold> hold = {};
+  std::optional<Precision> precision = {};
+};
+
+/// Moves the rod to [place], in duration_s at most, and plays nothing.
+struct Placing {
+  static constexpr std::string_view kCommand = "plot";
+
+  Place place = {};
+  bool brings_back = false;  ///< also from beyond a travel limit, inward only
+
+  static void visit_keys(auto& self, auto& keys) {
+    Place::visit_keys(self.place, keys);
+    keys.boolean("way_back", self.brings_back, Need::optional);
+  }
+};
+
+/// [characterise]: plays what the valve sheet needs, for kSheetDuration_s.
+struct SheetRun {
+  static constexpr std::string_view kCommand = "characterise";
+
+  std::optional<Place> start = {};
+};
+
+/// [track]: plays the trial of a controller, in closed loop.
+struct Tracking {
+  static constexpr std::string_view kCommand = "track";
+
+  Track track = {};
+  std::optional<Place> start = {};
+};
+
+using ExperimentKind = std::variant<Played, Placing, SheetRun, Tracking>;
+
+}  // namespace eha::config
