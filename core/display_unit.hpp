@@ -20,6 +20,7 @@ struct LengthUnit {
 inline constexpr std::array kLengthUnits =
     std::to_array<LengthUnit>({{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}});
 
+/// Whether `unit` is one of kLengthUnits; "in/s" is not.
 [[nodiscard]] inline bool is_length(std::string_view unit) {
   return std::any_of(kLengthUnits.begin(), kLengthUnits.end(), [&](const LengthUnit& l) { return l.name == unit; });
 }

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "core/os/files.hpp"
-#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/short_report.hpp"
+#include "daemon/eha/study_output.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/published/published_page.hpp"
 #include "daemon/published/published_summary.hpp"
@@ -122,18 +122,14 @@ ExitCode execute(const PublishedCommand& command, Console& console) {
     console.print(text);
     throw DataError(fmt::format("{}: no file of a published set is below it; fetch one, see the list", command.folder));
   }
-  const std::filesystem::path page_file = command.output / "report.html";
-  const report::Page page = published::page_of(study);
-  for (const std::string& sentence : page.missing) console.warning(sentence);
-  os::write_file_atomically(command.output / "study.json", document.dump(2) + "\n");
-  os::write_file_atomically(command.output / "study.txt", text);
-  os::write_file_atomically(page_file, page.html);
-  document["files"] = {(command.output / "study.json").string(), (command.output / "study.txt").string(),
-                       page_file.string()};
-  console.print_json(document);
-  console.print(text);
-  for (const auto& file : document["files"]) console.print(fmt::format("written: {}", file.get<std::string>()));
-  console.next_step("xdg-open " + shell_word(page_file.string()));
+  std::string data = document.dump(2) + "\n";
+  write_and_show(console,
+                 {.document = std::move(document),
+                  .text = text,
+                  .page = published::page_of(study),
+                  .data_name = "study.json",
+                  .data = std::move(data)},
+                 command.output);
   return ExitCode::ok;
 }
 

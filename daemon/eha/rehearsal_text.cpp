@@ -90,7 +90,7 @@ void require_within_travel(const config::ExperimentConfig& experiment, const con
 
 void warn_if_not_fittable(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                           const std::string& experiment_file, const Console& console) {
-  if (!experiment.is_fitted()) return;
+  if (experiment.played() == nullptr) return;
   const double rows = experiment.duration_s * experiment.repetitions / rig.realtime.sample_period_s;
   if (!(rows < kSurelyEnough_rows)) return;
   ident::Record record;

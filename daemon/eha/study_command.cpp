@@ -3,16 +3,16 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/os/files.hpp"
-#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/published_command.hpp"
 #include "daemon/eha/short_report.hpp"
+#include "daemon/eha/study_output.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/study/study_page.hpp"
@@ -112,20 +112,13 @@ ExitCode execute(const StudyCommand& command, Console& console) {
       "records; stable: models of IO, FO. Treatments: eha(1)\n\n";
   for (const std::string& sentence : sentences) text += wrapped(sentence, 0) + "\n";
 
-  const std::filesystem::path csv = command.output / "study.csv";
-  const std::filesystem::path page_file = command.output / "report.html";
-  const report::Page page = study::page_of(result);
-  for (const std::string& sentence : page.missing) console.warning(sentence);
-  os::write_file_atomically(csv, study::to_csv(result));
-  os::write_file_atomically(command.output / "study.txt", text);
-  os::write_file_atomically(page_file, page.html);
-
-  Json document = document_of(result, cells, sentences);
-  document["files"] = {csv.string(), (command.output / "study.txt").string(), page_file.string()};
-  console.print_json(document);
-  console.print(text);
-  for (const auto& file : document["files"]) console.print(fmt::format("written: {}", file.get<std::string>()));
-  console.next_step("xdg-open " + shell_word(page_file.string()));
+  write_and_show(console,
+                 {.document = document_of(result, cells, sentences),
+                  .text = std::move(text),
+                  .page = study::page_of(result),
+                  .data_name = "study.csv",
+                  .data = study::to_csv(result)},
+                 command.output);
   return ExitCode::ok;
 }
 

@@ -20,8 +20,8 @@ ident::Model in_units_of(const Source& source, ident::Model model, const std::st
   const std::string& input = source.record.input_channel.unit;
   const std::string& output = source.record.output_channel.unit;
   const DisplayUnit unit(output);
-  const bool is_length = unit.of(model.output_unit) == output;
-  if (!agree(model.input_unit, input) || (!agree(model.output_unit, output) && !is_length)) {
+  const bool is_convertible = unit.of(model.output_unit) == output;
+  if (!agree(model.input_unit, input) || (!agree(model.output_unit, output) && !is_convertible)) {
     throw DataError(
         fmt::format("{} is a model from {} to {}, and {} is a record in {} and {}; expected the same units, "
                     "or outputs that are lengths",
