@@ -47,7 +47,7 @@ class ConflictSearch {
 
   Eigen::VectorXd run() {
     if (const Played* played = experiment_.played()) check_frequencies(*played);
-    if (!issues_.clean("duration_s")) return {};
+    if (!issues_.clean("duration_s") || !issues_.clean("track")) return {};
     if (!check_samples()) return {};
     return std::visit([&](const auto& kind) { return table_of(kind); }, experiment_.kind);
   }

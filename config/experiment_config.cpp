@@ -197,8 +197,8 @@ ExperimentConfig read_experiment(Document& document) {
   root.table_of<AcceptanceKeys>("acceptance", experiment.acceptance, Need::optional);
   root.finish();
   check_models(experiment.models, experiment.fit.procedure, document);
-  if (document.issues.clean("duration_s") && document.issues.clean("record.discard_s") &&
-      experiment.fit.discard_s >= experiment.duration_s) {
+  const bool has_duration = document.issues.clean("duration_s") && document.issues.clean("track");
+  if (has_duration && document.issues.clean("record.discard_s") && experiment.fit.discard_s >= experiment.duration_s) {
     add_fault(document, "record.discard_s", fmt::format("less than duration_s = {}", experiment.duration_s),
               fmt::format("{}", experiment.fit.discard_s));
   }

@@ -160,6 +160,7 @@ TEST_F(Track, IsRefusedForAnotherRigTickOrTravel) {
       << refusal(with("tick_s", "0.002"));
   EXPECT_NE(refusal(with("following_error_in", "0.6")).find("a twentieth of the travel"), std::string::npos);
   EXPECT_NE(refusal("schema = 7\n").find("the text of a controller file"), std::string::npos);
+  EXPECT_EQ(refusal("schema = 7\n").find("duration_s"), std::string::npos) << "it follows from the controller";
   rig_.limits.travel_max_in = 3.0;
   EXPECT_NE(refusal(text_).find("travel within"), std::string::npos);
   rig_.limits.slew_V_per_s = 1.0;
