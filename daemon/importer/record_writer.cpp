@@ -11,7 +11,7 @@
 namespace eha::importer {
 namespace {
 
-constexpr std::size_t kPiece = std::size_t{1} << 20U;
+constexpr std::size_t kWriteBytes = std::size_t{1} << 20U;
 constexpr std::size_t kRowsBetweenProgress = 1U << 17U;
 
 /// Decimals with which every time of the grid is written exactly; -1 when there are too many.
@@ -52,7 +52,7 @@ void write_record_csv(const Imported& imported, const std::function<void(std::st
       text += is_filled ? ",1" : ",0";
     }
     text += '\n';
-    if (text.size() >= kPiece) {
+    if (text.size() >= kWriteBytes) {
       write(text);
       text.clear();
     }

@@ -10,14 +10,13 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/importer/time_grid.hpp"
 
 namespace eha::importer {
 namespace {
 
 /// Over a whole record the grid may drift from the typical step by this share of a step for the sake of a round number.
 constexpr double kDriftForRoundStep = 0.25;
-/// Off the grid by less than this share of a step is no jitter.
-constexpr double kOnGrid = 0.02;
 /// Of one kind; more are summed up.
 constexpr std::size_t kMostRepairs = 5;
 constexpr int kMostDigits = 12;

@@ -19,7 +19,7 @@ namespace eha::importer {
 namespace {
 
 constexpr const char* kNulByte = "a NUL byte: this is a binary file, not CSV text";
-constexpr std::size_t kPiece = std::size_t{1} << 18U;
+constexpr std::size_t kReadBytes = std::size_t{1} << 18U;
 
 class Converter {
  public:
@@ -141,17 +141,17 @@ void TextLines::fill() {
   text_.erase(0, std::exchange(begin_, 0));
   const std::size_t before = text_.size();
   if (converter_ == nullptr) {
-    text_.resize(before + kPiece);
-    const std::size_t count = os::read_up_to(file_, text_.data() + before, kPiece, path_);
+    text_.resize(before + kReadBytes);
+    const std::size_t count = os::read_up_to(file_, text_.data() + before, kReadBytes, path_);
     text_.resize(before + count);
     bytes_read_ += count;
-    at_end_ = count < kPiece;
+    at_end_ = count < kReadBytes;
     return;
   }
-  std::string raw(kPiece, '\0');
-  raw.resize(os::read_up_to(file_, raw.data(), kPiece, path_));
+  std::string raw(kReadBytes, '\0');
+  raw.resize(os::read_up_to(file_, raw.data(), kReadBytes, path_));
   bytes_read_ += raw.size();
-  at_end_ = raw.size() < kPiece;
+  at_end_ = raw.size() < kReadBytes;
   convert_utf16(raw);
 }
 

@@ -27,7 +27,7 @@ constexpr std::size_t kLinesForGuess = 2000;
 constexpr std::size_t kMostColumns = 1024;
 /// 0.7 GB of three columns.
 constexpr std::size_t kMostRows = 30'000'000;
-constexpr std::size_t kRowsBetweenProgress = 1U << 17U;
+constexpr std::size_t kLinesBetweenProgress = 1U << 17U;
 
 std::string quoted_for_message(std::string_view text) { return '"' + readable(text, kLongestShown) + '"'; }
 
@@ -131,7 +131,7 @@ class TextTable final : public Table {
       if (selection.has_time) values[0] = in_seconds(values[0], selection.time_unit_s);
       const double at = selection.has_time ? values[0] : static_cast<double>(read);
       ++read;
-      if (read % kRowsBetweenProgress == 0 && progress) {
+      if (read % kLinesBetweenProgress == 0 && progress) {
         progress(lines_.share(), fmt::format("{}: {} rows", path_.filename().string(), read));
       }
       if (at > selection.to) break;

@@ -18,9 +18,6 @@ namespace {
 constexpr int kMostDecimals = 15;
 /// Steps that differ by less than this share are equal: no clock or fit resolves it.
 constexpr double kSameStep = 1e-6;
-/// A row that is off an even grid by less than this share of a step is on it: times in single precision, jitter of a
-/// clock.
-constexpr double kOnGrid = 0.02;
 
 class Grid {
  public:

@@ -8,11 +8,15 @@
 
 namespace eha::importer {
 
+/// A row that is off an even grid by less than this share of a step is on it: times in single precision, jitter of a
+/// clock.
+inline constexpr double kOnGrid = 0.02;
+
 /// Step of an evenly sampled time column [s].
 ///
 /// A printed time is the true one rounded to its last digit, so a row may be up to half a unit of that digit off the
 /// grid t_0 + k step. A step that is no whole number of such units (1/1024 s at six digits) shows as differences of two
-/// neighbouring values. Rows within 2 % of a step of an even grid are even.
+/// neighbouring values. Rows within kOnGrid of an even grid are even.
 /// @throws DataError  fewer than two rows, time that does not increase, a gap, or jitter: names the line, the
 ///                    step found there and the step expected
 /// @param rows  the first column is the time [s]   @param mend  the command that resamples, for the message
