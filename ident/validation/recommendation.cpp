@@ -53,11 +53,21 @@ std::optional<double> unseen_resonance_Hz(const Model& model) {
   return std::nullopt;
 }
 
-/// What a model of estimated order, or with a resonance that the record does not show, must gain on the others is taken
-/// off its AR-BIC.
-double handicapped(const Model& model) {
-  return ar_bic(model) + (has_estimated_order(model) || unseen_resonance_Hz(model) ? kFractionalGain : 0.0);
+/// The statistic of the test for nonlinear effects where it fails: such a plant looks fractional to a linear model.
+double bend(const Model& model) {
+  if (!model.validation || !model.validation->tests || !model.validation->tests->nonlinearity) return 0.0;
+  const ResidualTest& test = model.validation->tests->nonlinearity->test;
+  return test.degrees > 0 && test.p < kNonlinearLevel ? test.statistic : 0.0;
 }
+
+/// What a model must gain on those of integer order.
+double needed_gain(const Model& model) {
+  if (has_estimated_order(model)) return kFractionalGain + bend(model);
+  return unseen_resonance_Hz(model) ? kFractionalGain : 0.0;
+}
+
+/// AR-BIC of a model that has what it must gain taken off.
+double handicapped(const Model& model) { return ar_bic(model) + needed_gain(model); }
 
 /// The best of one kind; null without one. @param all  the least AR-BIC first
 const Model* best(const Models& all, bool with_estimated_order) {
@@ -74,22 +84,47 @@ bool is_whole_in_effect(const Model& model) {
   });
 }
 
-/// Whether the model is of integer order, or gains enough on every model of integer order.
-bool may_be_picked(const Models& all, const Model& model) {
-  const Model* integer = best(all, false);
-  if (!has_estimated_order(model) || integer == nullptr) return true;
-  if (is_whole_in_effect(model) && is_accepted(*integer)) return false;
-  return handicapped(model) <= ar_bic(*integer);
+/// The least AR-BIC first of the models that an estimated order must beat: those of integer order, and those whose
+/// estimated orders are whole in effect, which speak for an integer order too. Null: it need not beat any.
+const Model* rival_of_orders(const Models& all, const Model& model) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Model* other) {
+    return !has_estimated_order(*other) || (!is_whole_in_effect(model) && is_whole_in_effect(*other));
+  });
+  return found == all.end() ? nullptr : *found;
 }
 
-/// The identified models in the order in which they are preferred. One of estimated order that does not gain enough on
-/// every model of integer order comes last.
+/// Whether the model is of integer order, or gains enough on every model that speaks for integer orders.
+bool may_be_picked(const Models& all, const Model& model) {
+  if (!has_estimated_order(model)) return true;
+  const bool integer_is_accepted = std::any_of(
+      all.begin(), all.end(), [](const Model* other) { return !has_estimated_order(*other) && is_accepted(*other); });
+  if (is_whole_in_effect(model) && integer_is_accepted) return false;
+  const Model* rival = rival_of_orders(all, model);
+  return rival == nullptr || handicapped(model) <= ar_bic(*rival);
+}
+
+/// The identified models in the order in which they are preferred. One of estimated order that does not gain enough
+/// comes last.
 Models preferred(const Models& all, Models identified) {
   std::stable_sort(identified.begin(), identified.end(), [&](const Model* a, const Model* b) {
     if (may_be_picked(all, *a) != may_be_picked(all, *b)) return may_be_picked(all, *a);
     return handicapped(*a) < handicapped(*b);
   });
   return identified;
+}
+
+/// What kept a model of estimated order from being picked. @param all  the least AR-BIC first
+std::string held_back_by(const Models& all, const Model& fractional) {
+  std::string text = fmt::format("estimated orders must gain {:g}", kFractionalGain);
+  if (const double bent = bend(fractional); bent > 0.0) {
+    text += fmt::format(" and, as the plant is not linear, the {:.0f} that its nonlinear effects explain", bent);
+  }
+  if (is_whole_in_effect(fractional)) return text + fmt::format("; those of {} are whole for any use", fractional.name);
+  const Model* rival = rival_of_orders(all, fractional);
+  if (rival != nullptr && has_estimated_order(*rival) && ar_bic(fractional) < ar_bic(*rival)) {
+    text += fmt::format(" on {}, whose estimated orders are whole for any use", rival->name);
+  }
+  return text;
 }
 
 /// @param all  the least AR-BIC first
@@ -111,9 +146,11 @@ std::string reason_for(const Model& picked, const Models& all, const Model* runn
   const Model* other = best(all, !has_estimated_order(picked));
   if (other == nullptr) return text + unclear;
   if (other != runner_up) text += " and " + apart(*other);
-  text += has_estimated_order(picked)
-              ? fmt::format(", and estimated orders must gain {:g} on every model of integer order", kFractionalGain)
-              : fmt::format(", and estimated orders must gain {:g}", kFractionalGain);
+  if (has_estimated_order(picked)) {
+    text += fmt::format(", and estimated orders must gain {:g} on every model of integer order", kFractionalGain);
+  } else {
+    text += ", and " + held_back_by(all, *other);
+  }
   return text + unclear;
 }
 
@@ -158,10 +195,10 @@ std::string none_picked(const Models& order, const Models& all) {
                        first_reason(best_identified));
   }
   const Model* integer = best(all, false);
-  return fmt::format(
-      "{} is accepted, but estimated orders must gain {:g} of AR-BIC on every model of integer order, and "
-      "{} is rejected: {}",
-      best_identified.name, kFractionalGain, integer->name, first_reason(*integer));
+  if (integer == nullptr)
+    return fmt::format("{} is accepted, but {}", best_identified.name, held_back_by(all, best_identified));
+  return fmt::format("{} is accepted, but {} of AR-BIC on every model of integer order, and {} is rejected: {}",
+                     best_identified.name, held_back_by(all, best_identified), integer->name, first_reason(*integer));
 }
 
 std::ptrdiff_t estimated_count(const Model& model) {

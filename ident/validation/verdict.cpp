@@ -18,7 +18,6 @@ namespace {
 constexpr double kResidualLevel = 0.01;  // of each residual test
 constexpr double kFarOverNoise = 10.0;   // times the noise, which rejects a fit below the next
 constexpr double kCloseFit_percent = 95.0;
-constexpr double kNonlinearLevel = 0.002;     // of the test for nonlinear effects
 constexpr double kFeedbackLevel = 0.001;      // of the test of the residual with future input
 constexpr double kMostError_percent = 5.0;    // of the output's standard deviation
 constexpr double kFewestLevels = 3.0;         // of an input that tells of other amplitudes

@@ -25,6 +25,9 @@ inline constexpr double kGreatestErrorOverRefit = 1.5;
 /// Kass and Raftery, JASA 90 (1995).
 inline constexpr double kClearGain = 10.0;
 
+/// Below this probability the test for nonlinear effects says that the plant is not linear.
+inline constexpr double kNonlinearLevel = 0.002;
+
 /// Share of the residual's power that past input makes, which the residual's test has to notice.
 inline constexpr double kNoticedShare = 0.1;
 

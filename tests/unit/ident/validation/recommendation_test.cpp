@@ -78,6 +78,34 @@ TEST(Recommendation, TakesNoOrdersForFractionalThatAreWholeForAnyUse) {
   EXPECT_EQ(recommended({model_of("io", -100.0), fo}).model, "fo");
 }
 
+TEST(Recommendation, TakesNoEstimatedOrdersThatABentPlantExplains) {
+  Model fo = model_of("fo", -150.0, Order::estimated);
+  fo.validation->tests.emplace();
+  fo.validation->tests->nonlinearity.emplace();
+  fo.validation->tests->nonlinearity->test = {.statistic = 60.0, .degrees = 20, .p = 1e-5};
+  const Recommendation found = recommended({model_of("io", -100.0), fo});
+  EXPECT_EQ(found.model, "io");
+  EXPECT_NE(
+      found.reason.find("must gain 10 and, as the plant is not linear, the 60 that its nonlinear effects explain"),
+      std::string::npos)
+      << found.reason;
+  fo.estimation->information->ar_bic = -170.1;
+  EXPECT_EQ(recommended({model_of("io", -100.0), fo}).model, "fo");
+  fo.estimation->information->ar_bic = -150.0;
+  fo.validation->tests->nonlinearity->test.p = 0.01;
+  EXPECT_EQ(recommended({model_of("io", -100.0), fo}).model, "fo") << "a level that noise alone reaches";
+}
+
+TEST(Recommendation, TakesNoEstimatedOrdersWhereOthersComeOutWhole) {
+  Model whole = model_of("fo", -150.0, Order::estimated);
+  whole.parameters.back().value = 1.995;
+  const Recommendation found = recommended({model_of("io", -100.0), whole, model_of("lag", -155.0, Order::estimated)});
+  EXPECT_EQ(found.model, "io");
+  EXPECT_NE(found.reason.find("on fo, whose estimated orders are whole for any use"), std::string::npos)
+      << found.reason;
+  EXPECT_EQ(recommended({model_of("io", -100.0), whole, model_of("lag", -161.0, Order::estimated)}).model, "lag");
+}
+
 TEST(Recommendation, TakesTheNextWhereTheMapOfTheBestTurnsBack) {
   Model valve = model_of("io_valve", -150.0);
   valve.parameters.push_back({"negative_gain_ratio", -1.4, 0.3, -2.0, -0.8, false, ParameterRole::negative_gain_ratio});
