@@ -19,7 +19,6 @@ namespace {
 constexpr double kDriftForRoundStep = 0.25;
 /// Of one kind; more are summed up.
 constexpr std::size_t kMostRepairs = 5;
-constexpr int kMostDigits = 12;
 
 class Resampler {
  public:
@@ -96,11 +95,11 @@ class Resampler {
 
   [[nodiscard]] double round_step(double typical_s) const {
     const auto rows = static_cast<double>(measured_.size());
-    for (int digits = 1; digits < kMostDigits; ++digits) {
+    for (int digits = 1; digits < kMostStepDigits; ++digits) {
       const double round = std::stod(fmt::format("{:.{}e}", typical_s, digits - 1));
       if (std::abs(round - typical_s) * rows <= kDriftForRoundStep * typical_s) return round;
     }
-    return std::stod(fmt::format("{:.{}e}", typical_s, kMostDigits - 1));
+    return std::stod(fmt::format("{:.{}e}", typical_s, kMostStepDigits - 1));
   }
 
   [[noreturn]] void refuse_longest_gap(double typical_s) const {

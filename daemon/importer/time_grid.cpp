@@ -129,9 +129,8 @@ class Grid {
   }
 
   [[nodiscard]] double roundest_step(double mean_step_s) const {
-    constexpr int kMostDigits = 12;
     const double most_off_s = kOnGrid * mean_step_s / static_cast<double>(time_s_.size());
-    for (int digits = 1; digits < kMostDigits; ++digits) {
+    for (int digits = 1; digits < kMostStepDigits; ++digits) {
       const double round_s = std::stod(fmt::format("{:.{}e}", mean_step_s, digits - 1));
       if (std::abs(round_s - mean_step_s) <= most_off_s) return round_s;
     }

@@ -11,6 +11,8 @@ namespace eha::importer {
 /// A row that is off an even grid by less than this share of a step is on it: times in single precision, jitter of a
 /// clock.
 inline constexpr double kOnGrid = 0.02;
+/// A step of fewer digits within the tolerance is the round one that was meant.
+inline constexpr int kMostStepDigits = 12;
 
 /// Step of an evenly sampled time column [s].
 ///
