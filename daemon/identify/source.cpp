@@ -110,8 +110,8 @@ std::vector<std::string> warnings(const Source& source) {
   }
   if (source.interpolated_rows > 0 && !source.run_folder) {
     sentences.push_back(
-        fmt::format("{} of {} rows ({:.3g} %) were not measured and are filled: the input is held, the "
-                    "output interpolated",
+        fmt::format("{} of {} rows ({:.3g} %) were not measured and are filled: where it is missing the input is held "
+                    "and the output interpolated",
                     source.interpolated_rows, source.record.output.size(), interpolated_percent(source)));
   } else if (source.interpolated_rows > 0) {
     sentences.push_back(

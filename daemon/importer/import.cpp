@@ -219,6 +219,7 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
     record.step_s = even.step_s;
     record.start_s = even.start_s;
     imported.filled = std::move(even.filled);
+    imported.held = std::move(even.held);
     std::move(even.repairs.begin(), even.repairs.end(), std::back_inserter(imported.repairs));
     for (std::size_t i = 0; i < even.columns.size(); ++i) rows.columns[first + i] = std::move(even.columns[i]);
   }
@@ -231,10 +232,11 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
     for (std::size_t k = 0; k < marks.size(); ++k) {
       if (marks[k] > 0.5) marked.push_back(k);
     }
-    std::vector<std::size_t> all;
-    std::set_union(marked.begin(), marked.end(), imported.filled.begin(), imported.filled.end(),
-                   std::back_inserter(all));
-    imported.filled = std::move(all);
+    for (std::vector<std::size_t>* rows_of : {&imported.filled, &imported.held}) {
+      std::vector<std::size_t> all;
+      std::set_union(marked.begin(), marked.end(), rows_of->begin(), rows_of->end(), std::back_inserter(all));
+      *rows_of = std::move(all);
+    }
   }
   return imported;
 }
@@ -263,8 +265,8 @@ Imported import_record(const std::filesystem::path& path, const Options& options
         path.string(),
         command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1)));
   }
-  for (std::string& remark : remarks_on_output({record.output.begin(), record.output.end()}, imported.filled,
-                                               record.start_s, record.step_s)) {
+  for (std::string& remark :
+       remarks_on_output({record.output.begin(), record.output.end()}, imported.held, record.start_s, record.step_s)) {
     imported.guess += (imported.guess.empty() ? "" : "\n") + path.string() + ": " + remark;
   }
   return imported;

@@ -27,7 +27,7 @@ namespace eha::importer {
 /// What a person should know of an output: that the sensor is read more slowly than the rows, that it is clipped (the
 /// same greatest or least value again and again, for more than one row at a time), and gaps that were filled, behind
 /// which an integrating rod is shifted. With the longest part without either, as --from and --to. A sentence each.
-/// @param filled  rows that were not measured, ascending
+/// @param filled  rows whose input was not measured, ascending
 [[nodiscard]] std::vector<std::string> remarks_on_output(const std::vector<double>& output,
                                                          const std::vector<std::size_t>& filled, double start_s,
                                                          double step_s);

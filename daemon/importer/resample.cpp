@@ -20,31 +20,36 @@ constexpr double kDriftForRoundStep = 0.25;
 /// Of one kind; more are summed up.
 constexpr std::size_t kMostRepairs = 5;
 
+/// The measured values of one column, and where in them the grid is.
+struct Source {
+  std::vector<std::size_t> rows = {};  ///< of the file
+  std::size_t next = 0;                ///< of rows, the first after the grid point
+};
+
+/// How the values of a grid point came about; of several columns the gravest.
+enum class Kind { measured, moved, output_filled, input_filled, filled };
+
 class Resampler {
  public:
   Resampler(const Rows& rows, std::size_t held, const std::filesystem::path& path)
-      : rows_(rows), time_s_(rows.columns.front()), held_(held), path_(path) {
+      : rows_(rows), time_s_(rows.columns.front()), held_(held), path_(path), sources_(rows.columns.size() - 1) {
     for (std::size_t k = 0; k < time_s_.size(); ++k) {
-      const bool complete =
-          std::all_of(rows.columns.begin(), rows.columns.end(), [&](const auto& c) { return std::isfinite(c[k]); });
-      if (!complete) continue;
-      if (!measured_.empty() && !(time_s_[k] > time_s_[measured_.back()])) {
-        if (time_s_[k] < time_s_[measured_.back()]) {
+      if (!std::isfinite(time_s_[k]) || !is_any_measured(k)) continue;
+      if (!timed_.empty() && !(time_s_[k] > time_s_[timed_.back()])) {
+        if (time_s_[k] < time_s_[timed_.back()]) {
           throw DataError(
               fmt::format("{}{}: time goes back from {:.9g} to {:.9g} s; sort the rows, or cut the file there",
-                          path_.string(), rows_.where(k), time_s_[measured_.back()], time_s_[k]));
+                          path_.string(), rows_.where(k), time_s_[timed_.back()], time_s_[k]));
         }
-        repeated_.sentences.push_back(fmt::format("{}{}: {:.9g} s again, the row is left out",
-                                                  path_.filename().string(), rows_.where(k), time_s_[k]));
-        ++repeated_.rows;
+        repeat(k);
         continue;
       }
-      measured_.push_back(k);
+      timed_.push_back(k);
+      for (std::size_t c = 0; c < sources_.size(); ++c) {
+        if (std::isfinite(values(c)[k])) sources_[c].rows.push_back(k);
+      }
     }
-    if (measured_.size() < 2) {
-      throw DataError(fmt::format("{}: {} complete row{}; at least two are needed", path_.string(), measured_.size(),
-                                  measured_.size() == 1 ? "" : "s"));
-    }
+    leave_out_ends();
   }
 
   Resampled run(std::optional<double> period_s) {
@@ -58,28 +63,73 @@ class Resampler {
     }
     result_.step_s = period_s.value_or(round_step(typical_s));
     result_.start_s = time(0);
-    const double steps = std::round((time(measured_.size() - 1) - result_.start_s) / result_.step_s);
-    if (steps > 2.0 * static_cast<double>(measured_.size()) + 1000.0) {
+    const double steps = std::round((time(timed_.size() - 1) - result_.start_s) / result_.step_s);
+    if (steps > 2.0 * static_cast<double>(timed_.size()) + 1000.0) {
       refuse_longest_gap(typical_s);
     }
     const auto count = static_cast<std::size_t>(steps) + 1;
-    result_.columns.assign(rows_.columns.size() - 1, std::vector<double>(count));
+    result_.columns.assign(sources_.size(), std::vector<double>(count));
     for (std::size_t k = 0; k < count; ++k) place(k);
     end_stretch(count);
     report(repeated_, "their time a second time, left out");
     report(filled_, "nothing measured, filled");
+    report(output_filled_, "no output measured, it is interpolated; their input is kept");
+    report(input_filled_, "no input measured, it is held; their output is kept");
     report(moved_, fmt::format("up to {:.3g} s off the grid, moved", moved_.most_s));
     return std::move(result_);
   }
 
  private:
-  [[nodiscard]] double time(std::size_t i) const { return time_s_[measured_[i]]; }
+  [[nodiscard]] double time(std::size_t i) const { return time_s_[timed_[i]]; }
+
+  [[nodiscard]] const std::vector<double>& values(std::size_t c) const { return rows_.columns[c + 1]; }
+  [[nodiscard]] bool is_any_measured(std::size_t row) const {
+    return std::any_of(rows_.columns.begin() + 1, rows_.columns.end(),
+                       [&](const std::vector<double>& column) { return std::isfinite(column[row]); });
+  }
+
+  /// A second row of one time: what the first lacks is taken from it.
+  void repeat(std::size_t k) {
+    bool adds = false;
+    for (std::size_t c = 0; c < sources_.size(); ++c) {
+      std::vector<std::size_t>& rows = sources_[c].rows;
+      const bool has_value = !rows.empty() && !(time_s_[rows.back()] < time_s_[k]);
+      if (has_value || !std::isfinite(values(c)[k])) continue;
+      rows.push_back(k);
+      adds = true;
+    }
+    if (adds) return;
+    repeated_.sentences.push_back(fmt::format("{}{}: {:.9g} s again, the row is left out", path_.filename().string(),
+                                              rows_.where(k), time_s_[k]));
+    ++repeated_.rows;
+  }
+
+  /// Before the first and behind the last value of a column nothing is known that a value could be filled from.
+  void leave_out_ends() {
+    for (const Source& source : sources_) {
+      if (source.rows.size() < 2) {
+        throw DataError(fmt::format("{}: a column has {} value{}; at least two are needed of input and output each",
+                                    path_.string(), source.rows.size(), source.rows.size() == 1 ? "" : "s"));
+      }
+    }
+    double from_s = time(0);
+    double to_s = time_s_[timed_.back()];
+    for (const Source& source : sources_) {
+      from_s = std::max(from_s, time_s_[source.rows.front()]);
+      to_s = std::min(to_s, time_s_[source.rows.back()]);
+    }
+    std::erase_if(timed_, [&](std::size_t row) { return time_s_[row] < from_s || time_s_[row] > to_s; });
+    if (timed_.size() < 2) {
+      throw DataError(fmt::format("{}: {} row{} within the times of input and output; at least two are needed",
+                                  path_.string(), timed_.size(), timed_.size() == 1 ? "" : "s"));
+    }
+  }
 
   /// Mean of the steps that are no gap.
   [[nodiscard]] double typical_step() {
     std::vector<double> steps;
-    steps.reserve(measured_.size() - 1);
-    for (std::size_t i = 1; i < measured_.size(); ++i) steps.push_back(time(i) - time(i - 1));
+    steps.reserve(timed_.size() - 1);
+    for (std::size_t i = 1; i < timed_.size(); ++i) steps.push_back(time(i) - time(i - 1));
     const auto middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
     std::nth_element(steps.begin(), middle, steps.end());
     const double median = *middle;
@@ -94,7 +144,7 @@ class Resampler {
   }
 
   [[nodiscard]] double round_step(double typical_s) const {
-    const auto rows = static_cast<double>(measured_.size());
+    const auto rows = static_cast<double>(timed_.size());
     for (int digits = 1; digits < kMostStepDigits; ++digits) {
       const double round = std::stod(fmt::format("{:.{}e}", typical_s, digits - 1));
       if (std::abs(round - typical_s) * rows <= kDriftForRoundStep * typical_s) return round;
@@ -104,46 +154,74 @@ class Resampler {
 
   [[noreturn]] void refuse_longest_gap(double typical_s) const {
     std::size_t longest = 1;
-    for (std::size_t i = 2; i < measured_.size(); ++i) {
+    for (std::size_t i = 2; i < timed_.size(); ++i) {
       if (time(i) - time(i - 1) > time(longest) - time(longest - 1)) longest = i;
     }
     throw DataError(fmt::format(
         "{}{}: a gap of {:.9g} s between rows {:.9g} s apart is longer than the record; take a part of it: --to {:.9g}",
-        path_.string(), rows_.where(measured_[longest]), time(longest) - time(longest - 1), typical_s,
-        time(longest - 1)));
+        path_.string(), rows_.where(timed_[longest]), time(longest) - time(longest - 1), typical_s, time(longest - 1)));
   }
 
   /// Fills row k of the grid.
   void place(std::size_t k) {
     const double at = result_.start_s + static_cast<double>(k) * result_.step_s;
-    while (next_ < measured_.size() && time(next_) <= at) ++next_;
-    // The measured rows around the grid point; at the ends there is only one.
-    const std::size_t before = next_ == 0 ? 0 : next_ - 1;
-    const std::size_t after = std::min(next_, measured_.size() - 1);
-    const std::size_t nearest = at - time(before) <= time(after) - at || after == before ? before : after;
-    const double off_s = time(nearest) - at;
-    const bool is_filled = std::abs(off_s) > 0.5 * result_.step_s * (1.0 + kOnGrid);
-    const bool is_moved = !is_filled && std::abs(off_s) > kOnGrid * result_.step_s + quantum_s();
-    note(k, is_filled ? Kind::filled : is_moved ? Kind::moved : Kind::measured, nearest, std::abs(off_s));
-    const double span = time(after) - time(before);
-    const double weight = span > 0.0 ? std::clamp((at - time(before)) / span, 0.0, 1.0) : 0.0;
-    for (std::size_t c = 0; c < result_.columns.size(); ++c) {
-      const std::vector<double>& source = rows_.columns[c + 1];
-      if (c < held_) {
-        result_.columns[c][k] = source[measured_[is_filled ? before : nearest]];
-      } else if (!is_filled && !is_moved) {
-        result_.columns[c][k] = source[measured_[nearest]];
-      } else {
-        result_.columns[c][k] = (1.0 - weight) * source[measured_[before]] + weight * source[measured_[after]];
+    Kind kind = Kind::measured;
+    std::size_t nearest = 0;
+    double off_s = 0.0;
+    for (std::size_t c = 0; c < sources_.size(); ++c) {
+      const Placed placed = place(c, at);
+      result_.columns[c][k] = placed.value;
+      Kind of_column = placed.kind;
+      if (c <= held_ && of_column == Kind::filled && held_ < sources_.size()) {
+        of_column = c < held_ ? Kind::input_filled : Kind::output_filled;
+        const bool are_both = kind == Kind::input_filled && of_column == Kind::output_filled;
+        if (are_both) of_column = Kind::filled;
       }
+      if (c > 0 && of_column <= kind) continue;
+      kind = of_column;
+      nearest = placed.row;
+      off_s = placed.off_s;
     }
-    if (is_filled) result_.filled.push_back(k);
+    note(k, kind, nearest, off_s);
+    if (kind == Kind::filled || kind == Kind::input_filled || kind == Kind::output_filled) result_.filled.push_back(k);
+    if (kind == Kind::filled || kind == Kind::input_filled) result_.held.push_back(k);
+  }
+
+  struct Placed {
+    double value = 0.0;
+    Kind kind = Kind::measured;
+    std::size_t row = 0;  ///< of the file, the nearest in time
+    double off_s = 0.0;   ///< of that row from the grid point
+  };
+
+  /// Value of a column at a time, from its measured rows around it; at the ends there is only one.
+  [[nodiscard]] Placed place(std::size_t c, double at) {
+    const std::vector<std::size_t>& rows = sources_[c].rows;
+    std::size_t& next = sources_[c].next;
+    while (next < rows.size() && time_s_[rows[next]] <= at) ++next;
+    const std::size_t before = rows[next == 0 ? 0 : next - 1];
+    const std::size_t after = rows[std::min(next, rows.size() - 1)];
+    const bool is_before = at - time_s_[before] <= time_s_[after] - at || after == before;
+    Placed placed{.row = is_before ? before : after};
+    placed.off_s = std::abs(time_s_[placed.row] - at);
+    const bool is_filled = placed.off_s > 0.5 * result_.step_s * (1.0 + kOnGrid);
+    const bool is_moved = !is_filled && placed.off_s > kOnGrid * result_.step_s + quantum_s();
+    placed.kind = is_filled ? Kind::filled : is_moved ? Kind::moved : Kind::measured;
+    const std::vector<double>& value = values(c);
+    if (c < held_) {
+      placed.value = value[is_filled ? before : placed.row];
+    } else if (!is_filled && !is_moved) {
+      placed.value = value[placed.row];
+    } else {
+      const double span = time_s_[after] - time_s_[before];
+      const double weight = span > 0.0 ? std::clamp((at - time_s_[before]) / span, 0.0, 1.0) : 0.0;
+      placed.value = (1.0 - weight) * value[before] + weight * value[after];
+    }
+    return placed;
   }
 
   /// Rounding of a printed time [s].
   [[nodiscard]] double quantum_s() const { return rows_.has_lines ? std::pow(10.0, -rows_.time_decimals) : 0.0; }
-
-  enum class Kind { measured, moved, filled };
 
   void note(std::size_t k, Kind kind, std::size_t nearest, double off_s) {
     if (kind != kind_) {
@@ -161,17 +239,30 @@ class Resampler {
     const std::size_t rows = k - stretch_from_;
     const double from_s = result_.start_s + static_cast<double>(stretch_from_) * result_.step_s;
     const double to_s = result_.start_s + static_cast<double>(k - 1) * result_.step_s;
-    const std::string place = path_.filename().string() + rows_.where(measured_[stretch_row_]);
+    const std::string place = path_.filename().string() + rows_.where(stretch_row_);
     const std::string span =
         rows == 1 ? fmt::format("at {:.9g} s", from_s) : fmt::format("{:.9g} to {:.9g} s", from_s, to_s);
     const char* plural = rows == 1 ? "" : "s";
-    Repairs& repairs = kind_ == Kind::filled ? filled_ : moved_;
+    Repairs& repairs = repairs_of(kind_);
     repairs.rows += rows;
     repairs.most_s = std::max(repairs.most_s, most_off_s_);
-    repairs.sentences.push_back(
-        kind_ == Kind::filled ? fmt::format("{}: {}: nothing measured, {} row{} filled", place, span, rows, plural)
-                              : fmt::format("{}: {}: {} row{} up to {:.3g} s off the grid, moved", place, span, rows,
-                                            plural, most_off_s_));
+    std::string what;
+    switch (kind_) {
+      case Kind::moved:
+        what = fmt::format("{} row{} up to {:.3g} s off the grid, moved", rows, plural, most_off_s_);
+        break;
+      case Kind::output_filled:
+        what = fmt::format("no output measured, interpolated in {} row{} whose input is kept", rows, plural);
+        break;
+      case Kind::input_filled:
+        what = fmt::format("no input measured, held in {} row{} whose output is kept", rows, plural);
+        break;
+      case Kind::filled:
+      case Kind::measured:
+        what = fmt::format("nothing measured, {} row{} filled", rows, plural);
+        break;
+    }
+    repairs.sentences.push_back(fmt::format("{}: {}: {}", place, span, what));
   }
 
   /// All of one kind.
@@ -180,6 +271,21 @@ class Resampler {
     std::size_t rows = 0;
     double most_s = 0.0;
   };
+
+  [[nodiscard]] Repairs& repairs_of(Kind kind) {
+    switch (kind) {
+      case Kind::output_filled:
+        return output_filled_;
+      case Kind::input_filled:
+        return input_filled_;
+      case Kind::filled:
+        return filled_;
+      case Kind::moved:
+      case Kind::measured:
+        break;
+    }
+    return moved_;
+  }
 
   void report(const Repairs& repairs, const std::string& what) {
     if (repairs.sentences.size() <= kMostRepairs) {
@@ -194,11 +300,13 @@ class Resampler {
   const std::vector<double>& time_s_;
   std::size_t held_;
   std::filesystem::path path_;
-  std::vector<std::size_t> measured_;  ///< rows of the file
-  std::size_t next_ = 0;               ///< of measured_, the first after the grid point
+  std::vector<std::size_t> timed_;  ///< rows of the file with a time and at least one value
+  std::vector<Source> sources_;     ///< of each column but the time
   Resampled result_;
   Repairs repeated_;
   Repairs filled_;
+  Repairs output_filled_;
+  Repairs input_filled_;
   Repairs moved_;
   Kind kind_ = Kind::measured;
   std::size_t stretch_from_ = 0;

@@ -16,18 +16,21 @@ struct Resampled {
   double start_s = 0.0;
   double step_s = 0.0;
   std::vector<std::vector<double>> columns;  ///< without the time
-  std::vector<std::size_t> filled;           ///< rows (from 0) near which nothing was measured, ascending
+  std::vector<std::size_t> filled;           ///< rows (from 0) of which a value was not measured, ascending
+  std::vector<std::size_t> held;             ///< of these, the rows whose held value was not measured
   std::vector<std::string> repairs;          ///< what was done, one sentence a gap or a stretch of jitter, in order
 };
 
-/// Puts rows on an even grid t_0 + k step. A grid point with a measured row within half a step takes that row's input
-/// (it is held, so a late time stamp does not change it) and the output interpolated linearly at the grid point. At
-/// other points, `filled`, the input holds and the output is interpolated. Rows in which a value is missing count as
-/// not measured; one at the time of the row before is left out.
+/// Puts rows on an even grid t_0 + k step. A grid point with a measured input within half a step takes it (an input is
+/// held, so a late time stamp does not change it), and the output interpolated linearly at the grid point. Where one of
+/// the two was not measured that near, the point is `filled`: a missing input is held, a missing output interpolated,
+/// and the other one stays as measured. Of rows of one time the later ones give what the first one lacks, and are left
+/// out. The grid lies within the measured times of every column.
 /// @param rows       columns: time [s], then held values (the input), then interpolated ones; NaN where missing
 /// @param held       how many columns after the time are held
 /// @param period_s   the step; none: the roundest number that the typical step allows
-/// @throws DataError  time goes back, fewer than two rows, a gap longer than all that was measured, or a period that is
+/// @throws DataError  time goes back, fewer than two values of a column, a gap longer than all that was measured, or a
+/// period that is
 ///                    not about the typical step
 /// Cost O(N).
 [[nodiscard]] Resampled resample(const Rows& rows, std::size_t held, std::optional<double> period_s,

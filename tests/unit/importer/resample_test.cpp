@@ -62,6 +62,54 @@ TEST(Resample, TreatsAMissingValueAsAMissingRow) {
   EXPECT_DOUBLE_EQ(even.columns[1][2], 4.0);
 }
 
+TEST(Resample, KeepsTheInputOfARowWhoseOutputIsMissing) {
+  Rows rows = rows_at({0.0, 1.0, 2.0, 3.0, 4.0, 5.0});
+  rows.columns[2][2] = rows.columns[2][3] = kMissing;
+  const Resampled even = resample(rows, 1, {}, "r.csv");
+  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 20.0, 30.0, 40.0, 50.0}));
+  EXPECT_EQ(even.columns[1], (std::vector<double>{0.0, 2.0, 4.0, 6.0, 8.0, 10.0}));
+  EXPECT_EQ(even.filled, (std::vector<std::size_t>{2, 3}));
+  EXPECT_TRUE(even.held.empty());
+  ASSERT_EQ(even.repairs.size(), 1U);
+  EXPECT_NE(even.repairs[0].find("2 to 3 s: no output measured, interpolated in 2 rows whose input is kept"),
+            std::string::npos)
+      << even.repairs[0];
+}
+
+TEST(Resample, KeepsTheOutputOfARowWhoseInputIsMissing) {
+  Rows rows = rows_at({0.0, 1.0, 2.0, 3.0, 4.0});
+  rows.columns[1][2] = kMissing;
+  rows.columns[2][2] = 7.0;
+  const Resampled even = resample(rows, 1, {}, "r.csv");
+  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 10.0, 30.0, 40.0}));
+  EXPECT_DOUBLE_EQ(even.columns[1][2], 7.0);
+  EXPECT_EQ(even.filled, (std::vector<std::size_t>{2}));
+  EXPECT_EQ(even.held, (std::vector<std::size_t>{2}));
+  ASSERT_EQ(even.repairs.size(), 1U);
+  EXPECT_NE(even.repairs[0].find("at 2 s: no input measured, held in 1 row whose output is kept"), std::string::npos)
+      << even.repairs[0];
+}
+
+TEST(Resample, TakesWhatARowLacksFromAnotherOfItsTime) {
+  Rows rows = rows_at({0.0, 1.0, 2.0, 2.0, 3.0});
+  rows.columns[2][2] = kMissing;
+  rows.columns[1][3] = kMissing;
+  const Resampled even = resample(rows, 1, {}, "r.csv");
+  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 20.0, 30.0}));
+  EXPECT_EQ(even.columns[1], (std::vector<double>{0.0, 2.0, 4.0, 6.0}));
+  EXPECT_TRUE(even.filled.empty());
+  EXPECT_TRUE(even.repairs.empty());
+}
+
+TEST(Resample, BeginsAndEndsWhereInputAndOutputAreKnown) {
+  Rows rows = rows_at({0.0, 1.0, 2.0, 3.0, 4.0, 5.0});
+  rows.columns[2][0] = kMissing;
+  rows.columns[1][5] = kMissing;
+  const Resampled even = resample(rows, 1, {}, "r.csv");
+  EXPECT_DOUBLE_EQ(even.start_s, 1.0);
+  EXPECT_EQ(even.columns[1], (std::vector<double>{2.0, 4.0, 6.0, 8.0}));
+}
+
 TEST(Resample, FindsARoundStepUnderJitter) {
   std::vector<double> times;
   for (int k = 0; k < 1000; ++k) times.push_back(0.01 * k + 0.001 * std::sin(7.0 * k));
