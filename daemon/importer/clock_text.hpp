@@ -4,12 +4,13 @@
 #include <cstddef>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 namespace eha::importer {
 
 /// Seconds of a date and time or a time of day in digits: "2024-03-01 10:00:00.25", "2024-03-01T10:00:00", "01.03.2024
-/// 10:00:00,25", "03/01/2024 10:00:00", "10:00:00.25"; none for other text. No time zone applies. Only for differences
-/// within a day: whether 01.03. is in January or in March does not matter then.
+/// 10:00:00,25", "03/01/2024 10:00:00:250", "03/01/2024 10:00:00", "10:00:00.25"; none for other text. No time zone
+/// applies. Only for differences within a day: whether 01.03. is in January or in March does not matter then.
 [[nodiscard]] std::optional<double> clock_seconds(std::string_view text);
 
 /// How far apart rows are by a clock that shows whole units only: the step of the rows, or where it lies.
@@ -20,6 +21,18 @@ struct RowPeriod {
   double highest_s = 0.0;
   double roundest_s = 0.0;                  ///< of the numbers between them the one with the fewest digits
   std::optional<std::size_t> restart = {};  ///< row (from 0) where the clock goes back; the rows before it are counted
+
+  /// The clock goes on while rows are missing.
+  struct Pause {
+    std::size_t row = 0;  ///< from 0, the first after it
+    double length_s = 0.0;
+  };
+  std::optional<Pause> longest_pause = {};
+  std::size_t pauses = 0;
+  /// With pauses the longest part without one, else all rows; rows, span and period are of it. From 0.
+  std::size_t first_row = 0;
+  std::size_t end_row = 0;  ///< the one behind it
+  bool is_part = false;     ///< rows follow it that it leaves out
 };
 
 /// Takes the times of the rows of a file, one after the other.
@@ -31,15 +44,20 @@ class RowClock {
   [[nodiscard]] std::optional<RowPeriod> period() const;
 
  private:
+  /// A row that shows another time than the one before it; the first row too.
+  struct Change {
+    std::size_t row = 0;
+    double time_s = 0.0;
+  };
+
+  [[nodiscard]] std::vector<std::size_t> pauses(double typical_s) const;
+  [[nodiscard]] double typical_period_s() const;
+  void set_bounds(RowPeriod& found, std::size_t first, std::size_t last, std::size_t end_row) const;
+
   std::size_t rows_ = 0;
-  double first_s_ = 0.0;
-  double last_s_ = 0.0;
+  std::vector<Change> changes_;
   double day_s_ = 0.0;
   double quantum_s_ = 0.0;
-  std::size_t changes_ = 0;
-  std::size_t first_change_ = 0;  ///< row
-  std::size_t last_change_ = 0;
-  double first_change_s_ = 0.0;
   std::optional<std::size_t> restart_;
 };
 

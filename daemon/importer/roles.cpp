@@ -235,12 +235,18 @@ class Finder {
     const std::string until =
         period->restart ? fmt::format(", until the clock goes back at row {}", *period->restart + 1) : "";
     std::string extra = fmt::format("--period {:.9g}", period->roundest_s);
-    if (period->restart) {
-      // Half a step before the row that begins the next part.
-      extra += fmt::format(" --to {:.9g}", period->roundest_s * (static_cast<double>(*period->restart) - 1.0));
+    const auto time_of = [&](std::size_t row) { return period->roundest_s * static_cast<double>(row); };
+    if (period->first_row > 0) extra += fmt::format(" --from {:.9g}", time_of(period->first_row));
+    if (period->is_part) extra += fmt::format(" --to {:.9g}", time_of(period->end_row - 1));
+    std::string pause;
+    if (period->longest_pause) {
+      pause = fmt::format("; no row for {:.6g} s before row {}{}; the longest part without a pause",
+                          period->longest_pause->length_s, period->longest_pause->row + 1,
+                          period->pauses == 1 ? "" : fmt::format(", and {} more pauses", period->pauses - 1));
     }
-    return fmt::format("its {} rows over {:.9g} s are one every {:.9g} s ({:.6g} to {:.6g} s){}: `{}`", period->rows,
-                       period->span_s, period->roundest_s, period->lowest_s, period->highest_s, until, command(extra));
+    return fmt::format("its {} rows over {:.9g} s are one every {:.9g} s ({:.6g} to {:.6g} s){}{}: `{}`", period->rows,
+                       period->span_s, period->roundest_s, period->lowest_s, period->highest_s, until, pause,
+                       command(extra));
   }
 
   /// A spreadsheet's dates are days since 1899, MATLAB's since the year 0. As seconds such a record would be sampled

@@ -115,6 +115,37 @@ TEST_F(BenchFile, GoesOverMidnightAndStopsWhereAClockRestarts) {
   EXPECT_EQ(import_record(path, options).record.input.size(), 400);
 }
 
+TEST_F(BenchFile, NamesAPauseOfAClockAndOffersThePeriodOfTheRowsBesideIt) {
+  for (const int decimals : {0, 2, 3}) {
+    for (const double begin_s : {0.0, 0.37}) {
+      const auto at = [&](std::size_t k) {
+        return clock_at(begin_s + 0.01 * (static_cast<double>(k) + 1e-6) + (k < 2050 ? 0.0 : 10.0), decimals);
+      };
+      const auto path = write("pause.csv", german(6000, at, kGermanHeader));
+      const std::string refusal = refusal_of(path);
+      EXPECT_DOUBLE_EQ(offered(refusal), 0.01) << refusal;
+      EXPECT_NE(refusal.find(decimals == 0 ? " s before row 2051" : "no row for 10.01 s before row 2051"),
+                std::string::npos)
+          << refusal;
+      EXPECT_NE(refusal.find("--from 20.5`"), std::string::npos) << refusal;
+      Options options;
+      options.period_s = 0.01;
+      options.from_s = 20.5;
+      EXPECT_EQ(import_record(path, options).record.input.size(), 3950);
+    }
+  }
+}
+
+TEST_F(BenchFile, TakesTheUnevenStampsOfABusyComputerForNoPause) {
+  const auto at = [](std::size_t k) {
+    const double late_s = k % 7 == 3 ? 0.008 : k % 11 == 5 ? 0.004 : 0.0;
+    return clock_at(0.01 * static_cast<double>(k) + late_s + 1e-6, 3);
+  };
+  const std::string refusal = refusal_of(write("busy.csv", german(3001, at, kGermanHeader)));
+  EXPECT_DOUBLE_EQ(offered(refusal), 0.01) << refusal;
+  EXPECT_EQ(refusal.find("before row"), std::string::npos) << refusal;
+}
+
 TEST_F(BenchFile, AsksWhetherASpreadsheetsDatesAreDaysOrSeconds) {
   const auto path = write(
       "serial.csv",
