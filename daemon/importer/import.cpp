@@ -257,12 +257,13 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   if (own) refuse_exchanged(imported.record, roles, path, options);
   imported.guess = guess_text(*table, roles, path, imported.record, options.period_s, points);
   const ident::Record& record = imported.record;
-  if (roles.by_order &&
-      seem_exchanged({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()})) {
+  const std::string why = roles.by_order ? why_exchanged({record.input.begin(), record.input.end()},
+                                                         {record.output.begin(), record.output.end()})
+                                         : std::string();
+  if (!why.empty()) {
     imported.guess += fmt::format(
-        "\n{}: input and output are taken by their order, and may be exchanged: a rod moves more smoothly than its "
-        "command, and here the input is the smoother one; the other way round: `{}`",
-        path.string(),
+        "\n{}: input and output are taken by their order, and may be exchanged: {}; the other way round: `{}`",
+        path.string(), why,
         command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1)));
   }
   for (std::string& remark :

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -25,6 +27,9 @@ constexpr std::size_t kFewestChanges = 30;
 constexpr double kHeldShare = 0.9;         // of the changes of a sensor that is read more slowly than the rows
 constexpr double kRougher = 1.5;           // roughness of a rod over that of its command
 constexpr std::size_t kRoughPlaces = 500;  // of a record, over which roughness is taken
+constexpr std::size_t kLaggedRows = 2000;  // means of a record that a lag is fitted to
+constexpr double kExplained = 0.7;         // share of the other column's variance, by a lag of what is taken for output
+constexpr double kExplainedMore = 0.3;     // than the other way round; right records differ by 0.7 to 0.9
 
 double quantile(std::vector<double> values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -122,16 +127,85 @@ double roughness(const std::vector<double>& values) {
   return range > 0.0 ? sum / range : 0.0;
 }
 
+std::vector<double> block_means(const std::vector<double>& values, std::size_t most) {
+  const std::size_t width = std::max<std::size_t>(1, (values.size() + most - 1) / most);
+  std::vector<double> means;
+  for (std::size_t k = 0; k + width <= values.size(); k += width) {
+    const auto first = values.begin() + static_cast<std::ptrdiff_t>(k);
+    means.push_back(std::accumulate(first, first + static_cast<std::ptrdiff_t>(width), 0.0) /
+                    static_cast<double>(width));
+  }
+  return means;
+}
+
+/// Greatest share of the variance of an effect that a lag of its cause explains, with an offset and a drift or the
+/// lag's own decay: from no lag to an integrator. What precedes its cause is explained by none.
+double explained_share(const std::vector<double>& cause, const std::vector<double>& effect) {
+  constexpr double kShortest_rows = 0.25;
+  constexpr double kLongest_records = 20.0;
+  constexpr double kNextLag = 1.6;
+  const auto rows = static_cast<Eigen::Index>(effect.size());
+  const Eigen::Map<const Eigen::VectorXd> y(effect.data(), rows);
+  const double variance = (y.array() - y.mean()).square().sum();
+  if (!(variance > 0.0)) return 0.0;
+  const double mean = std::accumulate(cause.begin(), cause.end(), 0.0) / static_cast<double>(rows);
+  double share = 0.0;
+  Eigen::MatrixXd regressors(rows, 3);
+  for (double lag = kShortest_rows; lag < kLongest_records * static_cast<double>(rows); lag *= kNextLag) {
+    const double kept = std::exp(-1.0 / lag);
+    const bool integrates = lag > 2.0 * static_cast<double>(rows);
+    double lagged = 0.0;
+    double decay = 1.0;
+    for (Eigen::Index k = 0; k < rows; ++k) {
+      regressors.row(k) << lagged, 1.0, integrates ? static_cast<double>(k) / static_cast<double>(rows) : decay;
+      lagged = kept * lagged + (1.0 - kept) * (cause[static_cast<std::size_t>(k)] - mean);
+      decay *= kept;
+    }
+    const double size = regressors.col(0).norm();
+    if (!(size > 0.0)) continue;
+    regressors.col(0) /= size;
+    const Eigen::VectorXd solution = regressors.colPivHouseholderQr().solve(y);
+    share = std::max(share, 1.0 - (y - regressors * solution).squaredNorm() / variance);
+  }
+  return share;
+}
+
+/// Whether one value and one slope of the cause give the effect, as with a single tone: a lag of more than half a turn
+/// is then a lead.
+bool is_one_tone(const std::vector<double>& cause, const std::vector<double>& effect) {
+  constexpr double kAll = 0.9;
+  const auto rows = static_cast<Eigen::Index>(effect.size()) - 2;
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(effect.data() + 1, rows);
+  const Eigen::Map<const Eigen::VectorXd> u(cause.data(), rows + 2);
+  Eigen::MatrixXd regressors(rows, 4);
+  regressors << u.segment(1, rows), u.tail(rows) - u.head(rows), Eigen::VectorXd::Ones(rows),
+      Eigen::VectorXd::LinSpaced(rows, 0.0, 1.0);
+  const Eigen::VectorXd solution = regressors.colPivHouseholderQr().solve(y);
+  return (y - regressors * solution).squaredNorm() < (1.0 - kAll) * (y.array() - y.mean()).square().sum();
+}
+
 }  // namespace
 
-bool seem_exchanged(const std::vector<double>& input, const std::vector<double>& output) {
+std::string why_exchanged(const std::vector<double>& input, const std::vector<double>& output) {
   const auto is_finite = [](double x) { return std::isfinite(x); };
   if (output.size() < kFewestRows || !std::all_of(input.begin(), input.end(), is_finite) ||
       !std::all_of(output.begin(), output.end(), is_finite)) {
-    return false;
+    return {};
   }
   const double of_input = roughness(input);
-  return of_input > 0.0 && roughness(output) > kRougher * of_input;
+  if (of_input > 0.0 && roughness(output) > kRougher * of_input) {
+    return "a rod moves more smoothly than its command, and here the input is the smoother one";
+  }
+  const std::vector<double> u = block_means(input, kLaggedRows);
+  const std::vector<double> y = block_means(output, kLaggedRows);
+  if (is_one_tone(u, y) || is_one_tone(y, u)) return {};
+  const double given = explained_share(u, y);
+  const double exchanged = explained_share(y, u);
+  if (exchanged < kExplained || exchanged < given + kExplainedMore) return {};
+  return fmt::format(
+      "a lag of the output explains {:.0f} % of the input, a lag of the input {:.0f} % of the output, so that the "
+      "output comes before the input",
+      100.0 * exchanged, 100.0 * std::max(0.0, given));
 }
 
 std::vector<std::size_t> lone_rows(const std::vector<double>& input, const std::vector<double>& output) {

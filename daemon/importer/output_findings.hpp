@@ -19,10 +19,11 @@ namespace eha::importer {
 [[nodiscard]] std::string lone_rows_text(const std::vector<std::size_t>& rows, const std::vector<double>& output,
                                          double first_s);
 
-/// Whether what is taken for the output is so much rougher than what is taken for the input that the two may be
-/// exchanged: a plant smooths what moves it.
-/// @param input, output  of equal length
-[[nodiscard]] bool seem_exchanged(const std::vector<double>& input, const std::vector<double>& output);
+/// Why what is taken for input and output may be exchanged: the output is so much rougher than the input, while a plant
+/// smooths what moves it; or a lag of the output explains the input clearly better than a lag of the input the output,
+/// while a cause comes before its effect. Empty where neither holds.
+/// @param input, output  of equal length. Cost O(N), some 10 ms
+[[nodiscard]] std::string why_exchanged(const std::vector<double>& input, const std::vector<double>& output);
 
 /// What a person should know of an output: that the sensor is read more slowly than the rows, that it is clipped (the
 /// same greatest or least value again and again, for more than one row at a time), and gaps that were filled, behind
