@@ -52,6 +52,8 @@ constexpr std::array kUnits = std::to_array<Spelling>({
     {"h", "h"},
     {"Hz", "Hz"},
     {"volt", "V"},
+    {"VDC", "V"},
+    {"MM", "mm"},
     {"volts", "V"},
     {"ampere", "A"},
     {"amps", "A"},

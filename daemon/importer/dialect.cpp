@@ -241,6 +241,19 @@ bool is_comment(std::string_view line) {
   return line[0] == '#' || line[0] == '%' || line.starts_with("//") || line.starts_with("sep=");
 }
 
+namespace {
+
+/// What LabVIEW's header names; rows without a time begin with it.
+std::optional<char> labview_separator(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) {
+    if (line.starts_with("Separator\tTab")) return '\t';
+    if (line.starts_with("Separator,Comma")) return ',';
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& options, const std::string& path) {
   if (auto known = record_format(all_lines, options)) return *known;
   // What LabVIEW writes above its measurement has rows of numbers, too.
@@ -248,9 +261,11 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
   const auto end_of_header = std::find_if(
       lines.rbegin(), lines.rend(), [](const std::string& line) { return line.starts_with("***End_of_Header***"); });
   std::fill(lines.begin(), end_of_header.base(), "");
+  std::optional<char> told;
+  if (end_of_header != lines.rend()) told = labview_separator(all_lines);
   Reading best;
   for (const char delimiter : kDelimiters) {
-    if (options.delimiter.value_or(delimiter) != delimiter) continue;
+    if (options.delimiter.value_or(told.value_or(delimiter)) != delimiter) continue;
     for (const char decimal : kDecimals) {
       if (options.decimal.value_or(decimal) != decimal) continue;
       Reading reading = read_as(lines, delimiter, decimal);

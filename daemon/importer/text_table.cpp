@@ -34,6 +34,8 @@ std::string quoted_for_message(std::string_view text) { return '"' + readable(te
 /// Digits of the fraction of a second in "10:00:00,25".
 int decimals_of_clock(std::string_view text) {
   const std::size_t seconds = text.find_last_of(':');
+  if (std::count(text.begin(), text.end(), ':') == 3)
+    return static_cast<int>(text.size() - seconds) - 1;  // 10:00:00:250
   const std::size_t point = text.find_first_of(".,", seconds == std::string_view::npos ? 0 : seconds);
   if (point == std::string_view::npos) return 0;
   const std::size_t end = std::min(text.find_first_not_of("0123456789", point + 1), text.size());

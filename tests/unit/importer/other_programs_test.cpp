@@ -45,6 +45,7 @@ struct Program {
   double output_factor = 1.0;  ///< of the column over place()
   Options answer = {};         ///< to the question that is asked; its command must hold `asked`
   std::string asked = {};      ///< empty: nothing is asked
+  double input_factor = 1.0;   ///< of the column over volts()
 };
 
 std::vector<Program> programs() {
@@ -143,6 +144,63 @@ std::vector<Program> programs() {
                  0.1,
                  {.input = "2", .output = "3"},
                  "--input 2 --output 3"});
+  // BenchVue and BenchLink: scans are numbered, milliseconds stand behind a colon.
+  all.push_back({"BenchVue",
+                 "data_logger.csv",
+                 rows("Name:,bench\nOwner:,lab\nInstrument:,34972A\n\nTotal Channels:,2\n\n"
+                      "Scan,Time,101 <Valve> (VDC),102 <Rod> (MM)\n",
+                      [&](int k) {
+                        return fmt::format("{},11/23/2026 10:00:00:{:03},{:+.8E},{:+.8E}\n", k + 1, k, volts(k),
+                                           place(k));
+                      }),
+                 "V",
+                 "mm",
+                 1.0,
+                 {.period_s = 1e-3},
+                 "--period 0.001"});
+  // LabVIEW without a column of times: Delta_X stands in the second header.
+  all.push_back({"LabviewWithoutTimes",
+                 "fast.lvm",
+                 rows("LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tNo\n"
+                      "***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t200\t200\t\n"
+                      "Y_Unit_Label\tVolts\tMillimeters\t\nX_Dimension\tTime\tTime\t\nX0\t0.0\t0.0\t\n"
+                      "Delta_X\t0.001\t0.001\t\n***End_of_Header***\t\t\t\nX_Value\tValve\tPosition\tComment\n",
+                      [&](int k) { return fmt::format("\t{:.6f}\t{:.6f}\t\n", volts(k), place(k)); }),
+                 "V",
+                 "mm",
+                 1.0,
+                 {.period_s = 1e-3},
+                 "--period 0.001"});
+  // Two times, one for each channel.
+  all.push_back({"LabviewTwoTimes",
+                 "multi.lvm",
+                 rows("LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tMulti\n"
+                      "***End_of_Header***\t\n\t\nChannels\t2\t\t\t\nSamples\t200\t\t200\t\n"
+                      "Y_Unit_Label\tVolts\t\tMillimeters\t\nX_Dimension\tTime\t\tTime\t\n"
+                      "Delta_X\t0.001\t\t0.001\t\n***End_of_Header***\t\t\t\t\n"
+                      "X_Value\tValve\tX_Value\tPosition\tComment\n",
+                      [&](int k) {
+                        return fmt::format("{:.6f}\t{:.6f}\t{:.6f}\t{:.6f}\n", seconds(k), volts(k), seconds(k),
+                                           place(k));
+                      }),
+                 "",
+                 "",
+                 1.0,
+                 {},
+                 {}});
+  // DAQExpress and MTS TestSuite: units in a row of their own, the output before the input.
+  all.push_back(
+      {"MtsTestSuite",
+       "daqTaskActivity1.txt",
+       rows("Test Name:\tbench\nDate:\t11/23/2026\n\nTime\tAxial Displacement\tAxial Displacement Command\n"
+            "sec\tmm\tmm\n",
+            [&](int k) { return fmt::format("{:.7e}\t{:.7e}\t{:.7e}\n", seconds(k), place(k), 20.0 * volts(k)); }),
+       "mm",
+       "mm",
+       1.0,
+       {},
+       {},
+       20.0});
   // DS1000Z: rows are numbered, the period stands in the header.
   all.push_back({"Rigol",
                  "rigol.csv",
@@ -180,7 +238,8 @@ class OtherProgram : public testing::TestWithParam<Program> {
     ASSERT_EQ(record.input.size(), kRows) << imported.guess;
     EXPECT_NEAR(record.step_s, kStep_s, 1e-9) << imported.guess;
     for (int k = 0; k < kRows; ++k) {
-      ASSERT_NEAR(record.input[k], volts(k), 1e-4) << k << " " << imported.guess;
+      ASSERT_NEAR(record.input[k], program.input_factor * volts(k), 1e-4 * program.input_factor)
+          << k << " " << imported.guess;
       ASSERT_NEAR(record.output[k], program.output_factor * place(k), 1e-3 * program.output_factor) << k;
     }
     if (!program.input_unit.empty()) {
