@@ -60,6 +60,7 @@ void print_identification(const identify::Identification& identification,
                           const std::vector<std::filesystem::path>& written, nlohmann::ordered_json document,
                           const DisplayUnit& unit, const Console& console) {
   for (const std::string& sentence : identification.warnings) console.warning(sentence);
+  for (const std::string& sentence : identification.response_notes) console.warning(sentence);
   for (const std::string& sentence : identification.notes) console.debug(sentence);
   document["models"] = identify::to_json(identification.models);
   document["recommendation"] = record::to_json(identification.recommendation);

@@ -55,6 +55,29 @@ ident::RealisationRows rows_of(const ident::Realisations& table, std::size_t sam
   return rows;
 }
 
+/// The last whole periods of every tone within the last repetition; none where it holds no two behind `discard` rows.
+std::optional<ident::Periods> within_repetition(const std::vector<double>& lines_Hz, double step_s, std::size_t samples,
+                                                std::size_t repetition, std::size_t discard) {
+  if (samples < repetition || discard >= repetition) return std::nullopt;
+  const std::size_t end = samples / repetition * repetition;
+  const std::size_t length = ident::common_period(lines_Hz, step_s, (repetition - discard) / 2);
+  if (length == 0) return std::nullopt;
+  return ident::last_periods(end, length, end - repetition + discard);
+}
+
+std::string left_out_note(const ExcitedPeriod& excited, const std::vector<double>& lines_Hz, double step_s,
+                          std::size_t samples) {
+  const double repetition_s = static_cast<double>(excited.samples) * step_s;
+  const double shared_s = static_cast<double>(ident::common_period(lines_Hz, step_s, samples)) * step_s;
+  const std::string mend = shared_s > 0.0 ? fmt::format("with a duration_s of {:.6g} it would",
+                                                        std::ceil(repetition_s / shared_s) * shared_s)
+                                          : "choose tones that repeat with it";
+  return fmt::format(
+      "the measured frequency response lacks {:.4g} Hz: a repetition of {:.6g} s holds no whole number of periods of "
+      "{}; {}",
+      fmt::join(excited.left_out_Hz, ", "), repetition_s, excited.left_out_Hz.size() == 1 ? "it" : "each", mend);
+}
+
 }  // namespace
 
 ExcitedPeriod excited_period(const ident::Excitation& excitation, double step_s, std::size_t samples,
@@ -65,7 +88,11 @@ ExcitedPeriod excited_period(const ident::Excitation& excitation, double step_s,
   if (excited.samples == 0) return excited;
   const double period_s = static_cast<double>(excited.samples) * step_s;
   // A tone between two harmonics is not a line. If there is no other tone, the jump at the table's end makes the lines.
-  std::erase_if(excited.lines_Hz, [&](double f) { return std::abs(f * period_s - std::round(f * period_s)) >= 1e-6; });
+  const auto kept = std::stable_partition(excited.lines_Hz.begin(), excited.lines_Hz.end(), [&](double f) {
+    return std::abs(f * period_s - std::round(f * period_s)) < 1e-6;
+  });
+  excited.left_out_Hz.assign(kept, excited.lines_Hz.end());
+  excited.lines_Hz.erase(kept, excited.lines_Hz.end());
   return excited;
 }
 
@@ -88,6 +115,13 @@ std::optional<ident::FrequencyResponse> frequency_response_of(const Source& sour
         notes.emplace_back("no frequency response: the record holds no two periods of the excited lines");
       }
       return std::nullopt;
+    }
+    if (!excited.left_out_Hz.empty()) {
+      const std::vector<double> all_Hz = ident::excited_lines(played->excitation, step_s, excited.samples);
+      if (const auto periods = within_repetition(all_Hz, step_s, samples, excited.samples, discard)) {
+        return ident::measure_frequency_response(source.record, *periods, all_Hz);
+      }
+      notes.push_back(left_out_note(excited, all_Hz, step_s, samples));
     }
     return ident::measure_frequency_response(source.record, ident::last_periods(samples, excited.samples, discard),
                                              excited.lines_Hz);

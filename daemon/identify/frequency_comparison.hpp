@@ -20,8 +20,9 @@ inline constexpr std::string_view kFrequencyResponseFile = "frequency_response.c
 
 /// What an excitation repeats itself by.
 struct ExcitedPeriod {
-  std::size_t samples = 0;       ///< of the shortest period that all lines and the repetitions share; 0: none
-  std::vector<double> lines_Hz;  ///< excited ones that are harmonics of it; all of them without a period
+  std::size_t samples = 0;               ///< of the shortest period that all lines and the repetitions share; 0: none
+  std::vector<double> lines_Hz;          ///< excited ones that are harmonics of it; all of them without a period
+  std::vector<double> left_out_Hz = {};  ///< excited ones that are none: the table of a repetition cuts their periods
 };
 
 /// @param samples     of the record   @param repetition  samples of one repetition; 0: unknown
@@ -30,9 +31,12 @@ struct ExcitedPeriod {
                                            std::size_t repetition);
 
 /// Measures the frequency response of a source whose experiment is periodic: by its tones, or by its repetitions. The
-/// period is the shortest that all lines and the repetitions share. A table of several realisations is measured by
-/// them, in its last repetition.
-/// @param notes  gets a sentence when the record does not hold two periods after the discarded time
+/// period is the shortest that all lines and the repetitions share. If a repetition cuts the period of a tone, the
+/// periods of all tones within the last repetition are taken, after its discarded time, and where it holds no two of
+/// them the tones that it cuts are left out. A table of several realisations is measured by them, in its last
+/// repetition.
+/// @param notes  gets a sentence when the record does not hold two periods after the discarded time, and where tones
+///               are left out
 /// @returns nothing in that case, and nothing without an experiment
 [[nodiscard]] std::optional<ident::FrequencyResponse> frequency_response_of(const Source& source,
                                                                             const ident::FitOptions& options,

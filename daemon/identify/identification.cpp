@@ -377,7 +377,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
   identification.frequency_response = std::move(frequency_response);
-  identification.notes = std::move(notes);
+  (identification.frequency_response ? identification.response_notes : identification.notes) = std::move(notes);
   if (comparisons.paper == Comparisons::Paper::include) {
     IdentificationTask published = named;
     if (published.structures.empty()) published.structures = published_structures();

@@ -60,6 +60,7 @@ struct Identification {
   ident::WorkByStage work = {};               ///< of all rounds, fits that were dropped included
   std::vector<IdentifiedModel> paper = {};    ///< by the paper's procedure, for comparison
   std::optional<ident::FrequencyResponse> frequency_response = {};
+  std::vector<std::string> response_notes = {};  ///< what it leaves out and why, one sentence each
   std::vector<CrossValidatedModel> cross_validation = {};
   FitTable fit_table = {};                             ///< of `models`
   FitTable paper_fit_table = {};                       ///< of `paper`

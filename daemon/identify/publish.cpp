@@ -167,6 +167,9 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
   }
   entry.other["rounds"] = to_json(identification.rounds);
   if (!identification.refused.empty()) entry.other["refused"] = to_json(identification.refused);
+  if (!identification.response_notes.empty()) {
+    entry.other["frequency_response_notes"] = identification.response_notes;
+  }
   const bool any_accepted = entry.accepted;
   record::write_identification(run_folder, std::move(entry));
   if (any_accepted) record::publish_latest(run_folder);

@@ -9,6 +9,7 @@
 
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
+#include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 
 namespace eha::report {
@@ -151,6 +152,9 @@ Section frequency_section(const Subject& subject) {
   Item item{.heading = "Gain and phase of the models over the measured response"};
   item.figure = bode_figure(shown, response, "Bode plot of the models and the measured response");
   item.remark = remark_on(subject, *shown.front(), response);
+  if (const auto& notes = subject.part("identification", "frequency_response_notes"); notes.is_array()) {
+    for (const auto& note : notes) item.html += paragraph("About this plot: " + note.get<std::string>() + ".");
+  }
   section.items.push_back(std::move(item));
   return section;
 }

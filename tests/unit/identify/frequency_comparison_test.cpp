@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <complex>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -36,6 +38,34 @@ TEST(FrequencyResponseOf, UsesTheRepetitionWhereTheTonesJumpAtItsEnd) {
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->periods.length, 1500U);
   EXPECT_EQ(measured->periods.count, 2U);
+}
+
+TEST(FrequencyResponseOf, TakesThePeriodsWithinTheLastRepetitionWhereItCutsATone) {
+  std::vector<std::string> notes;
+  const std::vector<ident::Tone> tones{{0.05, 1.0, 1.8}, {0.2, 1.0, 1.9}, {0.65, 1.0, 4.2}};
+  const auto measured = frequency_response_of(source_of(50.0, 3, tones), discarding(10.0), notes);
+  ASSERT_TRUE(measured.has_value());
+  ASSERT_EQ(measured->lines.size(), 3U) << "none is left out";
+  EXPECT_EQ(measured->periods.length, 2000U);
+  EXPECT_EQ(measured->periods.first, 11000U);
+  EXPECT_TRUE(notes.empty());
+  for (const ident::LineResponse& line : measured->lines) {
+    const std::complex<double> lag = 2.0 / std::complex<double>(1.0, 0.1 * 2.0 * std::numbers::pi * line.frequency_Hz);
+    EXPECT_NEAR(std::abs(line.response / lag - 1.0), 0.0, 1e-3) << line.frequency_Hz;
+  }
+}
+
+TEST(FrequencyResponseOf, NamesTheTonesThatItLeavesOut) {
+  std::vector<std::string> notes;
+  const std::vector<ident::Tone> tones{{0.05, 1.0, 1.8}, {0.2, 1.0, 1.9}, {0.65, 1.0, 4.2}};
+  const auto measured = frequency_response_of(source_of(50.0, 3, tones), discarding(12.0), notes);
+  ASSERT_TRUE(measured.has_value());
+  EXPECT_EQ(measured->lines.size(), 1U);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0],
+            "the measured frequency response lacks 0.05, 0.65 Hz: a repetition of 50 s holds no whole number of "
+            "periods of each; "
+            "with a duration_s of 60 it would");
 }
 
 TEST(FrequencyResponseOf, TakesNoPeriodsAcrossAJumpOfTheTable) {
