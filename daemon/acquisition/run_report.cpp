@@ -84,10 +84,10 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
       return fmt::format("the device did not confirm the safe output at the end of the run ({})", status);
     case Fault::not_following:
       return fmt::format(
-          "the sensor shows at least {0:.3f} {2} less motion than the command must have made, the limit is {1:.3f} "
-          "{2}; "
-          "check "
-          "the sensor, its cable and the hydraulic supply, then [following] in the rig file",
+          "the rod moved {0:.3f} {2} less than the command must have moved it, the limit is {1:.3f} {2}; likely, in "
+          "this "
+          "order: hydraulics off, valve unplugged, sensor or its wire off, [following] of the rig file out of date: "
+          "switch on, plug in, see that `eha read` follows the rod, and after a change of the valve `eha characterise`",
           shown_value, shown_limit, length);
     case Fault::unexplained_motion:
       return fmt::format(

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <string>
 
+#include "daemon/acquisition/run_report.hpp"
 #include "tests/unit/acquisition/play.hpp"
 
 namespace eha::acquisition {
@@ -116,6 +118,22 @@ TEST(FollowingMonitor, MeasuresTheSameWhenReadingsAreMissing) {
   }
   EXPECT_EQ(breach.fault, Fault::not_following);
   EXPECT_NEAR(k * 0.001, 0.294, 0.02);
+}
+
+TEST(FollowingMonitor, NamesTheLikelyCausesInTheirOrder) {
+  RunReport report;
+  report.outcome = Outcome::faulted;
+  report.fault.fault = Fault::not_following;
+  report.fault.value = 0.12;
+  report.fault.limit = 0.1;
+  const std::string text = describe(report);
+  const std::size_t hydraulics = text.find("hydraulics off");
+  const std::size_t valve = text.find("valve unplugged");
+  const std::size_t sensor = text.find("sensor");
+  EXPECT_LT(hydraulics, valve) << text;
+  EXPECT_LT(valve, sensor) << text;
+  EXPECT_NE(text.find("the rod moved 0.120 in less than"), std::string::npos) << text;
+  EXPECT_NE(text.find("eha characterise"), std::string::npos) << text;
 }
 
 TEST(FollowingMonitor, FallsBackToARuleFromTheLimits) {
