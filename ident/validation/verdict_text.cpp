@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The sentences of a verdict.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -84,7 +85,9 @@ class Reasons {
     about({Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::converged});
     note_flat_ridge();
     if (!model_.estimation && !model_.validation) {
-      rejections_.emplace_back("The model was neither estimated nor validated here.");
+      rejections_.emplace_back(
+          "Nothing is known of the model's error: it was neither estimated nor validated here; hold it against a "
+          "record (eha validate MODEL RUN).");
     }
     const bool is_of_another_plant = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(), [](const auto& c) {
       return c.kind == Kind::error_over_refit && has_failed(c);
@@ -99,7 +102,8 @@ class Reasons {
     }
     if (model_.estimation && !model_.validation) {
       notes_.emplace_back(
-          "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it.");
+          "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it; keep a "
+          "part (--split 0.5), or hold it against another record (eha validate).");
     }
     about({Kind::above_recommended});
     note_allowed_instability();
@@ -168,9 +172,8 @@ class Reasons {
         return fmt::format(
             "Something that is not the input moves the output, such as friction, hum or vibration: what the model "
             "leaves "
-            "over is no plain noise (p = {:.2g} for lags 1 to 20, beyond order {}); ignore it {}, else record longer.",
-            c.value, model_.validation && model_.validation->tests ? model_.validation->tests->ar_order : 0,
-            where_it_matters());
+            "over is no plain noise (p = {:.2g} for lags 1 to 20); ignore it {}, else record longer.",
+            c.value, where_it_matters());
       case Kind::nonlinearity:
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
         return fmt::format(
@@ -231,8 +234,8 @@ class Reasons {
         return unstable(c);
       case Kind::excitation_order:
         return fmt::format(
-            "The input tests the model too little: it is persistently exciting of order {:g} (a tone gives 2), less "
-            "than the {:g} estimated parameters of G; record with more tones or levels.",
+            "The input tests the model too little: it determines {:g} parameters (a tone 2), fewer than the {:g} "
+            "estimated ones of G; record with more tones or levels.",
             c.value, c.limit);
       case Kind::order_error:
         return undetermined_order(c);
@@ -336,7 +339,7 @@ class Reasons {
         model_.validation->tests->error) {
       return fmt::format(
           "Not judged whether the error is noise: on a fresh input of the same kind the model is off by {:.2g} to "
-          "{:.2g} % of the output's standard deviation; periods that repeat would tell noise from error.",
+          "{:.2g} % of the output's standard deviation; play more repetitions, which tell noise from error.",
           model_.validation->tests->error->lower, c.value);
     }
     if (c.kind == Kind::input_levels && model_.validation && model_.validation->input_levels) {
@@ -345,8 +348,8 @@ class Reasons {
                          text(*model_.validation->input_levels, model_.input_unit));
     }
     if (c.kind == Kind::error_over_noise) {
-      return "Not judged whether the error is noise: the record holds too few periods of its excitation to measure the "
-             "noise from; play more repetitions.";
+      return "Not judged whether the error is noise: the record holds too few periods of its excitation, less than "
+             "2 behind the discarded time, to measure the noise from; play more repetitions.";
     }
     return {};
   }
@@ -358,7 +361,10 @@ class Reasons {
   }
 
   [[nodiscard]] std::string unstable(const Criterion& c) const {
-    if (!model_.stability) return "The model's stability was not determined, and the limits require it.";
+    if (!model_.stability) {
+      return "The model's stability was not determined, and the limits require it; fit it again, or allow it with "
+             "require_stable = false in [acceptance].";
+    }
     const StabilityReport& stability = *model_.stability;
     if (stability.stable) {
       return fmt::format(
@@ -380,10 +386,14 @@ class Reasons {
   void note_flat_ridge() {
     if (!model_.estimation || !model_.estimation->converged) return;
     if (model_.estimation->termination != text(Termination::flat_ridge)) return;
-    notes_.emplace_back(
-        "Several parameters compensate each other: the cost is flat along a ridge, and the output hardly changes; use "
-        "the "
-        "model as a whole, no single value of it.");
+    const auto& known = model_.estimation->correlation;
+    const std::string names = known && !known->indistinguishable.empty()
+                                  ? fmt::format(" ({})", fmt::join(known->indistinguishable, ", "))
+                                  : "";
+    notes_.push_back(
+        fmt::format("Several parameters{} compensate each other: the cost is flat along a ridge, and the output hardly "
+                    "changes; use the model as a whole, no single value of it, or record longer.",
+                    names));
   }
 
   void note_low_r2() {
@@ -397,19 +407,22 @@ class Reasons {
     }
     if (!model_.validation->offset_reestimated) return;
     const double anew = model_.validation->offset_reestimated->r2_percent;
-    notes_.push_back(fmt::format("With the offset estimated anew on the validation part R2 is {:.4g} %{}.", anew,
-                                 anew >= r2->limit
-                                     ? ": the sensor or an offset drifts between the two parts; record when the "
-                                       "oil is warm, or shorter"
-                                     : ""));
+    notes_.push_back(fmt::format(
+        "With the offset estimated anew on the validation part R2 is {:.4g} %{}.", anew,
+        anew >= r2->limit ? ": the sensor or an offset drifts between the two parts; record when the "
+                            "oil is warm, or shorter"
+                          : ", still below the limit: no offset is the cause; look at the error over time in "
+                            "the report"));
   }
 
   void note_allowed_instability() {
     const bool allowed = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(),
                                      [](const Criterion& c) { return c.kind == Kind::stability_margin && c.passed; });
     if (!allowed || !model_.stability || model_.stability->stable) return;
-    notes_.push_back(fmt::format("The model is unstable (test: {}, margin {:.4g} rad); the limits allow it.",
-                                 model_.stability->test, model_.stability->margin_rad));
+    notes_.push_back(
+        fmt::format("The model is unstable (test: {}, margin {:.4g} rad), which the limits allow; simulate "
+                    "it no longer than the record, or within a closed loop.",
+                    model_.stability->test, model_.stability->margin_rad));
   }
 
   void note_wide_intervals() {

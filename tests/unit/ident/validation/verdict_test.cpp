@@ -182,8 +182,10 @@ TEST(Verdict, RejectsAMarginBelowItsLimitAndAStabilityNobodyDetermined) {
                                 "0.6 rad; record longer, or lower min_stability_margin_rad in [acceptance]."}));
   EXPECT_FALSE(judge(model, limits).accepted);
   model.stability.reset();
-  EXPECT_EQ(judge(model, AcceptanceLimits{}).reasons,
-            std::vector<std::string>{"The model's stability was not determined, and the limits require it."});
+  EXPECT_EQ(
+      judge(model, AcceptanceLimits{}).reasons,
+      std::vector<std::string>{"The model's stability was not determined, and the limits require it; fit it again, "
+                               "or allow it with require_stable = false in [acceptance]."});
 }
 
 TEST(Verdict, LetsAnUnstableModelPassOnlyWhereTheLimitsAllowItAndSaysSo) {
@@ -232,7 +234,7 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
                 "where an error of 0.1 in (rms) "
                 "does not matter.",
                 "Something that is not the input moves the output, such as friction, hum or vibration: what the model "
-                "leaves over is no plain noise (p = 1e-05 for lags 1 to 20, beyond order 1); ignore it where an error "
+                "leaves over is no plain noise (p = 1e-05 for lags 1 to 20); ignore it where an error "
                 "of 0.1 in (rms) does not matter, else record longer."}));
 }
 
@@ -370,6 +372,39 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
   // A coefficient that the structure or a request holds is not asked.
   model.parameters[0].fixed = true;
   EXPECT_EQ(judge(model, {}).grade, Grade::good);
+}
+
+/// What is wrong, the figure, what to do.
+TEST(Verdict, SaysThreeThingsOfEveryCriterion) {
+  Model model = good_model();
+  model.parameters = {{.name = "n2", .value = 1.5, .std = 0.25, .lower95 = 1.0, .upper95 = 2.0}};
+  model.validation->tests->nonlinearity = NonlinearityTest{{40.0, 9, 1e-5}, NonlinearKind::motion};
+  model.validation->tests->error = PredictedError{6.0, 8.0};
+  model.validation->input_levels = InputLevels{-1.5, 1.5};
+  for (const CriterionTraits& traits : criterion_kinds()) {
+    if (traits.kind == CriterionKind::other) continue;
+    const Criterion failed{.kind = traits.kind, .parameter = "n2", .value = 0.25, .limit = 0.15};
+    Criterion unknown = failed;
+    unknown.judged = false;
+    for (const Criterion& criterion : {failed, unknown}) {
+      const std::vector<std::string> reasons = reasons_of(model, Verdict{.criteria = {criterion}});
+      if (reasons.empty()) continue;  // of one that is always judged, or never fails
+      const std::string& reason = reasons.front();
+      EXPECT_NE(reason.find(": "), std::string::npos) << reason;
+      EXPECT_TRUE(std::any_of(reason.begin(), reason.end(), [](char c) { return c >= '0' && c <= '9'; })) << reason;
+      const bool has_remedy = reason.find("; ") != std::string::npos || reason.find(": play more") != std::string::npos;
+      EXPECT_TRUE(has_remedy) << reason;
+    }
+  }
+}
+
+TEST(Verdict, NamesTheParametersThatCompensateEachOther) {
+  Model model = good_model();
+  model.estimation->termination = std::string(text(Termination::flat_ridge));
+  model.estimation->correlation = ParameterCorrelation{{}, {}, {"a1", "n1"}};
+  const Verdict verdict = judge(model, {});
+  ASSERT_FALSE(verdict.reasons.empty());
+  EXPECT_NE(verdict.reasons[0].find("Several parameters (a1, n1) compensate"), std::string::npos) << verdict.reasons[0];
 }
 
 TEST(Verdict, JudgesAModelWithoutValidationByItsEstimationAndSaysSo) {
