@@ -58,7 +58,6 @@ struct PlotCommand {
   std::optional<std::filesystem::path> output = {};  ///< none: in characters on standard output
 };
 
-constexpr std::size_t kMostCurves = 2;          // models in a run's plot
 constexpr std::size_t kMostColumnsInPanel = 6;  // of a CSV file
 constexpr std::size_t kMostNamesOfAxis = 2;     // columns that the y axis names; the key names more
 constexpr std::size_t kRowsOfPanel = 16;        // characters
@@ -89,10 +88,8 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
   const DisplayUnit unit = console.unit(record::rig_units(*loaded.manifest));
   const report::Subject subject = report::in_unit(std::move(loaded), unit);
   std::vector<std::string> names;
-  for (const report::ReportedModel& reported : subject.models) {
-    if (names.size() < kMostCurves && subject.fit.find(reported.model.name) != nullptr) {
-      names.push_back(reported.model.name);
-    }
+  for (const report::ReportedModel* reported : subject.pictured()) {
+    if (subject.fit.find(reported->model.name) != nullptr) names.push_back(reported->model.name);
   }
   if (!names.empty()) return report::fit_figure(subject.fit, names, std::nullopt, subject.name);
   if (!subject.record) throw DataError(folder + ": nothing to plot; the run holds no record");

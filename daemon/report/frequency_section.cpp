@@ -144,10 +144,7 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
 Section frequency_section(const Subject& subject) {
   Section section{.title = "Frequency response"};
   if (subject.models.empty()) return section;
-  std::vector<const ReportedModel*> shown;
-  for (const ReportedModel& reported : subject.models) {
-    if (shown.size() < kMostCurves) shown.push_back(&reported);
-  }
+  const std::vector<const ReportedModel*> shown = subject.pictured();
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
   Item item{.heading = "Gain and phase of the models over the measured response"};
   item.figure = bode_figure(shown, response, "Bode plot of the models and the measured response");

@@ -15,7 +15,6 @@
 namespace eha::report {
 namespace {
 
-constexpr std::size_t kMostPlots = 2;
 constexpr double kSlow = 2.0;  // time constants of a pole that a record of that many durations shows
 constexpr double kSmallMargin_rad = 0.1;
 
@@ -84,11 +83,10 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
 
 Section stability_section(const Subject& subject) {
   Section section{.title = "Stability"};
-  for (const ReportedModel& reported : subject.models) {
-    if (section.items.size() == kMostPlots) break;
-    section.items.push_back({.heading = "Poles of " + reported.model.name + " and the stability sector",
-                             .figure = pole_figure(reported.model),
-                             .remark = remark_on(subject, reported.model)});
+  for (const ReportedModel* reported : subject.pictured()) {
+    section.items.push_back({.heading = "Poles of " + reported->model.name + " and the stability sector",
+                             .figure = pole_figure(reported->model),
+                             .remark = remark_on(subject, reported->model)});
   }
   return section;
 }

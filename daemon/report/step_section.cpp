@@ -8,9 +8,7 @@ namespace eha::report {
 Section step_section(const Subject& subject) {
   Section section{.title = "Step response"};
   std::vector<const ident::Model*> shown;
-  for (const ReportedModel& reported : subject.models) {
-    if (shown.size() < kMostCurves) shown.push_back(&reported.model);
-  }
+  for (const ReportedModel* reported : subject.pictured()) shown.push_back(&reported->model);
   if (shown.empty()) return section;
   Item item{.heading = "Output and speed after " + step_text(*shown.front())};
   try {
@@ -19,7 +17,9 @@ Section step_section(const Subject& subject) {
   } catch (const ConfigError&) {
     return section;  // no step: more zeros than poles
   }
-  item.remark.good = "Both models agree outside the grey part, which is faster than the usable band.";
+  item.remark.good = shown.size() > 1
+                         ? "Both models agree outside the grey part, which is faster than the usable band."
+                         : "The lag takes longer than the grey part, which is faster than the usable band.";
   item.remark.to_do =
       "For a controller that reacts within the grey part, excite higher frequencies (eha design) and fit again.";
   section.items.push_back(std::move(item));

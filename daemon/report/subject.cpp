@@ -14,6 +14,7 @@
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/report/figures.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/recommendation.hpp"
 
@@ -66,6 +67,8 @@ void sort_models(Subject& subject, const std::string& recommended, const std::st
                    [&](const ReportedModel& a, const ReportedModel& b) { return rank(a) < rank(b); });
   subject.has_recommendation =
       !recommended.empty() && !subject.models.empty() && subject.models.front().model.name == recommended;
+  const bool has_runner_up = subject.models.size() > 1 && subject.models[1].model.name == runner_up;
+  subject.pictured_models = subject.has_recommendation && !has_runner_up ? 1 : kMostCurves;
 }
 
 /// Where the tables of a model file are: in its run folder if it is below one, else beside it.
@@ -86,6 +89,14 @@ std::string folder_text(const fs::path& model_file) {
 }
 
 }  // namespace
+
+std::vector<const ReportedModel*> Subject::pictured() const {
+  std::vector<const ReportedModel*> shown;
+  for (const ReportedModel& reported : models) {
+    if (shown.size() < pictured_models) shown.push_back(&reported);
+  }
+  return shown;
+}
 
 Subject load_run(const fs::path& folder) {
   if (!record::is_run_folder(folder)) {
@@ -157,6 +168,8 @@ Subject load_models(const std::vector<fs::path>& files) {
   const ident::Recommendation chosen = ident::recommend(all, {});
   if (subject.models.size() > 1) subject.reason = chosen.reason;
   sort_models(subject, subject.models.size() > 1 ? chosen.model : "", chosen.runner_up);
+  // Two that were named are to be seen beside each other.
+  if (files.size() <= kMostCurves) subject.pictured_models = kMostCurves;
   return subject;
 }
 

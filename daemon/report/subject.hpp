@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -31,6 +32,7 @@ struct Subject {
   std::optional<nlohmann::ordered_json> manifest = {};  ///< run.json
   std::vector<ReportedModel> models = {};               ///< recommended first, runner-up second, then by verdict
   bool has_recommendation = false;                      ///< models.front() is recommended
+  std::size_t pictured_models = 2;                      ///< the pictures show the first ones, up to so many
   std::string reason = {};                              ///< of the recommendation, or of its absence
   std::vector<ident::Model> paper = {};                 ///< by the paper's procedure
   identify::FitTable fit = {};                          ///< empty: no fit.csv
@@ -38,6 +40,9 @@ struct Subject {
   std::optional<record::NumberTable> response = {};     ///< frequency_response.csv
   std::optional<ident::Record> record = {};             ///< of a run without fit.csv
   std::vector<std::string> notes = {};                  ///< files that should be there and are not
+
+  /// The models of the pictures: the recommended one and its runner-up; without a recommendation the first two.
+  [[nodiscard]] std::vector<const ReportedModel*> pictured() const;
 
   /// A part of the manifest: part("report", "counters"); null where there is none.
   template <typename... Keys>

@@ -156,10 +156,10 @@ Section time_section(const Subject& subject) {
   }
   std::vector<std::string> names;
   const ident::Model* first = nullptr;
-  for (const ReportedModel& reported : subject.models) {
-    if (names.size() == kMostCurves || subject.fit.find(reported.model.name) == nullptr) continue;
-    if (first == nullptr) first = &reported.model;
-    names.push_back(reported.model.name);
+  for (const ReportedModel* reported : subject.pictured()) {
+    if (subject.fit.find(reported->model.name) == nullptr) continue;
+    if (first == nullptr) first = &reported->model;
+    names.push_back(reported->model.name);
   }
   if (first == nullptr) return section;
   const std::size_t estimating =

@@ -85,10 +85,10 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
 
 Section valve_section(const Subject& subject) {
   Section section{.title = "Valve"};
-  const auto at = std::find_if(subject.models.begin(), subject.models.end(),
-                               [](const ReportedModel& reported) { return reported.model.input_map.has_value(); });
-  if (at == subject.models.end()) return section;
-  const ident::Model& model = at->model;
+  const std::vector<const ReportedModel*> pictured = subject.pictured();
+  const auto at = std::find_if(pictured.begin(), pictured.end(), [](const auto* r) { return r->model.input_map; });
+  if (at == pictured.end()) return section;
+  const ident::Model& model = (*at)->model;
   const ident::ValveMap& map = *model.input_map;
   const std::vector<double>& input = subject.fit.applied;
   double low = map.null - 5.0 * (map.dead_band + 0.1);

@@ -171,6 +171,17 @@ Section models_section(const Subject& subject) {
   overview.html += paragraph(
       "R2 and fit are 100 % for a perfect model. AR-BIC weighs error against number of parameters; lower is better, "
       "and a difference of 10 is clear.");
+  if (const auto pictured = subject.pictured(); pictured.size() < subject.models.size()) {
+    const std::string shown =
+        pictured.size() == 1
+            ? fmt::format("the recommended model, {}, alone", pictured.front()->model.name)
+            : fmt::format("{}, {}, and {}, {}, alone",
+                          subject.has_recommendation ? "the recommended model" : "the first model",
+                          pictured[0]->model.name, subject.has_recommendation ? "its runner-up" : "the second",
+                          pictured[1]->model.name);
+    overview.html += paragraph("The pictures show " + shown +
+                               ". `eha report` with the files of one or two other models draws those.");
+  }
   const bool has_not_needed =
       std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row[1] == ident::kNotNeeded; });
   if (has_not_needed) {

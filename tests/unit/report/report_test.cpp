@@ -209,6 +209,19 @@ TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
   EXPECT_NE(html.find("<span class=\"fraction\">"), std::string::npos);
 }
 
+TEST(Page, PicturesTheRecommendedModelAloneWhereThereIsNoRunnerUp) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.models = {{model_named("a", ident::Grade::good, 99.0), "a.json"},
+                    {model_named("b", ident::Grade::rejected, 99.0), "b.json"}};
+  subject.has_recommendation = true;
+  subject.pictured_models = 1;
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("The pictures show the recommended model, a, alone"), std::string::npos);
+  EXPECT_EQ(html.find("Poles of b"), std::string::npos);
+  subject.pictured_models = 2;
+  EXPECT_NE(page_of(subject).html.find("Poles of b"), std::string::npos);
+}
+
 TEST(Page, DoesNotAskToAllowAnIntegratorThatIsAccepted) {
   Subject subject = subject_of("run", ident::Grade::good);
   subject.models[0].model.transfer_function.denominator = {{0.0132, 2.0}, {1.0, 1.0}};
