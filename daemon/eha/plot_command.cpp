@@ -24,6 +24,7 @@
 #include "daemon/identify/source.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -80,8 +81,8 @@ plot::Format format_of(const fs::path& path) {
 }
 
 plot::Figure of_run(const std::string& folder, const Console& console) {
-  if (fs::exists(fs::path(folder) / track::kTrackRows)) {
-    const track::TrackResult result = track::track_result(folder);
+  if (record::is_run_folder(folder) && record::purpose_of(record::read_manifest(folder)) == record::Purpose::tracking) {
+    const track::TrackResult result = track::played_track(folder);
     return tune::motion_figure(trace_of(result), result.folder.filename().string(), console.unit(result.units));
   }
   report::Subject loaded = report::load_run(folder);

@@ -45,6 +45,23 @@ bool is_folder(const std::string& path) {
   return fs::is_directory(path, ignored);
 }
 
+/// Whether a folder is a controller's trial that can be held to its promise. One that ended early gets its rows, where
+/// they are missing, for the report of the run.
+bool is_complete_trial(const std::string& folder) {
+  if (!record::is_run_folder(folder)) return false;
+  const record::Manifest manifest = record::read_manifest(folder);
+  if (record::purpose_of(manifest) != record::Purpose::tracking) return false;
+  if (manifest.outcome == acquisition::Outcome::completed) return fs::exists(fs::path(folder) / track::kTrackRows);
+  if (manifest.outcome && !fs::exists(fs::path(folder) / track::kTrackRows)) {
+    try {
+      track::write_ended_track(folder);
+    } catch (const DataError&) {
+      return false;  // nothing was recorded; the page says so
+    }
+  }
+  return false;
+}
+
 report::Subject load(const ReportCommand& command) {
   if (command.sources.size() == 1 && is_folder(command.sources.front()))
     return report::load_run(command.sources.front());
@@ -79,8 +96,7 @@ ExitCode execute(const ReportCommand& command, Console& console) {
     const report::Page page = tune::controller_page(subject);
     os::write_file_atomically(path, page.html);
     missing = page.missing;
-  } else if (is_run && command.sources.size() == 1 &&
-             fs::exists(fs::path(command.sources.front()) / track::kTrackRows)) {
+  } else if (is_run && command.sources.size() == 1 && is_complete_trial(command.sources.front())) {
     const report::Page page = track_page(track::track_result(command.sources.front()), unit);
     os::write_file_atomically(path, page.html);
     missing = page.missing;

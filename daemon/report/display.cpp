@@ -46,6 +46,7 @@ Subject in_unit(Subject subject, const DisplayUnit& unit) {
   for (ident::Model& model : subject.paper) model = in_unit(std::move(model), unit);
   rescale(subject.fit, unit);
   rescale(subject.paper_fit, unit);
+  rescale(subject.track, unit);
   if (subject.record) {
     subject.record->output *= unit.factor(subject.record->output_channel.unit);
     subject.record->output_channel.unit = unit.of(subject.record->output_channel.unit);

@@ -21,7 +21,8 @@
 namespace eha::report {
 namespace {
 
-constexpr std::size_t kMostNamed = 3;  // models in a title
+constexpr std::size_t kMostNamed = 3;            // models in a title
+constexpr const char* kTrackRows = "track.csv";  // daemon/track writes it
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
@@ -44,6 +45,22 @@ void read_tables(const fs::path& folder, Subject& subject) {
   if (const fs::path path = folder / identify::kFrequencyResponseFile; fs::exists(path, ignored)) {
     subject.response = record::read_number_table(path);
   }
+}
+
+/// The rows of a controller's trial; empty where they are none.
+identify::FitTable track_table(const fs::path& path) {
+  const record::NumberTable rows = record::read_number_table(path);
+  const auto* time = rows.find("time_s");
+  const auto* reference = rows.find("reference_in");
+  const auto* rod = rows.find("displacement_in");
+  const auto* command = rows.find("command_V");
+  if (time == nullptr || reference == nullptr || rod == nullptr || command == nullptr) return {};
+  return {.input = {"command", "V"},
+          .output = {"displacement", "in"},
+          .time_s = *time,
+          .applied = *command,
+          .measured = *rod,
+          .models = {{"reference", *reference}}};
 }
 
 /// What ranks models of one grade, the least first: AR-BIC where every model has it, else the validation R2.
@@ -138,6 +155,7 @@ Subject load_run(const fs::path& folder) {
     }
     try {
       subject.record = record::read_run(folder).record;
+      if (const fs::path path = folder / kTrackRows; fs::exists(path, ignored)) subject.track = track_table(path);
     } catch (const DataError& error) {
       subject.notes.emplace_back(error.what());
     }

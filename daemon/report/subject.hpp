@@ -39,6 +39,7 @@ struct Subject {
   identify::FitTable paper_fit = {};                    ///< empty: no fit_paper.csv
   std::optional<record::NumberTable> response = {};     ///< frequency_response.csv
   std::optional<ident::Record> record = {};             ///< of a run without fit.csv
+  identify::FitTable track = {};                        ///< of a controller's trial, its reference as the only model
   std::vector<std::string> notes = {};                  ///< files that should be there and are not
 
   /// The models of the pictures: the recommended one and its runner-up; without a recommendation the first two.

@@ -133,7 +133,12 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
 Item of_record(const Subject& subject) {
   Item item{.heading = "What was recorded"};
   const ident::Record& record = *subject.record;
-  item.figure = record_figure(record, "Input and output of " + subject.name);
+  if (subject.track.time_s.empty()) {
+    item.figure = record_figure(record, "Input and output of " + subject.name);
+  } else {
+    item.heading = "Rod, reference and command until the trial ended";
+    item.figure = fit_figure(subject.track, {"reference"}, std::nullopt, item.heading + ", " + subject.name);
+  }
   const double range = record.output.maxCoeff() - record.output.minCoeff();
   item.remark.seen = fmt::format("{} rows over {:.4g} s; the output moves over {:.3g} {}, the input over {:.3g} {}.",
                                  record.output.size(), static_cast<double>(record.output.size()) * record.step_s, range,

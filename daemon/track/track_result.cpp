@@ -36,6 +36,11 @@ double noise_of(const TrackRows& rows, std::size_t from) {
   return count > 0.0 ? std::sqrt(sum / (6.0 * count)) : 0.0;
 }
 
+/// Rows of a mean.
+std::size_t mean_width(double tick_s) {
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kMean_s / tick_s)));
+}
+
 /// Means of `width` values about each row; shorter at the ends.
 std::vector<double> means(const std::vector<double>& values, std::size_t width) {
   std::vector<double> sums(values.size() + 1, 0.0);
@@ -189,18 +194,14 @@ std::vector<std::string> changes_until_fault(const std::filesystem::path& folder
   const Eigen::VectorXd volts = run.record.input.segment(first, rows);
   moved.rod_in.assign(rod.begin(), rod.end());
   moved.command_V.assign(volts.begin(), volts.end());
-  const auto width = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kMean_s / settings.tick_s)));
-  const SeenValve seen = valve_of(moved, means(moved.rod_in, width), settings.tick_s);
+  const SeenValve seen = valve_of(moved, means(moved.rod_in, mean_width(settings.tick_s)), settings.tick_s);
   return changes_of(seen, settings.inverse, unit);
 }
 
-TrackResult track_result(const std::filesystem::path& folder) {
-  const record::LoadedRun run = record::read_run(folder);
-  const config::ExperimentConfig experiment = tracked_experiment(run);
-  if (run.outcome != acquisition::Outcome::completed) {
-    throw DataError(fmt::format("{}: {}; a controller is judged by a completed run", folder.string(),
-                                acquisition::to_text(run.outcome)));
-  }
+namespace {
+
+/// The part of a result that needs no complete trial: its rows and their means.
+TrackResult played(const record::LoadedRun& run, const config::ExperimentConfig& experiment) {
   TrackResult result;
   result.folder = run.folder;
   const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
@@ -210,7 +211,7 @@ TrackResult track_result(const std::filesystem::path& folder) {
   const Eigen::VectorXd& y = run.record.output;
   // The row before the controller's first: its reading is what the controller begins from.
   const auto before = static_cast<Eigen::Index>(first_tracked_row(rig.limits, c.settings.tick_s)) - 1;
-  if (y.size() < before + 2) throw DataError(fmt::format("{}: it has no row of the controller", folder.string()));
+  if (y.size() < before + 2) throw DataError(fmt::format("{}: it has no row of the controller", run.folder.string()));
   const ident::TrialMotion motion(c.settings, experiment.tracking()->track.plan, y[before + 1]);
   ident::AxisController controller(c);
   controller.start(y[before + 1], c.settings.inverse.null);
@@ -227,9 +228,34 @@ TrackResult track_result(const std::filesystem::path& folder) {
     rows.rod_in.push_back(reading_in);
     rows.command_V.push_back(run.record.input[before + k]);
   }
-  const auto width = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kMean_s / c.settings.tick_s)));
-  const std::vector<double> reference = means(rows.reference_in, width);
-  const std::vector<double> rod = means(rows.rod_in, width);
+  const std::size_t width = mean_width(c.settings.tick_s);
+  result.mean_reference_in = means(rows.reference_in, width);
+  result.mean_rod_in = means(rows.rod_in, width);
+  return result;
+}
+
+}  // namespace
+
+TrackResult played_track(const std::filesystem::path& folder) {
+  const record::LoadedRun run = record::read_run(folder);
+  return played(run, tracked_experiment(run));
+}
+
+TrackResult track_result(const std::filesystem::path& folder) {
+  const record::LoadedRun run = record::read_run(folder);
+  const config::ExperimentConfig experiment = tracked_experiment(run);
+  if (run.outcome != acquisition::Outcome::completed) {
+    throw DataError(fmt::format("{}: {}; a controller is judged by a completed run", folder.string(),
+                                acquisition::to_text(run.outcome)));
+  }
+  TrackResult result = played(run, experiment);
+  const ident::AxisCoefficients c = ident::coefficients(result.controller.settings);
+  const TrackRows& rows = result.rows;
+  const std::vector<double>& reference = result.mean_reference_in;
+  const std::vector<double>& rod = result.mean_rod_in;
+  const std::size_t width = mean_width(c.settings.tick_s);
+  const bool is_own = !experiment.tracking()->track.plan.reference.empty();
+  const ident::TrialMotion motion(c.settings, experiment.tracking()->track.plan, rows.rod_in.front());
   ident::TrialScore score(motion);
   std::size_t hold = rod.size();
   // The means of the first and last rows are of few values.
@@ -268,8 +294,6 @@ TrackResult track_result(const std::filesystem::path& folder) {
         margin_figure("delay margin", "s", m.margins.delay_s, m.delay_std_s, p.delay_margin_s, Bound::least));
   }
   result.valve = valve_of(rows, rod, c.settings.tick_s);
-  result.mean_reference_in = reference;
-  result.mean_rod_in = rod;
   // Set points of one's own need not have the speeds that tell a valve.
   result.shows_valve = !is_own;
   return result;
@@ -369,17 +393,9 @@ nlohmann::ordered_json to_json(const TrackResult& result) {
           {"changes", changes_of(result, DisplayUnit("in"))}};
 }
 
-void write_ended_track(const std::filesystem::path& folder) {
-  const nlohmann::ordered_json document{{"schema", "eha-track/1"},
-                                        {"run", folder.string()},
-                                        {"kept", false},
-                                        {"ended_early", true},
-                                        {"changes", changes_until_fault(folder, DisplayUnit("in"))}};
-  os::write_file_atomically(folder / kTrackFile, document.dump(2) + "\n");
-}
+namespace {
 
-void write_track(const TrackResult& result) {
-  os::write_file_atomically(result.folder / kTrackFile, to_json(result).dump(2) + "\n");
+void write_rows(const TrackResult& result) {
   std::string csv = "time_s,reference_in,displacement_in,error_in,command_V\n";
   const TrackRows& rows = result.rows;
   for (std::size_t i = 0; i < rows.time_s.size(); ++i) {
@@ -387,6 +403,23 @@ void write_track(const TrackResult& result) {
                        rows.reference_in[i] - rows.rod_in[i], rows.command_V[i]);
   }
   os::write_file_atomically(result.folder / kTrackRows, csv);
+}
+
+}  // namespace
+
+void write_ended_track(const std::filesystem::path& folder) {
+  const nlohmann::ordered_json document{{"schema", "eha-track/1"},
+                                        {"run", folder.string()},
+                                        {"kept", false},
+                                        {"ended_early", true},
+                                        {"changes", changes_until_fault(folder, DisplayUnit("in"))}};
+  os::write_file_atomically(folder / kTrackFile, document.dump(2) + "\n");
+  write_rows(played_track(folder));
+}
+
+void write_track(const TrackResult& result) {
+  os::write_file_atomically(result.folder / kTrackFile, to_json(result).dump(2) + "\n");
+  write_rows(result);
 }
 
 }  // namespace eha::track

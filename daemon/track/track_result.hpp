@@ -83,6 +83,11 @@ struct TrackResult {
 /// @throws IoError, PermissionError  as record::read_run
 [[nodiscard]] TrackResult track_result(const std::filesystem::path& folder);
 
+/// The rows of a run of [track] and their means, also of one that ended early; without figures.
+/// @throws DataError  the run is none of [track], or has no row of the controller
+/// @throws IoError, PermissionError  as record::read_run
+[[nodiscard]] TrackResult played_track(const std::filesystem::path& folder);
+
 /// What the moving rod shows of the valve against the controller's, a phrase each.
 [[nodiscard]] std::vector<std::string> changes_of(const TrackResult& result, const DisplayUnit& unit);
 
@@ -103,8 +108,9 @@ struct TrackResult {
 /// Writes track.json and track.csv into the run's folder. @throws IoError, PermissionError
 void write_track(const TrackResult& result);
 
-/// Writes track.json of a trial that ended early: not kept, and changes_until_fault().
-/// @throws as changes_until_fault()
+/// Writes track.json of a trial that ended early: not kept, and changes_until_fault(); and track.csv of what was
+/// played.
+/// @throws as changes_until_fault() and played_track()
 void write_ended_track(const std::filesystem::path& folder);
 
 }  // namespace eha::track

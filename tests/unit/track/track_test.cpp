@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -11,7 +12,9 @@
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/stop_request.hpp"
 #include "daemon/play/play.hpp"
+#include "daemon/record/number_table.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/report/report.hpp"
 #include "daemon/track/track_result.hpp"
 #include "daemon/tune/tune_inputs.hpp"
 #include "hal/sim/sim_rig.hpp"
@@ -151,6 +154,18 @@ TEST_F(Track, StopsALoopWhoseRodDoesNotFollow) {
   const play::FinishedRun run = played(text_);
   EXPECT_EQ(run.report.outcome, Outcome::faulted);
   EXPECT_EQ(run.report.fault.fault, Fault::following_error) << acquisition::describe(run.report);
+  write_ended_track(run.folder);
+  const record::NumberTable rows = record::read_number_table(run.folder / kTrackRows);
+  const TrackResult ended = played_track(run.folder);
+  ASSERT_EQ(rows.rows(), ended.rows.rod_in.size());
+  // The error that ended it is seen in the rows.
+  const std::vector<double>& error = *rows.find("error_in");
+  const auto [least, greatest] = std::minmax_element(error.begin(), error.end());
+  EXPECT_GT(std::max(-*least, *greatest), number("following_error_in"));
+  const report::Subject subject = report::load_run(run.folder);
+  ASSERT_EQ(subject.track.models.size(), 1U);
+  EXPECT_EQ(subject.track.models[0].model, "reference");
+  EXPECT_NE(report::page_of(subject).html.find("Rod, reference and command until the trial ended"), std::string::npos);
 }
 
 TEST_F(Track, IsRefusedForAnotherRigTickOrTravel) {
