@@ -152,6 +152,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                             std::sqrt(score.mse), model.output_unit, score.samples);
     Json entry{{"source", sources[i].name}, {"model", Json::parse(ident::to_text(model))}};
     if (run.change) entry["change"] = change_json(*run.change, model);
+    if (!run.cannot_tell.empty()) entry["cannot_tell"] = run.cannot_tell;
     runs.push_back(std::move(entry));
   }
   bool any_differs = false;  // through the plant or the input
@@ -162,19 +163,21 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const ident::Model& model = run.fit.model;
     out.text +=
         fmt::format("\n{}: {}\n", sources[i].name,
-                    !change.changed       ? "no change of the plant found"
-                    : run.has_other_input ? "the parameters differ, and so do the inputs: not shown whether the "
-                                            "plant has changed; compare two runs of one experiment"
-                                          : "the plant has changed");
+                    !run.cannot_tell.empty() ? "cannot tell whether the plant has changed: " + run.cannot_tell
+                    : !change.changed        ? "no change of the plant found"
+                    : run.has_other_input    ? "the parameters differ, and so do the inputs: not shown whether the "
+                                               "plant has changed; compare two runs of one experiment"
+                                             : "the plant has changed");
     out.text += change_sentences(change, model) + table_of(change, model);
-    any_differs = any_differs || change.changed;
-    any_changed = any_changed || (change.changed && !run.has_other_input);
+    any_differs = any_differs || change.changed || !run.cannot_tell.empty();
+    any_changed = any_changed || (change.changed && !run.has_other_input && run.cannot_tell.empty());
+    if (!run.cannot_tell.empty()) out.findings.sentences.push_back("Cannot tell: " + run.cannot_tell + ".");
     add_changes(out.findings.sentences, change, model);
   }
   out.findings.title = fmt::format("Comparison of {} and {}", titles.front(),
                                    titles.size() == 2 ? titles.back() : fmt::format("{} others", titles.size() - 1));
   out.findings.heading = any_changed   ? "The plant has changed"
-                         : any_differs ? "Not comparable: parameters differ, and so do the inputs"
+                         : any_differs ? "Not comparable: the records differ in input or length"
                                        : "No change of the plant found";
   out.findings.is_alike = !any_differs;
   out.findings.sentences.push_back(
@@ -193,7 +196,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
 }
 
 std::string plant_of(const identify::ScoredModel& scored) {
-  if (!scored.refit) return "unknown";
+  if (!scored.refit || !scored.cannot_tell.empty()) return "unknown";
   return scored.of_another_plant ? "another" : "this";
 }
 
@@ -211,7 +214,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
     out.subjects.push_back({.label = titles[i], .model = models[i]});
     out.findings.sentences.push_back(fmt::format("{}: R2 {:.2f} %, rms error {:.3g} {}; of {} plant", titles[i],
                                                  best.r2_percent, one.rms_error, models[i].output_unit,
-                                                 one.refit ? plant_of(one) : "an unknown"));
+                                                 plant_of(one) == "unknown" ? "an unknown" : plant_of(one)));
     rows.push_back({files[i], fmt::format("{:.2f}", one.validation.score.r2_percent),
                     fmt::format("{:.2f}", best.r2_percent), fmt::format("{:.2f}", best.fit_percent),
                     fmt::format("{:.3g}", one.rms_error),
@@ -226,6 +229,10 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
     if (one.refit) entry["refit_rms_error"] = one.refit_rms_error;
     if (one.change) entry["change"] = change_json(*one.change, models[i]);
     entries.push_back(std::move(entry));
+    if (!one.cannot_tell.empty()) {
+      entries.back()["cannot_tell"] = one.cannot_tell;
+      sentences += fmt::format("{}: cannot tell whether it is of this plant: {}\n", files[i], one.cannot_tell);
+    }
     if (!one.of_another_plant) continue;
     sentences += fmt::format(
         "{}: a model of another plant, although it scores R2 {:.2f} %: its error is {:.1f} times that of its structure "

@@ -98,7 +98,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   // The band belongs to the record that the model was estimated on.
   const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
   ident::RecordFacts facts{.interpolated_percent = identify::interpolated_percent(source)};
-  if (scored_here.change && scored_here.change->changed && scored_here.refit_rms_error > 0.0) {
+  const bool can_tell = scored_here.cannot_tell.empty();
+  if (can_tell && scored_here.change && scored_here.change->changed && scored_here.refit_rms_error > 0.0) {
     facts.error_over_refit = scored_here.rms_error / scored_here.refit_rms_error;
   }
   model.verdict = ident::judge(judged, limits, facts);
@@ -108,6 +109,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));
   if (scored_here.refit) document["refit_rms_error"] = scored_here.refit_rms_error;
   if (scored_here.change) document["change"] = change_json(*scored_here.change, model);
+  if (!can_tell) document["cannot_tell"] = scored_here.cannot_tell;
   console.print_json(document);
 
   const ident::Model shown = in_unit(model, console.unit(source.units));
@@ -119,6 +121,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   text += correlation_line("residual with input", validation.ccf, 0);
   text += fmt::format("{}: {}\n", model.name, ident::text(model.verdict->grade));
   for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
+  if (!can_tell) text += fmt::format("  Cannot tell whether it is of this plant: {}.\n", scored_here.cannot_tell);
   if (scored_here.of_another_plant) {
     const double factor = console.unit(source.units).factor(model.output_unit);
     text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);

@@ -16,6 +16,23 @@ namespace {
 constexpr double kSameStep = 1e-6;
 constexpr double kHopeless = 5.0;  // times the refit's error, whatever the intervals of the parameters hold
 
+constexpr double kEnough = 0.5;  // of the time that estimated a model without a valve map
+
+/// Time that a fit compared [s]; 0 where the model does not say.
+double compared_s(const ident::Model& model) {
+  if (!model.estimation) return 0.0;
+  return static_cast<double>(model.estimation->score.samples) * model.estimation->compared_step_s.value_or(0.0);
+}
+
+/// Why a straight model of a record says nothing about one of another length; empty where both are long enough.
+std::string too_short(double record_s, double model_s, const std::string& of) {
+  if (!(record_s < kEnough * model_s)) return {};
+  return fmt::format(
+      "{:.3g} s are less than half of the {:.3g} s of {}, and without a valve map each stretch of a motion has a model "
+      "of its own; record {:.3g} s or more with the same experiment",
+      record_s, model_s, of, std::ceil(model_s));
+}
+
 /// To fit a whole record.
 ident::FitOptions whole(ident::FitOptions options) {
   options.procedure = ident::Procedure::standard;
@@ -59,6 +76,10 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
   scored.of_another_plant = (scored.change->changed && scored.rms_error > ident::kGreatestErrorOverRefit *
                                                                               std::max(scored.refit_rms_error, 0.0)) ||
                             ratio > kHopeless;
+  if (model.input_map) return;
+  scored.cannot_tell =
+      too_short(compared_s(scored.refit->model), compared_s(model), fmt::format("the record of {}", model.name));
+  if (!scored.cannot_tell.empty()) scored.of_another_plant = false;
 }
 
 ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level) {
@@ -114,6 +135,12 @@ RunComparison compare_runs(const std::vector<Source>& sources) {
     comparison.runs[i].has_other_input = has_other_input[i];
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
+    if (structure.name == "io_valve") continue;
+    const double before_s = compared_s(comparison.runs.front().fit.model);
+    const double after_s = compared_s(comparison.runs[i].fit.model);
+    const bool is_after_shorter = after_s < before_s;
+    comparison.runs[i].cannot_tell =
+        too_short(std::min(before_s, after_s), std::max(before_s, after_s), sources[is_after_shorter ? 0 : i].name);
   }
   return comparison;
 }

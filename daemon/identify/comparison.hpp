@@ -19,6 +19,7 @@ struct ComparedRun {
   ident::FitResult fit;
   std::optional<ident::PlantChange> change;  ///< from the first run to this one; none for the first
   bool has_other_input = false;              ///< than the first, which alone can change the parameters
+  std::string cannot_tell = {};  ///< why the plant may be the same although parameters differ; empty: it tells
 };
 
 struct RunComparison {
@@ -44,6 +45,9 @@ struct ScoredModel {
   std::optional<ident::PlantChange> change;  ///< from the model to its refit
   bool of_another_plant =
       false;  ///< parameters changed, and the error is ident::kGreatestErrorOverRefit times the refit's
+  /// Why the record does not show whether the model is of this plant, and what to record; empty: it does. A straight
+  /// model is another one for each stretch of a valve's motion: it needs half the time that estimated it.
+  std::string cannot_tell = {};
 };
 
 /// Scores every model on the whole record with the same samples and criteria.

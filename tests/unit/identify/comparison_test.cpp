@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
+#include "daemon/identify/thread_executor.hpp"
 #include "tests/unit/identify/twin_source.hpp"
 
 namespace eha::identify {
@@ -34,6 +35,27 @@ TEST(Comparison, CallsAModelOfAnotherPlantThat) {
   EXPECT_GT(scored[0].validation.offset_reestimated.value_or(scored[0].validation.score).r2_percent, 90.0);
   EXPECT_TRUE(scored[0].of_another_plant);
   EXPECT_FALSE(scored[1].of_another_plant);
+}
+
+TEST(Comparison, CannotTellFromAShortRecordWhetherAStraightModelIsOfThisPlant) {
+  const Source whole = source_of(seeded(1));
+  ident::StructureOptions straight;
+  straight.name = "io";
+  straight.structure = ident::structures::io();
+  ident::FitOptions options = whole.experiment->fit;
+  options.split = 1.0;
+  const ident::Model model = ident::fit(whole.record, straight, options, thread_executor()).model;
+  Source part = source_of(seeded(2));
+  // Three seconds, all on one side of the valve: the rod obeys another straight model there.
+  part.record.input = part.record.input.head(3000).eval();
+  part.record.output = part.record.output.head(3000).eval();
+  part.experiment.reset();
+  const ScoredModel scored = score_models({model}, part).front();
+  EXPECT_FALSE(scored.of_another_plant);
+  EXPECT_NE(scored.cannot_tell.find("record 30 s or more"), std::string::npos) << scored.cannot_tell;
+  const ScoredModel on_all = score_models({model}, source_of(seeded(2))).front();
+  EXPECT_EQ(on_all.cannot_tell, "");
+  EXPECT_FALSE(on_all.of_another_plant);
 }
 
 TEST(Comparison, TellsOtherInputsAndRefusesOtherUnits) {
