@@ -5,13 +5,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <variant>
+
+#include "ident/signal/periods.hpp"
 
 namespace eha::config {
 namespace {
 
 /// Of a cycle: the rounding of decimals.
 constexpr double kCycleTolerance = 1e-6;
+
+/// Whether what is used of one repetition holds two common periods of all tones: they are measured there.
+bool repeats_within(const ExperimentConfig& experiment, const std::vector<ident::Tone>& tones) {
+  constexpr double kTick_s = 1e-3;  // the usual one; the fit knows the rig's
+  std::vector<double> lines_Hz;
+  for (const ident::Tone& tone : tones) {
+    if (tone.frequency_Hz > 0.0) lines_Hz.push_back(tone.frequency_Hz);
+  }
+  std::sort(lines_Hz.begin(), lines_Hz.end());
+  const double used_s = 0.5 * (experiment.duration_s - experiment.fit.discard_s);
+  return used_s > 0.0 && ident::common_period(lines_Hz, kTick_s, static_cast<std::size_t>(used_s / kTick_s + 0.5)) > 0;
+}
 
 }  // namespace
 
@@ -20,6 +35,7 @@ std::vector<std::string> off_grid_tones(const ExperimentConfig& experiment) {
   const double period_s = repeats ? experiment.duration_s : 0.5 * (experiment.duration_s - experiment.fit.discard_s);
   std::vector<std::string> sentences;
   const auto judge = [&](const std::vector<ident::Tone>& tones) {
+    if (repeats && repeats_within(experiment, tones)) return;
     for (const ident::Tone& tone : tones) {
       const double cycles = tone.frequency_Hz * period_s;
       if (std::abs(cycles - std::round(cycles)) <= kCycleTolerance * std::max(1.0, cycles)) continue;

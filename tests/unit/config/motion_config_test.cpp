@@ -164,7 +164,13 @@ TEST(ToneGrid, NamesTheNearestFrequencyThatFits) {
   const auto repeated = sentences("repetitions = 3\n" + experiment("", 0.33));
   ASSERT_EQ(repeated.size(), 1U);
   EXPECT_TRUE(contains(repeated[0], "1/20 s (a repetition): 0.35 Hz")) << repeated[0];
-  EXPECT_TRUE(off_grid_tones(load_experiment(EHA_SOURCE_DIR "/config/experiments/paper.toml")).empty());
+  ExperimentConfig paper = load_experiment(EHA_SOURCE_DIR "/config/experiments/paper.toml");
+  EXPECT_TRUE(off_grid_tones(paper).empty());
+  // Of 50 s, which are no multiple of the tones' 20 s: the last repetition is measured as one record is.
+  paper.repetitions = 3;
+  EXPECT_TRUE(off_grid_tones(paper).empty());
+  paper.fit.discard_s = 12.0;
+  EXPECT_EQ(off_grid_tones(paper).size(), 2U);
 }
 
 TEST(SlewRefusal, NamesTheFactorThatPasses) {
