@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "config/characterisation.hpp"
+#include "config/needs_following.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
@@ -46,6 +47,11 @@ class ConflictSearch {
       : experiment_(experiment), positions_(positions), rig_(rig), issues_(issues) {}
 
   Eigen::VectorXd run() {
+    // Every way to move a rod prepares its experiment here.
+    if (needs_following(rig_) && !experiment_.characterises()) {
+      issues_.add_text(position_of(positions_, ""), rig_.file_name, kNeedsFollowing);
+      return {};
+    }
     if (const Played* played = experiment_.played()) check_frequencies(*played);
     if (!issues_.clean("duration_s") || !issues_.clean("track")) return {};
     if (!check_samples()) return {};
@@ -130,7 +136,6 @@ class ConflictSearch {
       add("place.way_back",
           fmt::format("{} in {}; else move the rod by hand with the hydraulics off", expected, rig_.file_name), got);
     };
-    if (!rig_.limits.following) refuse("[following], by which the sensor is compared with the command,", "none");
     const auto& sensor = rig_.limits.sensor;
     if (!sensor || !sensor->open_circuit_V) {
       refuse("[sensor] with open_circuit_V, so that an open wire is no rod beyond a limit,", "none");
@@ -163,10 +168,6 @@ class ConflictSearch {
     const auto refuse = [&](const std::string& expected, const std::string& got) {
       add("track.controller", expected + "; make it anew with eha tune", got);
     };
-    if (hal::moves_machine(rig_.backend) && !limits.following) {
-      add("track", fmt::format("[following] in {}, as `eha characterise -o` writes it", rig_.file_name), "none");
-      return;
-    }
     check_tracked_valve(s.inverse);
     if (controller.provenance.rig != rig_.name) {
       add("track.controller",

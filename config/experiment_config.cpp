@@ -214,7 +214,7 @@ PreparedExperiment parse(std::string_view text, const std::string& file_name, Na
   if (rig != nullptr) {
     prepared.table_V = check_table(prepared.config, document.positions, *rig, document.issues);
     const Played* played = prepared.config.played();
-    if (played != nullptr && played->hold && document.issues.clean("hold")) {
+    if (played != nullptr && played->hold && prepared.table_V.size() > 0 && document.issues.clean("hold")) {
       prepared.predicted_in = predicted_displacement(prepared.config, *rig, prepared.table_V);
     }
   }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/needs_following.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/program_path.hpp"
@@ -111,8 +112,9 @@ Json Supervisor::armed_answer(uid_t uid) const {
   }
   const bool is_characterised = rig_.config()->limits.following.has_value();
   if (!is_characterised) {
-    remarks.push_back(
-        "the rig file has no [following]: experiments are not rehearsed, and a rod that does not follow is found late");
+    remarks.push_back(rig_.moves_machine() ? std::string(config::kNeedsFollowing)
+                                           : "the rig file has no [following]: experiments are not rehearsed, and a "
+                                             "rod that does not follow is found late");
   }
   return {{"state", acquisition::to_text(state())},
           {"lease_remaining_s", lease_.remaining(Clock::now()).count()},

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -10,6 +12,7 @@
 #include "daemon/acquisition/command_source.hpp"
 #include "daemon/place/learned_monitor.hpp"
 #include "daemon/place/loop_monitor.hpp"
+#include "daemon/place/sheet_pace.hpp"
 
 namespace eha::place {
 
@@ -30,12 +33,22 @@ class CentringSource final : public acquisition::CommandSource {
     if (learned_ && has_begun_) learned_->note(command_V_, last.displacement_in);
     has_begun_ = true;
     const double correction_V = centring_.correction_V(last.displacement_in);
-    command_V_ = table_.voltage_V(row, last) + shift_V_ + correction_V;
+    double from_null_V = table_.voltage_V(row, last) - null_V_;
+    if (pace_) from_null_V = pace_->paced_V(row, from_null_V);
+    command_V_ = null_V_ + shift_V_ + std::clamp(from_null_V + correction_V, -most_V_, most_V_);
     monitor_.note(command_V_, std::abs(correction_V) >= centring_.most_V, last);
     return command_V_;
   }
-  /// Adds this to every voltage: the valve's null was found. Call before the first row.
-  void shift_by(double volts) noexcept { shift_V_ = volts; }
+  /// A valve whose null and gain were found. Call before the first row.
+  /// @param null_V    that the table was made about   @param shift_V  added to every voltage
+  /// @param most_V    greatest voltage from the null, and of the loop's part
+  void set(double null_V, double shift_V, double most_V, const SheetPace& pace) noexcept {
+    null_V_ = null_V;
+    shift_V_ = shift_V;
+    most_V_ = most_V;
+    centring_.most_V = std::min(centring_.most_V, most_V);
+    pace_ = pace;
+  }
 
   [[nodiscard]] acquisition::Breach breach() const noexcept override {
     if (learned_ && learned_->breach().fault != acquisition::Fault::none) return learned_->breach();
@@ -47,7 +60,10 @@ class CentringSource final : public acquisition::CommandSource {
   config::Centring centring_;
   LoopMonitor monitor_;
   std::optional<LearnedMonitor> learned_;
+  double null_V_ = 0.0;
   double shift_V_ = 0.0;
+  double most_V_ = std::numeric_limits<double>::infinity();
+  std::optional<SheetPace> pace_;
   double command_V_ = 0.0;
   bool has_begun_ = false;
 };

@@ -27,6 +27,10 @@ constexpr double kStandstill_s = 4.0;
 constexpr double kAtMost_s = 2.0;  ///< at the greatest command without progress
 constexpr double kLongest_s = 900.0;
 constexpr double kBackwards_in = 0.3;
+constexpr double kBeyondSlow_V = 0.03;  ///< the slow speed is surely due
+constexpr double kDue_s = 1.0;          ///< without progress
+constexpr double kDueGrowth_per_s = 0.003;
+constexpr double kKnownSlowly_s = 0.5;
 constexpr double kFastest_in_per_s = 0.6;
 
 }  // namespace
@@ -38,7 +42,9 @@ Explorer::Explorer(const config::RigLimits& limits, double window_in, double per
       period_s_(period_s),
       weight_(period_s / (kExploringFilter_s + period_s)),
       command_V_(limits.safe_V),
-      quick_share_per_s_(kQuick_per_s) {
+      quick_share_per_s_(kQuick_per_s),
+      probe_(limits, limits.closed_loop_max_V.value_or(kMostExploringShare * half_range_V_), period_s),
+      monitor_(period_s) {
   lowest_wanted_in_ = middle_in_ - window_in;
   highest_wanted_in_ = middle_in_ + window_in;
   most_V_ = limits.closed_loop_max_V.value_or(kMostExploringShare * half_range_V_);
@@ -61,7 +67,12 @@ void Explorer::begin_leg() noexcept {
   best_in_ = 0.0;
   still_s_ = 0.0;
   still_from_in_ = 0.0;
-  if (leg_ < legs_) direction_ = std::copysign(1.0, targets_in_[leg_] - filtered_in_);
+  due_s_ = 0.0;
+  if (leg_ >= legs_) return;
+  direction_ = std::copysign(1.0, targets_in_[leg_] - filtered_in_);
+  if (seen_V_[direction_ > 0.0 ? 0 : 1] > 0.0) return;
+  is_probing_ = true;
+  probe_.begin(direction_);
 }
 
 void Explorer::filter(double place_in) noexcept {
@@ -75,13 +86,16 @@ void Explorer::filter(double place_in) noexcept {
 double Explorer::voltage_V(const hal::RigReading& last) noexcept {
   if (!has_begun_) begin(last.displacement_in);
   filter(last.displacement_in);
+  monitor_.note(command_V_, last.displacement_in);
   if (std::abs(speed_in_per_s_) > kFastest_in_per_s)
     trip(Fault::loop_speed, std::abs(speed_in_per_s_), kFastest_in_per_s);
   while (leg_ < legs_ && direction_ * (targets_in_[leg_] - filtered_in_) <= 0.0) {
     ++leg_;
     begin_leg();
   }
-  if (leg_ < legs_) {
+  if (leg_ < legs_ && is_probing_) {
+    probe(last.displacement_in);
+  } else if (leg_ < legs_) {
     drive();
   } else {
     if (slow_s_[0] > 0.0 && slow_s_[1] > 0.0) explored_.null_V = 0.5 * (slow_V_[0] + slow_V_[1]);
@@ -89,6 +103,36 @@ double Explorer::voltage_V(const hal::RigReading& last) noexcept {
     rested_s_ += period_s_;
   }
   return command_V_;
+}
+
+void Explorer::probe(double place_in) noexcept {
+  command_V_ = safe_V_ + probe_.offset_V(place_in);
+  elapsed_s_ += period_s_;
+  switch (probe_.result()) {
+    case Probe::Result::none:
+      return;
+    case Probe::Result::unseen:
+      trip(Fault::no_motion, probe_.moved_in(), probe_.least_in());
+      return;
+    case Probe::Result::backwards:
+      trip(Fault::unexplained_motion, -probe_.moved_in(), probe_.least_in());
+      return;
+    case Probe::Result::seen:
+      seen_V_[direction_ > 0.0 ? 0 : 1] = probe_.seen_V();
+      break;
+    case Probe::Result::drifts:
+      seen_V_[direction_ > 0.0 ? 0 : 1] = most_V_;
+      break;
+  }
+  is_probing_ = false;
+  from_in_ = filtered_in_;
+}
+
+bool Explorer::is_motion_due() const noexcept {
+  const std::size_t i = direction_ > 0.0 ? 0 : 1;
+  const double off_V = direction_ * (command_V_ - safe_V_);
+  if (slow_s_[i] >= kKnownSlowly_s) return off_V >= direction_ * (slow_V_[i] - safe_V_) + kBeyondSlow_V;
+  return off_V >= seen_V_[i];
 }
 
 void Explorer::drive() noexcept {
@@ -102,7 +146,13 @@ void Explorer::drive() noexcept {
   if (wanted < wanted_in_per_s_ && slow_s_[i] > 0.0) command_V_ = slow_V_[i];
   wanted_in_per_s_ = wanted;
   if (wanted == kExploring_in_per_s) learn(speed);
-  command_V_ += direction_ * half_range_V_ * period_s_ * change_V_per_s(speed, wanted, is_inside);
+  double change = change_V_per_s(speed, wanted, is_inside);
+  const bool stands = speed < 0.3 * kExploring_in_per_s;
+  if (stands && is_motion_due()) {
+    change = std::min(change, kDueGrowth_per_s);
+    due_s_ += period_s_;
+  }
+  command_V_ += direction_ * half_range_V_ * period_s_ * change;
   command_V_ = std::clamp(command_V_, safe_V_ - most_V_, safe_V_ + most_V_);
   check();
 }
@@ -135,11 +185,13 @@ void Explorer::check() noexcept {
   if (best_in_ - still_from_in_ > kProgress_in) {
     still_from_in_ = best_in_;
     still_s_ = 0.0;
+    due_s_ = 0.0;
   }
   const bool is_at_most = std::abs(command_V_ - safe_V_) >= 0.999 * most_V_;
   if ((best_in_ > kMoves_in && still_s_ > kStandstill_s) || (is_at_most && still_s_ > kAtMost_s)) {
     trip(Fault::no_motion, best_in_ - still_from_in_, kProgress_in);
   }
+  if (due_s_ > kDue_s) trip(Fault::no_motion, best_in_ - still_from_in_, kProgress_in);
   elapsed_s_ += period_s_;
   if (elapsed_s_ > kLongest_s) trip(Fault::not_in_place, std::abs(targets_in_[leg_] - filtered_in_), 0.0);
 }

@@ -6,6 +6,8 @@
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
+#include "daemon/place/prediction_monitor.hpp"
+#include "daemon/place/probe.hpp"
 #include "hal/rig.hpp"
 
 namespace eha::place {
@@ -27,9 +29,13 @@ struct Explored {
 /// The command u grows and shrinks by the error of the measured speed, at most 0.012 of half the command range a
 /// second: a rod of 2 in/(V s) gains 0.02 in/s before its speed is known. Where the rod moves out of explored travel,
 /// u is what gave 0.028 in/s before. From where the rod stands it goes to the top of the window, to its bottom and to
-/// its middle; the window is the middle of the travel and config::Centring::window_in to each side. Trips:
-///   no_motion           a rod that moved stands for 4 s, or it does not move at the greatest command
+/// its middle; the window is the middle of the travel and config::Centring::window_in to each side. Before the rod
+/// moves in a direction for the first time, pulses show that the sensor sees it (Probe). Where the volts have moved the
+/// rod before, they grow no further while it stands. Trips:
+///   no_motion           no pulse moves the rod; a rod that moved stands for 4 s, or for 1 s under volts that moved it;
+///                       it does not move at the greatest command
 ///   unexplained_motion  it moves 0.3 in the wrong way
+///   those of PredictionMonitor
 ///   loop_speed          it moves at more than 0.6 in/s
 ///   not_in_place        it is not done after 15 min
 /// Real-time safe. Not thread-safe.
@@ -43,7 +49,13 @@ class Explorer {
   /// The rod rests in the middle.
   [[nodiscard]] bool is_done() const noexcept { return rested_s_ >= kRest_s; }
   [[nodiscard]] const Explored& explored() const noexcept { return explored_; }
-  [[nodiscard]] const acquisition::Breach& breach() const noexcept { return breach_; }
+  [[nodiscard]] const acquisition::Breach& breach() const noexcept {
+    return breach_.fault == acquisition::Fault::none ? monitor_.breach() : breach_;
+  }
+  /// With what exploring has shown of the valve; its lines are of the whole command.
+  [[nodiscard]] const PredictionMonitor& monitor() const noexcept { return monitor_; }
+  /// The command that gave the slow speed in a direction (0 extending, 1 retracting) [V]
+  [[nodiscard]] double slow_V(std::size_t direction) const noexcept { return slow_V_[direction]; }
 
  private:
   static constexpr double kRest_s = 1.0;
@@ -53,6 +65,9 @@ class Explorer {
   void begin_leg() noexcept;
   void filter(double place_in) noexcept;
   void drive() noexcept;
+  void probe(double place_in) noexcept;
+  /// Whether the command is one that has moved the rod in the leg's direction before.
+  [[nodiscard]] bool is_motion_due() const noexcept;
   void learn(double speed_in_per_s) noexcept;
   void check() noexcept;
   void trip(acquisition::Fault fault, double value, double limit) noexcept;
@@ -87,6 +102,11 @@ class Explorer {
   double elapsed_s_ = 0.0;
   Explored explored_;
   acquisition::Breach breach_;
+  Probe probe_;
+  bool is_probing_ = false;
+  std::array<double, 2> seen_V_{};  ///< from the safe voltage, that a pulse moved the rod by; 0: not known
+  double due_s_ = 0.0;              ///< of a rod that stands although its motion is due
+  PredictionMonitor monitor_;
 };
 
 }  // namespace eha::place

@@ -60,8 +60,8 @@ std::unique_ptr<CommandSource> source_of(const config::SheetRun& sheet, const Pl
   const config::RigLimits& limits = request.rig.limits;
   const config::Centring centring = config::centring_of(limits);
   if (centring.window_in) {
-    return std::make_unique<place::ExploringSource>(request.table_V, centring, limits,
-                                                    request.rig.realtime.sample_period_s);
+    return std::make_unique<place::ExploringSource>(request.table_V, config::characterisation_plan(request.rig),
+                                                    centring, limits, request.rig.realtime.sample_period_s);
   }
   return started(request, sheet.start ? sheet.start->displacement_in : centring.middle_in,
                  std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request), std::nullopt));

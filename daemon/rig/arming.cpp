@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "config/needs_following.hpp"
 #include "core/error.hpp"
 #include "core/priorities.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
@@ -184,11 +185,7 @@ ArmingFindings arming_findings(const config::RigConfig& rig) {
                     rig.realtime.sample_period_s, kLongestTick_s));
   }
   judge_sensor(rig, findings);
-  if (!rig.limits.following) {
-    findings.warnings.emplace_back(
-        "NO [following] IN THE RIG FILE: a dead sensor is found late or, in slow motion, not at all, and the rod may "
-        "meet its end stop; commission the rig, see FOLLOWING in eha-rig(5)");
-  }
+  if (config::needs_following(rig)) findings.warnings.emplace_back(config::kNeedsFollowing);
   if (rig.realtime.priority > kHighestLoopPriority) {
     findings.warnings.push_back(fmt::format(
         "realtime.priority = {} is limited to {}: the guard runs at {} and must be able to preempt the loop; "

@@ -20,7 +20,8 @@ struct ArmingFindings {
 /// Judges a rig file. Refused are limits that protect from nothing (a safe voltage that drives the valve, a velocity,
 /// slew, deceleration or following limit that nothing reaches), numbers of [following] that no valve of such a rig has,
 /// a tick of more than 50 ms, and a sensor whose open wire reads as a place within the travel. Warned of are a missing
-/// [following] or [sensor], an unknown open_circuit_V and a priority that the guard could not preempt.
+/// [following], without which only [characterise] is played, or [sensor], an unknown open_circuit_V and a priority that
+/// the guard could not preempt.
 [[nodiscard]] ArmingFindings arming_findings(const config::RigConfig& rig);
 
 /// Opens a rig, whose output is then at its safe voltage.

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -39,8 +40,13 @@ void stay_off(long cpu) {
   if (CPU_COUNT(&cpus) > 0) sched_setaffinity(0, sizeof cpus, &cpus);
 }
 
-void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard) {
-  const rlimit limits{soft, hard};
+/// Sets a limit, or keeps a lower one of the service itself, which only root could raise.
+/// @param spare  by which the hard limit, which kills, is beyond the soft one
+void limit(__rlimit_resource resource, rlim_t soft, rlim_t spare) {
+  rlimit limits{};
+  if (getrlimit(resource, &limits) != 0) fail("getrlimit");
+  limits.rlim_max = std::min(limits.rlim_max, soft + spare);
+  limits.rlim_cur = limits.rlim_max - std::min(limits.rlim_max, spare);
   if (setrlimit(resource, &limits) != 0) fail("setrlimit");
 }
 
@@ -60,11 +66,11 @@ int main(int argc, char** argv) {
   const sched_param none{};
   if (sched_setscheduler(0, SCHED_BATCH, &none) != 0) fail("sched_setscheduler");
   const auto cpu_s = static_cast<rlim_t>(std::strtoull(argv[3], nullptr, 10));
-  limit(RLIMIT_CPU, cpu_s, cpu_s + 1);
+  limit(RLIMIT_CPU, cpu_s, 1);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   // A sanitizer's shadow takes terabytes of addresses.
   const auto memory = static_cast<rlim_t>(std::strtoull(argv[4], nullptr, 10));
-  limit(RLIMIT_AS, memory, memory);
+  limit(RLIMIT_AS, memory, 0);
 #endif
   limit(RLIMIT_CORE, 0, 0);
   execv(argv[kFirstWord], argv + kFirstWord);

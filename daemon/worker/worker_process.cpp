@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -49,6 +50,23 @@ os::SpawnRequest request_for(const WorkerPrograms& programs, const std::vector<s
   return {.words = std::move(words), .standard_output = &output, .standard_error = &messages};
 }
 
+/// The service's own hard limit, which a worker inherits and cannot raise; none where it is not below the wanted one.
+std::optional<rlim_t> lower_own_limit(__rlimit_resource resource, rlim_t wanted) {
+  rlimit own{};
+  if (getrlimit(resource, &own) != 0 || own.rlim_max >= wanted) return std::nullopt;
+  return own.rlim_max;
+}
+
+/// Beside an end that too little memory may have caused; empty where the worker has what it should.
+std::string memory_note(const WorkerLimits& limits) {
+  const std::optional<rlim_t> own = lower_own_limit(RLIMIT_AS, limits.memory_bytes);
+  if (!own) return "";
+  return fmt::format(
+      " (ehad itself has a hard limit of {} MiB of memory, RLIMIT_AS, below the {} MiB that this process may take: "
+      "raise LimitAS of its unit)",
+      *own >> 20U, limits.memory_bytes >> 20U);
+}
+
 }  // namespace
 
 WorkerProcess::WorkerProcess(const WorkerPrograms& programs, const std::vector<std::string>& arguments,
@@ -78,16 +96,24 @@ std::optional<WorkerEnd> WorkerProcess::poll() {
                                  limits_.wall_time.count())};
   }
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) {
+    if (const auto own = lower_own_limit(RLIMIT_CPU, static_cast<rlim_t>(limits_.cpu_time.count()))) {
+      return WorkerEnd{std::nullopt,
+                       fmt::format("the identification took more than the {} s of processor time that ehad itself has "
+                                   "as a hard limit, RLIMIT_CPU, and was ended: raise LimitCPU of its unit",
+                                   *own)};
+    }
     return WorkerEnd{
         std::nullopt,
         fmt::format("the identification took more than {} s of processor time (worker.cpu_time_s) and was ended",
                     limits_.cpu_time.count())};
   }
   if (WIFSIGNALED(status)) {
-    return WorkerEnd{std::nullopt, fmt::format("the identification was ended by signal {} ({})", WTERMSIG(status),
-                                               strsignal(WTERMSIG(status)))};
+    return WorkerEnd{std::nullopt, fmt::format("the identification was ended by signal {} ({}){}", WTERMSIG(status),
+                                               strsignal(WTERMSIG(status)), memory_note(limits_))};
   }
-  return WorkerEnd{WEXITSTATUS(status), end_of(messages_), end_of(output_)};
+  const bool is_worker_itself = WEXITSTATUS(status) == static_cast<int>(ExitCode::io);
+  return WorkerEnd{WEXITSTATUS(status), end_of(messages_) + (is_worker_itself ? memory_note(limits_) : ""),
+                   end_of(output_)};
 }
 
 }  // namespace eha::worker

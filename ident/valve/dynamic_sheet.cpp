@@ -23,6 +23,7 @@ constexpr double kFarthest = 1.25;
 constexpr std::size_t kFewestPoints = 3;
 /// Relative standard deviation of a point beside the sensor's noise: pressures and friction on a biased valve.
 constexpr double kMethodShare = 0.01;
+constexpr double kPaced = 0.95;       // of the planned amplitude
 constexpr double kSignificant = 3.0;  // standard deviations
 
 /// A sine in a signal with a parabolic trend, by least squares.
@@ -54,6 +55,7 @@ Tone tone_in(const Eigen::Ref<const Eigen::VectorXd>& signal, double omega, doub
 /// One measured value of G: both directions together.
 struct Point {
   double frequency_Hz = 0.0;
+  double amplitude_V = 0.0;  ///< that was played
   Complex response;
   double variance = 0.0;  ///< of its real or imaginary part
 };
@@ -72,7 +74,9 @@ std::optional<Point> point_of(const Record& record, const SineSegment& sine, con
   // The command is held for a tick: its fundamental is half a tick late.
   const Complex held = command.amplitude * std::polar(1.0, -0.5 * omega * record.step_s);
   const Complex factor = Complex(0.0, omega) / (held * gain);
-  Point point{.frequency_Hz = sine.frequency_Hz, .response = place.amplitude * factor};
+  Point point{.frequency_Hz = sine.frequency_Hz,
+              .amplitude_V = std::abs(command.amplitude),
+              .response = place.amplitude * factor};
   const double method = kMethodShare * std::abs(point.response);
   point.variance = place.variance * std::norm(factor) + method * method;
   return point;
@@ -224,6 +228,12 @@ void measure_dynamic_part(const Record& record, const SheetPlan& plan, ValveShee
     }
     response.is_played = plan.highest_Hz[level] > 0.0;
     const std::vector<Point> points = points_of(record, plan, level, sheet);
+    if (!points.empty() && points.front().amplitude_V < kPaced * response.amplitude_V) {
+      // On a fast rod of an unknown valve less is played.
+      const double share = points.front().amplitude_V / response.amplitude_V;
+      response.percent = std::round(10.0 * share * response.percent) / 10.0;
+      response.amplitude_V = std::round(1000.0 * points.front().amplitude_V) / 1000.0;
+    }
     response.points = shown(points);
     if (points.size() >= kFewestPoints) {
       const SecondOrder fitted = second_order_of(points);

@@ -69,11 +69,39 @@ TEST_F(ServiceArming, DrivesNothingWithAStoppedGuardAndStartsAnother) {
   }
 }
 
-TEST_F(ServiceArming, AsksForARulersReadingBeforeTheFirstMotionWithoutFollowing) {
+/// The rig file of the stand-in card, nothing known of its valve.
+std::string uncharacterised_rig() {
   std::string text = DrivenRig::rig_text(std::nullopt);
   const std::size_t following = text.find("\n[following]");
-  text.erase(following, text.find("\n[", following + 1) - following);
-  std::ofstream(daemon_.rig_file()) << text;
+  return text.erase(following, text.find("\n[", following + 1) - following);
+}
+
+TEST_F(ServiceArming, PlaysNothingButACharacterisationWithoutFollowing) {
+  std::ofstream(daemon_.rig_file()) << uncharacterised_rig();
+  for (const std::string& variable : rig_.environment()) daemon_.set_environment(variable);
+  daemon_.start();
+  const Ended armed = run_eha({"arm", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_EQ(armed.code, 0) << armed.err;
+  EXPECT_NE(armed.err.find("nothing but eha characterise moves"), std::string::npos) << armed.err;
+  EXPECT_NE(armed.out.find("Next: eha characterise"), std::string::npos) << armed.out;
+  const std::string paper = source_file("config/experiments/paper.toml");
+  const std::vector<std::vector<std::string>> moves{{"goto", "3.2in", "--yes"},
+                                                    {"jog", "+0.1in", "--yes"},
+                                                    {"run", paper, "--yes"},
+                                                    {"submit", paper},
+                                                    {"check", paper}};
+  for (std::vector<std::string> words : moves) {
+    words.insert(words.end(), {"--socket", daemon_.socket()});
+    const Ended refused = run_eha(words, daemon_.folder());
+    EXPECT_EQ(refused.code, static_cast<int>(ExitCode::configuration)) << words.front() << refused.out;
+    EXPECT_NE(refused.err.find("nothing but eha characterise moves"), std::string::npos) << refused.err;
+  }
+  EXPECT_TRUE(Client(daemon_.socket()).call("queue").at("entries").empty());
+  EXPECT_EQ(rig_.card().enabled_ns, 0);
+}
+
+TEST_F(ServiceArming, AsksForARulersReadingBeforeTheFirstMotionWithoutFollowing) {
+  std::ofstream(daemon_.rig_file()) << uncharacterised_rig();
   for (const std::string& variable : rig_.environment()) daemon_.set_environment(variable);
   daemon_.start();
   Client(daemon_.socket()).call("arm");

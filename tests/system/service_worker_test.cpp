@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -58,6 +59,15 @@ std::int64_t start_fit_and_halt_it(const Daemon& daemon, Client& client, pid_t& 
   worker = worker_of(daemon);
   EXPECT_EQ(kill(worker, SIGSTOP), 0);
   return entry;
+}
+
+TEST(Worker, KeepsALowerHardLimitOfTheServiceInsteadOfRefusing) {
+  const std::string worker = (fs::path(EHA_PROGRAM).parent_path() / "eha-worker").string();
+  // Root could raise it.
+  const std::string nobody = geteuid() == 0 ? "setpriv --reuid=65534 --regid=65534 --clear-groups " : "";
+  EXPECT_EQ(output_of_shell("ulimit -v 3000000; ulimit -t 100; exec " + nobody + worker +
+                            " $PPID -1 1800 4294967296 /bin/sh -c 'ulimit -v; ulimit -t'"),
+            "3000000\n99\n");
 }
 
 TEST(ServiceWorker, HoldsNoDescriptorOfTheServiceAndIsOutOfTheWay) {

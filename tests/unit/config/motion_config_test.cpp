@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/characterisation.hpp"
+#include "config/needs_following.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "config/valve_estimate.hpp"
@@ -69,8 +70,24 @@ TEST(MotionConfig, BringsAMachinesRodBackOnlyWhereItsSensorIsKnownToBeRight) {
   EXPECT_TRUE(contains(refusal(text, rig), "an open_circuit_V outside the valid band")) << refusal(text, rig);
   rig.limits.sensor->open_circuit_V.reset();
   EXPECT_TRUE(contains(refusal(text, rig), "[sensor] with open_circuit_V"));
-  rig.limits.following.reset();
-  EXPECT_TRUE(contains(refusal(text, rig), "[following]"));
+}
+
+TEST(MotionConfig, PlaysNothingButACharacterisationOnAMachineWithoutFollowing) {
+  const std::string place = "schema = 1\nname = \"g\"\nduration_s = 60.0\n[place]\ndisplacement_in = 3.0\n";
+  RigConfig rig = load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml");
+  for (const std::string& text : {place, place + "way_back = true\n", experiment(""),
+                                  experiment("[start]\ndisplacement_in = 2.5\n[hold]\ngain_V_per_in = 1.0\n")}) {
+    rig.limits.following = sim().limits.following;
+    EXPECT_EQ(refusal(text, rig), "");
+    rig.limits.following.reset();
+    EXPECT_EQ(refusal(text, rig), "e.toml:1:1: " + rig.file_name + ": " + std::string(kNeedsFollowing));
+    RigConfig simulated = sim();
+    simulated.limits.following.reset();
+    if (!contains(text, "[hold]")) {
+      EXPECT_EQ(refusal(text, simulated), "");
+    }
+  }
+  EXPECT_EQ(refusal("schema = 1\nname = \"c\"\n[characterise]\n", rig), "");
 }
 
 TEST(MotionConfig, LetsASimulatedRodBeginBeyondALimit) {

@@ -35,7 +35,7 @@ TEST(LimitChecks, WarnOfWhatTheRigIsArmedWithAllTheSame) {
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.frozen_sensor_s = 60.0; }), "frozen_sensor_s = 60 s"));
   EXPECT_TRUE(
       names(warning([](auto& rig) { rig.realtime.abort_consecutive_late = 1'000'000; }), "abort_consecutive_late"));
-  EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.following.reset(); }), "NO [following]"));
+  EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.following.reset(); }), "nothing but eha characterise moves"));
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.sensor.reset(); }), "no [sensor]"));
 }
 

@@ -103,6 +103,25 @@ TEST(CharacteriseCampaign, FindsTheValvesOfTwentyPerturbedRigsThatNothingIsKnown
   fmt::print("null and dead band within {:.1f} mV, gains within {:.2f} %\n", 1e3 * worst_V, 100.0 * worst_gain);
 }
 
+TEST(CharacteriseCampaign, FindsTheValveOfAFastRodThatNothingIsKnownOf) {
+  const config::RigConfig rig = rig_without_following();
+  const ident::SheetPlan plan = config::characterisation_plan(rig);
+  for (const double times : {3.0, 7.0, 14.0}) {
+    auto options = std::get<hal::SimOptions>(rig.backend);
+    options.valve_rated_flow_L_per_min *= times;
+    while (!hal::check(options).empty() && options.sub_step_us > 10.0) options.sub_step_us -= 2.0;
+    const CharacterisedRig played = characterised(rig, options);
+    ASSERT_TRUE(played.is_in_place) << times;
+    EXPECT_FALSE(played.trips_following) << times;
+    const ident::ValveSheet sheet = ident::valve_sheet(played.record, plan);
+    fmt::print("{} times the flow: null {:.4f} V, dead band {:.4f} V, gains {:.3f} and {:.3f} in/(V s)\n", times,
+               sheet.null_V.value, sheet.dead_band_V.value, sheet.gain_positive_in_per_V_s.value,
+               sheet.gain_negative_in_per_V_s.value);
+    EXPECT_NEAR(sheet.null_V.value, -options.valve_null_offset_V, 0.01) << times;
+    EXPECT_NEAR(sheet.dead_band_V.value, options.valve_dead_band_V, 0.01) << times;
+  }
+}
+
 TEST(CharacteriseCampaign, HasIntervalsThatCoverTheTruth) {
   const config::RigConfig rig = rig_without_following();
   const ident::SheetPlan plan = config::characterisation_plan(rig);

@@ -40,7 +40,7 @@ inline CharacterisedRig characterised(const config::RigConfig& rig, const hal::S
   const std::span<const double> table_V(plan.table_V.data(), static_cast<std::size_t>(plan.table_V.size()));
   std::unique_ptr<acquisition::CommandSource> source;
   if (centring.window_in) {
-    source = std::make_unique<ExploringSource>(table_V, centring, limits, step_s);
+    source = std::make_unique<ExploringSource>(table_V, plan, centring, limits, step_s);
   } else {
     source = std::make_unique<StartingSource>(
         PlaceController(limits, step_s, centring.middle_in), limits, step_s,

@@ -77,14 +77,14 @@ TEST(Explorer, EndsWhereTheRodStandsAtAnEndStopThatAWrongScaleHides) {
     options.initial_displacement_in = start_in;
     const Exploration result = exploration(options, 0.4);
     EXPECT_EQ(result.breach.fault, acquisition::Fault::no_motion) << start_in;
-    EXPECT_LT(result.fastest_new_in_per_s, 0.1) << start_in;
+    EXPECT_LT(result.fastest_new_in_per_s, 0.12) << start_in << ": a pulse, over 0.01 in";
   }
 }
 
 TEST(Explorer, EndsWhenTheRodMovesTheWrongWay) {
   const Exploration result = exploration({}, -1.0);
   EXPECT_NE(result.breach.fault, acquisition::Fault::none);
-  EXPECT_LT(result.time_s, 5.0);
+  EXPECT_LT(result.time_s, 12.0);
 }
 
 }  // namespace

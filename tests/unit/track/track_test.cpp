@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string>
 
+#include "config/needs_following.hpp"
 #include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
 #include "daemon/acquisition/state_machine.hpp"
@@ -186,7 +187,7 @@ TEST_F(Track, IsRefusedOnAMachineWithoutFollowing) {
   rig_.limits.following.reset();
   EXPECT_EQ(refusal(text_), "accepted") << "a simulated rig";
   rig_.backend = hal::ComediOptions{};
-  EXPECT_NE(refusal(text_).find("[following] in"), std::string::npos) << refusal(text_);
+  EXPECT_NE(refusal(text_).find(config::kNeedsFollowing), std::string::npos) << refusal(text_);
 }
 
 TEST_F(Track, IsRefusedForAnotherValveThanThatOfFollowing) {

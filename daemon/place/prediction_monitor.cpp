@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/place/prediction_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace eha::place {
+namespace {
+
+using acquisition::Fault;
+
+// Pinned by dead_sensor_campaign_test.cpp.
+constexpr std::array<double, 2> kDirections{1.0, -1.0};
+constexpr double kFilter_s = 0.05;
+constexpr double kForgets_s = 20.0;  ///< of motion
+constexpr double kSlow_V = 0.02;     ///< that the filter trails the command by: 0.4 V/s
+constexpr double kLeast_in_per_s = 0.014;
+constexpr double kMost_in_per_s = 0.2;
+constexpr double kLeastWeight_s = 3.0;
+constexpr double kLeastSpread_in_per_s = 0.01;
+constexpr double kLeastOfAssumed = 0.4;  ///< a cylinder's areas differ by less
+constexpr double kLeastShare = 0.4;
+constexpr double kLate_V = 0.02;
+constexpr double kMissing_in = 0.03;
+constexpr double kMostShare = 2.5;
+constexpr double kEarly_V = 0.03;
+constexpr double kFloor_in_per_s = 0.05;
+constexpr double kExcess_in = 0.05;
+
+}  // namespace
+
+PredictionMonitor::PredictionMonitor(double period_s) noexcept
+    : period_s_(period_s), weight_(period_s / (kFilter_s + period_s)), kept_(1.0 - period_s / kForgets_s) {}
+
+void PredictionMonitor::note(double command_V, double displacement_in) noexcept {
+  if (!has_begun_) {
+    has_begun_ = true;
+    once_V_ = command_V;
+    twice_V_ = command_V;
+    filtered_in_ = displacement_in;
+  }
+  once_V_ += weight_ * (command_V - once_V_);
+  twice_V_ += weight_ * (once_V_ - twice_V_);
+  const double moved_in = weight_ * (displacement_in - filtered_in_);
+  filtered_in_ += moved_in;
+  speed_in_per_s_ += weight_ * (moved_in / period_s_ - speed_in_per_s_);
+  if (learns_) learn();
+  check(0);
+  check(1);
+}
+
+void PredictionMonitor::learn() noexcept {
+  const std::size_t i = speed_in_per_s_ > 0.0 ? 0 : 1;
+  const double v = std::abs(speed_in_per_s_);
+  const double u = kDirections[i] * twice_V_;
+  if (v < kLeast_in_per_s || v > kMost_in_per_s || std::abs(once_V_ - twice_V_) > kSlow_V) return;
+  Sums& sums = sums_[i];
+  const auto add = [&](double& sum, double value) { sum = kept_ * sum + period_s_ * value; };
+  add(sums.weight, 1.0);
+  add(sums.command, u);
+  add(sums.speed, v);
+  add(sums.command_command, u * u);
+  add(sums.command_speed, u * v);
+  add(sums.speed_speed, v * v);
+  if (sums.weight < kLeastWeight_s) return;
+  const double mean_u = sums.command / sums.weight;
+  const double mean_v = sums.speed / sums.weight;
+  const double variance_u = sums.command_command / sums.weight - mean_u * mean_u;
+  const double variance_v = sums.speed_speed / sums.weight - mean_v * mean_v;
+  const double covariance = sums.command_speed / sums.weight - mean_u * mean_v;
+  if (variance_v < kLeastSpread_in_per_s * kLeastSpread_in_per_s || covariance <= 0.0 || variance_u <= 0.0) return;
+  const double gain = covariance / variance_u;
+  lines_[i] = FlowLine{.gain_in_per_V_s = gain, .edge_V = mean_u - mean_v / gain};
+}
+
+void PredictionMonitor::stop_learning(const FlowLine& extending, const FlowLine& retracting) noexcept {
+  learns_ = false;
+  const std::array<FlowLine, 2> assumed{extending, retracting};
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const bool is_known = lines_[i] && lines_[i]->gain_in_per_V_s >= kLeastOfAssumed * assumed[i].gain_in_per_V_s;
+    if (!is_known) lines_[i] = assumed[i];
+  }
+}
+
+void PredictionMonitor::check(std::size_t i) noexcept {
+  if (!lines_[i]) return;
+  const FlowLine& line = *lines_[i];
+  const double outside_V = kDirections[i] * twice_V_ - line.edge_V;
+  const double speed = kDirections[i] * speed_in_per_s_;
+  if (const double due = kLeastShare * line.gain_in_per_V_s * (outside_V - kLate_V); due > 0.0) {
+    missing_in_[i] = std::max(0.0, missing_in_[i] + (due - std::max(0.0, speed)) * period_s_);
+    due_in_[i] = missing_in_[i] > 0.0 ? due_in_[i] + due * period_s_ : 0.0;
+    if (missing_in_[i] > kMissing_in) trip(Fault::no_motion, due_in_[i] - missing_in_[i], due_in_[i]);
+  }
+  const double most = kMostShare * line.gain_in_per_V_s * std::max(0.0, outside_V + kEarly_V) + kFloor_in_per_s;
+  excess_in_[i] = std::max(0.0, excess_in_[i] + (speed - most) * period_s_);
+  if (excess_in_[i] > kExcess_in) trip(Fault::unexplained_motion, excess_in_[i], kExcess_in);
+}
+
+void PredictionMonitor::trip(Fault fault, double value, double limit) noexcept {
+  if (breach_.fault == Fault::none) breach_ = {fault, value, limit};
+}
+
+}  // namespace eha::place

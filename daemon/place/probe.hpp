@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+
+#include "config/rig_config.hpp"
+
+namespace eha::place {
+
+/// Finds out whether the sensor shows the rod of an unknown valve move, by pulses of the command about the safe
+/// voltage. Each is a triangle of 4 half ranges a second (or the slew limit), greater by half than the one before, up
+/// to what an Explorer may command; the last is held for 0.06 s. After each comes one of half its area the other way:
+/// an unseen rod of 2 in/(V s) is moved by some tenths of an inch, and its mean motion is in the asked direction.
+/// Compared are the means of the readings in 0.2 s before and after a pulse, less the drift before it. A pulse ends
+/// when it moves the rod by 0.006 in. Once one is seen, two more halve the way to the greatest that was not.
+///   seen       motion in the asked direction of at least 0.002 in and six of its standard deviations
+///   unseen     no pulse did that: the sensor is dead, the valve closed or without pressure
+///   backwards  a pulse moved the rod the other way
+///   drifts     the rod moves without a pulse, at more than 0.03 in/s
+/// Real-time safe. Not thread-safe.
+class Probe {
+ public:
+  enum class Result { none, seen, unseen, backwards, drifts };
+
+  /// @param most_V  greatest command from the safe voltage
+  Probe(const config::RigLimits& limits, double most_V, double period_s) noexcept;
+
+  /// @param direction  1 or -1
+  void begin(double direction) noexcept;
+
+  /// The command of one tick from the safe voltage [V]. @param place_in  the last good reading
+  [[nodiscard]] double offset_V(double place_in) noexcept;
+
+  /// None while the pulses go on.
+  [[nodiscard]] Result result() const noexcept { return result_; }
+  /// Of the least pulse that was seen [V].
+  [[nodiscard]] double seen_V() const noexcept { return seen_V_; }
+  /// What the last pulse moved the rod by in its direction, and what would have been motion [in].
+  [[nodiscard]] double moved_in() const noexcept { return moved_in_; }
+  [[nodiscard]] double least_in() const noexcept;
+
+ private:
+  enum class Phase { before, just_before, pulse, settling, after };
+
+  void begin_pulse() noexcept;
+  void enter(Phase phase) noexcept;
+  void drive(double place_in) noexcept;
+  void judge() noexcept;
+  void refine() noexcept;
+  [[nodiscard]] double noise_in() const noexcept;
+
+  double half_range_V_;
+  double most_V_;
+  double slope_V_per_s_;
+  double period_s_;
+  double direction_ = 1.0;
+  Result result_ = Result::none;
+  Phase phase_ = Phase::before;
+  double phase_s_ = 0.0;
+  double forward_V_ = 0.0;  ///< amplitude of the pulse in the asked direction
+  double seen_V_ = 0.0;     ///< the least amplitude that moved the rod; 0: none
+  double unseen_V_ = 0.0;   ///< the greatest below that did not
+  int refinements_ = 0;
+  bool is_return_ = false;    ///< the pulse goes the other way
+  double amplitude_V_ = 0.0;  ///< of the pulse
+  double hold_s_ = 0.0;
+  double offset_V_ = 0.0;  ///< in the direction of the pulse
+  bool is_falling_ = false;
+  double held_s_ = 0.0;
+  double sum_in_ = 0.0;  ///< of the phase
+  std::size_t readings_ = 0;
+  double first_in_ = 0.0;   ///< mean of `before`
+  double second_in_ = 0.0;  ///< of `just_before`
+  double pulse_s_ = 0.0;
+  double moved_in_ = 0.0;
+  double filtered_in_ = 0.0;
+  double last_in_ = 0.0;
+  bool has_last_ = false;
+  double variance_in2_ = 0.0;  ///< of the readings' noise
+  std::size_t changes_ = 0;
+};
+
+}  // namespace eha::place

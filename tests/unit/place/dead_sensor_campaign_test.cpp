@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Characterisations of rigs without [following] whose sensor is dead from the start or dies on the way: how far and how
+// fast the rod goes before the hydraulics are off.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <random>
+#include <string>
+
+#include "tests/unit/place/unknown_rig.hpp"
+
+namespace eha::place {
+namespace {
+
+/// The worst of many runs.
+struct Campaign {
+  int runs = 0;
+  int hits = 0;  ///< of an end stop, at over 0.1 in/s
+  double fastest_in_per_s = 0.0;
+  double way_in = 0.0;
+  double impact_in_per_s = 0.0;
+  std::map<std::string, int> ends = {};
+
+  void add(const Measured& result) {
+    ++runs;
+    hits += result.impact_in_per_s > 0.1 ? 1 : 0;
+    fastest_in_per_s = std::max(fastest_in_per_s, result.fastest_in_per_s);
+    way_in = std::max(way_in, result.way_in);
+    impact_in_per_s = std::max(impact_in_per_s, result.impact_in_per_s);
+    ++ends[result.is_complete ? "completed" : std::string(acquisition::to_text(result.fault))];
+  }
+
+  void print(const char* name) const {
+    for (const auto& [end, count] : ends) fmt::print("{}: {}\n", end, count);
+    fmt::print("{}: {} runs, {:.2f} in and {:.2f} in/s at most, {} end stops at over 0.1 in/s, {:.3f} in/s at most\n",
+               name, runs, way_in, fastest_in_per_s, hits, impact_in_per_s);
+  }
+};
+
+/// A sensor that is right until it fails. A valve that is open at the safe voltage moves the rod before anything is
+/// measured, and is left out.
+Drawn right(unsigned run) {
+  Drawn rig = drawn(run);
+  rig.factor = 1.0;
+  const double closed_V = std::abs(rig.plant.valve_null_offset_V) + 0.02;
+  rig.plant.valve_dead_band_V = std::max(rig.plant.valve_dead_band_V, closed_V);
+  return rig;
+}
+
+std::string named(unsigned run, const Drawn& of_run, const Measured& result) {
+  return fmt::format(
+      "run {}: gain {:.2f} in/(V s), null {:+.2f} V, dead band {:.2f} V, noise {:.4f} V, from {:.2f} in: {} after "
+      "{:.1f} "
+      "s, {:.2f} in, {:.2f} in/s, impact {:.3f} in/s",
+      run, of_run.gain_in_per_V_s, -of_run.plant.valve_null_offset_V, of_run.plant.valve_dead_band_V,
+      of_run.plant.sensor_noise_V, of_run.plant.initial_displacement_in, acquisition::to_text(result.fault),
+      result.at_s, result.way_in, result.fastest_in_per_s, result.impact_in_per_s);
+}
+
+/// Runs a campaign; each run's failure is drawn by `at_tick`.
+template <class AtTick>
+Campaign played(int runs, AtTick at_tick) {
+  const config::RigConfig rig = unknown_rig();
+  const auto first = static_cast<unsigned>(number_of("EHA_CAMPAIGN_FIRST", 0));
+  const bool says_each = std::getenv("EHA_CAMPAIGN_SAYS") != nullptr;
+  Campaign campaign;
+  for (unsigned run = first; run < first + static_cast<unsigned>(runs); ++run) {
+    std::mt19937_64 random(90'000 + run);
+    const Drawn of_run = right(run);
+    const hal::InjectedFault fault{.kind = hal::FaultKind::stuck_sensor,
+                                   .first_tick = at_tick(random),
+                                   .ticks = hal::InjectedFault::kAlways,
+                                   .noise_LSB = std::uniform_real_distribution<double>(1.0, 10.0)(random)};
+    const Measured result = measured(of_run, rig, fault);
+    campaign.add(result);
+    if (says_each)
+      fmt::print("{} (failed at {:.1f} s)\n", named(run, of_run, result), 1e-3 * static_cast<double>(fault.first_tick));
+  }
+  return campaign;
+}
+
+TEST(DeadSensorCampaign, MovesTheRodLittleWhereTheSensorIsDeadFromTheStart) {
+  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), [](auto&) { return std::int64_t{1}; });
+  campaign.print("dead from the start");
+  EXPECT_EQ(campaign.hits, 0);
+  EXPECT_LE(campaign.way_in, 0.8);
+}
+
+TEST(DeadSensorCampaign, KeepsTheRodSlowWhereTheSensorFreezesOnTheWay) {
+  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), [](auto& random) {
+    return std::uniform_int_distribution<std::int64_t>(1, 420'000)(random);
+  });
+  campaign.print("freezing on the way");
+  EXPECT_LE(campaign.hits, campaign.runs / 100);
+  EXPECT_LE(campaign.way_in, 1.0);
+}
+
+}  // namespace
+}  // namespace eha::place

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What protects the first characterisation of a rig of which nothing is known.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tests/unit/place/unknown_rig.hpp"
+
+namespace eha::place {
+namespace {
+
+/// A rod of a gain [in/(V s)] in mid-travel, its valve closed at 0 V.
+Drawn rod_of(double gain_in_per_V_s) {
+  Drawn rig;
+  rig.gain_in_per_V_s = gain_in_per_V_s;
+  rig.plant.valve_rated_flow_L_per_min *= gain_in_per_V_s / 0.14;
+  rig.plant.valve_dead_band_V = 0.25;
+  rig.plant.scale_in_per_V = 0.35;
+  rig.plant.offset_in = 2.95;
+  return rig;
+}
+
+hal::InjectedFault stuck_from(std::int64_t tick) {
+  return {
+      .kind = hal::FaultKind::stuck_sensor, .first_tick = tick, .ticks = hal::InjectedFault::kAlways, .noise_LSB = 5.0};
+}
+
+TEST(UnknownValve, IsHardlyMovedWhereTheSensorIsDeadFromTheStart) {
+  for (const double gain : {0.1, 0.5, 2.0}) {
+    const Measured result = measured(rod_of(gain), unknown_rig(), stuck_from(1));
+    EXPECT_EQ(result.fault, acquisition::Fault::no_motion) << gain;
+    EXPECT_LT(result.way_in, 0.35 * gain) << gain;
+    EXPECT_LT(result.at_s, 15.0) << gain;
+  }
+}
+
+TEST(UnknownValve, IsStoppedSoonWhereTheSensorFreezesWhileTheRodExplores) {
+  for (const double gain : {0.2, 1.0}) {
+    const Measured result = measured(rod_of(gain), unknown_rig(), stuck_from(40'000));
+    EXPECT_EQ(result.fault, acquisition::Fault::no_motion) << gain;
+    EXPECT_LT(result.way_in, 0.3) << gain;
+    EXPECT_LT(result.fastest_in_per_s, 0.4) << gain;
+  }
+}
+
+TEST(SheetPace, KeepsTheVoltsWithinReachAndTheSinesOutsideOfTheEdge) {
+  const ident::SheetPlan plan = config::characterisation_plan(unknown_rig());
+  const auto played = [&](const PaceBounds& bounds) {
+    SheetPace pace(plan, 0.0);
+    pace.bound_by(bounds);
+    Eigen::VectorXd volts(plan.table_V.size());
+    for (Eigen::Index k = 0; k < volts.size(); ++k) {
+      volts[k] = pace.paced_V(static_cast<std::uint32_t>(k), plan.table_V[k]);
+    }
+    return volts;
+  };
+  EXPECT_TRUE(played({.edge_V = 0.3, .reach_V = 4.0}).isApprox(plan.table_V)) << "a slow rod";
+  const Eigen::VectorXd fast = played({.edge_V = 0.3, .reach_V = 0.6});
+  EXPECT_NEAR(fast.cwiseAbs().maxCoeff(), 0.6, 1e-9);
+  EXPECT_NEAR(fast.segment(plan.sweep_first, plan.sweep_rows).cwiseAbs().maxCoeff(), 0.6, 1e-3);
+  for (const ident::SineSegment& sine : plan.sines) {
+    EXPECT_GT(fast.segment(sine.first, sine.rows).cwiseAbs().minCoeff(), 0.3 - 1e-9);
+  }
+}
+
+/// A rod v = gain (u - edge) seen for so long at a command.
+void hold(PredictionMonitor& monitor, double command_V, double speed_in_per_s, double time_s, double& place_in) {
+  for (int k = 0; k < static_cast<int>(1000.0 * time_s); ++k) {
+    place_in += 0.001 * speed_in_per_s;
+    monitor.note(command_V, place_in);
+  }
+}
+
+TEST(PredictionMonitor, LearnsALineAndTripsOnMotionThatIsMissingOrTooMuch) {
+  const auto learnt = [](double& place_in) {
+    PredictionMonitor monitor(0.001);
+    for (int i = 0; i < 3; ++i) {
+      hold(monitor, 0.34, 0.028, 3.0, place_in);
+      hold(monitor, 0.50, 0.1, 3.0, place_in);
+    }
+    return monitor;
+  };
+  double place_in = 0.0;
+  PredictionMonitor missing = learnt(place_in);
+  ASSERT_TRUE(missing.line(0).has_value());
+  EXPECT_FALSE(missing.line(1).has_value());
+  EXPECT_NEAR(missing.line(0)->gain_in_per_V_s, 0.45, 0.02);
+  EXPECT_NEAR(missing.line(0)->edge_V, 0.278, 0.01);
+  EXPECT_EQ(missing.breach().fault, acquisition::Fault::none);
+  hold(missing, 0.5, 0.0, 1.5, place_in);
+  EXPECT_EQ(missing.breach().fault, acquisition::Fault::no_motion);
+  PredictionMonitor excess = learnt(place_in);
+  const FlowLine assumed{.gain_in_per_V_s = 0.45, .edge_V = 0.278};
+  excess.stop_learning(assumed, assumed);
+  hold(excess, 0.5, 0.2, 5.0, place_in);
+  EXPECT_EQ(excess.breach().fault, acquisition::Fault::none);
+  hold(excess, 0.5, 0.6, 0.5, place_in);
+  EXPECT_EQ(excess.breach().fault, acquisition::Fault::unexplained_motion);
+}
+
+}  // namespace
+}  // namespace eha::place
