@@ -24,11 +24,10 @@ struct TestedPart {
 };
 
 /// Tests a residual e of a model whose parameters were estimated elsewhere, all lags at once. First undoes the
-///   decimation filter's colouring of white noise, in e and in all other signals. Then e = J z + noise, with z the
-///   parameters' errors of covariance P; z and the noise's autoregressive model A are estimated together. With w = A e,
-///   U and J the input's lags and the derivatives filtered alike, all without their means, and Q an orthonormal basis
-///   of U: input:     (Q'w)' (s^2 I + Q'J P J'Q)^-1 Q'w, rank(U) times an F of rank(U) and as many degrees of freedom
-///   as
+/// decimation filter's colouring of white noise, in e and in all other signals. Then e = J z + noise, with z the
+/// parameters' errors of covariance P; z and the noise's autoregressive model A are estimated together. With w = A e, U
+/// and J the input's lags and the derivatives filtered alike, all without their means, and Q an orthonormal basis of U:
+///   input:     (Q'w)' (s^2 I + Q'J P J'Q)^-1 Q'w, rank(U) times an F of rank(U) and as many degrees of freedom as
 ///              rows less those of A and the mean are left;
 ///   whiteness: n (n + 2) sum_k r_k^2 / (n - k), k = 1..20, chi-squared with 20 less the order of A, which is three
 ///              above that of BIC; r_k is the autocorrelation of w less J times the mean of z given e, with what the

@@ -55,8 +55,8 @@ struct SheetPlan {
 /// Plans the measurement of a valve sheet:
 ///   2 s at the null; 60 s of triangles of 0.3 of half the command range (more if the guess requires it), at most
 ///   20 s each and so fast that the rod moves a fifth of its travel at most; sines of three amplitudes, up to six
-///   frequencies from 0.8 Hz up to 0.9 of the slew limit, each on a bias above and on one below the dead band, so that
-///   the rod comes back; rest.
+///   frequencies from 0.8 Hz to the frequency whose slew is 0.9 of the limit, each on a bias above and on one below the
+///   dead band, so that the rod comes back; rest.
 /// The same arguments give the same plan. Cost: some ms.
 [[nodiscard]] SheetPlan sheet_plan(const SheetLimits& limits, const ValveGuess& guess);
 
