@@ -10,7 +10,7 @@
 namespace eha::config {
 namespace {
 
-/// Of a cycle: the rounding of decimals.
+/// Tolerance for the rounding of decimals, of a cycle.
 constexpr double kCycleTolerance = 1e-6;
 
 }  // namespace
