@@ -10,8 +10,8 @@ namespace eha::hal {
 
 /// Opens the simulated electro-hydraulic actuator: Cylinder between two converters and a noisy wire sensor.
 ///
-/// The plant's time is that of read(): a call moves it on to elapsed_ns under the command held since. A time smaller
-/// than the last one begins a new run: the plant goes on from where it stands.
+/// The plant's time is that of read(): a call advances it to elapsed_ns under the command held since. A time smaller
+/// than the last one begins a new run: the plant continues from its present state.
 ///
 /// Opened with the hydraulics off. While set_enable(false) holds, load-holding valves block both cylinder ports and the
 /// rod holds; only the oil trapped under pressure still pushes it out by a few millimetres, over minutes, as it leaks
