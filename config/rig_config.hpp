@@ -92,8 +92,8 @@ struct RealtimeOptions {
   std::optional<int> cpu;          ///< CPU the loop is bound to
   int abort_consecutive_late = 5;  ///< consecutive late or skipped ticks that end a run
   int abort_total_late = 50;       ///< leaky total of late or skipped ticks that ends a run
-  /// Time without a beat after which the guard switches the loop's hydraulics off [s]; none: depends on the kernel, see
-  /// acquisition::stall_limit_ns
+  /// Time without a beat, beyond one period, after which the guard switches the hydraulics off [s]; none: depends on
+  /// the kernel, see acquisition::stall_limit_ns
   std::optional<double> stall_limit_s = {};
 
   static void visit_keys(auto& self, auto& keys) {

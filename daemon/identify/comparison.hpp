@@ -11,20 +11,20 @@
 
 namespace eha::identify {
 
-/// Probability that a comparison names a change where nothing changed, for all parameters, runs and models together.
+/// Probability of a reported change although nothing changed, for all parameters, runs and models together.
 inline constexpr double kFalseAlarm = 0.01;
 
 /// One run compared with the first.
 struct ComparedRun {
   ident::FitResult fit;
   std::optional<ident::PlantChange> change;  ///< from the first run to this one; none for the first
-  bool has_other_input = false;              ///< than the first, which alone can change the parameters
+  bool has_other_input = false;  ///< its input differs from the first run's, which alone can change the parameters
 };
 
 struct RunComparison {
   std::string structure;          ///< the model fitted to every run: "io_valve", or "io" where a valve map is not known
   std::vector<ComparedRun> runs;  ///< in the order given
-  std::vector<std::string> notes;  ///< what limits the comparison, one sentence each
+  std::vector<std::string> notes;  ///< limits of the comparison, one sentence each
 };
 
 /// Fits one structure to the whole of every record, with the same decimation and discarded start, and compares the
@@ -34,23 +34,23 @@ struct RunComparison {
 /// @throws DataError  records differ in units, or as ident::fit; ConfigError as ident::fit
 [[nodiscard]] RunComparison compare_runs(const std::vector<Source>& sources);
 
-/// A model held against a record.
+/// A model compared with a record.
 struct ScoredModel {
   ident::ValidationReport validation;
-  double rms_error = 0.0;  ///< offset estimated anew [output unit]
-  /// The model's structure fitted to the record; none where the structure is not one of the program's.
+  double rms_error = 0.0;  ///< offset estimated again [output unit]
+  /// The model's structure fitted to the record; none if the program does not have the structure.
   std::optional<ident::FitResult> refit;
   double refit_rms_error = 0.0;
   std::optional<ident::PlantChange> change;  ///< from the model to its refit
   bool of_another_plant =
-      false;  ///< parameters changed, and the error is ident::kGreatestErrorOverRefit times the refit's
+      false;  ///< parameters changed, and the error is at least ident::kGreatestErrorOverRefit times the refit's
 };
 
 /// Scores every model on the whole record with the same samples and criteria.
 /// @throws as ident::validate
 [[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source);
 
-/// The same of one model, with the record prepared as `options` say.
+/// The same for one model, with the record prepared by `options`.
 [[nodiscard]] ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options);
 
 }  // namespace eha::identify

@@ -15,13 +15,13 @@
 
 namespace eha::identify {
 
-/// The name of its file, beside data_40ms.csv in a run folder or beside the models of `eha fit -o`.
+/// Name of the comparison's file, beside data_40ms.csv in a run folder or beside the models of `eha fit -o`.
 inline constexpr std::string_view kFrequencyResponseFile = "frequency_response.csv";
 
-/// What an excitation repeats itself by.
+/// Periodicity of an excitation.
 struct ExcitedPeriod {
   std::size_t samples = 0;       ///< of the shortest period that all lines and the repetitions share; 0: none
-  std::vector<double> lines_Hz;  ///< excited ones that are harmonics of it; all of them without a period
+  std::vector<double> lines_Hz;  ///< excited lines that are harmonics of the period; without a period all of them
 };
 
 /// @param samples     of the record   @param repetition  samples of one repetition; 0: unknown
@@ -30,8 +30,8 @@ struct ExcitedPeriod {
                                            std::size_t repetition);
 
 /// Measures the frequency response of a source whose experiment is periodic: by its tones, or by its repetitions. The
-/// period is the shortest that all lines and the repetitions share. A table of several realisations is measured by
-/// them, in its last repetition.
+/// period is the shortest that all lines and the repetitions share. A table of several realisations is measured by its
+/// realisations, in its last repetition.
 /// @param notes  gets a sentence when the record does not hold two periods after the discarded time
 /// @returns nothing in that case, and nothing without an experiment
 [[nodiscard]] std::optional<ident::FrequencyResponse> frequency_response_of(const Source& source,

@@ -36,11 +36,11 @@ struct Calibration {
   bool converged = false;
 };
 
-/// The rows are compared as means over this time, after the start that is left out.
+/// Duration of the means that are compared, after the discarded start.
 inline constexpr double kMean_s = 0.02;
 inline constexpr double kLeftOut_s = 0.5;
 
-/// A parameter whose 95 % interval reaches further than this share of its size is not determined.
+/// Greatest half width of a determined parameter's 95 % interval, as a share of its size.
 inline constexpr double kWidestInterval = 0.5;
 
 /// Fits parameters of the simulated rig, and the rod's first position, to a record by least squares

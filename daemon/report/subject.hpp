@@ -19,27 +19,27 @@ struct ReportedModel {
   ident::Model model;
   std::string file;
 
-  /// Of its verdict.
+  /// Grade of its verdict.
   [[nodiscard]] std::optional<ident::FrequencyInterval> usable_band() const {
     return model.verdict ? model.verdict->usable_band : std::nullopt;
   }
 };
 
-/// Everything that a report is about, as read from files.
+/// Contents of a report, as read from files.
 struct Subject {
   std::string name;                                     ///< of the run, or of the models
   std::optional<nlohmann::ordered_json> manifest = {};  ///< run.json
   std::vector<ReportedModel> models = {};               ///< recommended first, runner-up second, then by verdict
   bool has_recommendation = false;                      ///< models.front() is recommended
-  std::string reason = {};                              ///< of the recommendation, or of its absence
+  std::string reason = {};                              ///< reason for the recommendation, or for its absence
   std::vector<ident::Model> paper = {};                 ///< by the paper's procedure
   identify::FitTable fit = {};                          ///< empty: no fit.csv
   identify::FitTable paper_fit = {};                    ///< empty: no fit_paper.csv
   std::optional<record::NumberTable> response = {};     ///< frequency_response.csv
   std::optional<ident::Record> record = {};             ///< of a run without fit.csv
-  std::vector<std::string> notes = {};                  ///< files that should be there and are not
+  std::vector<std::string> notes = {};                  ///< expected files that are missing
 
-  /// A part of the manifest: part("report", "counters"); null where there is none.
+  /// Returns a part of the manifest: part("report", "counters"); null if there is none.
   template <typename... Keys>
   [[nodiscard]] const nlohmann::ordered_json& part(const Keys&... keys) const {
     static const nlohmann::ordered_json kNull;
@@ -55,8 +55,8 @@ struct Subject {
 /// Reads a run folder. @throws DataError, IoError, PermissionError  it is no run, or a file in it is damaged
 [[nodiscard]] Subject load_run(const std::filesystem::path& folder);
 
-/// Reads model files. fit.csv and frequency_response.csv of their folder, or of the run folder above it, are used where
-/// all are in one folder.
+/// Reads model files. Uses fit.csv and frequency_response.csv of their folder, or of the run folder above it, if all
+/// are in one folder.
 /// @throws ConfigError  no model; DataError, IoError, PermissionError
 [[nodiscard]] Subject load_models(const std::vector<std::filesystem::path>& files);
 
