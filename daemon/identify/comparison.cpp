@@ -14,9 +14,9 @@ namespace eha::identify {
 namespace {
 
 constexpr double kSameStep = 1e-6;
-constexpr double kHopeless = 5.0;  // times the refit's error, whatever the intervals of the parameters hold
+constexpr double kHopeless = 5.0;  // times the refit's error, regardless of the parameters' intervals
 
-/// To fit a whole record.
+/// Options for a fit of a whole record.
 ident::FitOptions whole(ident::FitOptions options) {
   options.procedure = ident::Procedure::standard;
   options.intervals = ident::IntervalMethod::straight;
