@@ -20,6 +20,7 @@ struct JournalPosition {
 /// and each row until the journal has it. The guard marks that it has acted, and saves the remaining rows if the
 /// process dies. An unused page is all zero. Each member has one writer; no call locks or allocates.
 /// core/os/shared_memory.hpp maps it.
+// NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding): members of different writers lie on lines of their own
 class GuardPage {
  public:
   static constexpr std::size_t kRowSize = 64;  ///< a TickRecord [bytes]
