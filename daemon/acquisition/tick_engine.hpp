@@ -65,7 +65,7 @@ class TickEngine {
   [[nodiscard]] double velocity_in_per_s() const noexcept { return limits_monitor_.velocity_in_per_s(); }
   /// Whether the auxiliary contact was closed at the last good reading.
   [[nodiscard]] bool enable_contact() const noexcept { return reading_.enable_contact; }
-  /// Of the last reading; see LimitMonitor.
+  /// Shares of the limits at the last reading; see LimitMonitor.
   [[nodiscard]] double travel_share() const noexcept { return limits_monitor_.travel_share(); }
   [[nodiscard]] double velocity_share() const noexcept { return limits_monitor_.velocity_share(); }
   /// Greatest values of the run.
@@ -104,7 +104,7 @@ class TickEngine {
   DeadlineMonitor deadlines_;
 
   hal::RigReading reading_;      ///< the last good one
-  hal::AppliedCommand applied_;  ///< what the output holds
+  hal::AppliedCommand applied_;  ///< voltage on the output
   hal::AppliedCommand safe_applied_;
   FaultReport fault_;
   LoopCounters counters_;

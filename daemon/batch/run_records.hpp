@@ -14,7 +14,7 @@ struct RunOptions {
   std::filesystem::path program;  ///< eha
   std::size_t jobs = 1;           ///< processes at a time, at least 1
   Shard shard = {};
-  /// Called several times a second: share of this process's records that are done, and what is in progress.
+  /// Called several times a second with the share of this process's completed records, and the work in progress.
   std::function<void(double, const std::string&)> progress;
   std::function<bool()> stopped;  ///< returns whether to end early
 };

@@ -89,7 +89,7 @@ struct Refusal {
   std::string message;  ///< printable, at most a few hundred bytes
 };
 
-/// Reads one line. Cost and memory: proportional to its length, whatever it contains. Thread-safe.
+/// Reads one line. Cost and memory: proportional to its length, for any content. Thread-safe.
 [[nodiscard]] std::variant<Request, Refusal> parse_request(std::string_view line);
 
 /// Lines to send, with their newline; bytes that are not UTF-8 are replaced.

@@ -13,11 +13,11 @@ namespace eha::delays {
 namespace {
 
 constexpr double kShortest_s = 0.1;
-constexpr double kSlowWake_us = 50.0;  // what eha latency allows
+constexpr double kSlowWake_us = 50.0;  // limit of eha latency
 constexpr double kRivalShare = 0.002;  // of a processor: 2 us a tick of 1 ms, or one of 50 ms in 25 s
 constexpr double kStolenShare = 0.001;
 constexpr double kBusyHalf = 0.2;
-constexpr double kThrottleShare = 0.9;  // of what real-time threads may use
+constexpr double kThrottleShare = 0.9;  // of the time allowed to real-time threads
 
 /// Rate above which a row of /proc/interrupts or /proc/softirqs delays a CPU [1/s].
 struct NamedRow {

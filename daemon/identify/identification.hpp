@@ -50,7 +50,7 @@ struct CrossValidatedModel {
   std::string name;
   std::size_t estimated_on = 0;                  ///< repetition, from 0
   std::vector<ident::Score> scores;              ///< one a repetition, offset kept; its own among them
-  std::vector<ident::Score> offset_reestimated;  ///< the same, initial_output fitted anew on each
+  std::vector<ident::Score> offset_reestimated;  ///< the same, initial_output refitted to each
 };
 
 /// Everything that was identified from one record.

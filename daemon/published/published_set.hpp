@@ -56,7 +56,7 @@ struct Test {
 /// A published set of records, with the split and the score that its publications use.
 struct PublishedSet {
   std::string_view name;   ///< "emps"
-  std::string_view title;  ///< for people
+  std::string_view title;  ///< displayed name
   std::string_view what;   ///< one sentence
   std::string_view fetch;  ///< where it is distributed
   double period_s = 0.0;   ///< [s]

@@ -19,9 +19,8 @@ namespace eha {
 class OwnedRig {
  public:
   /// A rig that moves no machine opens without a guard if none can be started.
-  /// @param snapshot  file for eha-safe (Rig::safe_snapshot), which stays, as does the page beside it (kPageFile);
-  /// empty:
-  ///                  a private file, removed with this object, and memory without a name
+  /// @param snapshot  file for eha-safe (Rig::safe_snapshot), kept like the page beside it (kPageFile); empty: a
+  ///                  private file, removed with this object, and memory without a name
   /// @throws DeviceError, PermissionError, ConfigError as hal::open, GuardProcess
   /// @throws IoError  no memory for the page
   explicit OwnedRig(const config::RigConfig& config, std::filesystem::path snapshot = {});

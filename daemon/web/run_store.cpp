@@ -47,7 +47,7 @@ os::FileDescriptor open_beneath(os::FileDescriptor folder, std::string_view path
       openat(folder.get(), std::string(path).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
 }
 
-/// Of a run.json.
+/// Returns the text of a run.json.
 std::string content_of(const RunFile& file, std::string_view id) {
   if (file.size > RunStore::kLargestManifest) {
     throw DataError(
@@ -97,7 +97,7 @@ std::vector<std::string> newest_names(const fs::path& folder, std::size_t most) 
   std::error_code error;
   for (fs::directory_iterator item(folder, error), end; !error && item != end; item.increment(error)) {
     std::string name = item->path().filename().string();
-    // Of a run folder; "latest" is a link.
+    // Accepts run folders only; "latest" is a link.
     if (is_run_id(name) && !item->is_symlink(error) && item->is_directory(error)) names.push_back(std::move(name));
   }
   std::sort(names.begin(), names.end(), std::greater<>());

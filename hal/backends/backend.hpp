@@ -68,7 +68,7 @@ void begin_at(Backend& backend, double displacement_in);
 [[nodiscard]] std::vector<OptionIssue> issues_of(const Backend& backend);
 
 /// Opens the rig and leaves it safe.
-/// @param safe_V  what make_safe() writes [V]
+/// @param safe_V  voltage that make_safe() writes [V]
 /// @throws DeviceError, PermissionError, ConfigError  as the backend's own open_rig
 [[nodiscard]] std::unique_ptr<Rig> open(const Backend& backend, double safe_V);
 

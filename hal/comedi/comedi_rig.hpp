@@ -17,7 +17,8 @@ namespace eha::hal {
 /// read() samples the feedback (select, settle, convert) and the digital inputs in one instruction list; command()
 /// writes the output and the toggled heartbeat in another. One kernel call may take up to a second if the card does not
 /// answer: the caller must check the time.
-/// @param safe_V  what make_safe() writes [V], inside the command range. Its safe_snapshot() is a SafeSnapshot as text.
+/// @param safe_V  voltage that make_safe() writes [V], in the command range
+/// Its safe_snapshot() is a SafeSnapshot as text.
 /// @throws DeviceError      no device, another board, driver, subdevice, range or resolution than `options` say (the
 ///                          message lists what the card offers), in use or locked by another process, or built without
 ///                          comedi

@@ -18,7 +18,7 @@ namespace eha::hal {
 /// past the piston. Enabled at 0 V it creeps, because the valve's null is not at 0 V.
 ///
 /// Equal options and calls give equal bytes on every IEEE 754 machine: the model takes only + - * / and sqrt.
-/// @param safe_V  what make_safe() writes [V]
+/// @param safe_V  voltage that make_safe() writes [V]
 /// @throws ConfigError  a parameter makes no physical sense; the message names every such one
 /// Cost: a read over 1 ms takes about 3 us. Not thread-safe.
 [[nodiscard]] std::unique_ptr<Rig> open_rig(const SimOptions& options, double safe_V);

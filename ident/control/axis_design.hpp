@@ -84,7 +84,7 @@ struct AxisPlant {
   double compared_step_s = 0.0;           ///< of the model's fit; 0: not known
   double unseen_delay_s = 0.0;            ///< standard deviation of the dead time that the draws add to the model's
   bool has_covariance = false;            ///< false: 5 % of the gain and 10 % of the lag are assumed
-  // Sampled at the tick, computing delay included: one tick for the model as it is, 0 to 1 tick for the draws.
+  // Sampled at the tick, computing delay included: one tick for the undrawn model, 0 to 1 tick for the draws.
   std::vector<double> grid_rad_s;
   std::vector<std::complex<double>> response;
   std::vector<std::vector<std::complex<double>>> drawn_responses;

@@ -31,7 +31,7 @@ enum class CoordinateRole {
 };
 
 struct Coordinate {
-  ParameterKey key;  ///< of the parameter it stands for; its name alone for a section's coordinates
+  ParameterKey key;  ///< of its parameter; for a section's coordinates only its name
   CoordinateRole role;
   std::size_t index = 0;
   double start = 0.0;

@@ -79,7 +79,7 @@ struct InformationCriteria {
 struct ParameterCorrelation {
   std::vector<std::string> names;
   std::vector<std::vector<double>> matrix;     ///< one row a name
-  std::vector<std::string> indistinguishable;  ///< parameters that the record cannot tell apart
+  std::vector<std::string> indistinguishable;  ///< parameters that the record cannot distinguish
 };
 
 /// Autoregressive model of the noise in the compared samples, from a model's residual e: e_k = sum_j c_j e_{k-j} + w_k.
@@ -172,7 +172,7 @@ struct ErrorJump {
 /// Comparison of the model with the part of the record that was not used for estimation.
 struct ValidationReport {
   Score score;                              ///< bias and offset kept
-  std::optional<Score> offset_reestimated;  ///< initial_output fitted anew on the scored part
+  std::optional<Score> offset_reestimated;  ///< initial_output refitted to the scored part
   Correlation acf;                          ///< of the residual, lags 0..20
   Correlation ccf;                          ///< residual against input, lags -20..20
   double ljung_box_p = 0.0;                 ///< p value of the portmanteau test on 20 lags

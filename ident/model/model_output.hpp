@@ -46,7 +46,7 @@ class OutputOnRecord {
   InputSpectrum input_;  ///< of the input as recorded; empty until it is needed
 };
 
-/// The model with initial_output and initial_state fitted anew to `measured` over the same rows.
+/// Returns the model with initial_output and initial_state refitted to `measured` over the same rows.
 [[nodiscard]] Model with_offset_fitted(const Model& model, const ModelOutput& output, const Eigen::VectorXd& measured);
 
 }  // namespace eha::ident

@@ -282,7 +282,7 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
       top_order(g.denominator) - (parametrisation_.must_be_strictly_proper() ? kLeastExcess : 0.0))
     return {};
   if (grows(g)) return {};
-  // Samples cannot tell an oscillation above the Nyquist frequency from its alias below; the alias is reported.
+  // Samples do not distinguish an oscillation above the Nyquist frequency from its alias below; the alias is reported.
   if (parametrisation_.fastest_oscillation(theta) > kNyquist / record_.response().step_s()) return {};
   const double bias = bias_at(theta);
   const std::shared_ptr<const Passed> valve = passed(theta);
