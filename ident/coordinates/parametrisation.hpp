@@ -93,7 +93,7 @@ class Parametrisation {
 
   /// Coordinates of a model of this structure or of a sub-structure. Missing terms get the smallest weight, missing
   /// poles the highest frequency that the coordinates allow. Gain and other linear quantities have no effect.
-  /// @param bias  input bias of the model; the null of a structure with a valve map starts at -bias
+  /// @param bias  input bias of the model; without a map the null of a structure with one is -bias
   /// @param map   valve map of the model; none: no dead band
   /// @returns nothing if the model is not one of this structure or of a sub-structure
   [[nodiscard]] std::optional<Eigen::VectorXd> at_model(const TransferFunction& g, double bias,

@@ -27,8 +27,8 @@ struct Autoregression {
 [[nodiscard]] Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken = {},
                                             Eigen::Index further = 0);
 
-/// Whitens columns: returns the rows from kHighestAutoregression on, less their prediction from each column's past; of
-/// the residual, w.
+/// Whitens columns: returns the rows from kHighestAutoregression on, less their prediction from each column's past. For
+/// the residual this is w.
 [[nodiscard]] Eigen::MatrixXd whitened(const Eigen::MatrixXd& columns, const Autoregression& model);
 
 /// Autoregressive model from an autocovariance.
