@@ -16,7 +16,7 @@
 namespace eha::config {
 namespace {
 
-constexpr double kNoLimit = 1e9;  // what an infinite margin is written as
+constexpr double kNoLimit = 1e9;  // stands for an infinite margin in the file
 constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kPurposes{
     {{"track", "track"}, {"hold", "hold"}}};
 
@@ -88,7 +88,7 @@ class TomlWriter {
 
   template <typename Table>
   void table(std::string_view key, Table& target) {
-    // A promised figure fits a line.
+    // A promised figure fits on one line.
     text_ += fmt::format("{} = {{ ", key);
     TomlWriter inner(text_);
     inner.separator_ = ", ";
@@ -168,7 +168,7 @@ ControllerConfig parse_controller(std::string_view text, const std::string& file
   root.finish();
   document.issues.throw_if_any();
   try {
-    static_cast<void>(ident::coefficients(c.settings));  // what keys say of one another
+    static_cast<void>(ident::coefficients(c.settings));  // checks conditions between keys
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{}: {}", file_name, error.what()));
   }

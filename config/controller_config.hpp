@@ -10,7 +10,7 @@
 
 namespace eha::config {
 
-/// A promised figure: for the model or the twin as it is, and what 95 % of what is drawn lie between.
+/// A promised figure: its value for the undrawn model or twin, and bounds that contain 95 % of the draws.
 struct PromisedFigure {
   double value = 0.0;
   double lower = 0.0;
@@ -23,10 +23,10 @@ struct PromisedFigure {
   }
 };
 
-/// [promise]: errors are of the generated reference less the rod, in trapezoids at the reference's limits, a sine and a
-/// hold of 60 s.
+/// [promise]: an error is the generated reference less the rod's position, in trapezoids at the reference's limits, a
+/// sine and a hold of 60 s.
 struct ControllerPromise {
-  std::int64_t twins = 0;  ///< simulated rigs that it was tried on
+  std::int64_t twins = 0;  ///< number of simulated rigs that the controller was tried on
   PromisedFigure following_rms_in;
   PromisedFigure following_worst_in;
   PromisedFigure sine_rms_in;
@@ -39,7 +39,7 @@ struct ControllerPromise {
   PromisedFigure phase_margin_deg;
   PromisedFigure gain_margin;
   PromisedFigure delay_margin_s;
-  std::string remarks = {};  ///< what limits it, and what other kinds would gain; a sentence a line
+  std::string remarks = {};  ///< limiting factors, and improvements by other kinds of feedback; a sentence a line
 
   static void visit_keys(auto& self, auto& keys) {
     keys.integer("twins", self.twins, 1, 100000);
@@ -59,11 +59,11 @@ struct ControllerPromise {
   }
 };
 
-/// [fault]: what ends a run of this controller.
+/// [fault]: limits whose violation ends a run of this controller.
 struct ControllerFaults {
-  double following_error_in = 0.0;  ///< size of reference less reading [in]
+  double following_error_in = 0.0;  ///< greatest absolute difference of reference and reading [in]
   double swing_V = 0.0;             ///< a swing goes from null + swing_V to null - swing_V or back [V]
-  double swings_per_s = 0.0;        ///< more in one second
+  double swings_per_s = 0.0;        ///< most swings in one second
 
   static void visit_keys(auto& self, auto& keys) {
     keys.number("following_error_in", self.following_error_in, Range::above(0.0));
@@ -72,14 +72,14 @@ struct ControllerFaults {
   }
 };
 
-/// [provenance]: what it was made from. A controller is played on this rig only.
+/// [provenance]: inputs of the design. A controller is played on this rig only.
 struct ControllerProvenance {
   std::string model;  ///< file
   std::string model_sha256;
   std::string rig;  ///< name in its file
   std::string rig_file;
   std::string rig_sha256;  ///< of the rig file's content
-  std::string twin;        ///< file of the twin, or how it was made
+  std::string twin;        ///< file of the twin, or description of its origin
   std::string run;         ///< that the model is from; "unknown"
   std::string sheet = {};  ///< run of the valve sheet; empty: none
   std::string made_by;     ///< program and version
@@ -114,7 +114,8 @@ struct ControllerConfig {
 [[nodiscard]] ControllerConfig load_controller(const std::string& path);
 [[nodiscard]] ControllerConfig parse_controller(std::string_view text, const std::string& file_name);
 
-/// The file's text. Numbers have the fewest digits that give the same number back; infinite margins are written as 1e9.
+/// Writes the file's text. Numbers have the fewest digits that give the same number back; infinite margins are written
+/// as 1e9.
 [[nodiscard]] std::string controller_text(const ControllerConfig& controller);
 
 }  // namespace eha::config

@@ -27,14 +27,14 @@ constexpr double kTickTolerance = 1e-6;
 /// Relative tolerance of a peak or slope against its limit, for the rounding of the table.
 constexpr double kRounding = 1e-9;
 
-/// Bounds of a controller that is played: of the velocity limit, and of the travel.
+/// Bounds of a played controller, as shares of the velocity limit and of the travel.
 constexpr double kTrackedSpeedShare = 0.5;
 constexpr double kTrackedErrorShare = 0.05;
-/// How far its valve may be from that of [following]: null and dead band, and each gain as a ratio.
+/// Greatest deviation of the controller's valve from [following]: null and dead band, and each gain as a ratio.
 constexpr double kTrackedValve_V = 0.1;
 constexpr double kTrackedGainRatio = 1.5;
 
-/// To three digits, never up.
+/// Rounds to three digits, never up.
 double rounded_down(double factor) {
   const double unit = std::pow(10.0, std::floor(std::log10(factor)) - 2.0);
   return std::floor(factor / unit) * unit;
@@ -59,7 +59,7 @@ class ConflictSearch {
   }
 
  private:
-  // The table of volts of each kind, after the checks of its keys.
+  // Computes the table of volts of each kind, after the checks of its keys.
   Eigen::VectorXd table_of(const Played& played) {
     check_decimation();
     if (played.start) check_place("start.displacement_in", *played.start);
@@ -129,7 +129,7 @@ class ConflictSearch {
         fmt::format("{:.4g} {}", factor * place.displacement_in, unit.of("in")));
   }
 
-  /// Beyond a limit the sensor's word is all there is: it must be known to be right.
+  /// Beyond a travel limit only the sensor shows the position: its plausibility must be checked.
   void check_way_back() {
     if (!hal::moves_machine(rig_.backend)) return;
     const auto refuse = [&](const std::string& expected, const std::string& got) {
@@ -161,7 +161,7 @@ class ConflictSearch {
     }
   }
 
-  /// A controller is played on the rig that it was made for.
+  /// A controller is played only on the rig that it was made for.
   void check_track(const ControllerConfig& controller) {
     const ident::AxisSettings& s = controller.settings;
     const RigLimits& limits = rig_.limits;
@@ -214,7 +214,7 @@ class ConflictSearch {
     }
   }
 
-  /// The valve of the controller is that of the rig file, so that no single wrong number drives the rod.
+  /// Checks the controller's valve against that of the rig file, so that no single wrong number drives the rod.
   void check_tracked_valve(const ident::InverseMap& inverse) {
     if (!rig_.limits.following) return;
     const ValveEstimate valve = valve_estimate(*rig_.limits.following);

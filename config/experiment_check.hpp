@@ -10,7 +10,7 @@ namespace eha::config {
 
 /// Builds the experiment's table of volts and adds every conflict with the rig, as prepare() lists them, to the issues
 /// found so far. Checks that depend on a key with an issue are left out.
-/// @returns one repetition [V]; empty where it could not be built
+/// @returns one repetition [V]; empty if it could not be built
 [[nodiscard]] Eigen::VectorXd check_table(const ExperimentConfig& experiment, const PositionMap& positions,
                                           const RigConfig& rig, IssueList& issues);
 

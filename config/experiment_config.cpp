@@ -18,7 +18,7 @@
 namespace eha::config {
 namespace {
 
-/// Of the data for people of a run to which no model is fitted; what is computed from it takes every row.
+/// Decimation of displayed data of a run that is not fitted; computations from its record use every row.
 constexpr int kUnfittedDecimation = 40;
 
 void read_identification(Section& root, ExperimentConfig& experiment) {
@@ -31,15 +31,15 @@ void read_identification(Section& root, ExperimentConfig& experiment) {
   experiment.fit.seed = asked.seed;
 }
 
-constexpr double kTrackHold_s = 60.0;  // as the promise
+constexpr double kTrackHold_s = 60.0;  // as in the promise
 constexpr double kLongestHold_s = 600.0;
 
-constexpr double kSweepErrorShare = 0.3;  // of the error that is a fault
+constexpr double kSweepErrorShare = 0.3;  // share of the following error that is a fault
 
 constexpr double kLongestReference_s = 3600.0;
 constexpr std::size_t kMostSetPoints = 5000;
 
-/// What is wrong with set points of one's own; empty: nothing.
+/// Returns the fault in the user's set points; empty: none.
 std::string reference_fault(const ident::TrialPlan& plan) {
   const std::vector<ident::SetPoint>& points = plan.reference;
   if (points.size() < 2 || points.size() > kMostSetPoints) return fmt::format("{}", points.size());
@@ -55,7 +55,7 @@ std::string reference_fault(const ident::TrialPlan& plan) {
   return {};
 }
 
-/// [track]: the controller's file as text, and what of its trial is not as usual.
+/// [track]: reads the text of the controller's file and the trial's options.
 Track read_track(Section& section, ExperimentConfig& experiment, Document& document) {
   std::string text;
   section.text("controller", text);
@@ -73,7 +73,7 @@ Track read_track(Section& section, ExperimentConfig& experiment, Document& docum
   section.number("sine_in", track.plan.sine, Range::above(0.0), Need::optional);
   section.number("sine_Hz", track.plan.sine_Hz, Range::above(0.0), Need::optional);
   section.integer("trapezoids", track.plan.trapezoids, 1, 1000, Need::optional);
-  bool sweeps = false;  // as of the runs before there was a sweep
+  bool sweeps = false;  // as in records made before the sweep existed
   section.boolean("sweep", sweeps, Need::optional);
   section.number("hold_s", track.plan.hold_s, Range::between(0.0, kLongestHold_s), Need::optional);
   std::vector<Section> points = section.sections("reference", Need::optional);
@@ -115,7 +115,7 @@ Track read_track(Section& section, ExperimentConfig& experiment, Document& docum
   return track;
 }
 
-/// Of a kind whose duration follows from its own table.
+/// Reads an experiment of a kind that is not fitted and whose duration follows from its own table.
 void read_unfitted(Section& root, ExperimentConfig& experiment, std::string_view why) {
   experiment.fit.discard_s = 0.0;
   experiment.fit.decimation = kUnfittedDecimation;

@@ -22,7 +22,7 @@
 
 namespace eha::config {
 
-/// One day; a longer time probably has a wrong unit.
+/// One day; a longer time probably has the wrong unit.
 inline constexpr double kLongestRun_s = 86400.0;
 
 /// The keys of [record], which are members of FitOptions.
@@ -81,7 +81,7 @@ struct ExperimentConfig {
   double duration_s = 0.0;  ///< of one repetition [s]
   int repetitions = 1;
   ident::FitOptions fit;  ///< decimation, discarded time, split, procedure, seed
-  /// procedure = "both": the paper's procedure too, for comparison.
+  /// procedure = "both": also fits by the paper's procedure, for comparison.
   bool compares_with_paper = false;
   std::vector<ident::StructureOptions> models;
   ident::AcceptanceLimits acceptance;
@@ -89,12 +89,12 @@ struct ExperimentConfig {
   std::string text;       ///< the file's content as read, for the run's manifest
   PositionMap positions;  ///< position of each key in the file
 
-  /// The excitation and how it is played; none for a kind to whose record no model is fitted.
+  /// The excitation and its playing options; none for a kind whose record is not fitted.
   [[nodiscard]] const Played* played() const noexcept { return std::get_if<Played>(&kind); }
   // None for the other kinds.
   [[nodiscard]] const Placing* placing() const noexcept { return std::get_if<Placing>(&kind); }
   [[nodiscard]] const Tracking* tracking() const noexcept { return std::get_if<Tracking>(&kind); }
-  /// Whether its record is measured for the valve sheet.
+  /// Whether the record is measured for the valve sheet.
   [[nodiscard]] bool characterises() const noexcept { return std::holds_alternative<SheetRun>(kind); }
 
   [[nodiscard]] Identification identification() const noexcept {
@@ -113,13 +113,13 @@ struct ExperimentConfig {
 /// @throws PermissionError  the caller may not read it
 [[nodiscard]] ExperimentConfig load_experiment(const std::string& path);
 
-/// The same for text already in memory; file_name is used in messages, and with NamedFiles::read as the place from
-/// which the experiment's own files are found.
+/// Reads an experiment from text in memory. file_name is used in messages, and with NamedFiles::read also to locate the
+/// experiment's own files.
 /// @throws ConfigError as load_experiment
 [[nodiscard]] ExperimentConfig parse_experiment(std::string_view text, const std::string& file_name,
                                                 NamedFiles named_files = NamedFiles::refuse);
 
-/// Ticks of one repetition. Valid after prepare().
+/// Returns the number of ticks of one repetition. Valid after prepare().
 [[nodiscard]] std::size_t samples_per_repetition(const ExperimentConfig& experiment, const RigConfig& rig);
 
 }  // namespace eha::config

@@ -10,7 +10,7 @@
 #include "ident/control/trial.hpp"
 #include "ident/excitation/excitation.hpp"
 
-// The kinds of an experiment, with their tables of the file. For each kind there is one function in
+// The kinds of an experiment, with their tables in the file. For each kind there is one function in
 //   experiment_config.cpp          which reads it,
 //   experiment_check.cpp           which checks it against the rig and makes its table of volts,
 //   daemon/play/source.cpp         which makes its source of volts,
@@ -18,36 +18,36 @@
 //   daemon/record/config_json.cpp  which records it,
 //   daemon/eha/run_command.cpp     which reports its completed run, and
 //   daemon/eha/fit_command.cpp     which says what `eha fit` does with its record.
-// The compiler names each of these where a kind is missing.
+// A missing kind is a compiler error in each of these.
 
 namespace eha::config {
 
-/// [start], and where the rod is moved by [place].
+/// Target position of [start] and [place].
 struct Place {
   double displacement_in = 0.0;
 
   static void visit_keys(auto& self, auto& keys) { keys.number("displacement_in", self.displacement_in, Range::any()); }
 };
 
-/// [hold]: keeps an integrating rod near where it is predicted to be.
+/// [hold]: keeps an integrating rod near its predicted position.
 struct Hold {
-  std::optional<double> gain_V_per_in = {};  ///< volts for each inch off the prediction; none: hold_gains().usual
+  std::optional<double> gain_V_per_in = {};  ///< correction for each inch off the prediction; none: hold_gains().usual
 
   static void visit_keys(auto& self, auto& keys) {
     keys.number("gain_V_per_in", self.gain_V_per_in, Range::above(0.0));
   }
 };
 
-/// [precision]: ends the run after the repetition that reaches it.
+/// [precision]: ends the run after the repetition that reaches this precision.
 struct Precision {
-  /// Of the gain K of integrator_lag behind the valve's map, fitted to the rows so far: half of its 95 % interval, of
-  /// its value [%].
+  /// Half of the 95 % interval of the gain K, of its value [%]. K is that of integrator_lag behind the valve's map,
+  /// fitted to the rows so far.
   double gain_percent = 0.0;
 
   static void visit_keys(auto& self, auto& keys) { keys.number("gain_percent", self.gain_percent, Range::above(0.0)); }
 };
 
-/// A controller, and the trial that it plays.
+/// A controller and its trial.
 struct Track {
   ControllerConfig controller;
   ident::TrialPlan plan;
@@ -76,7 +76,7 @@ struct Placing {
   }
 };
 
-/// [characterise]: plays what the valve sheet needs, for kSheetDuration_s.
+/// [characterise]: plays the commands that the valve sheet needs, for kSheetDuration_s.
 struct SheetRun {
   static constexpr std::string_view kCommand = "characterise";
 

@@ -9,7 +9,7 @@ namespace eha::config {
 /// Kind of a configuration file.
 enum class FileKind { rig, experiment, controller };
 
-/// Tells the kinds of file apart by the keys at their top.
+/// Finds the kind of a file from its top-level keys.
 /// @throws ConfigError  not TOML, or none of them, or the keys of two in equal number
 [[nodiscard]] FileKind kind_of(std::string_view text, const std::string& file_name);
 

@@ -7,7 +7,8 @@
 
 namespace eha::config {
 
-/// What a hold adds to the volts of its table: clamp(gain e, +-most), e the predicted less the measured displacement.
+/// Correction that a hold adds to the volts of its table: clamp(gain e, +-most), e the predicted less the measured
+/// displacement.
 struct HoldLaw {
   double gain_V_per_in = 0.0;
   double most_V = 0.0;
@@ -18,7 +19,7 @@ struct HoldLaw {
   }
 };
 
-/// The law of a rig: at most a fifth of half the command range.
+/// Returns the law for a rig: at most a fifth of half the command range.
 [[nodiscard]] inline HoldLaw hold_law(const RigLimits& limits, double gain_V_per_in) noexcept {
   constexpr double kMostShare = 0.2;
   return {.gain_V_per_in = gain_V_per_in, .most_V = kMostShare * 0.5 * (limits.command_max_V - limits.command_min_V)};

@@ -37,7 +37,7 @@ class IssueList {
   std::vector<Issue> issues_;
 };
 
-/// Position of a key; if the file lacks the key, of the innermost enclosing table that the file has.
+/// Returns the position of a key; if the file lacks the key, that of the innermost enclosing table in the file.
 [[nodiscard]] Position position_of(const PositionMap& positions, std::string_view key);
 
 }  // namespace eha::config

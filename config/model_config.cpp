@@ -97,7 +97,7 @@ void read_degrees(Section& model, const ident::StructureFamily& family, ident::S
   asked.structure = family.make(degrees);
 }
 
-/// The reason why a structure without degrees does not have these keys.
+/// Returns the reason for which a structure without degrees refuses these keys.
 std::string no_degrees() {
   std::vector<std::string> names;
   for (const ident::StructureFamily& family : ident::structure_families()) {
@@ -129,7 +129,7 @@ void read_structure(Section& model, Need need, ident::StructureOptions& asked, D
   }
 }
 
-/// The map before G.
+/// Reads the map before G.
 void read_input_map(Section& model, ident::StructureOptions& asked) {
   std::vector<std::pair<std::string_view, const ident::InputMapKind*>> kinds;
   for (const ident::InputMapKind& kind : ident::input_map_kinds()) kinds.emplace_back(kind.name, &kind);
@@ -138,7 +138,7 @@ void read_input_map(Section& model, ident::StructureOptions& asked) {
   if (chosen != nullptr) asked.structure = chosen->put_before(std::move(asked.structure));
 }
 
-/// The keys that every structure has.
+/// Reads the keys that every structure has.
 void read_rest(Section& model, ident::StructureOptions& asked, Document& document) {
   model.number("delay_s", asked.structure.delay.value, Range::between(0.0, kLongestRun_s), Need::optional);
   model.choice("delay", asked.structure.delay.freedom, kDelays, Need::optional);

@@ -18,7 +18,7 @@ std::string number(double value) {
   return text;
 }
 
-/// Whether the family alone, with its degrees, is this structure.
+/// Whether the family, with its degrees and no other keys, gives this structure.
 bool is_of_family(const ident::Structure& structure) {
   const auto families = ident::structure_families();
   const auto family =

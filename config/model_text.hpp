@@ -7,8 +7,8 @@
 
 namespace eha::config {
 
-/// The `[[model]]` table of an experiment file from which read_models() reads these options. A form of a family that no
-/// key names is written term by term.
+/// Writes the `[[model]]` table of an experiment file from which read_models() reads these options. A structure that no
+/// keys of its family describe is written term by term.
 [[nodiscard]] std::string model_table(const ident::StructureOptions& asked);
 
 }  // namespace eha::config

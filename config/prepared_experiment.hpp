@@ -17,20 +17,20 @@ struct PreparedExperiment {
   Eigen::VectorXd predicted_in;  ///< with [hold]: see predicted_displacement() [in]; otherwise empty
 };
 
-/// The last rows of a table that hold whole periods of it: of its tones, or all rows where it is repeated or its lines
-/// have no common period that fits. Means over these rows are means of the motion, without the effect of a truncated
-/// tone.
+/// Returns the number of rows at a table's end that hold whole periods: of its tones, or all rows if it is repeated or
+/// its lines have no common period that fits. Means over these rows are means of the motion, without the effect of a
+/// truncated tone.
 /// @param table_rows  ticks of one repetition   @param tick_s  [s]
 [[nodiscard]] Eigen::Index periodic_rows(const ExperimentConfig& experiment, Eigen::Index table_rows, double tick_s);
 
-/// The displacement that an experiment's table causes in an integrating rod, one value a tick, without its mean and its
-/// drift over the periodic rows: the motion that the valve of the rig's [following] gives for the volts, less the mean
-/// speed. A hold removes the drift left out here. Cost: one pass. Precondition: the rig has [following].
+/// Predicts the displacement of an integrating rod by an experiment's table, one value a tick, without its mean and
+/// drift over the periodic rows. Integrates the speed that the valve of the rig's [following] gives for the volts, less
+/// the mean speed. A hold removes the drift left out here. Cost: one pass. Precondition: the rig has [following].
 /// @returns [in]
 [[nodiscard]] Eigen::VectorXd predicted_displacement(const ExperimentConfig& experiment, const RigConfig& rig,
                                                      const Eigen::Ref<const Eigen::VectorXd>& table_V);
 
-/// Gain of a hold [V/in] for which an error decays with a time constant of 1 s (`most`) or 1.3 s (`usual`).
+/// Gain of a hold [V/in] at which an error decays with a time constant of 1 s (`most`) or 1.3 s (`usual`).
 struct HoldGains {
   double usual = 0.0;
   double most = 0.0;
@@ -38,8 +38,8 @@ struct HoldGains {
 /// Precondition: the rig has [following].
 [[nodiscard]] HoldGains hold_gains(const RigConfig& rig);
 
-/// How near to a travel limit the rod may be placed [in]: the stopping distance that the tick keeps for a rod that has
-/// just begun to move, and 0.04 in.
+/// Returns the least distance from a travel limit at which the rod may be placed [in]: the tick's stopping distance for
+/// a rod that has just begun to move, plus 0.04 in.
 [[nodiscard]] double placing_margin_in(const RigConfig& rig);
 
 /// Checks an experiment against the rig that plays it: duration a whole number of ticks, tones and bands below the
@@ -52,8 +52,8 @@ struct HoldGains {
 /// @throws ConfigError, PermissionError as load_experiment and prepare
 [[nodiscard]] PreparedExperiment load_prepared_experiment(const std::string& path, const RigConfig& rig);
 
-/// The same for text already in memory; file_name is used in messages, and with NamedFiles::read as the place from
-/// which the experiment's own files are found.
+/// Reads an experiment from text in memory. file_name is used in messages, and with NamedFiles::read also to locate the
+/// experiment's own files.
 [[nodiscard]] PreparedExperiment parse_prepared_experiment(std::string_view text, const std::string& file_name,
                                                            const RigConfig& rig,
                                                            NamedFiles named_files = NamedFiles::refuse);

@@ -12,17 +12,17 @@
 
 namespace eha::config {
 
-/// Response of the rod to the valve, as commissioned; the following check compares the sensor with it. The rod moves by
-/// at least gain (u - null -+ dead band) at a command u outside the dead band.
+/// Commissioned response of the rod to the valve. The following check compares the sensor with it. At a command u
+/// outside the dead band the rod moves at least at the speed gain (u - null -+ dead band).
 struct Following {
   double gain_positive_in_per_V_s = 0.0;  ///< half the measured gain towards greater displacement [in/(V s)]
   double gain_negative_in_per_V_s = 0.0;  ///< the same towards smaller displacement, positive [in/(V s)]
-  double null_V = 0.0;                    ///< command at which the valve stands in the middle of its dead band [V]
-  double dead_band_V = 0.0;               ///< half width, what varies included [V]
-  double limit_in = 0.1;                  ///< motion that may be missing, or too much, before the rig is made safe [in]
-  double pressure_delay_s = 0.0;          ///< from enable on to full pressure; missing motion does not count in it [s]
+  double null_V = 0.0;                    ///< command at the middle of the dead band [V]
+  double dead_band_V = 0.0;               ///< half width, variation included [V]
+  double limit_in = 0.1;                  ///< missing or excess motion at which the rig is made safe [in]
+  double pressure_delay_s = 0.0;  ///< time from enable to full pressure; motion missing in it does not count [s]
 
-  // Half widths of the 95 % intervals, as the valve sheet gives them; none: valve_uncertainty() assumes some.
+  // Half widths of the 95 % intervals, from the valve sheet; none: defaults of valve_uncertainty().
   std::optional<double> null_uncertainty_V = {};        ///< [V]
   std::optional<double> dead_band_uncertainty_V = {};   ///< [V]
   std::optional<double> gain_uncertainty_percent = {};  ///< of each gain [%]
@@ -40,11 +40,11 @@ struct Following {
   }
 };
 
-/// What the displacement sensor's wire can carry.
+/// Valid voltages of the displacement sensor's wire.
 struct SensorBand {
-  double valid_min_V = 0.0;                   ///< a reading below it is none of a sound sensor [V]
-  double valid_max_V = 0.0;                   ///< the same above it [V]
-  std::optional<double> open_circuit_V = {};  ///< what the input reads with the wire off [V]; none: unknown
+  double valid_min_V = 0.0;                   ///< lowest voltage of a sound sensor [V]
+  double valid_max_V = 0.0;                   ///< highest voltage of a sound sensor [V]
+  std::optional<double> open_circuit_V = {};  ///< reading of the input with the wire disconnected [V]; none: unknown
 
   static void visit_keys(auto& self, auto& keys) {
     keys.number("valid_min_V", self.valid_min_V, Range::any());
@@ -58,16 +58,16 @@ struct RigLimits {
   double command_min_V = -5.0;  ///< lowest valve command [V]
   double command_max_V = 5.0;   ///< highest valve command [V]
   double slew_V_per_s = 0.0;    ///< fastest change of the command [V/s]
-  double safe_V = 0.0;          ///< command that is written whenever the rig is not driven [V]
+  double safe_V = 0.0;          ///< command written whenever the rig is not driven [V]
   double travel_min_in = 0.0;   ///< lowest allowed displacement [in]
   double travel_max_in = 0.0;   ///< highest allowed displacement [in]
   double stopping_deceleration_in_per_s2 =
       0.0;                               ///< deceleration that the rig reaches on a stop, for the stopping distance
   double velocity_limit_in_per_s = 0.0;  ///< highest allowed speed [in/s]
-  double frozen_sensor_s = 0.0;          ///< an unchanged code for this long while driven trips [s]; 0 is off
+  double frozen_sensor_s = 0.0;          ///< while driven, a code unchanged for this long trips [s]; 0 is off
   /// Greatest distance of a closed loop's command from the valve's null [V]; none: 0.3 of half the command range
   std::optional<double> closed_loop_max_V = {};
-  std::optional<Following> following = {};  ///< [following]; none: the following check knows nothing of the valve
+  std::optional<Following> following = {};  ///< [following]; none: the following check has no data of the valve
   std::optional<SensorBand> sensor = {};    ///< [sensor]; none: every voltage of the converter is valid
 
   /// [limits]
@@ -92,8 +92,8 @@ struct RealtimeOptions {
   std::optional<int> cpu;          ///< CPU the loop is bound to
   int abort_consecutive_late = 5;  ///< consecutive late or skipped ticks that end a run
   int abort_total_late = 50;       ///< leaky total of late or skipped ticks that ends a run
-  /// A loop that stands still for longer has its hydraulics switched off by the guard [s]; none: by the kernel's kind,
-  /// acquisition::stall_limit_ns
+  /// Time without a beat, beyond one period, after which the guard switches the hydraulics off [s]; none: depends on
+  /// the kernel, see acquisition::stall_limit_ns
   std::optional<double> stall_limit_s = {};
 
   static void visit_keys(auto& self, auto& keys) {
@@ -109,16 +109,16 @@ struct RealtimeOptions {
 /// A whole rig.toml.
 struct RigConfig {
   std::string name;
-  std::string units = {};  ///< of kLengthUnits, for what people read of this rig; empty: in
+  std::string units = {};  ///< one of kLengthUnits, for displayed values of this rig; empty: in
   bool is_sample = false;  ///< a shipped example: never drives a machine
-  hal::Backend backend;  ///< what drives the rig, with its options; hal/backends/backend.hpp answers questions about it
+  hal::Backend backend;    ///< backend of the rig with its options; hal/backends/backend.hpp answers questions about it
   RigLimits limits;
   RealtimeOptions realtime;
   std::string file_name;  ///< as given, for messages
   std::string text;       ///< the file's content as read, for the run's manifest
   PositionMap positions;  ///< position of each key in the file
 
-  /// What run.json records too: all but the backend, whose table has its name, and `sample`.
+  /// The keys that run.json records, too: all but the backend, whose table has its name, and `sample`.
   static void visit_keys(auto& self, auto& keys) {
     keys.text("name", self.name);
     keys.table("limits", self.limits);
@@ -142,7 +142,7 @@ struct RigConfig {
 /// @throws PermissionError  the caller may not read it
 [[nodiscard]] RigConfig load_rig(const std::string& path);
 
-/// The same for text already in memory; file_name is used in messages only.
+/// Reads a rig from text in memory; file_name is used in messages only.
 /// @throws ConfigError as load_rig
 [[nodiscard]] RigConfig parse_rig(std::string_view text, const std::string& file_name);
 

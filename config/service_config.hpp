@@ -8,7 +8,7 @@ namespace eha::config {
 
 /// A whole ehad.toml.
 struct ServiceConfig {
-  double disk_budget_GiB = 20.0;       ///< of all runs together; the oldest removable runs beyond it are removed
+  double disk_budget_GiB = 20.0;       ///< of all runs together; beyond it the oldest removable runs are removed
   double worker_cpu_time_s = 1800.0;   ///< of one identification, all its threads together
   double worker_wall_time_s = 3600.0;  ///< of one identification
   double worker_memory_MiB = 4096.0;   ///< address space of one identification
@@ -19,7 +19,7 @@ struct ServiceConfig {
 /// @throws PermissionError  the caller may not read it
 [[nodiscard]] ServiceConfig load_service_config(const std::string& path);
 
-/// The same for text already in memory; file_name is used in messages only.
+/// Reads the configuration from text in memory; file_name is used in messages only.
 [[nodiscard]] ServiceConfig parse_service_config(std::string_view text, const std::string& file_name);
 
 }  // namespace eha::config

@@ -9,7 +9,8 @@
 
 namespace eha::config {
 
-/// Readings of the straight line whose slope is the tick's velocity: 20 ms of them, from 3 to this many.
+/// Greatest number of readings in the straight line whose slope is the tick's velocity. The line spans 20 ms, at least
+/// 3 readings.
 inline constexpr std::size_t kLongestVelocityWindow = 64;
 
 [[nodiscard]] inline std::size_t velocity_window(double period_s) noexcept {
@@ -18,11 +19,12 @@ inline constexpr std::size_t kLongestVelocityWindow = 64;
       std::clamp(std::round(kWindow_s / period_s) + 1.0, 3.0, static_cast<double>(kLongestVelocityWindow)));
 }
 
-/// Distance that a rod needs to stop, as the tick keeps it from a travel limit [in]:
+/// Distance that a rod needs to stop; the tick keeps the rod this far from a travel limit [in]:
 ///   w T + w^2 / (2 a),   w = v + min(a t, velocity limit)
-/// T is a tick and a the rig's stopping deceleration. t is the age of the estimate v, half its window and a tick: for
-/// so long the rod may have gained speed unseen. LimitMonitor trips by it; rehearsal and placing keep to it. Real-time
-/// safe.
+/// T is a tick and a the rig's stopping deceleration. t is the age of the estimate v, half its window and a tick;
+/// within that time the rod may have gained speed undetected. LimitMonitor trips at this distance; rehearsal and
+/// placing respect it.
+/// Real-time safe.
 /// @param speed_in_per_s  v, towards the limit, at least 0
 [[nodiscard]] inline double stopping_distance_in(const RigLimits& limits, double period_s,
                                                  double speed_in_per_s) noexcept {

@@ -14,7 +14,7 @@ namespace eha::config {
 /// @throws PermissionError  the file may not be read
 [[nodiscard]] ident::StructureOptions load_structure(const std::string& path);
 
-/// The same for text already in memory; file_name is used in messages only.
+/// Reads a structure from text in memory; file_name is used in messages only.
 [[nodiscard]] ident::StructureOptions parse_structure(std::string_view text, const std::string& file_name);
 
 }  // namespace eha::config

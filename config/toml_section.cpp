@@ -21,7 +21,7 @@ Position place(const toml::source_region& source) {
   return {std::max<std::uint32_t>(1, source.begin.line), std::max<std::uint32_t>(1, source.begin.column)};
 }
 
-/// A value as a message shows it.
+/// Formats a value for a message.
 std::string shown(const toml::node& node) {
   constexpr std::size_t kLongest = 40;
   if (const auto* text = node.as_string()) return '"' + shortened(text->get(), kLongest) + '"';
@@ -33,13 +33,13 @@ std::string shown(const toml::node& node) {
   return "a date or time";
 }
 
-/// toml++ destroys nested tables by recursion, and each dot of a key nests one table: 20 000 overflow the stack. Its
-/// own limit of 256 nested values and this limit on a line prevent that.
+/// toml++ destroys nested tables recursively, and each dot of a key nests one table: 20 000 overflow the stack. The
+/// library's limit of 256 nested values and this limit on a line prevent that.
 constexpr std::size_t kMostDots = 25;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Counts the dots of a line except those in numbers. Of dotted keys that look like numbers at least half are counted.
+/// Counts the dots of a line except those in numbers; at least half of those in dotted keys that look like numbers.
 std::size_t count_dots(std::string_view line) {
   std::size_t count = 0;
   for (std::size_t dot = line.find('.'); dot != std::string_view::npos; dot = line.find('.', dot + 1)) {
@@ -81,7 +81,7 @@ std::string quoted_list(const std::vector<std::string_view>& names) {
   return list;
 }
 
-/// "20,0" where TOML expects "20.0": what to write; empty elsewhere. @param at  where the parser stopped
+/// Returns the correction for a decimal comma ("20,0" for "20.0"); empty elsewhere. @param at  where the parser stopped
 std::string decimal_comma(std::string_view text, const Position& at) {
   for (std::size_t line = 1; line < at.line && !text.empty(); ++line) {
     text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);

@@ -39,7 +39,7 @@ void add_fault(Document& document, const std::string& path, std::string_view exp
                                       NamedFiles named_files = NamedFiles::refuse);
 
 /// One table of a file, read key by key. A key that is missing, of the wrong type or out of range adds an issue to the
-/// document and leaves its target unchanged. finish() then reports every key that was never asked for.
+/// document and leaves its target unchanged. finish() then reports every key that was never read.
 class Section {
  public:
   Section(const toml::table& table, std::string path, Document& document);
@@ -71,7 +71,7 @@ class Section {
   }
   void number(std::string_view key, std::optional<double>& target, const Range& range);
   void boolean(std::string_view key, std::optional<bool>& target);
-  /// A number, or the word "unknown", which leaves the target empty. Must be said.
+  /// A required number, or the word "unknown", which leaves the target empty.
   void number_or_unknown(std::string_view key, std::optional<double>& target);
 
   /// One of the names in `choices`, a list of {name, value}.
@@ -94,7 +94,7 @@ class Section {
   void table(std::string_view key, Table& target, Need need = Need::required) {
     table_of<Table>(key, target, need);
   }
-  /// The same for a table whose keys `Keys` lists.
+  /// The same for a table whose keys are listed by `Keys`.
   template <typename Keys, typename Table>
   void table_of(std::string_view key, Table& target, Need need = Need::required) {
     if (auto inner = section(key, need)) {
@@ -115,7 +115,7 @@ class Section {
     for (Section& inner : sections(key)) inner.keys_of(target.emplace_back());
   }
 
-  /// The name of a CSV file of volts, relative to the folder of the configuration file, and its content.
+  /// Reads a CSV file of volts by its name, relative to the folder of the configuration file.
   void volts_file(std::string_view key, VoltsFile& target);
 
   /// Reports issues of this table's values, except of values that could not be read.
@@ -127,7 +127,7 @@ class Section {
   /// Accepts a key without reading it.
   void ignore(std::string_view key) { known_.push_back(key); }
 
-  /// Reports every key that was not asked for, with the nearest known one.
+  /// Reports every key that was not read, with the nearest known one.
   void finish();
 
  private:

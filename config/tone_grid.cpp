@@ -13,7 +13,7 @@
 namespace eha::config {
 namespace {
 
-/// Of a cycle: the rounding of decimals.
+/// Tolerance for the rounding of decimals, of a cycle.
 constexpr double kCycleTolerance = 1e-6;
 
 /// Whether what is used of one repetition holds two common periods of all tones: they are measured there.

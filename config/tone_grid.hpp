@@ -8,10 +8,10 @@
 
 namespace eha::config {
 
-/// A sentence for each tone that is not periodic in what is used of the record, with the nearest frequency that is:
-/// a multiple of 1 / duration_s with two or more repetitions, otherwise of twice the reciprocal of what is left after
-/// discard_s. Such a tone is played and fitted, but no line of the measured frequency response. Empty for kinds without
-/// tones, and where all tones repeat twice within what is used of one repetition.
+/// Returns a sentence for each tone that is not periodic in what is used of the record, with the nearest frequency that
+/// is: a multiple of 1 / duration_s with two or more repetitions, otherwise of twice the reciprocal of what is left
+/// after discard_s. Such a tone is played and fitted, but no line of the measured frequency response. Empty for kinds
+/// without tones, and where all tones repeat twice within what is used of one repetition.
 [[nodiscard]] std::vector<std::string> off_grid_tones(const ExperimentConfig& experiment);
 
 }  // namespace eha::config

@@ -12,17 +12,17 @@
 
 namespace eha::config {
 
-/// What of a controller's trial is not as usual.
+/// Options of a controller's trial that differ from the defaults.
 struct TrackedMotion {
   std::optional<double> step_in = {};
   std::optional<double> sine_in = {};
   std::optional<double> sine_Hz = {};
   std::optional<double> hold_s = {};
-  bool sweep = true;  ///< measures the margins
+  bool sweep = true;  ///< measure the margins
 };
 
-/// The experiment that plays a controller's trial. Name and text of a controller file are a stranger's: they stay
-/// values.
+/// Writes the experiment that plays a controller's trial. Name and text of a controller file are untrusted: they are
+/// written as TOML strings.
 /// @param name, text  of the controller
 [[nodiscard]] inline std::string track_experiment(std::string_view name, std::string_view text,
                                                   const TrackedMotion& motion) {

@@ -8,8 +8,8 @@
 
 namespace eha::config {
 
-/// The valve on an integrating rod as [following] has it, without the margins of the check: the file gives half of each
-/// gain, and a dead band that is 0.05 V wider than measured. See FOLLOWING in eha-rig(5).
+/// Estimated valve of an integrating rod, from [following] without the margins of the check: the file gives half of
+/// each gain, and a dead band that is 0.05 V wider than measured. See FOLLOWING in eha-rig(5).
 struct ValveEstimate {
   double gain_positive_in_per_V_s = 0.0;  ///< extending [in/(V s)]
   double gain_negative_in_per_V_s = 0.0;  ///< retracting, positive [in/(V s)]
@@ -24,7 +24,7 @@ struct ValveEstimate {
   }
 };
 
-/// By which dead_band_V of [following] is wider than measured.
+/// Margin that dead_band_V of [following] has over the measured value.
 inline constexpr double kDeadBandSpare_V = 0.05;
 
 [[nodiscard]] inline ValveEstimate valve_estimate(const Following& following) noexcept {
@@ -35,29 +35,29 @@ inline constexpr double kDeadBandSpare_V = 0.05;
           .dead_band_V = std::max(0.0, following.dead_band_V - kDeadBandSpare_V)};
 }
 
-/// By how much null and dead band of one valve can differ between a sheet, a model's map and a moving rod [V].
+/// Greatest difference of null and dead band of one valve between a sheet, a model's map and a moving rod [V].
 inline constexpr double kSameValve_V = 0.03;
-/// The same where the dead band is wide: friction bends the edges of a model's map.
+/// Returns that difference for a wide dead band: friction bends the edges of a model's map.
 [[nodiscard]] inline double same_dead_band_V(double dead_band_V) noexcept {
   constexpr double kShare = 0.15;
   return std::max(kSameValve_V, kShare * dead_band_V);
 }
 
-/// How far the command of a closed loop may go from the valve's null [V]: what the rig file names, else a share of half
-/// the command range.
+/// Returns the greatest distance of a closed loop's command from the valve's null [V]: the rig file's value, else a
+/// share of half the command range.
 [[nodiscard]] inline double closed_loop_most_V(const RigLimits& limits) noexcept {
   constexpr double kShareOfHalfRange = 0.3;
   return limits.closed_loop_max_V.value_or(kShareOfHalfRange * 0.5 * (limits.command_max_V - limits.command_min_V));
 }
 
-/// How well the numbers of a ValveEstimate are known: standard deviations.
+/// Standard deviations of the numbers of a ValveEstimate.
 struct ValveUncertainty {
   double null_V = 0.0;       ///< [V]
   double dead_band_V = 0.0;  ///< [V]
   double gain_share = 0.0;   ///< of each gain
 };
 
-/// The uncertainties of [following]; for missing keys 0.02 V, 0.02 V and 3 %, the accuracy of numbers from slow steps.
+/// Returns the uncertainties of [following]; for missing keys 0.02 V, 0.02 V and 3 %, the accuracy of slow steps.
 [[nodiscard]] inline ValveUncertainty valve_uncertainty(const Following& following) noexcept {
   constexpr double kStdsOf95Percent = 1.96;
   const auto std_of = [](const std::optional<double>& half_width, double otherwise) {

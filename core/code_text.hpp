@@ -9,8 +9,8 @@
 
 namespace eha {
 
-// What text of a file may be in generated code. Names, units and reasons of a model file are data of a stranger: every
-// generator passes them through one of these two functions, and nothing else of theirs enters code.
+// Text from files in generated code. Names, units and reasons of a model file are untrusted: every generator passes
+// them through the functions below, and no other text of a file enters code.
 
 namespace code {
 
@@ -68,9 +68,9 @@ constexpr auto kReserved = std::to_array<std::string_view>({"and",        "as",
 
 }  // namespace code
 
-/// A name that C, Python, Octave, MATLAB and structured text take for a function or a variable: letters, digits and
-/// '_', a letter first, at most 63 characters (MATLAB's limit), no reserved word in any case. Other characters become
-/// '_'.
+/// Converts a name to one that C, Python, Octave, MATLAB and structured text accept for a function or a variable:
+/// letters, digits and '_', a letter first, at most 63 characters (MATLAB's limit), no reserved word in any case. Other
+/// characters become '_'.
 [[nodiscard]] inline std::string identifier(std::string_view name) {
   constexpr std::size_t kLongest = 63;
   std::string result;
@@ -83,8 +83,8 @@ constexpr auto kReserved = std::to_array<std::string_view>({"and",        "as",
   return result;
 }
 
-/// A quantity's name with its unit, for a variable: ("y", "mm") is y_mm. Only these units become code; with another
-/// one, or none, the name alone.
+/// Returns a quantity's name with its unit, for a variable: ("y", "mm") is y_mm. Only the listed units become code;
+/// with another one, or none, returns the name alone.
 [[nodiscard]] inline std::string with_unit(std::string_view name, std::string_view unit) {
   constexpr auto kUnits = std::to_array<std::string_view>({"V", "mV", "A", "mA", "in", "mm", "cm", "m", "um", "ft",
                                                            "deg", "rad", "bar", "psi", "Pa", "kPa", "MPa", "N", "kN"});
@@ -92,10 +92,10 @@ constexpr auto kReserved = std::to_array<std::string_view>({"and",        "as",
   return is_known ? std::string(name) + "_" + std::string(unit) : std::string(name);
 }
 
-/// Text that may stand in a comment of any of these languages, or in a string between double quotes: letters, digits,
-/// blanks and the characters of kPunctuation; all others become '_', and what is beyond `length` becomes "...". No
-/// sequence of them ends a comment or a string, begins an escape or a trigraph, or is a directive. It is no format of
-/// printf.
+/// Converts text to one that is safe in a comment of any of these languages, or in a string between double quotes.
+/// Keeps letters, digits, blanks and the characters of kPunctuation; other characters become '_', and text beyond
+/// `length` becomes "...". No sequence of the kept characters ends a comment or a string, begins an escape or a
+/// trigraph, or is a directive. The result is not a printf format.
 [[nodiscard]] inline std::string code_text(std::string_view text, std::size_t length) {
   constexpr std::string_view kPunctuation = " .,:;()[]+-=|^%~_/'";
   std::string result(text.substr(0, length));

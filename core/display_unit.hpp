@@ -16,7 +16,7 @@ struct LengthUnit {
   double metres;
 };
 
-/// The units of length that results may be shown in.
+/// The units of length for displayed results.
 inline constexpr std::array kLengthUnits =
     std::to_array<LengthUnit>({{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}});
 
@@ -25,20 +25,20 @@ inline constexpr std::array kLengthUnits =
   return std::any_of(kLengthUnits.begin(), kLengthUnits.end(), [&](const LengthUnit& l) { return l.name == unit; });
 }
 
-/// A unit of length for everything that people read; files for programs and --json keep the record's.
+/// The unit of length for displayed values; files for programs and --json keep the record's.
 class DisplayUnit {
  public:
   DisplayUnit() = default;
   /// @param name  of kLengthUnits; empty: as the record
   explicit DisplayUnit(std::string name) : name_(std::move(name)) {}
 
-  /// The unit that values in `unit`, a length or a length per something, are shown in: with the asked length, else
-  /// `unit`.
+  /// Returns the display unit of values in `unit`: with the chosen length if `unit` is a length or a length per
+  /// something, else `unit`.
   [[nodiscard]] std::string of(const std::string& unit) const {
     const std::string_view length = length_of(unit);
     return metres_in(length) && metres_in(name_) ? name_ + unit.substr(length.size()) : unit;
   }
-  /// What a value in `unit` is multiplied by.
+  /// Returns the factor from `unit` to its display unit.
   [[nodiscard]] double factor(std::string_view unit) const {
     const auto from = metres_in(length_of(unit));
     const auto to = metres_in(name_);

@@ -38,7 +38,7 @@ class Error : public std::runtime_error {
   ExitCode code_;
 };
 
-/// The system's words for an errno value.
+/// Returns the system's message for an errno value.
 [[nodiscard]] inline std::string error_text(int error_number) { return std::generic_category().message(error_number); }
 
 /// A wrong command line.

@@ -9,28 +9,28 @@
 
 namespace eha {
 
-/// Where a journal's next block goes.
+/// Place of a journal's next block.
 struct JournalPosition {
   std::uint64_t bytes = 0;  ///< size of the file up to the last whole block
   std::uint64_t rows = 0;   ///< rows in its blocks
   std::uint32_t index = 0;  ///< of the next block
 };
 
-/// Memory that the process which drives a rig shares with its guard (eha-safe --guard). The loop writes its beats
-/// there, and each row until the journal has it. The guard tells the loop that it has acted, and saves the remaining
-/// rows when the process has died. An unused page is all zero. Each member has one writer; no call locks or allocates.
+/// Memory shared by the process that drives a rig and its guard (eha-safe --guard). The loop writes its beats there,
+/// and each row until the journal has it. The guard marks that it has acted, and saves the remaining rows if the
+/// process dies. An unused page is all zero. Each member has one writer; no call locks or allocates.
 /// core/os/shared_memory.hpp maps it.
 // NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding): members of different writers lie on lines of their own
 class GuardPage {
  public:
   static constexpr std::size_t kRowSize = 64;  ///< a TickRecord [bytes]
-  /// More than the queue, the writer's batch and a block hold together, so that every row not yet in the journal is
-  /// here.
+  /// Exceeds the rows in the queue, the writer's batch and a block together, so that every row not yet in the journal
+  /// is here.
   static constexpr std::uint64_t kRows = 16384;
 
   // ---- The loop's side. Real-time safe.
 
-  /// A run on the monotonic clock begins: the guard watches the beats from here to end_drive().
+  /// Begins a run on the monotonic clock: the guard watches the beats until end_drive().
   /// @param thread          of the loop, as gettid() gives it
   /// @param stall_limit_ns  the guard acts after this long without a beat [ns]
   void begin_drive(std::int32_t thread, std::int64_t stall_limit_ns) noexcept {
@@ -39,14 +39,14 @@ class GuardPage {
     drive_.fetch_add(1, std::memory_order_release);
   }
   void end_drive() noexcept { drive_.fetch_add(1, std::memory_order_release); }
-  /// Once a tick.
+  /// Called once a tick.
   void beat() noexcept { beats_.store(beats_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed); }
   /// Whether the guard has acted in this run: the hydraulics are off.
   [[nodiscard]] bool has_tripped() const noexcept {
     const std::uint32_t drive = drive_.load(std::memory_order_relaxed);
     return is_driven(drive) && tripped_drive_.load(std::memory_order_acquire) == drive;
   }
-  /// Leaves one row of kRowSize bytes here.
+  /// Stores one row of kRowSize bytes in the page.
   void keep(const void* row) noexcept {
     const std::uint64_t kept = rows_.load(std::memory_order_relaxed);
     std::memcpy(ring_[kept % kRows].data(), row, kRowSize);
@@ -55,8 +55,8 @@ class GuardPage {
 
   // ---- The writer of the journal.
 
-  /// @param path  absolute   @param device, inode  of the open file   @returns false when the path is too long: no row
-  /// is saved then
+  /// @param path  absolute   @param device, inode  of the open file
+  /// @returns false if the path is too long: no row is saved then
   bool begin_journal(const char* path, std::uint64_t device, std::uint64_t inode,
                      const JournalPosition& position) noexcept {
     if (std::strlen(path) >= path_.size()) return false;
@@ -74,7 +74,7 @@ class GuardPage {
     positions_[next] = position;
     slot_.store(next, std::memory_order_release);
   }
-  /// The journal is complete, or can take no more rows.
+  /// Called when the journal is complete, or can take no more rows.
   void end_journal() noexcept { has_journal_.store(0, std::memory_order_release); }
 
   // ---- The guard's side.
@@ -88,7 +88,7 @@ class GuardPage {
   /// @param drive  the run that the guard acted in
   void trip(std::uint32_t drive) noexcept { tripped_drive_.store(drive, std::memory_order_release); }
 
-  // After the death of the driving process.
+  // For use after the death of the driving process.
 
   [[nodiscard]] bool has_journal() const noexcept { return has_journal_.load(std::memory_order_acquire) == 1; }
   [[nodiscard]] const char* journal_path() const noexcept { return path_.data(); }
@@ -97,11 +97,11 @@ class GuardPage {
   [[nodiscard]] JournalPosition position() const noexcept {
     return positions_[slot_.load(std::memory_order_acquire) % positions_.size()];
   }
-  /// Rows that the run has made; the last kRows of them are here.
+  /// Number of rows of the run; the last kRows of them are in the page.
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_.load(std::memory_order_acquire); }
   [[nodiscard]] const std::byte* row(std::uint64_t number) const noexcept { return ring_[number % kRows].data(); }
 
-  /// Of the layout; a page of another build is not used.
+  /// Version of the layout; the guard does not use a page of another one.
   static constexpr std::uint64_t kVersion = 0x4548'4150'4147'4531;  // "EHAPAGE1"
   void mark_version() noexcept { version_ = kVersion; }
   [[nodiscard]] bool is_of_this_version() const noexcept { return version_ == kVersion; }

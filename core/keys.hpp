@@ -10,7 +10,7 @@ namespace eha {
 /// Whether a key is required.
 enum class Need { required, optional };
 
-/// Allowed values of a number. Infinite bounds are no bounds; the number itself must be finite.
+/// Allowed values of a number. An infinite bound does not limit it; the number itself must be finite.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();

@@ -10,10 +10,10 @@ namespace eha {
 /// The key of a quantity with millimetres in place of inches.
 struct MillimetreKey {
   std::string name;     ///< "travel_min_mm", "gain_V_per_mm"
-  double factor = 1.0;  ///< what its value is multiplied by to get that of the key in inches
+  double factor = 1.0;  ///< converts the value to that of the key in inches
 };
 
-/// Of a key with inches among its words, such as "travel_min_in" or "scale_in_per_V"; none of others.
+/// Returns the key for a key with inches among its words, such as "travel_min_in" or "scale_in_per_V"; none for others.
 [[nodiscard]] inline std::optional<MillimetreKey> millimetre_key(std::string_view key) {
   constexpr double kMillimetresPerInch = 25.4;
   for (std::size_t at = key.find("in"); at != std::string_view::npos; at = key.find("in", at + 1)) {

@@ -10,8 +10,8 @@
 
 namespace eha {
 
-/// Path of a program of the project, found from the running one: in its folder (a build tree), otherwise in the bin,
-/// sbin or libexec/ehad of the same prefix. Empty if it is in none of these.
+/// Finds a program of the project from the running one: in its folder (a build tree), otherwise in the bin, sbin or
+/// libexec/ehad of the same prefix. Empty if it is in none of these.
 [[nodiscard]] inline std::filesystem::path find_program(std::string_view name) {
   std::error_code ignored;
   const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();

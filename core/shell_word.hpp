@@ -6,8 +6,7 @@
 
 namespace eha {
 
-/// A word as a shell takes it for one: quoted where it needs that. For every name in a command that people copy, which
-/// is data of a stranger.
+/// Quotes a word for a shell if necessary. For every untrusted name in a command that the user may copy.
 [[nodiscard]] inline std::string shell_word(std::string_view word) {
   const bool plain = !word.empty() && word.find_first_of(" \t\r\n'\"\\$`*?[]{}()<>|&;#~!^") == std::string_view::npos;
   if (plain) return std::string(word);

@@ -7,10 +7,10 @@
 
 namespace eha {
 
-/// Text for a terminal: names, units and reasons of files are data of a stranger, and what would control the terminal
-/// (ECMA-48: U+0000 to U+001F but newline and tab, U+007F to U+009F) or turns the order in which a line is shown (the
-/// bidirectional controls U+202A to U+202E and U+2066 to U+2069, so that a command reads as another one) becomes '?'.
-/// Other bytes stay.
+/// Makes text safe for a terminal: names, units and reasons of files are untrusted. Characters that control the
+/// terminal (ECMA-48: U+0000 to U+001F but newline and tab, U+007F to U+009F) become '?', as do the bidirectional
+/// controls (U+202A to U+202E and U+2066 to U+2069), which can make a command read as another one. Other bytes are
+/// kept.
 [[nodiscard]] inline std::string terminal_text(std::string_view text) {
   std::string result;
   result.reserve(text.size());

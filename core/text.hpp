@@ -37,17 +37,17 @@ namespace eha {
   return row[b.size()];
 }
 
-/// The continuation of "expected a known key" for a misspelt one: ` (did you mean "duration_s"?)`, or the list of all
-/// keys when none is similar.
+/// Continues "expected a known key" for a misspelt one: ` (did you mean "duration_s"?)`, or the list of all keys if
+/// none is similar.
 [[nodiscard]] inline std::string suggestion(std::string_view misspelt, const std::vector<std::string_view>& known) {
   if (known.empty()) return {};
-  // A key longer than this is no misspelling, and comparing it would cost its length.
+  // A longer key is no misspelling, and the cost of comparing it grows with its length.
   constexpr std::size_t kLongestKey = 80;
   if (misspelt.size() <= kLongestKey) {
     const auto distance = [&](std::string_view key) { return edit_distance(misspelt, key); };
     const std::string_view nearest = *std::min_element(
         known.begin(), known.end(), [&](auto left, auto right) { return distance(left) < distance(right); });
-    // Half of the letters right, or a forgotten unit.
+    // Similar: half of the letters right, or a forgotten unit.
     const bool lacks_unit = nearest.size() > misspelt.size() && nearest.substr(0, misspelt.size()) == misspelt;
     if (lacks_unit || distance(nearest) <= std::max(misspelt.size(), nearest.size()) / 2) {
       return " (did you mean \"" + std::string(nearest) + "\"?)";

@@ -6,7 +6,7 @@
 
 namespace eha {
 
-/// A text as a TOML string on one line. No text ends it: what is in quotes in a generated file stays a value.
+/// Writes a text as a TOML string on one line. No text can end the string.
 [[nodiscard]] inline std::string toml_string(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string result = "\"";
@@ -24,7 +24,7 @@ namespace eha {
   return result + "\"";
 }
 
-/// A text as part of a comment: no end of a line in it begins a key.
+/// Writes a text as part of a comment: control characters become '?', so that no line of it begins a key.
 [[nodiscard]] inline std::string toml_comment(std::string_view text) {
   std::string result(text);
   for (char& c : result) {

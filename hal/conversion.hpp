@@ -14,7 +14,7 @@ struct Conversion {
   double feedback_max_V = 0.0;
   double scale_in_per_V = 0.0;   ///< [in/V]
   double offset_in = 0.0;        ///< displacement at 0 V [in]
-  std::string calibration_date;  ///< of scale and offset, YYYY-MM-DD; empty where a calibration means nothing
+  std::string calibration_date;  ///< of scale and offset, YYYY-MM-DD; empty if the rig needs no calibration
 };
 
 }  // namespace eha::hal

@@ -9,12 +9,12 @@ namespace eha::hal {
 /// Result of a call on the rig. Everything but `ok` leaves the outputs of the call untouched.
 enum class RigStatus : std::uint8_t {
   ok,
-  timed_out,   ///< the converter did not finish in time; once may be tolerated
+  timed_out,   ///< the converter did not finish in time; a single one may be tolerated
   io_error,    ///< the driver refused for another reason
-  busy,        ///< the subdevice is running someone else's command
+  busy,        ///< the subdevice runs a command of another file or process
   locked,      ///< another process holds the subdevice
   removed,     ///< the device is gone
-  not_finite,  ///< a NaN or infinite voltage was to be written
+  not_finite,  ///< the voltage to write is NaN or infinite
 };
 
 /// One sample of the rig's inputs.
@@ -50,13 +50,13 @@ struct RigCapabilities {
   bool has_enable = false;
   bool has_heartbeat = false;
   bool has_enable_contact = false;
-  double enable_contact_time_s = 0.0;  ///< that the contact may take to follow the enable line [s]
+  double enable_contact_time_s = 0.0;  ///< time that the contact may take to follow the enable line [s]
   bool moves_machine = true;           ///< a run moves a real machine
   bool has_virtual_clock = false;      ///< may run faster than real time
 };
 
-/// One rig: a valve command out, a displacement in, and the lines that make it safe. Opening happens in each
-/// backend's factory, which throws DeviceError or PermissionError; from then on nothing throws.
+/// One rig: a valve command as output, a displacement as input, and the lines that make it safe. Each backend's
+/// factory opens it and throws DeviceError or PermissionError; afterwards nothing throws.
 /// Real-time safe: every member below is noexcept and neither allocates, locks nor logs. Not thread-safe, except
 /// make_safe().
 class Rig {
@@ -68,25 +68,26 @@ class Rig {
 
   [[nodiscard]] virtual const RigCapabilities& capabilities() const noexcept = 0;
 
-  /// Samples the inputs at the start of tick. @param elapsed_ns time since the run's start [ns], never
-  /// decreasing within a run; a simulated plant moves on to this time under the command held since the last call.
+  /// Samples the inputs at the start of a tick. A simulated plant advances to elapsed_ns under the command held since
+  /// the last call.
+  /// @param elapsed_ns  time since the run's start [ns], never decreasing within a run
   virtual RigStatus read(std::int64_t elapsed_ns, RigReading& reading) noexcept = 0;
 
   /// Writes the valve command [V], held until the next one, and toggles the heartbeat line.
   virtual RigStatus command(double command_V, AppliedCommand& applied) noexcept = 0;
 
-  /// Switches the hydraulic enable line; `ok` and no effect when the rig has none. A rig opens with the line off and
-  /// the safe voltage written, so that the first write to the output never meets live hydraulics.
+  /// Switches the hydraulic enable line; returns `ok` without effect if the rig has none. A rig opens with the line off
+  /// and the safe voltage written, so that the first write to the output never meets live hydraulics.
   virtual RigStatus set_enable(bool on) noexcept = 0;
 
-  /// Switches the enable line off, then writes the rig's safe voltage: an output that times out does not keep the
-  /// hydraulics on. May be called at any time, again and again, also from a signal handler while another thread is
-  /// inside a call (that thread must write nothing afterwards); tries the second step even when the first fails, and
+  /// Switches the enable line off, then writes the rig's safe voltage; in this order an output that times out does not
+  /// keep the hydraulics on. May be called at any time and repeatedly, also from a signal handler while another thread
+  /// is inside a call (that thread must not write afterwards). Tries the second step even if the first fails, and
   /// returns the first failure.
   virtual RigStatus make_safe() noexcept = 0;
 
-  /// JSON from which another process can make the rig safe (hal::safe_action); empty when no machine moves. Write it to
-  /// a file and start the guard on it before the enable line is switched on. Not real-time safe: allocates.
+  /// Returns JSON with which another process can make the rig safe (hal::safe_action); empty if no machine moves. Write
+  /// it to a file and start the guard on it before the enable line is switched on. Not real-time safe: allocates.
   [[nodiscard]] virtual std::string safe_snapshot() const { return {}; }
 };
 

@@ -7,18 +7,18 @@
 
 namespace eha::hal {
 
-/// Makes one rig safe from outside the process that has it open, or had it open when it died.
+/// Makes one rig safe from another process than the one that has it open, or had it open when it died.
 struct SafeAction {
   std::string device;  ///< "/dev/comedi0", for messages
-  /// Switches the hydraulics off and writes the safe voltage, trying again for at most the given time, whatever the
-  /// cause. Returns what was done: "output at 0 V, hydraulics off".
+  /// Switches the hydraulics off and writes the safe voltage; retries for at most the given time after any failure.
+  /// Returns the result: "output at 0 V, hydraulics off".
   /// Throws DeviceError (not safe) or PermissionError.
   std::function<std::string(std::chrono::milliseconds)> make_safe;
-  /// Switches the hydraulics off and nothing else, in one try, also while the driving process holds the device. Returns
-  /// whether they are off. Throws nothing. Empty for a rig without an enable line.
+  /// Only switches the hydraulics off, in one try, also while the driving process holds the device. Returns whether
+  /// they are off. Throws nothing. Empty for a rig without an enable line.
   std::function<bool()> switch_off = {};
-  /// Opens the device now and keeps it open, so that a device node that is gone later, or a process out of descriptors,
-  /// does not keep the hydraulics on.
+  /// Opens the device now and keeps it open, so that the hydraulics can still be switched off if the device node
+  /// disappears or the process runs out of descriptors.
   /// Returns whether it is open. Throws nothing.
   std::function<bool()> keep_open = {};
 };

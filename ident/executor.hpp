@@ -10,7 +10,7 @@ namespace eha::ident {
 /// are done. The caller chooses the number of threads; ident has none of its own.
 using Executor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& task)>;
 
-/// Runs the tasks one after the other in this thread.
+/// Runs the tasks one after the other in the calling thread.
 inline void run_in_order(std::size_t count, const std::function<void(std::size_t)>& task) {
   for (std::size_t i = 0; i < count; ++i) task(i);
 }

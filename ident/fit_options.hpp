@@ -10,18 +10,18 @@ enum class Procedure { standard, paper };  ///< spelled "default" and "paper" in
 
 /// Starts of a fit.
 enum class Search {
-  global,  ///< anywhere in the structure's search box and at known models, then local
-  known,   ///< at known models and guessed poles; anywhere where neither gives a model
+  global,  ///< over the structure's whole search box and at known models, then locally
+  known,   ///< at known models and guessed poles; over the search box if these give no model
   local,   ///< at the requested start values, nowhere else
 };
 
 /// Source of the 95 % intervals.
 enum class IntervalMethod {
-  profile,   ///< the profile of the cost where it is no parabola; takes as long as a hundred local fits then
-  straight,  ///< standard errors alone, where only the estimates are wanted
+  profile,   ///< profile of the cost where the cost is not a parabola; this takes as long as a hundred local fits
+  straight,  ///< from standard errors alone, for callers that need only the estimates
 };
 
-/// Use of a record by a fit.
+/// Options of a fit to one record.
 struct FitOptions {
   Procedure procedure = Procedure::standard;
   Search search = Search::global;
@@ -30,8 +30,8 @@ struct FitOptions {
   double discard_s = 0.0;  ///< not compared, though simulated [s]
   double split = 0.5;      ///< share of the compared samples that estimates; 1 leaves no validation
   std::uint64_t seed = 1;
-  /// The input before the first row, at which the plant is at rest [input unit]; none: 0, or what the record shows.
-  /// Needed for a record whose input steps at its first row.
+  /// Input before the first row, with the plant at rest [input unit]; none: 0, or what the record shows. Needed for a
+  /// record whose input steps at its first row.
   std::optional<double> input_before = {};
 };
 

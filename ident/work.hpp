@@ -7,7 +7,7 @@
 
 namespace eha::ident {
 
-/// What a search cost, in counts that do not depend on the machine.
+/// Counts the work of a search, independently of the machine.
 struct Work {
   std::size_t global_searches = 0;
   std::size_t local_searches = 0;

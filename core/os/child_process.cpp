@@ -21,14 +21,14 @@ class FileActions {
  public:
   explicit FileActions(const SpawnRequest& request) {
     posix_spawn_file_actions_init(&actions_);
-    // Copies before /dev/null: a stream of the request may itself be descriptor 0.
+    // Copies before opening /dev/null: a stream of the request may itself be descriptor 0.
     copy(request.standard_error, STDERR_FILENO);
     copy(request.standard_output, STDOUT_FILENO);
     copy(request.standard_input, STDIN_FILENO);
     copy(request.shared, kSharedDescriptor);
     if (request.standard_input == nullptr) open_null(STDIN_FILENO, O_RDONLY);
     if (request.standard_output == nullptr) open_null(STDOUT_FILENO, O_WRONLY);
-    // A descriptor without close-on-exec, such as one a library opened, would keep a device or its lock.
+    // A descriptor without close-on-exec, such as one that a library opened, would keep a device or its lock open.
     posix_spawn_file_actions_addclosefrom_np(&actions_,
                                              request.shared != nullptr ? kSharedDescriptor + 1 : STDERR_FILENO + 1);
   }
@@ -109,11 +109,11 @@ std::optional<ChildEnd> ChildProcess::poll() noexcept {
 std::optional<ChildEnd> ChildProcess::wait_for(std::chrono::milliseconds limit) noexcept {
   const auto deadline = std::chrono::steady_clock::now() + limit;
   for (;;) {
-    // The time comes before the look, so that a late look still finds the end.
+    // Reads the clock before the poll, so that a delayed poll still finds the end.
     const bool is_last = std::chrono::steady_clock::now() >= deadline;
     if (std::optional<ChildEnd> end = poll()) return end;
     if (is_last) return std::nullopt;
-    // No pidfd: a process out of descriptors has to wait, too.
+    // Uses no pidfd: a process without free descriptors must be able to wait, too.
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }

@@ -12,7 +12,7 @@
 
 namespace eha::os {
 
-/// Which session a child belongs to.
+/// Session of a child.
 enum class Session {
   shared,  ///< this process's: Ctrl-C on its terminal reaches the child
   own,     ///< a new one: no terminal's signal reaches the child
@@ -32,7 +32,7 @@ struct SpawnRequest {
   Session session = Session::shared;
 };
 
-/// The end of a child.
+/// Exit status of a child.
 struct ChildEnd {
   std::optional<int> status;  ///< as waitpid(2) returns it; none: the system no longer knows the child
 };
@@ -45,25 +45,25 @@ class ChildProcess {
   explicit ChildProcess(const SpawnRequest& request);
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
-  /// Waits for the child's end. Call signal(SIGKILL) first if the child does not end by itself.
+  /// Waits until the child has ended. Call signal(SIGKILL) first if the child does not end by itself.
   ~ChildProcess();
 
-  /// -1 once its end was waited for.
+  /// Returns -1 after a wait for the child's end.
   [[nodiscard]] pid_t pid() const noexcept { return pid_; }
 
-  /// Sends a signal; does nothing once its end was waited for.
+  /// Sends a signal; does nothing after a wait for the child's end.
   void signal(int number) const noexcept;
 
-  /// Whether it runs: neither ended nor stopped. Costs one waitid().
+  /// Whether the child runs: neither ended nor stopped. Costs one waitid().
   [[nodiscard]] bool runs() const noexcept;
 
-  /// The child's end, or nothing while it runs. Do not call again after its end.
+  /// Returns the child's status, or nothing while it runs. Do not call again after its end.
   [[nodiscard]] std::optional<ChildEnd> poll() noexcept;
 
-  /// Waits for its end. A second call returns an empty status at once.
+  /// Waits until the child has ended. A second call returns an empty status at once.
   ChildEnd wait() noexcept;
 
-  /// Waits for its end, but not longer than this. @returns nothing if it goes on. Do not call again after its end.
+  /// Waits for the child's end for at most `limit`. @returns nothing if it still runs. Do not call again after its end.
   [[nodiscard]] std::optional<ChildEnd> wait_for(std::chrono::milliseconds limit) noexcept;
 
  private:

@@ -14,11 +14,11 @@ class FileDescriptor {
   FileDescriptor& operator=(const FileDescriptor&) = delete;
   ~FileDescriptor() { close(); }
 
-  /// -1 without one.
+  /// Returns -1 without a descriptor.
   [[nodiscard]] int get() const noexcept { return descriptor_; }
   [[nodiscard]] explicit operator bool() const noexcept { return descriptor_ >= 0; }
 
-  /// Closes the descriptor now; does nothing without one. errno is as before.
+  /// Closes the descriptor now; does nothing without one. Keeps errno.
   void close() noexcept;
   /// Releases ownership: the caller closes the descriptor.
   [[nodiscard]] int release() noexcept;

@@ -78,7 +78,7 @@ void read_in_pieces(const std::filesystem::path& path, const std::function<void(
 }
 
 std::string read_file(const std::filesystem::path& path) {
-  // A model or a manifest has some kB; a device, or a sparse file, has no end that memory could hold.
+  // A model or a manifest has some kB; a device, or a sparse file, may have no end.
   constexpr std::size_t kMostBytes = std::size_t{256} * 1024 * 1024;
   std::string text;
   read_in_pieces(path, [&](std::string_view piece) {
@@ -92,14 +92,14 @@ std::string read_file(const std::filesystem::path& path) {
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), temporary_(path_) {
   temporary_ += "." + std::to_string(::getpid()) + ".tmp";
-  // The file takes the place of what has its name: root would replace a device of the machine.
+  // The rename replaces any file of this name: as root it would replace a device node.
   std::error_code unknown;
   if (const auto there = std::filesystem::status(path_, unknown); std::filesystem::exists(there) &&
                                                                   !std::filesystem::is_regular_file(there) &&
                                                                   !std::filesystem::is_directory(there)) {
     throw IoError(path_.string() + ": a device or a pipe, where a file is written; name another one");
   }
-  // In a folder where others may write, a link of theirs may wait under this name.
+  // In a folder that others may write to, a link of theirs may have this name.
   ::unlink(temporary_.c_str());
   file_ = open_file(temporary_, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW);
 }

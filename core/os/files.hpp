@@ -10,8 +10,8 @@
 
 #include "core/os/file_descriptor.hpp"
 
-// Files with the project's errors. Every function throws PermissionError for EACCES and EPERM and IoError for any other
-// failed call; both name the path and the reason. Thread-safe for different files.
+// File functions that throw the project's errors: PermissionError for EACCES and EPERM and IoError for any other failed
+// call; both name the path and the reason. Thread-safe for different files.
 
 namespace eha::os {
 
@@ -26,18 +26,18 @@ namespace eha::os {
 [[nodiscard]] std::size_t read_up_to(const FileDescriptor& file, char* bytes, std::size_t size,
                                      const std::filesystem::path& path);
 
-/// The same from an offset of the file; its own position is neither used nor changed.
+/// Reads from an offset of the file; neither uses nor changes the file's position.
 [[nodiscard]] std::size_t read_up_to_at(const FileDescriptor& file, char* bytes, std::size_t size, std::uint64_t offset,
                                         const std::filesystem::path& path);
 
-/// Reads a whole file, and hands it over in pieces of at most 64 KiB.
+/// Reads a whole file, and passes it on in pieces of at most 64 KiB.
 void read_in_pieces(const std::filesystem::path& path, const std::function<void(std::string_view)>& consume);
 
 /// The content of a file. @throws DataError  more than 256 MiB
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
 
-/// A file that appears under its name complete or not at all: it is written under a temporary name in the same folder,
-/// synchronised to the disk, then renamed. Without commit() nothing is left. Not thread-safe.
+/// Writes a file that appears under its name complete or not at all: under a temporary name in the same folder,
+/// synchronised to the disk, then renamed. Without commit() no file is left. Not thread-safe.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);
@@ -61,8 +61,8 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view t
 /// Synchronises a file that was written under a temporary name to the disk and gives it its name.
 void publish_file(const std::filesystem::path& temporary, const std::filesystem::path& path);
 
-/// Removes the files and links of a folder whose names end in ".tmp": what a killed process left unfinished. Only while
-/// no other process writes there. One that cannot be removed stays.
+/// Removes the files and links of a folder whose names end in ".tmp": the remains of killed processes. Call it only
+/// while no other process writes there. Leaves a file that cannot be removed.
 void remove_temporary_files(const std::filesystem::path& folder) noexcept;
 
 /// Creates a folder and every missing one above it.
@@ -73,7 +73,7 @@ void create_folders(const std::filesystem::path& folder);
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);
 
 /// Allocates `bytes` for a file of this name and removes the file again. This detects a full disk, a quota or a limit
-/// on file sizes before a library that handles them badly writes. Cost: no data is written.
+/// on file sizes before a library writes that handles them badly. Cost: no data is written.
 void try_space(const std::filesystem::path& path, std::uint64_t bytes);
 
 }  // namespace eha::os

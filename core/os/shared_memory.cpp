@@ -27,7 +27,7 @@ bool is_in_memory(const std::filesystem::path& folder) {
 SharedMemory SharedMemory::create(std::size_t size, const std::filesystem::path& path) {
   FileDescriptor file;
   if (!path.empty() && is_in_memory(path.parent_path())) {
-    // A new file: a process that still maps the old one keeps that.
+    // Creates a new file: a process that still maps the old one keeps the old one.
     std::error_code ignored;
     std::filesystem::remove(path, ignored);
     file = open_file(path, O_RDWR | O_CREAT | O_EXCL, 0600);

@@ -8,14 +8,14 @@
 
 namespace eha::os {
 
-/// Memory of a file that lives in memory only, mapped for reading and writing and shared with whoever else maps it. Its
-/// pages are present from the start. Not thread-safe.
+/// Mapping of a file in memory, for reading and writing, shared with all other processes that map it. Its pages are
+/// present from the start. Not thread-safe.
 class SharedMemory {
  public:
   /// Creates zeroed memory of `size` bytes.
-  /// @param path  replaced by the new file, if its folder is in memory (tmpfs): whoever comes later can open it, also
-  ///              after this process has died. On a disk, whose pages would wait for it, and for an empty path: a file
-  ///              without a name.
+  /// @param path  replaced by the new file, if its folder is in memory (tmpfs): other processes can then open it, also
+  ///              after this process has died. For a folder on a disk, whose pages would wait for it, and for an empty
+  ///              path: a file without a name.
   /// @throws IoError, PermissionError
   static SharedMemory create(std::size_t size, const std::filesystem::path& path = {});
 
@@ -26,11 +26,11 @@ class SharedMemory {
   SharedMemory& operator=(SharedMemory&&) = delete;
   SharedMemory(const SharedMemory&) = delete;
   SharedMemory& operator=(const SharedMemory&) = delete;
-  /// Unmaps; a file that create() gave a name stays.
+  /// Unmaps the memory; keeps a file to which create() gave a name.
   ~SharedMemory();
 
   [[nodiscard]] void* data() const noexcept { return data_; }
-  /// Close-on-exec.
+  /// The descriptor is close-on-exec.
   [[nodiscard]] const FileDescriptor& file() const noexcept { return file_; }
 
  private:

@@ -7,13 +7,13 @@ namespace eha::acquisition {
 
 inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
-/// Which clock a run is kept by.
+/// Clock of a run.
 enum class TimeBase : std::uint8_t {
-  monotonic,     ///< the real one, one tick each sample period
-  virtual_time,  ///< as fast as the machine computes; only for rigs that allow it
+  monotonic,     ///< monotonic clock, one tick each sample period
+  virtual_time,  ///< virtual time, as fast as the machine computes; only for rigs that allow it
 };
 
-/// The time that ticks are kept by. Real-time safe. Used by the loop's thread only.
+/// Time source of the ticks. Real-time safe. Used by the loop's thread only.
 class Clock {
  public:
   Clock() = default;
@@ -24,10 +24,10 @@ class Clock {
   /// @returns time from an arbitrary origin [ns], never decreasing
   [[nodiscard]] virtual std::int64_t now_ns() noexcept = 0;
 
-  /// Returns at or after `deadline_ns`; at once when that has passed.
+  /// Sleeps until `deadline_ns`; returns at once if that has passed.
   virtual void sleep_until(std::int64_t deadline_ns) noexcept = 0;
 
-  /// Whether time waits for the program: no deadlines, no SCHED_FIFO, the loop waits for a slow writer.
+  /// Whether time is virtual and waits for the program: no deadlines, no SCHED_FIFO, the loop waits for a slow writer.
   [[nodiscard]] virtual bool is_virtual() const noexcept = 0;
 };
 
@@ -48,7 +48,7 @@ class VirtualClock final : public Clock {
   }
   [[nodiscard]] bool is_virtual() const noexcept override { return true; }
 
-  /// Lets time pass inside a tick, as a slow call would.
+  /// Advances time inside a tick, as a slow call would.
   void advance(std::int64_t duration_ns) noexcept { now_ns_ += duration_ns; }
 
  private:

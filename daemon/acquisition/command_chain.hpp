@@ -8,14 +8,14 @@
 
 namespace eha::acquisition {
 
-/// Turns a requested voltage into the one to write: clamped to the rig's range, then no further from the present
-/// command than the slew limit allows in one tick. The present command starts at the safe voltage. Real-time safe.
+/// Limits a requested voltage: clamps it to the rig's range, then moves the present command by at most the slew limit
+/// of one tick towards it. The present command starts at the safe voltage. Real-time safe.
 class CommandChain {
  public:
   struct Step {
     double command_V = 0.0;
     bool clamped = false;
-    bool slew_limited = false;  ///< otherwise the (clamped) request is reached
+    bool slew_limited = false;  ///< true: the slew limit binds; false: the (clamped) request is reached
   };
 
   CommandChain(const config::RigLimits& limits, double period_s) noexcept
@@ -24,7 +24,7 @@ class CommandChain {
         largest_step_V_(limits.slew_V_per_s * period_s),
         present_V_(limits.safe_V) {}
 
-  /// What to write for a finite request. Changes nothing: the write may fail.
+  /// Returns the voltage to write for a finite request. Changes nothing, because the write may fail.
   [[nodiscard]] Step plan(double requested_V) const noexcept {
     Step step;
     const double target_V = std::clamp(requested_V, minimum_V_, maximum_V_);
@@ -35,7 +35,7 @@ class CommandChain {
     return step;
   }
 
-  /// The voltage was written.
+  /// Called after the voltage was written.
   void accept(double command_V) noexcept { present_V_ = command_V; }
 
  private:

@@ -10,10 +10,10 @@
 
 namespace eha::acquisition {
 
-/// Longest run, in rows: a row's number fits in the record whatever comes before and after the experiment.
+/// Longest run, in rows: a row's number fits in the record together with the rows before and after the experiment.
 inline constexpr std::uint32_t kMostRows = std::numeric_limits<std::int32_t>::max();
 
-/// Says which voltage each row of a run requests. The rig's range and slew limit are applied to it afterwards.
+/// Gives the requested voltage of each row of a run. The rig's range and slew limit are applied to it afterwards.
 /// Real-time safe: every member is noexcept and neither allocates, locks nor logs. Used by the loop's thread only.
 class CommandSource {
  public:
@@ -22,19 +22,18 @@ class CommandSource {
   CommandSource& operator=(const CommandSource&) = delete;
   virtual ~CommandSource() = default;
 
-  /// What the source wants the run to do.
+  /// The run's next action that the source demands.
   enum class Stage {
-    preparing,  ///< to go on asking for row 0, so that what it needs comes about: the rod in its place
-    playing,    ///< to play its rows
-    over,       ///< to end as after the last row
+    preparing,  ///< request row 0 again, until the source's condition holds: the rod in its place
+    playing,    ///< play the rows
+    over,       ///< end as after the last row
   };
   [[nodiscard]] virtual Stage stage() const noexcept { return Stage::playing; }
 
-  /// Whether a rod that stands beyond a travel limit may be moved inward; see LimitMonitor::allow_way_back(). Fixed
-  /// while the run lasts.
+  /// Whether a rod beyond a travel limit may be moved inward; see LimitMonitor::allow_way_back(). Fixed during a run.
   [[nodiscard]] virtual bool brings_back() const noexcept { return false; }
 
-  /// Why the run must not go on; asked for in each tick of ramp_in and running. Without a fault it goes on.
+  /// Returns the fault that must end the run, or none. Called in each tick of ramp_in and running.
   [[nodiscard]] virtual Breach breach() const noexcept { return {}; }
 
   /// Rows of the run, 1..kMostRows; fixed while it lasts.
@@ -43,14 +42,14 @@ class CommandSource {
   /// Rows of one repetition, at least 1; fixed while the run lasts.
   [[nodiscard]] virtual std::uint32_t rows_per_repetition() const noexcept = 0;
 
-  /// Voltage requested in a row [V]. Asked for once in each tick, and for each tick that never ran; for row 0 in every
-  /// tick of the ramp towards it. A voltage that is not finite is a fault.
+  /// Returns the voltage requested in a row [V]. Called once for each tick, also for a tick that never ran; for row 0
+  /// in every tick of the ramp towards it. A voltage that is not finite is a fault.
   /// @param row   0..rows()-1, never decreasing
   /// @param last  the last good reading
   [[nodiscard]] virtual double voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept = 0;
 };
 
-/// A table of volts, played back to back.
+/// Plays a table of volts, repeated without gaps.
 class TableSource final : public CommandSource {
  public:
   /// @param table_V      one repetition, one voltage a tick [V]; must outlive this

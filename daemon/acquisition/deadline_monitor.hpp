@@ -10,15 +10,15 @@
 
 namespace eha::acquisition {
 
-/// What too many late or skipped ticks do.
+/// Effect of too many late or skipped ticks.
 enum class LatePolicy : std::uint8_t {
   abort,  ///< end the run safely
   count,  ///< only count: nothing moves on this rig
 };
 
-/// Decides when a loop that misses its deadlines may not go on: too many late or skipped ticks in a row, or over time
-/// (a total that loses one a second). A tick is late when it starts more than half a period after its time, skipped
-/// when it never runs. Real-time safe.
+/// Decides whether a loop that misses its deadlines must end: too many late or skipped ticks in a row, or over time (a
+/// total that loses one a second). A tick is late if it starts more than half a period after its time, skipped if it
+/// never runs. Real-time safe.
 class DeadlineMonitor {
  public:
   DeadlineMonitor(const config::RealtimeOptions& options, LatePolicy policy) noexcept
@@ -27,7 +27,7 @@ class DeadlineMonitor {
         total_limit_(options.abort_total_late),
         ticks_per_second_(std::max<std::int64_t>(1, std::llround(1.0 / options.sample_period_s))) {}
 
-  /// One tick ran, `skipped` before it did not.
+  /// Counts a tick that ran, and `skipped` ticks before it that did not.
   [[nodiscard]] Breach note(std::uint32_t skipped, bool late) noexcept {
     const std::int64_t bad = static_cast<std::int64_t>(skipped) + (late ? 1 : 0);
     consecutive_ = bad == 0 ? 0 : consecutive_ + bad;

@@ -38,7 +38,7 @@ void make_safe_and_die(int signal_number) {
   struct sigaction standard {};
   standard.sa_handler = SIG_DFL;
   sigaction(signal_number, &standard, nullptr);
-  // Blocked while its handler runs: it is delivered, and kills, on return.
+  // Blocked while its handler runs; delivered on return, where it ends the process.
   raise(signal_number);
 }
 
@@ -57,7 +57,7 @@ FatalSignals::FatalSignals(hal::Rig& rig, StopRequest& stop, std::int64_t period
 
 FatalSignals::~FatalSignals() {
   for (std::size_t i = 0; i < kFatal.size(); ++i) sigaction(kFatal[i], &previous_actions[i], nullptr);
-  // The loop has ended because a handler in another thread took its outputs: that handler still needs the rig.
+  // The loop has ended because a handler in another thread took its outputs; that handler still needs the rig.
   while (is_dying) ::pause();
   guarded_rig = nullptr;
   guarded_stop = nullptr;

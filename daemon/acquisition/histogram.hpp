@@ -7,10 +7,10 @@
 
 namespace eha::acquisition {
 
-/// Counts of a duration in buckets of 1 us, with its greatest value and when that was. Real-time safe.
+/// Counts a duration in buckets of 1 us, with its greatest value and the time of that. Real-time safe.
 class Histogram {
  public:
-  static constexpr std::size_t kBuckets = 1024;  ///< the last one holds everything from 1023 us up
+  static constexpr std::size_t kBuckets = 1024;  ///< the last one counts all durations from 1023 us up
 
   /// @param duration_ns  negative counts as 0   @param at_ns  when, from the run's start
   void add(std::int64_t duration_ns, std::int64_t at_ns) noexcept {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kJumpTolerance_s = 0.010;
 constexpr double kOutward_in = 0.1;    // on the way back: more than the noise that arming allows
-constexpr double kDrivenShare = 0.10;  // wider than the dead band of the valves this is meant for, some 1 to 5 %
+constexpr double kDrivenShare = 0.10;  // wider than the dead band of the intended valves, some 1 to 5 %
 
 }  // namespace
 
@@ -76,7 +76,7 @@ void LimitMonitor::estimate_velocity(std::int64_t at_ns, double displacement_in)
 }
 
 Breach LimitMonitor::check_travel(double displacement_in) noexcept {
-  // Not for a rod at rest: otherwise it could not be driven away from a near end.
+  // Not for a rod at rest, which could otherwise not be driven away from a near end.
   const auto stopping_in = [&](double velocity_towards_end) {
     return velocity_towards_end > 0.0 ? config::stopping_distance_in(limits_, period_s_, velocity_towards_end) : 0.0;
   };
@@ -110,7 +110,7 @@ bool LimitMonitor::is_frozen(std::int64_t at_ns, std::uint32_t code, double appl
   }
   last_code_ = code;
   last_at_ns_ = at_ns;
-  // Half a period of slack keeps the comparison away from the rounding of the sum.
+  // Half a period of slack avoids a comparison near the rounding of the sum.
   return limits_.frozen_sensor_s > 0.0 && unchanged_s_ + 0.5 * period_s_ >= limits_.frozen_sensor_s;
 }
 

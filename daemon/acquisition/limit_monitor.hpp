@@ -23,12 +23,12 @@ struct Breach {
 /// Checks every reading against the rig's limits and the valid band of its sensor. Real-time safe; cost: one pass over
 /// 20 ms of readings.
 ///
-/// Velocity v is the slope of the straight line through the last 20 ms of readings (least squares; 0 until that much is
-/// there), so that one noisy code is not a speed. Travel is exceeded when the rod is outside, or when it could not stop
-/// inside: x +- config::stopping_distance_in(). A rod that reverses next to an end may pass it by the distance for v =
-/// 0 (0.014 in at 200 in/s^2) before v shows it. A jump between two readings is also too fast if it exceeds what the
-/// rod may cover in the time between them plus 10 ms: only a failing sensor does that. A sensor is frozen when its code
-/// stays the same for the rig's time while the command is more than 10 % of half the command range away from the safe
+/// Velocity v is the slope of the straight line through the last 20 ms of readings (least squares; 0 until there are
+/// enough), so that one noisy code gives no speed. Travel is exceeded if the rod is outside, or could not stop inside:
+/// x +- config::stopping_distance_in(). A rod that reverses next to an end may pass it by the distance for v = 0 (0.014
+/// in at 200 in/s^2) before v shows it. A jump between two readings is also too fast if it exceeds what the rod may
+/// cover in the time between them plus 10 ms: only a failing sensor does that. A sensor is frozen when its code stays
+/// the same for the rig's time while the command is more than 10 % of half the command range away from the safe
 /// voltage; time that is not driven does not count.
 class LimitMonitor {
  public:
@@ -38,17 +38,18 @@ class LimitMonitor {
   /// @param applied_V  the voltage held since the reading before [V]
   [[nodiscard]] Breach check(std::int64_t at_ns, const hal::RigReading& reading, double applied_V) noexcept;
 
-  /// Before the first reading: a rod that stands beyond a travel limit may move inward. Beyond the limit, the limit is
-  /// then the innermost place that the rod has reached, less 0.1 in for noise; from 0.1 in inside on it is the rig's.
+  /// Call before the first reading: allows a rod beyond a travel limit to move inward. Beyond the limit, the limit
+  /// becomes the innermost position that the rod has reached, less 0.1 in for noise; from 0.1 in inside on, the rig's
+  /// limit holds.
   void allow_way_back() noexcept { way_back_ = true; }
 
-  /// Of the last reading checked [in/s].
+  /// Speed of the last reading checked [in/s].
   [[nodiscard]] double velocity_in_per_s() const noexcept { return velocity_in_per_s_; }
 
-  /// How far the last reading checked is on the way to a travel limit, its stopping distance included: 0 in the middle
-  /// of the allowed travel, over 1 where it trips.
+  /// Share of the way to a travel limit at the last reading checked, stopping distance included: 0 in the middle of the
+  /// allowed travel, over 1 where it trips.
   [[nodiscard]] double travel_share() const noexcept { return travel_share_; }
-  /// Its speed as a share of the velocity limit.
+  /// Speed of the last reading checked, as a share of the velocity limit.
   [[nodiscard]] double velocity_share() const noexcept {
     return std::abs(velocity_in_per_s_) / limits_.velocity_limit_in_per_s;
   }

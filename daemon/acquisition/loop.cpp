@@ -34,7 +34,7 @@ class ThreadUsage {
 }  // namespace
 
 void Loop::run() noexcept {
-  // In virtual time nothing is driven, and a tick takes as long as it takes.
+  // In virtual time nothing is driven, and the duration of a tick does not matter.
   const bool is_watched = page_ != nullptr && !clock_.is_virtual();
   if (is_watched) page_->begin_drive(gettid(), stall_limit_ns_);
   play();
@@ -86,8 +86,8 @@ void Loop::play() noexcept {
 
 void Loop::rest_if_the_card_does_not_answer(std::int64_t deadline_ns) noexcept {
   if (clock_.is_virtual() || machine_.state() != State::safe_stop) return;
-  // Calls that wait busily for a second each leave no time to sleep. Without a sleep the system ends a real-time thread
-  // after some seconds (RLIMIT_RTTIME), and the process with it.
+  // Calls that wait busily for a second each leave no time to sleep. Without a sleep the system kills a process with a
+  // real-time thread after some seconds (RLIMIT_RTTIME).
   const std::int64_t now_ns = clock_.now_ns();
   if (now_ns > deadline_ns) clock_.sleep_until(now_ns + period_ns_);
 }

@@ -14,7 +14,7 @@
 
 namespace eha::acquisition {
 
-/// What a loop is connected to; all of it must outlive the loop.
+/// Connections of a loop; all of them must outlive the loop.
 struct LoopLinks {
   Clock& clock;
   RecordQueue& queue;
@@ -24,8 +24,8 @@ struct LoopLinks {
   std::int64_t stall_limit_ns = 0;  ///< for the guard, see GuardPage::begin_drive
 };
 
-/// The tick loop of one run. Each period, on a grid that never shifts, it sleeps to the absolute deadline, records the
-/// ticks that were missed, ticks the engine, queues the record, counts and publishes the state.
+/// The tick loop of one run. Each period, on a grid that never shifts, it sleeps until the absolute deadline, records
+/// missed ticks, ticks the engine, queues the record, counts and publishes the state.
 class Loop {
  public:
   Loop(TickEngine& engine, const StateMachine& machine, std::int64_t period_ns, const LoopLinks& links,
@@ -41,7 +41,7 @@ class Loop {
         stall_limit_ns_(links.stall_limit_ns),
         report_(report) {}
 
-  /// Runs in the calling thread until the engine has finished, and fills in the report, all but `realtime`.
+  /// Runs in the calling thread until the engine has finished, and fills in the report except `realtime`.
   /// Real-time safe, except that on a virtual clock it waits for the queue's consumer while the queue is half full.
   void run() noexcept;
 

@@ -31,11 +31,11 @@ constexpr double kStallLimit_s = 0.1;
 constexpr double kStallLimitPreemptRt_s = 0.02;
 
 constexpr std::size_t kPrefaultedStack = 128 * 1024;
-// glibc's defaults, to go back to once no loop runs.
+// glibc's defaults, restored when no loop runs.
 constexpr int kDefaultTrimThreshold = 128 * 1024;
 constexpr int kDefaultMmapMax = 65536;
 
-/// An unprivileged process under a finite limit could lock what it has now and then fail to allocate later.
+/// Under a finite limit an unprivileged process could lock its present memory and then fail to allocate more.
 bool may_lock_everything() {
   rlimit limit{};
   return geteuid() == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);

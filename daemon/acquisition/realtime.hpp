@@ -10,7 +10,7 @@
 
 namespace eha::acquisition {
 
-/// The kernel under the loop.
+/// Kernel of the machine.
 struct KernelFacts {
   std::string release;      ///< "6.1.0-25-rt-amd64"
   std::string version;      ///< "#1 SMP PREEMPT_RT Debian ..."
@@ -19,12 +19,12 @@ struct KernelFacts {
 
 [[nodiscard]] KernelFacts kernel_facts();
 
-/// How long the loop may stand still before the guard acts [ns]: a period, in which it sleeps, and the rig file's
-/// stall_limit_s, without which it is 0.1 s, or 0.02 s where the kernel is PREEMPT_RT.
+/// Returns the time without a beat after which the guard acts [ns]: a period, in which the loop sleeps, plus the rig
+/// file's stall_limit_s. Without that key 0.1 s, or 0.02 s on a PREEMPT_RT kernel.
 [[nodiscard]] std::int64_t stall_limit_ns(const config::RealtimeOptions& options, const KernelFacts& kernel);
 
-/// Keeps a whole process ready for a real-time thread while it lives: memory locked, heap never given back, no
-/// transparent huge pages, no deep CPU sleep. A refusal of the system is recorded, not thrown. Not thread-safe.
+/// Prepares the whole process for a real-time thread while this lives: memory locked, heap never given back, no
+/// transparent huge pages, no deep CPU sleep. Records a refusal of the system instead of throwing. Not thread-safe.
 class RealtimeProcess {
  public:
   explicit RealtimeProcess(RealtimeFacts& facts);
@@ -34,7 +34,7 @@ class RealtimeProcess {
 
  private:
   bool locked_ = false;
-  os::FileDescriptor dma_latency_;  ///< holds off deep CPU sleep while it is open
+  os::FileDescriptor dma_latency_;  ///< prevents deep CPU sleep while it is open
 };
 
 /// Makes the calling thread a real-time one: CPU, SCHED_FIFO with at most kHighestLoopPriority, stack paged in.

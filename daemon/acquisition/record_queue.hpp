@@ -13,14 +13,14 @@ namespace eha::acquisition {
 class RecordQueue {
  public:
   static constexpr std::size_t kCapacity = 8192;                 ///< 8 s at 1 kHz
-  static constexpr std::size_t kNearlyFull = kCapacity / 4 * 3;  ///< from here the loop ramps out
+  static constexpr std::size_t kNearlyFull = kCapacity / 4 * 3;  ///< fill at which the loop ramps out
 
   /// Producer. @returns false when full: the record is lost and the run has failed
   [[nodiscard]] bool push(const TickRecord& record) noexcept { return queue_.push(record); }
   /// Producer.
   [[nodiscard]] std::size_t fill() const noexcept { return kCapacity - queue_.write_available(); }
 
-  /// Consumer. @returns how many records were written to `records`
+  /// Consumer. @returns the number of records written to `records`
   std::size_t pop(TickRecord* records, std::size_t count) noexcept { return queue_.pop(records, count); }
 
   /// Consumer: the writer can keep no more records; the loop ramps out.

@@ -19,16 +19,16 @@ namespace eha::acquisition {
 /// Whether a loop without real-time privileges may run.
 enum class NonRealtime : std::uint8_t {
   refuse,  ///< PermissionError, unless the rig moves no machine (RigCapabilities::moves_machine)
-  allow,   ///< run on ordinary scheduling and say so
+  allow,   ///< run with ordinary scheduling and report it
 };
 
 /// Plays the volts of a command source on a rig, one tick each sample period, and blocks until the rig is idle or
 /// faulted again. On the monotonic clock the loop gets a thread of its own (SCHED_FIFO, memory locked); on a virtual
 /// one it runs in the caller's and waits for the writer. The queue must be drained by another thread at the same time.
-/// The row whose state first is `running` applies the source's row 0; before it the command ramps there from the safe
-/// voltage under the slew limit, after the last row it ramps back. Late ticks end a run on a rig that moves; on one
-/// that moves nothing they are only counted, except in virtual time, where they can only be injected. See
-/// tick_engine.hpp for what a tick does.
+/// The first row in state `running` applies the source's row 0. Before it the command ramps there from the safe voltage
+/// under the slew limit; after the last row it ramps back. Late ticks end a run on a rig that moves a machine; on
+/// others they are only counted, except in virtual time, where they can only be injected. See tick_engine.hpp for what
+/// a tick does.
 /// @param machine  must be armed; is idle afterwards, or faulted
 /// @param page     shared with the rig's guard; none: there is no guard
 /// @throws ConfigError      limits that contradict each other or the rig, a source without rows; nothing was written

@@ -6,9 +6,9 @@
 namespace eha::acquisition {
 namespace {
 
-constexpr std::int64_t kBegun_ns = 20'000'000;  // before it, nothing that was commanded has moved the rod
+constexpr std::int64_t kBegun_ns = 20'000'000;  // before this time no command has moved the rod
 
-/// A value with as many digits, three behind the point or more, as tell it from another.
+/// Writes a value with at least three decimals, and as many as distinguish it from another.
 std::string told_apart(double value, double other) {
   constexpr int kFewest = 3;
   constexpr int kMost = 6;
@@ -174,7 +174,7 @@ ExitCode exit_code(const RunReport& report) noexcept {
     case Outcome::recovered:
       return ExitCode::ok;
     case Outcome::interrupted:
-      // Whoever stopped it relies on the output being safe now.
+      // The person who stopped it relies on a safe output now.
       return report.safe_confirmed ? ExitCode::interrupted : ExitCode::device_unavailable;
     case Outcome::faulted:
       return is_of_the_device(report.fault.fault) ? ExitCode::device_unavailable : ExitCode::safety_trip;

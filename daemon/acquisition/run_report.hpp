@@ -16,10 +16,10 @@
 
 namespace eha::acquisition {
 
-/// How a run ended. Only a run that is_whole() is fitted without being asked.
+/// Outcome of a run. Only a run that is_whole() is fitted automatically.
 enum class Outcome : std::uint8_t {
   completed,
-  precise_enough,  ///< early, after a repetition, as its experiment wants it
+  precise_enough,  ///< ended early after a repetition, by a condition of its experiment
   interrupted,
   faulted,
   deadline,
@@ -34,12 +34,12 @@ inline constexpr EnumNames<Outcome, 7> kOutcomes{{{"completed", Outcome::complet
                                                   {"write_failed", Outcome::write_failed},
                                                   {"recovered", Outcome::recovered}}};
 
-/// Whether a run played what it was to play.
+/// Whether a run played all that it should.
 [[nodiscard]] constexpr bool is_whole(Outcome outcome) noexcept {
   return outcome == Outcome::completed || outcome == Outcome::precise_enough;
 }
 
-/// The same of a name; false for one that is none.
+/// The same for the outcome of a name; false for an unknown name.
 [[nodiscard]] constexpr bool is_whole(std::string_view outcome) noexcept {
   const std::optional<Outcome> known = value_in(kOutcomes, outcome);
   return known && is_whole(*known);
@@ -54,13 +54,13 @@ struct FaultReport {
   double limit = 0.0;                          ///< allowed
 };
 
-/// The closest that a run came to a limit of the rig.
+/// Closest approach of a run to a limit of the rig.
 struct Margin {
   double share = 0.0;      ///< of the limit; over 1 where it tripped
   std::int64_t at_ns = 0;  ///< when, from the run's first tick [ns]
 };
 
-/// What the operating system granted the loop.
+/// Real-time privileges that the operating system granted the loop.
 struct RealtimeFacts {
   bool fifo = false;                 ///< SCHED_FIFO at the asked priority
   bool memory_locked = false;        ///< mlockall
@@ -69,7 +69,7 @@ struct RealtimeFacts {
   std::vector<std::string> refused;  ///< one sentence for each thing not granted, with its cause and remedy
 };
 
-/// How one run of the loop went.
+/// Report of one run of the loop.
 struct RunReport {
   Outcome outcome = Outcome::completed;
   State final_state = State::faulted;
@@ -87,19 +87,19 @@ struct RunReport {
 /// "completed", "write_failed", ...
 [[nodiscard]] std::string_view to_text(Outcome outcome) noexcept;
 
-/// Exit code of a program that runs one experiment, before any model is judged.
+/// Returns the exit code of a program that runs one experiment, before any model is judged.
 [[nodiscard]] ExitCode exit_code(const RunReport& report) noexcept;
 
-/// One or more sentences on how the run ended: what, when, value, limit, next step. Empty when it completed.
-/// @param unit  of lengths; as the rig's limits, in, by default
+/// Describes the end of a run in one or more sentences: what, when, value, limit, next step. Empty if it completed.
+/// @param unit  of lengths; by default in, as the rig's limits
 [[nodiscard]] std::string describe(const RunReport& report, const DisplayUnit& unit = {});
 
-/// What a run does with the rod.
+/// Purpose of a run.
 enum class RunKind { experiment, placing };
 
-/// A sentence on ticks that were late or skipped, and one for each limit of which the run used over kWarningShare and
-/// that did not end it.
-/// @param kind  of a placing the limits are left out: its place was asked for, and a way back begins beyond one
+/// Returns a sentence on late or skipped ticks, and one for each limit that the run used by more than kWarningShare
+/// without being ended by it.
+/// @param kind  for a placing the limits are left out: the user chose its place, and a way back begins beyond a limit
 [[nodiscard]] std::vector<std::string> warnings(const RunReport& report, RunKind kind = RunKind::experiment);
 
 }  // namespace eha::acquisition

@@ -12,7 +12,7 @@
 
 namespace eha::acquisition {
 
-/// What a loop has counted so far.
+/// Counters of a loop.
 struct LoopCounters {
   std::uint64_t ticks = 0;            ///< ticks that ran
   std::uint64_t experiment_rows = 0;  ///< rows in state running, skipped ones included
@@ -51,9 +51,9 @@ struct Snapshot {
   LoopCounters counters;
 };
 
-/// The latest Snapshot, written by the loop and read by anyone, without either waiting for the other: a sequence lock.
-/// Real-time safe on the writing side (one writer). Reading is thread-safe and retries while a write is under way.
-/// Boehm, "Can seqlocks get along with programming language memory models?", MSPC 2012.
+/// Holds the latest Snapshot, written by the loop and read by any thread; neither waits for the other (a sequence
+/// lock). Real-time safe on the writing side (one writer). Reading is thread-safe and retries while a write is under
+/// way. Boehm, "Can seqlocks get along with programming language memory models?", MSPC 2012.
 class StatusBoard {
  public:
   void publish(const Snapshot& snapshot) noexcept {
@@ -61,7 +61,7 @@ class StatusBoard {
     std::memcpy(words.data(), static_cast<const void*>(&snapshot), sizeof snapshot);
     const std::uint64_t version = version_.load(std::memory_order_relaxed);
     version_.store(version + 1, std::memory_order_relaxed);
-    // Release: whoever reads one of these words also sees the odd version.
+    // Release: a thread that reads one of these words also sees the odd version.
     for (std::size_t i = 0; i < kWords; ++i) words_[i].store(words[i], std::memory_order_release);
     version_.store(version + 2, std::memory_order_release);
   }

@@ -56,7 +56,7 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
   ++counters_.ticks;
   counters_.skipped += inputs.skipped;
   if (machine_.state() == State::running) {
-    // Here, not in skipped_row(), which the loop leaves out beyond some number.
+    // Counted here, not in skipped_row(), which the loop does not call beyond some number.
     const std::int64_t played = inputs.sequence - first_row_;
     const std::int64_t missed = std::min<std::int64_t>(played, rows_) - (played - inputs.skipped);
     counters_.experiment_rows += static_cast<std::uint64_t>(std::max<std::int64_t>(0, missed));
@@ -69,7 +69,7 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
   }
   const Breach missed = deadlines_.note(inputs.skipped, is_late);
   if (machine_.state() == State::safe_stop) {
-    // The device may answer no more: the only calls still made are those that make it safe.
+    // The device may no longer answer: the remaining calls only make it safe.
     raise_flag(row, kFeedbackHeld);
   } else {
     if (inputs.guard_has_tripped) trip(Fault::loop_stalled, static_cast<double>(inputs.skipped * period_ns_) * 1e-9);
@@ -84,7 +84,7 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
   drive(inputs, row);
   timeouts_in_a_row_ = timed_out_ ? timeouts_in_a_row_ : 0;
 
-  // A fault in this tick's write shows in this tick's row, which then no longer counts as a row of the experiment.
+  // A fault of this tick's write is recorded in this tick's row, which then is no row of the experiment.
   row.state = machine_.state() == State::faulted || machine_.state() == State::safe_stop ? State::safe_stop : row.state;
   row.fault = fault_.fault;
   row.applied_V = applied_.applied_V;
@@ -255,9 +255,9 @@ void TickEngine::drive(const TickInputs& inputs, TickRecord& row) noexcept {
 
 void TickEngine::drive_safe(TickRecord& row) noexcept {
   row.requested_V = safe_V_;
-  // Whatever it returns: make_safe() switches it off again and confirms it.
+  // Ignores the result: make_safe() switches it off again and confirms it.
   static_cast<void>(rig_.set_enable(false));
-  // command() returns the code of the safe voltage, but an output that has just timed out would cost another time-out;
+  // command() returns the code of the safe voltage, but an output that has just timed out would cause another time-out;
   // make_safe() is the last write.
   bool is_written = false;
   if (safe_attempts_ == 0 && row.command_status != hal::RigStatus::timed_out) {

@@ -19,7 +19,7 @@
 
 namespace eha::acquisition {
 
-/// What the loop tells one tick.
+/// Inputs of one tick, from the loop.
 struct TickInputs {
   std::uint32_t sequence = 0;
   std::int64_t scheduled_ns = 0;   ///< from the run's first tick [ns]
@@ -27,13 +27,13 @@ struct TickInputs {
   std::int64_t lateness_ns = 0;    ///< 0 up to a period [ns]
   std::uint32_t skipped = 0;       ///< grid ticks lost just before this one
   int stops = 0;                   ///< stop requests so far
-  bool sink_failing = false;       ///< records can no longer be kept, or soon not
-  bool guard_has_tripped = false;  ///< the guard found the loop standing still and switched the hydraulics off
+  bool sink_failing = false;       ///< records can no longer be kept, or will soon be lost
+  bool guard_has_tripped = false;  ///< the guard found the loop stalled and switched the hydraulics off
   /// Read again just before each write: a fatal-signal handler may have taken the outputs since the tick began.
   const StopRequest* stop = nullptr;
 };
 
-/// Does the work of one tick: read, check, decide, command, record. The loop decides when.
+/// Does the work of one tick: read, check, decide, command, record. The loop decides its time.
 ///
 /// armed (100 ms): the safe voltage is written, then the enable line goes on, and the velocity estimate fills.
 /// ramp_in: from the safe voltage to the source's row 0 under the slew limit, for as long as the source is preparing.
@@ -53,7 +53,7 @@ class TickEngine {
 
   TickRecord tick(const TickInputs& inputs) noexcept;
 
-  /// The row of a tick that never ran.
+  /// Records the row of a tick that never ran.
   TickRecord skipped_row(std::uint32_t sequence, std::int64_t scheduled_ns) noexcept;
 
   [[nodiscard]] bool finished() const noexcept { return finished_; }
@@ -63,16 +63,16 @@ class TickEngine {
   [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
   [[nodiscard]] const LoopCounters& counters() const noexcept { return counters_; }
   [[nodiscard]] double velocity_in_per_s() const noexcept { return limits_monitor_.velocity_in_per_s(); }
-  /// Of the last good reading.
+  /// Whether the auxiliary contact was closed at the last good reading.
   [[nodiscard]] bool enable_contact() const noexcept { return reading_.enable_contact; }
-  /// Of the last reading; see LimitMonitor.
+  /// Shares of the limits at the last reading; see LimitMonitor.
   [[nodiscard]] double travel_share() const noexcept { return limits_monitor_.travel_share(); }
   [[nodiscard]] double velocity_share() const noexcept { return limits_monitor_.velocity_share(); }
-  /// The greatest of the run.
+  /// Greatest values of the run.
   [[nodiscard]] const Margin& travel() const noexcept { return travel_; }
   [[nodiscard]] const Margin& velocity() const noexcept { return velocity_; }
   [[nodiscard]] std::uint32_t experiment_rows() const noexcept { return rows_; }
-  /// Rows of the experiment that are over, for progress.
+  /// Returns the number of completed rows of the experiment, for progress.
   [[nodiscard]] std::uint32_t rows_played(std::uint32_t sequence) const noexcept;
 
  private:
@@ -104,20 +104,20 @@ class TickEngine {
   DeadlineMonitor deadlines_;
 
   hal::RigReading reading_;      ///< the last good one
-  hal::AppliedCommand applied_;  ///< what the output holds
+  hal::AppliedCommand applied_;  ///< voltage on the output
   hal::AppliedCommand safe_applied_;
   FaultReport fault_;
   LoopCounters counters_;
   Margin travel_;
   Margin velocity_;
-  std::int64_t contact_time_ns_ = 0;    ///< that the auxiliary contact may be open while enabled; 0: there is none
-  std::int64_t contact_closed_ns_ = 0;  ///< when it was last seen closed, or the enable line went on
-  std::int64_t now_ns_ = 0;             ///< scheduled time of the tick under way
+  std::int64_t contact_time_ns_ = 0;    ///< time that the auxiliary contact may be open while enabled; 0: there is none
+  std::int64_t contact_closed_ns_ = 0;  ///< time at which it was last seen closed, or the enable line went on
+  std::int64_t now_ns_ = 0;             ///< scheduled time of the present tick
   std::uint32_t first_row_ = 0;         ///< sequence of the first running tick
   std::uint32_t armed_ticks_ = 0;
   int timeouts_in_a_row_ = 0;
   int safe_attempts_ = 0;
-  bool timed_out_ = false;  ///< in the tick under way
+  bool timed_out_ = false;  ///< in the present tick
   bool has_reading_ = false;
   bool enabled_ = false;
   bool ramp_reached_ = false;

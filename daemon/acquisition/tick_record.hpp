@@ -16,16 +16,16 @@ inline constexpr double kSecondsPerNanosecond = 1e-9;
 /// State of a rig's latched state machine; see state_machine.hpp.
 enum class State : std::uint8_t { faulted, idle, armed, ramp_in, running, ramp_out, safe_stop };
 
-/// Why the rig was brought to its safe state.
+/// Reason for which the rig was brought to its safe state.
 enum class Fault : std::uint8_t {
   none,
   emergency_stop,       ///< the emergency-stop circuit is open
-  travel_limit,         ///< the rod is, or cannot be stopped, within the allowed travel
+  travel_limit,         ///< the rod is outside the allowed travel, or cannot be stopped inside it
   velocity_limit,       ///< the rod is too fast
   feedback_rail,        ///< the sensor reads 0 or full scale
   frozen_sensor,        ///< the sensor's code does not change although the valve is driven
   feedback_not_finite,  ///< the displacement is NaN or infinite
-  command_not_finite,   ///< a NaN or infinite voltage was to be written
+  command_not_finite,   ///< the voltage to write is NaN or infinite
   repeated_timeouts,    ///< three time-outs in a row
   call_overran,         ///< a failed call took longer than a tick
   read_failed,          ///< the driver refused a read
@@ -34,22 +34,22 @@ enum class Fault : std::uint8_t {
   consecutive_late,     ///< too many late or skipped ticks in a row
   total_late,           ///< too many late or skipped ticks over time
   second_stop,          ///< a second stop while ramping out
-  safe_write_failed,    ///< the normal end could not be confirmed by the device
-  // Journals hold the numbers: new ones come last.
+  safe_write_failed,    ///< the device did not confirm the safe state at the normal end
+  // Journals store the numbers: append new ones.
   not_following,       ///< the sensor shows less motion than the command must have made
-  unexplained_motion,  ///< the sensor shows more motion than the command can have made, or the wrong way
-  feedback_band,       ///< the sensor's voltage is none of a sound sensor
-  loop_stalled,        ///< the loop stood still, and the guard switched the hydraulics off
+  unexplained_motion,  ///< the sensor shows more motion than the command can cause, or the wrong direction
+  feedback_band,       ///< the sensor's voltage is outside its valid band
+  loop_stalled,        ///< the loop stalled, and the guard switched the hydraulics off
   enable_contact,      ///< the contactor's auxiliary contact does not follow the enable line
   no_motion,           ///< a closed loop drives the rod, and it hardly moves
-  not_in_place,        ///< a placing's time is over, and the rod is not at rest in its place
-  loop_speed,          ///< a closed loop moves the rod much faster than it means to
-  wrong_speed,         ///< in a closed loop the measured speed is not that of the volts
+  not_in_place,        ///< a placing's time has passed, and the rod is not at rest in its place
+  loop_speed,          ///< a closed loop moves the rod much faster than intended
+  wrong_speed,         ///< in a closed loop the measured speed does not match the volts
   following_error,     ///< a controller follows its reference worse than its file allows
   oscillation,         ///< a controller's command swings more often than in any of its trials
 };
 
-/// Share of a limit beyond which a reading is flagged, reported and shown, although nothing trips.
+/// Share of a limit above which a reading is flagged, reported and shown without tripping.
 inline constexpr double kWarningShare = 0.8;
 
 /// Bits of TickRecord::flags.
@@ -57,12 +57,12 @@ enum TickFlag : std::uint16_t {
   kLate = 1u << 0,           ///< started more than half a period after its time
   kSkipped = 1u << 1,        ///< never ran: nothing sampled (displacement NaN), command held
   kClamped = 1u << 2,        ///< the request was outside the rig's command limits
-  kSlewLimited = 1u << 3,    ///< the request was further away than the rig's slew limit lets the command move
+  kSlewLimited = 1u << 3,    ///< the request exceeded the rig's slew limit
   kFeedbackHeld = 1u << 4,   ///< the read timed out; displacement and code are the last good ones
   kCommandHeld = 1u << 5,    ///< the write did not happen; the output holds its last voltage
   kFeedbackRail = 1u << 6,   ///< the code was 0 or full scale
   kEmergencyStop = 1u << 7,  ///< the emergency-stop circuit was open
-  kLost = 1u << 8,           ///< the tick ran, but damage to the journal took its row; volts and displacement are NaN
+  kLost = 1u << 8,  ///< the tick ran, but its row was lost by damage to the journal; volts and displacement are NaN
   kNearTravel = 1u << 9,     ///< over 80 % of the way to a travel limit (kWarningShare)
   kNearVelocity = 1u << 10,  ///< over 80 % of the velocity limit
 };
@@ -71,7 +71,7 @@ enum TickFlag : std::uint16_t {
 /// 64 bytes, little-endian, no padding: the journal's unit. Rows whose state is `running` are the experiment.
 struct TickRecord {
   std::int64_t scheduled_ns;     ///< when the tick was due, from the run's first tick [ns]; sequence times period
-  std::uint32_t sequence;        ///< tick number on the grid; a gap means ticks lost beyond the flagged ones
+  std::uint32_t sequence;        ///< tick number on the grid; a gap means that ticks beyond the flagged ones were lost
   std::int32_t lateness_ns;      ///< wake-up after the scheduled time, saturated; 0 in virtual time
   std::uint32_t execution_ns;    ///< from wake-up to the end of the tick, saturated; 0 in virtual time
   std::uint32_t feedback_code;   ///< raw code of the displacement converter

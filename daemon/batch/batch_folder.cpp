@@ -32,7 +32,7 @@ constexpr const char* kListLock = "list.lock";
 constexpr const char* kResultFile = "result.json";
 constexpr const char* kSchema = "eha-batch/1";
 constexpr const char* kResultSchema = "eha-batch-record/1";
-// Others replace the list in much less, and parts that start together take turns.
+// Others replace the list in much less time, and parts that start together take turns.
 constexpr auto kPatience = std::chrono::seconds(3);
 constexpr auto kTurn = std::chrono::milliseconds(20);
 
@@ -107,7 +107,8 @@ std::map<std::string_view, const Record*> by_source(const std::vector<Record>& r
   return found;
 }
 
-/// Why a batch cannot replace the one in the folder: it must contain all of its records. Empty if it can.
+/// Returns the reason for which a batch cannot replace the one in the folder (it must contain all of its records);
+/// empty if it can.
 std::string obstacle(const Batch& there, const Batch& here) {
   if (std::string rules = difference(there.rules, here.rules); !rules.empty()) return rules;
   const auto named = by_source(here.records);
@@ -128,7 +129,7 @@ void move(const fs::path& from, const fs::path& to) {
   if (error) os::throw_system_error("move", from, error.value());
 }
 
-/// flock(2). @returns false  another process has the lock, and the operation says not to wait
+/// Calls flock(2). @returns false  another process has the lock, and the operation does not wait
 bool lock(const os::FileDescriptor& file, int operation, const fs::path& path) {
   while (flock(file.get(), operation) != 0) {
     if (errno == EWOULDBLOCK) return false;
@@ -142,7 +143,7 @@ bool lock(const os::FileDescriptor& file, int operation, const fs::path& path) {
 Rules rules_of(std::vector<std::string> options) {
   Rules rules{.version = EHA_VERSION, .options = std::move(options), .contents = {}};
   for (const std::string& word : rules.options) {
-    // Of "--experiment=FILE" the file.
+    // Returns FILE of "--experiment=FILE".
     const std::string value = word.starts_with("--") ? word.substr(word.find('=') + 1) : word;
     std::error_code ignored;
     rules.contents.push_back(fs::is_regular_file(value, ignored) ? record::sha256_of_file(value) : std::string());
@@ -174,7 +175,7 @@ void BatchFolder::hold_list() {
   while (true) {
     lock(list_lock_, LOCK_SH, file);
     if (has_list()) return;
-    // Two that both kept the shared lock would wait for each other.
+    // Two processes that both kept the shared lock would wait for each other.
     lock(list_lock_, LOCK_UN, file);
     if (lock(list_lock_, LOCK_EX | LOCK_NB, file)) {
       finish_replacing();
@@ -210,7 +211,7 @@ bool BatchFolder::is_replacing() const {
 void BatchFolder::finish_replacing() const {
   const fs::path aside = path_ / kWork / kRenumbered;
   if (fs::exists(path_ / kNextManifestFile)) {
-    // No result has an ID of the new list yet, so that a result which is there has one of the old list.
+    // No result has an ID of the new list yet, so an existing result has one of the old list.
     const Batch next = read_batch(path_ / kNextManifestFile);
     const auto named = by_source(next.records);
     os::create_folders(aside);
@@ -257,7 +258,7 @@ fs::path BatchFolder::work_folder(const Record& record) const {
 }
 
 void BatchFolder::publish(const Record& record, const Result& result) const {
-  // An overlapping part may have been quicker.
+  // An overlapping part may have been faster.
   if (fs::exists(path_ / kRecords / record.id)) {
     fs::remove_all(work_ / record.id);
     return;

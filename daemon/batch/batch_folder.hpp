@@ -14,18 +14,18 @@
 // The folder of a batch:
 //
 //   batch.json               the rules and the list of records; written first
-//   batch.next.json          the longer list that is taking the place of batch.json
-//   records/ID/result.json   what became of a record, its models in records/ID/models; appears complete or not at all
-//   work/                    records in progress; in renumbered/ results whose ID the longer list changed
+//   batch.next.json          the longer list that is replacing batch.json
+//   records/ID/result.json   the result of a record, its models in records/ID/models; appears complete or not at all
+//   work/                    records in progress; renumbered/ has results whose ID the longer list changed
 //   table.csv, table.json    written at the end
 //   report.html              written at the end
 //
 // Every part of a batch (--shard) writes the same batch.json, so that parts may share a folder. A process keeps a
-// shared lock on work/list.lock; who changes the list has an exclusive one.
+// shared lock on work/list.lock, or an exclusive one to change the list.
 
 namespace eha::batch {
 
-/// What is done to every record.
+/// Rules that apply to every record.
 struct Rules {
   std::string version;                ///< of eha
   std::vector<std::string> options;   ///< of `eha fit`
@@ -42,7 +42,7 @@ struct Batch {
   std::vector<Record> records;
 };
 
-/// What became of a record.
+/// Result of a record.
 struct Result {
   int exit_code = 0;           ///< of `eha fit`
   std::string message;         ///< its last messages
@@ -54,7 +54,7 @@ struct Result {
 /// Whether models were fitted, accepted or not.
 [[nodiscard]] inline bool is_judged(const Result& result) { return result.fit.is_object(); }
 
-/// One of `count` equal parts of a list: the records whose place is `number` modulo `count`.
+/// One of `count` equal parts of a list: the records whose position is `number` modulo `count`.
 struct Shard {
   std::size_t number = 1;  ///< from 1
   std::size_t count = 1;
@@ -63,19 +63,19 @@ struct Shard {
 /// A batch's folder. Not thread-safe; several processes may use one folder, each for a shard of its own.
 class BatchFolder {
  public:
-  /// Creates the folder and batch.json, or continues the batch that is there. A list that holds all its records and new
-  /// ones takes the place of the old list; results stay and get the IDs of the new one, also after a kill in between.
-  /// @throws UsageError  the folder holds another batch: the message names the difference; or the list is a longer one
-  /// and another process works on the batch
+  /// Creates the folder and batch.json, or continues the batch in it. A list that holds all its records and new ones
+  /// replaces the old list. Results are kept and get their IDs of the new list, even after a kill in between.
+  /// @throws UsageError  the folder holds another batch: the message names the difference; or the list is longer and
+  ///                     another process works on the batch
   /// @throws IoError, PermissionError
   BatchFolder(std::filesystem::path path, Batch batch);
-  /// Opens the batch that is there. @throws DataError  no batch, or damaged; IoError, PermissionError
+  /// Opens an existing batch. @throws DataError  no batch, or damaged; IoError, PermissionError
   explicit BatchFolder(std::filesystem::path path);
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   [[nodiscard]] const Batch& batch() const noexcept { return batch_; }
 
-  /// Takes a shard for this process and removes what a killed one left of it in work/.
+  /// Takes a shard for this process and removes its remains of a killed process from work/.
   /// @throws UsageError  another process works on it
   void claim(const Shard& shard);
 
@@ -85,7 +85,7 @@ class BatchFolder {
   /// A new, empty folder to fit a record in. Call after claim().
   [[nodiscard]] std::filesystem::path work_folder(const Record& record) const;
 
-  /// Writes result.json into the record's work folder and moves that to its place.
+  /// Writes result.json into the record's work folder and moves that folder to records/.
   void publish(const Record& record, const Result& result) const;
 
   /// The result of a record; none without one. @throws DataError  damaged; IoError, PermissionError
@@ -95,15 +95,15 @@ class BatchFolder {
   void take_from(const BatchFolder& part) const;
 
  private:
-  /// Makes batch_ the folder's list, where it is not, and keeps others from changing it.
+  /// Makes batch_ the folder's list, if it is not, and prevents others from changing it.
   void hold_list();
-  /// Whether batch_ is the folder's list. @throws UsageError  that is of another batch
+  /// Whether batch_ is the folder's list. @throws UsageError  the list is of another batch
   [[nodiscard]] bool has_list() const;
-  /// Puts batch_ in the place of the folder's list, and each result under the ID that it has there.
+  /// Replaces the folder's list by batch_, and gives each result its ID of batch_.
   void replace_list() const;
-  /// Whether somebody was killed who replaced the list.
+  /// Whether a process was killed while it replaced the list.
   [[nodiscard]] bool is_replacing() const;
-  /// Goes on with it.
+  /// Completes that replacement.
   void finish_replacing() const;
 
   std::filesystem::path path_;

@@ -123,7 +123,7 @@ std::string models_table(const Table& table) {
   return report::table({{"recommended"}, {"grade"}, {"records", report::Column::number}}, rows);
 }
 
-/// The model, and the units that its parameters are in.
+/// The model with the units of its parameters.
 std::string compared_by(const Table& table) {
   for (const Row& row : table.rows) {
     if (!row.fit.is_object()) continue;

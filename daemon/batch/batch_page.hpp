@@ -6,9 +6,8 @@
 
 namespace eha::batch {
 
-/// The table as a page: what lies apart, each parameter of the common model over the records with its intervals, the
-/// recommended models, every record, and those that were not judged. It depends on the table alone. Cost as
-/// report::assembled().
+/// Renders the table as a page: outliers, each parameter of the common model over the records with its intervals, the
+/// recommended models, every record, and those not judged. Depends on the table alone. Cost as report::assembled().
 [[nodiscard]] report::Page page_of(const Table& table);
 
 }  // namespace eha::batch

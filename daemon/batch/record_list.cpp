@@ -38,7 +38,7 @@ bool is_for_models(const fs::path& run) {
   try {
     return record::purpose_of(record::read_manifest(run)) == record::Purpose::models;
   } catch (const Error&) {
-    return true;  // what cannot be read is listed with its reason
+    return true;  // unreadable files are listed with the reason
   }
 }
 
@@ -73,7 +73,7 @@ std::vector<fs::path> records_named_by(const fs::path& source) {
   return {source};
 }
 
-/// Letters, digits, '-', '_' and '.' of a record's name.
+/// Keeps letters, digits, '-', '_' and '.' of a record's name.
 std::string plain_name(const fs::path& source) {
   const fs::path name = source.has_filename() ? source.filename() : source.parent_path().filename();
   std::string plain = name.stem().string().substr(0, kLongestName);

@@ -7,16 +7,16 @@
 
 namespace eha::batch {
 
-/// A record of a batch, as its manifest names it.
+/// A record of a batch, as named in its manifest.
 struct Record {
   std::string id;  ///< "0007-pump": its place in the list from 1, and its name; a folder of this name holds its result
-  std::string source;  ///< run folder or file with a record; relative to the working directory, as listed
-  std::string sha256;  ///< of the file, or of the run's manifest; empty when it cannot be read
+  std::string source;  ///< run folder or file with a record; as listed, relative to the working directory
+  std::string sha256;  ///< of the file, or of the run's manifest; empty if it cannot be read
 
   bool operator==(const Record&) const = default;
 };
 
-/// The records that a command names, each once, in the order of the names, folders sorted by name.
+/// Returns the records that a command names, each once, in the order of the names, folders sorted by name.
 /// @param sources  each one of these: a run folder; a file with a record; a folder of both, of which runs that placed
 /// the rod or measured the valve are left out; a list, which is a text file whose name ends in ".list", with one path a
 /// line relative to its folder, lines with # left out

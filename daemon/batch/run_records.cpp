@@ -34,22 +34,21 @@ constexpr const char* kFitFile = "fit.json";
 constexpr const char* kMessagesFile = "messages.txt";
 constexpr std::size_t kLongestMessage = 2000;
 constexpr std::string_view kPrefix = "eha: error: ";
-constexpr std::size_t kProbe = 64 * 1024;  // bytes; more than messages and a document take
+constexpr std::size_t kProbe = 64 * 1024;  // bytes; more than messages and a document need
 
 std::string host_name() {
   std::array<char, 256> name{};
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
 }
 
-/// Whether a process was terminated by a user, a batch system, or a machine short of memory; its record is not at
-/// fault.
+/// Whether a process was terminated by a user, a batch system, or a machine short of memory, not because of its record.
 bool was_told_to_end(int exit_code) {
   constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGKILL};
   return std::any_of(kSignals.begin(), kSignals.end(), [&](int number) { return exit_code == 128 + number; });
 }
 
-/// What failed on the batch's own disk, where a process ended with an error of input or output; empty when it was the
-/// record that could not be read.
+/// Returns the failure of the batch's own disk if a process ended with an input/output error; empty if the record could
+/// not be read.
 std::string disk_fault(const Result& result, const fs::path& folder) {
   if (result.exit_code != static_cast<int>(ExitCode::io)) return {};
   // Errors of a write only: a full disk, a quota, a limit on files, a disk that became read-only.
@@ -76,7 +75,7 @@ class Fit {
         folder_(std::move(folder)),
         out_(os::open_file(folder_ / kFitFile, O_WRONLY | O_CREAT | O_TRUNC)),
         messages_(os::open_file(folder_ / kMessagesFile, O_WRONLY | O_CREAT | O_TRUNC)) {
-    // No option, whatever its name begins with.
+    // Not an option, regardless of its first character.
     const std::string source = record.source.starts_with('-') ? "./" + record.source : record.source;
     std::vector<std::string> words{program.string(), "fit",          source, "-o", (folder_ / "models").string(),
                                    "--json",         "--no-progress"};
@@ -91,7 +90,7 @@ class Fit {
   [[nodiscard]] const fs::path& folder() const noexcept { return folder_; }
   void kill() const noexcept { process_->signal(SIGKILL); }
 
-  /// The result, or nothing while the process runs.
+  /// Returns the result, or nothing while the process runs.
   [[nodiscard]] std::optional<Result> poll() {
     const std::optional<os::ChildEnd> end = process_->poll();
     if (!end) return {};
@@ -112,7 +111,7 @@ class Fit {
     std::error_code ignored;
     fs::remove(folder_ / kFitFile, ignored);
     fs::remove(folder_ / kMessagesFile, ignored);
-    // The models' documents stand in the folder `models`, too, and name the folder that this one was.
+    // The models' documents, also stored in the folder `models`, name this folder by its earlier path.
     if (is_judged(result)) result.fit.erase("files");
     return result;
   }
@@ -131,7 +130,7 @@ class Fit {
 bool run_records(BatchFolder& folder, const RunOptions& options) {
   folder.claim(options.shard);
   const std::vector<Record> open = folder.open_records(options.shard);
-  // Without a file among the rules, a faulty configuration is that of one run.
+  // Without a file among the rules, a configuration error is in one run only.
   const std::vector<std::string>& contents = folder.batch().rules.contents;
   const bool rules_name_files =
       std::any_of(contents.begin(), contents.end(), [](const auto& sum) { return !sum.empty(); });

@@ -39,7 +39,7 @@ std::string recommended_in(const Json& fit) {
   return found->at("model");
 }
 
-/// Of a document of `eha fit` what does not depend on where and when it was made.
+/// Returns the members of a document of `eha fit` that do not depend on the place and time of the fit.
 Json essence_of(const Json& fit) {
   Json models = Json::array();
   for (const Json& model : fit.at("models")) {
@@ -64,7 +64,7 @@ std::string last_line(const std::string& message) {
   return line.starts_with(prefix) ? line.substr(prefix.size()) : line;
 }
 
-/// The model that most rows recommend, the first of equals; without one the first model of the first row.
+/// Returns the model that most rows recommend, the first of equals; without one the first model of the first row.
 std::string common_model_of(const std::vector<Row>& rows) {
   std::vector<std::pair<std::string, std::size_t>> counts;
   for (const Row& row : rows) {
@@ -93,7 +93,7 @@ double median_of(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-/// Names the records that lie apart. @returns what could have been named
+/// Reports the records that deviate. @returns the smallest changes that could have been reported
 std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string& model) {
   const std::vector<Parameter> parameters = parameters_of(rows, model);
   std::vector<Resolution> resolutions;

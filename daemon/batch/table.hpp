@@ -10,14 +10,14 @@
 
 namespace eha::batch {
 
-/// Probability that a batch names an outlier where there is none, for all records and parameters together; the same of
-/// trends.
+/// Probability that a batch reports an outlier although there is none, for all records and parameters together; also
+/// that of a false trend.
 inline constexpr double kOutlierLevel = 0.01;
 
-/// Records, below which no value is compared with the others.
+/// Fewest records for a comparison of their values.
 inline constexpr std::size_t kFewestForOutliers = 5;
 
-/// A parameter of one record that lies apart from those of the others.
+/// A parameter of one record that deviates from those of the others.
 struct Outlier {
   std::string parameter;
   double value = 0.0;
@@ -30,8 +30,8 @@ struct Row {
   Record record;
   int exit_code = 0;
   bool judged = false;
-  std::string reason;             ///< why it was not judged
-  nlohmann::ordered_json fit;     ///< of Result: models and recommendation; null where it was not judged
+  std::string reason;             ///< reason for which it was not judged
+  nlohmann::ordered_json fit;     ///< of Result: models and recommendation; null if it was not judged
   std::string recommended;        ///< model; "none" without one
   std::vector<Outlier> outliers;  ///< of the table's common model
 };
@@ -42,11 +42,11 @@ struct Trend {
   double change = 0.0;  ///< from the first record to the last
 };
 
-/// The smallest change of a parameter that these records can show.
+/// Smallest change of a parameter that these records can show.
 struct Resolution {
   std::string parameter;
-  double change = 0.0;  ///< distance from the median from which on a record is named; the least of all records
-  /// The record that lies furthest from the median, in its own half widths, named or not.
+  double change = 0.0;  ///< distance from the median above which a record is reported; the least of all records
+  /// Row of the record furthest from the median, in its own half widths, reported or not.
   std::size_t furthest_row = 0;
   double furthest = 0.0;  ///< its value
   double median = 0.0;
@@ -61,7 +61,7 @@ struct Table {
   std::size_t missing = 0;  ///< without a result
 };
 
-/// What one record says of a parameter.
+/// Estimate of a parameter by one record.
 struct Estimate {
   std::size_t row = 0;  ///< in Table::rows
   double value = 0.0;
@@ -77,8 +77,8 @@ struct Parameter {
   double median = 0.0;
 };
 
-/// The free parameters of a model, without those of the record's start, in the model's order. Records whose model of
-/// this name is rejected are left out.
+/// Returns the free parameters of a model, without those of the record's start, in the model's order. Leaves out
+/// records whose model of this name is rejected.
 [[nodiscard]] std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model);
 
 /// The verdict's grade of the recommended model; empty without one.
@@ -86,12 +86,12 @@ struct Parameter {
 
 /// The table of the results so far. It depends only on the results, not on machine or time.
 ///
-/// A value is an outlier where its distance from the median of the records exceeds t max(std, 1.4826 MAD): std is its
-/// own standard error, MAD the median absolute deviation of the records, and t Student's quantile at kOutlierLevel,
-/// shared among all records and parameters (Bonferroni). At least five records are needed.
+/// A value is an outlier if its distance from the median of the records exceeds t max(std, 1.4826 MAD): std is its own
+/// standard error, MAD the median absolute deviation of the records, and t Student's quantile at kOutlierLevel, shared
+/// among all records and parameters (Bonferroni). At least five records are needed.
 ///
-/// A trend is named by Mann and Kendall's test at kOutlierLevel, shared among the parameters; its size is that of Theil
-/// and Sen's line. At least ten records are needed.
+/// A trend is reported by Mann and Kendall's test at kOutlierLevel, shared among the parameters; its size is that of
+/// Theil and Sen's line. At least ten records are needed.
 /// @throws as BatchFolder::result
 [[nodiscard]] Table table_of(const BatchFolder& folder);
 

@@ -24,7 +24,7 @@ using std::chrono::steady_clock;
 
 constexpr std::size_t kLongestAnswer = 64 * 1024 * 1024;
 
-/// Bounds how long the kernel waits for room: also for a place in the queue of those who want to connect.
+/// Limits the time that the kernel waits for room, also for a place in the queue of connecting clients.
 void limit_waiting(const os::FileDescriptor& descriptor, milliseconds patience) {
   const milliseconds::rep left_ms = std::max<milliseconds::rep>(patience.count(), 1);
   const timeval limit{.tv_sec = left_ms / 1000, .tv_usec = left_ms % 1000 * 1000};

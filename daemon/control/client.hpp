@@ -32,13 +32,13 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Sends a request and waits for its answer; events of a watch that arrive before it are dropped.
-  /// @param patience  how long to wait for the answer
+  /// Sends a request and waits for its answer; drops events of a watch that arrive before it.
+  /// @param patience  longest wait for the answer
   /// @throws Error  ehad refused: its code and message   @throws ConnectionLost
   Json call(const std::string& method, const Json& params = Json::object(),
             std::chrono::milliseconds patience = std::chrono::minutes(1));
 
-  /// The next event of a watch; none after `timeout` or when a signal interrupts.
+  /// Returns the next event of a watch; none after `timeout` or on a signal.
   /// @throws ConnectionLost
   [[nodiscard]] std::optional<Json> next_event(std::chrono::milliseconds timeout);
 

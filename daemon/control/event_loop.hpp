@@ -35,7 +35,7 @@ class EventLoop {
 
  private:
   struct Entry {
-    std::uint64_t token = 0;  ///< of this registration, so that events of an earlier one are not delivered
+    std::uint64_t token = 0;  ///< number of this registration, so that events of an earlier one are not delivered
     std::shared_ptr<Handler> handler;
   };
 

@@ -17,13 +17,13 @@ class LineBuffer {
 
   void append(std::string_view bytes);
 
-  /// Takes the next whole line without its newline (and a carriage return before it); none while it is incomplete.
+  /// Takes the next whole line without its newline (and a carriage return before it); none if it is incomplete.
   [[nodiscard]] std::optional<std::string> next_line();
 
-  /// Whether the line at the front is longer than allowed; the rest of the stream cannot be used then.
+  /// Whether the first line is longer than allowed; the rest of the stream is then unusable.
   [[nodiscard]] bool is_too_long() const noexcept;
 
-  /// Bytes of lines that are incomplete or not taken.
+  /// Number of bytes in lines that are incomplete or not taken.
   [[nodiscard]] std::size_t size() const noexcept { return bytes_.size() - begin_; }
 
  private:

@@ -16,12 +16,12 @@ namespace {
 constexpr int kDeepestRequest = 4;  // an object that holds an object, and some spare
 constexpr std::size_t kLongestName = 256;
 constexpr std::int64_t kGreatestPosition = 1000;
-constexpr std::int64_t kGreatestId = (std::int64_t{1} << 53) - 1;  // what every JSON library keeps
+constexpr std::int64_t kGreatestId = (std::int64_t{1} << 53) - 1;  // range that every JSON library preserves
 
 /// Not ordered_json, which looks a key up by a linear search.
 using Input = nlohmann::json;
 
-/// Why a request is refused; becomes a Refusal.
+/// Reason for refusing a request; becomes a Refusal.
 struct BadRequest {
   std::string message;
 };
@@ -30,7 +30,7 @@ std::string shown(const Input& value) {
   return shortened(value.dump(-1, ' ', true, Input::error_handler_t::replace), 40);
 }
 
-/// The members of `params`, or of an object in it; a member that no reader asked for is an error.
+/// Reads the members of `params`, or of an object in it; a member that was not read is an error.
 class Params {
  public:
   /// @param path  of the object, for messages
@@ -77,7 +77,7 @@ class Params {
     return *named;
   }
 
-  /// A whole number from `least` to kGreatestPosition; none when it is not there.
+  /// Reads a whole number from `least` to kGreatestPosition; none if it is missing.
   [[nodiscard]] std::optional<std::int64_t> whole(std::string_view key, std::int64_t least) {
     const Input* value = find(key);
     if (value == nullptr) return std::nullopt;
@@ -208,7 +208,7 @@ Call read_call(const std::string& method, const Input& values) {
 Input parse_shallow(std::string_view line) {
   bool is_deep = false;
   std::optional<std::string> repeated;
-  std::array<std::set<std::string>, kDeepestRequest + 1> keys;  // of the object that is open at each depth
+  std::array<std::set<std::string>, kDeepestRequest + 1> keys;  // of the open object at each depth
   const auto look = [&](int depth, Input::parse_event_t event, const Input& value) {
     const bool opens = event == Input::parse_event_t::object_start || event == Input::parse_event_t::array_start;
     if (opens && depth >= kDeepestRequest) is_deep = true;

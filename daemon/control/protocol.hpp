@@ -33,14 +33,14 @@ struct SubmittedExperiment {
   std::string name = "experiment.toml";  ///< for messages
 };
 struct SubmitCall {
-  std::vector<SubmittedExperiment> experiments;  ///< 1 to kMostExperiments, in the order in which they are to start
+  std::vector<SubmittedExperiment> experiments;  ///< 1 to kMostExperiments, in their starting order
   bool is_list = false;                          ///< answered with a list
   bool fast = false;                             ///< virtual time
-  bool accept_travel_risk = false;               ///< queue what the rehearsal refuses
+  bool accept_travel_risk = false;               ///< queue even if the rehearsal refuses
   bool detach = false;                           ///< may start after this connection has ended
 };
 struct StopCall {
-  std::optional<EntryId> entry;  ///< stop only if this one is on
+  std::optional<EntryId> entry;  ///< stop only if this one is running
 };
 struct CancelCall {
   EntryId entry = 0;
@@ -50,16 +50,16 @@ struct HoldCall {
 };
 struct MoveCall {
   EntryId entry = 0;
-  std::int64_t to = 0;  ///< position among those of its submitter, from 1; 0: `by` says
+  std::int64_t to = 0;  ///< position among those of its submitter, from 1; 0: see `by`
   std::int64_t by = 0;  ///< positions towards the end; negative: towards the front
 };
 struct WatchCall {
   double rate_Hz = 10.0;
   std::optional<EntryId> entry;  ///< until this one is over
-  bool samples = false;          ///< with the blocks of samples since the last event
+  bool samples = false;          ///< events contain the blocks of samples since the last one
 };
 struct QueueCall {
-  std::optional<std::int64_t> over;  ///< of those that are over, at most the newest so many; none: all
+  std::optional<std::int64_t> over;  ///< greatest number of completed ones, the newest; none: all
 };
 struct ReleaseCall {
   std::optional<EntryId> entry;  ///< none: every held experiment of the caller
@@ -85,11 +85,11 @@ struct Request {
 
 /// A line that is not a request, and the answer to it.
 struct Refusal {
-  Json id;              ///< the request's; null when it has none that is readable
+  Json id;              ///< the request's; null if it has no readable one
   std::string message;  ///< printable, at most a few hundred bytes
 };
 
-/// Reads one line. Cost and memory: proportional to its length, whatever it contains. Thread-safe.
+/// Reads one line. Cost and memory: proportional to its length, for any content. Thread-safe.
 [[nodiscard]] std::variant<Request, Refusal> parse_request(std::string_view line);
 
 /// Lines to send, with their newline; bytes that are not UTF-8 are replaced.

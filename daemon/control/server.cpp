@@ -79,7 +79,7 @@ Server::~Server() {
   loop_.remove(listener_.get());
   listener_.close();
   for (const auto& [id, client] : clients_) {
-    // Sends what still waits, such as how a run ended.
+    // Sends waiting output, such as the end of a run.
     flush(*client);
     loop_.remove(client->descriptor.get());
   }
@@ -91,7 +91,7 @@ void Server::accept_clients() {
     os::FileDescriptor descriptor(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!descriptor && (errno == EINTR || errno == ECONNABORTED)) continue;
     if (!descriptor) {
-      // Out of descriptors or memory: connections in the backlog would wake the loop again and again.
+      // Without descriptors or memory, connections in the backlog would wake the loop again and again.
       if (errno != EAGAIN) make_room();
       return;
     }
@@ -126,7 +126,7 @@ bool Server::make_seat(uid_t uid, Seat seat, std::size_t most) {
   for (const auto& [id, client] : clients_) {
     if (client->peer.uid != uid || client->seat != seat) continue;
     ++taken;
-    // The oldest that has asked for nothing yet.
+    // The oldest one without a request.
     if (silent == nullptr && !client->has_asked && !has_input(client->descriptor)) silent = client.get();
   }
   if (taken < most) return true;
@@ -138,8 +138,8 @@ bool Server::make_seat(uid_t uid, Seat seat, std::size_t most) {
 void Server::make_room() {
   std::map<uid_t, std::size_t> of_user;
   for (const auto& [id, client] : clients_) ++of_user[client->peer.uid];
-  // Of the user with the most connections: clients without a request first, then the one silent longest; busy ones
-  // last.
+  // Among clients of the user with the most connections: first those without a request, then the one silent longest;
+  // busy ones last.
   const auto rank = [&](const Client& client) {
     return std::make_tuple(-static_cast<std::ptrdiff_t>(of_user[client.peer.uid]), client.busy, client.has_asked,
                            client.last_heard);
@@ -190,8 +190,8 @@ void Server::read_from(Client& client) {
 }
 
 void Server::handle_lines(ClientId id) {
-  // Looked up in each pass, because a request may drop its own client.
-  // No request is handled while an answer waits to be read, which bounds the memory of a client that does not read.
+  // Looks the client up in each pass, because a request may drop its own client.
+  // Handles no request while an answer waits to be read, which bounds the memory of a client that does not read.
   const auto may_ask = [](const Client& client) { return !client.busy && !client.closing && client.output.empty(); };
   for (Client* client = find(id); client != nullptr && may_ask(*client); client = find(id)) {
     const std::optional<std::string> line = client->input.next_line();

@@ -31,22 +31,22 @@ struct Peer {
   std::string user;  ///< name of the uid, or its digits
 };
 
-/// Limits on what clients may use.
+/// Limits of clients.
 struct ServerLimits {
-  std::size_t clients = 256;                  ///< connections; beyond, the idlest of the user with the most is closed
-  std::size_t clients_of_user = 64;           ///< connections of one user; the requests of further ones are refused
-  std::size_t spare_of_user = 8;              ///< these further ones, in which `stop` is not refused
+  std::size_t clients = 256;         ///< connections; beyond this the idlest one of the user with the most is closed
+  std::size_t clients_of_user = 64;  ///< connections of one user; requests of further ones are refused
+  std::size_t spare_of_user = 8;     ///< further connections of one user, on which `stop` is not refused
   std::size_t unread_bytes = 1024 * 1024;     ///< output waiting for a reader, beyond one answer [bytes]
   std::chrono::milliseconds silence{30'000};  ///< before the first request, within a line, or without reading
 };
 
-/// Whether a line of a stream may be left out.
+/// Whether a line of a stream may be dropped.
 enum class Delivery {
-  when_read,  ///< left out while earlier output waits to be read
+  when_read,  ///< dropped while earlier output waits to be read
   always,
 };
 
-/// The listening side of the socket. Everything is non-blocking and bounded: a client that floods, stalls, sends
+/// The listening side of the socket. All operations are non-blocking and bounded: a client that floods, stalls, sends
 /// garbage or reads nothing is answered or dropped, and delays no other client. Connections of one user never close
 /// those of another. Each client's requests are answered one at a time, in order; the next one is read after the answer
 /// to the last one was read. Not thread-safe.
@@ -68,11 +68,11 @@ class Server {
   Server& operator=(const Server&) = delete;
   ~Server();
 
-  /// Answers the request under way; does nothing when the client has disconnected.
+  /// Answers the present request; does nothing if the client has disconnected.
   void respond(ClientId client, std::int64_t id, const Json& result);
   void refuse(ClientId client, const Json& id, ExitCode code, std::string_view message);
 
-  /// Sends a line of a stream. @returns false when it was left out, or the client has gone
+  /// Sends a line of a stream. @returns false if it was dropped, or the client has disconnected
   bool stream(ClientId client, const std::string& line, Delivery delivery);
 
   /// Drops clients that were silent for too long. Call about every second.
@@ -89,14 +89,14 @@ class Server {
     os::FileDescriptor descriptor;
     LineBuffer input{kLongestRequest};
     std::string output;
-    bool busy = false;       ///< a request is under way
+    bool busy = false;       ///< a request is being answered
     bool closing = false;    ///< dropped once its output is read
     bool has_asked = false;  ///< sent at least one request
     Seat seat = Seat::regular;
-    bool at_end = false;   ///< sends nothing any more
-    TimePoint last_heard;  ///< whole line
-    TimePoint line_begun;  ///< first byte of the unfinished line
-    TimePoint last_taken;  ///< output that was read, or was empty
+    bool at_end = false;   ///< sends no more requests
+    TimePoint last_heard;  ///< time of the last whole line
+    TimePoint line_begun;  ///< time of the first byte of the unfinished line
+    TimePoint last_taken;  ///< time at which output was last read, or was empty
   };
 
   void accept_clients();

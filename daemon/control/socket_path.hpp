@@ -7,7 +7,7 @@ namespace eha::control {
 
 inline constexpr const char* kDefaultSocket = "/run/ehad/ehad.sock";
 
-/// The environment's EHA_SOCKET, otherwise kDefaultSocket.
+/// Returns EHA_SOCKET of the environment, otherwise kDefaultSocket.
 [[nodiscard]] std::filesystem::path default_socket();
 
 }  // namespace eha::control

@@ -94,7 +94,7 @@ std::vector<SleepState> sleep_states(const fs::path& folder) {
   return states;
 }
 
-/// @returns whether the CPU counts them and tells
+/// @returns whether the CPU has the counter and it is readable
 bool read_smi(const fs::path& msr, std::uint64_t& count) {
   const os::FileDescriptor file(open(msr.c_str(), O_RDONLY | O_CLOEXEC));
   return file && pread(file.get(), &count, sizeof count, kSmiCount) == static_cast<ssize_t>(sizeof count);

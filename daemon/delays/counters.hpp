@@ -17,13 +17,13 @@ struct InterruptRow {
   std::map<int, std::uint64_t> count;  ///< by CPU, since boot
 };
 
-/// What a CPU did since boot [s].
+/// Times of a CPU by activity since boot [s].
 struct CpuTime {
   double busy_s = 0.0;
-  double stolen_s = 0.0;  ///< by the host of a virtual machine
+  double stolen_s = 0.0;  ///< stolen by the host of a virtual machine
 };
 
-/// A state in which a CPU sleeps.
+/// A sleep state of a CPU.
 struct SleepState {
   std::string name;           ///< "C6"
   double exit_us = 0.0;       ///< time to wake up [us]
@@ -36,11 +36,11 @@ struct RealtimeThread {
   pid_t parent = 0;     ///< of the process; 2 for threads of the kernel
   std::string name;     ///< printable
   int priority = 0;     ///< SCHED_FIFO or SCHED_RR, 1 to 99; SCHED_DEADLINE is 100
-  int cpu = 0;          ///< on which it ran last
+  int cpu = 0;          ///< on which it last ran
   double used_s = 0.0;  ///< processor time [s]
 };
 
-/// What a machine has counted since boot, as far as the kernel tells; a member is empty where it does not.
+/// Counters of a machine since boot; a member is empty if the kernel does not report it.
 struct Counters {
   double uptime_s = 0.0;
   std::map<std::string, InterruptRow> interrupts;  ///< by number or name: "130", "LOC"

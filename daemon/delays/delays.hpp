@@ -11,7 +11,7 @@
 
 #include "daemon/delays/counters.hpp"
 
-// Why was a tick late? What on a machine can hold the loop up, and what did while it ran.
+// Causes of late ticks: properties and events of a machine that can delay the loop.
 
 namespace eha::delays {
 
@@ -26,19 +26,19 @@ struct Delay {
 struct LoopThread {
   std::optional<int> cpu = {};   ///< bound to it; none: it runs on any
   int priority = 0;              ///< SCHED_FIFO
-  pid_t process = 0;             ///< its own threads are no culprits
-  std::int64_t preemptions = 0;  ///< how often another thread took its place
+  pid_t process = 0;             ///< its own threads are never causes
+  std::int64_t preemptions = 0;  ///< number of preemptions by other threads
 };
 
-/// What the machine is set up with: interrupts and the kernel's own work on the loop's CPU, the other half of its core,
-/// threads of higher priority, a share of real-time threads that is too small, a host beneath it.
-/// Most questions need a loop that is bound to a CPU.
+/// Finds causes in the machine's settings: interrupts and kernel work on the loop's CPU, the other half of its core,
+/// threads of higher priority, too small a share of real-time threads, a virtual machine's host.
+/// Most causes need a loop that is bound to a CPU.
 /// @param root  "/", or a folder laid out like it
 [[nodiscard]] std::vector<Delay> standing_delays(const std::filesystem::path& root, const Counters& now,
                                                  const LoopThread& loop);
 
-/// What happened between two readings of the counters, as far as it can make ticks late. Empty when the counters show
-/// nothing, or were read less than 0.1 s apart. A thread that ended before the second reading is not seen.
+/// Finds causes in the events between two readings of the counters. Empty if the counters show none, or were read less
+/// than 0.1 s apart. Does not see a thread that ended before the second reading.
 /// @param root  for the share of real-time threads and the halves of cores
 [[nodiscard]] std::vector<Delay> seen_delays(const std::filesystem::path& root, const Counters& before,
                                              const Counters& after, const LoopThread& loop);

@@ -8,10 +8,10 @@
 
 namespace eha::delays {
 
-/// First line of a kernel file, without blanks at its end; empty when it cannot be read.
+/// Returns the first line of a kernel file, without blanks at its end; empty if it cannot be read.
 [[nodiscard]] std::string first_line(const std::filesystem::path& file);
 
-/// Reads the kernel's list of CPUs: "0-2,5" is 0, 1, 2, 5. Parts that are no number or range are skipped.
+/// Reads the kernel's list of CPUs: "0-2,5" is 0, 1, 2, 5. Skips parts that are no number or range.
 [[nodiscard]] std::vector<int> cpu_list(std::string_view text);
 
 }  // namespace eha::delays

@@ -12,7 +12,7 @@
 
 namespace eha::delays {
 
-/// The other CPUs of the same core (simultaneous multithreading).
+/// Returns the other CPUs of the same core (simultaneous multithreading).
 [[nodiscard]] inline std::vector<int> other_halves(const std::filesystem::path& root, int cpu) {
   std::vector<int> cpus = cpu_list(
       first_line(root / "sys/devices/system/cpu" / ("cpu" + std::to_string(cpu)) / "topology/thread_siblings_list"));
@@ -20,12 +20,12 @@ namespace eha::delays {
   return cpus;
 }
 
-/// The rig's guard, which runs above the loop on purpose and hardly at all.
+/// Whether a thread is the rig's guard, which runs above the loop on purpose and needs little time.
 inline constexpr std::string_view kGuard = "eha-safe";
 
 inline constexpr std::string_view kHalvesRemedy = "echo off | sudo tee /sys/devices/system/cpu/smt/control";
 
-/// What the kernel lets all real-time threads use of a CPU, 0 to 1; none: no limit, or unknown.
+/// Returns the share of a CPU that the kernel allows all real-time threads, 0 to 1; none: no limit, or unknown.
 [[nodiscard]] inline std::optional<double> realtime_share(const std::filesystem::path& root) {
   const double runtime = std::atof(first_line(root / "proc/sys/kernel/sched_rt_runtime_us").c_str());
   const double period = std::atof(first_line(root / "proc/sys/kernel/sched_rt_period_us").c_str());

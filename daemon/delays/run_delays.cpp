@@ -14,7 +14,7 @@ std::vector<Delay> delays_of_run(const Counters& before, const config::RealtimeO
   constexpr const char* kRoot = "/";
   LoopThread loop{.cpu = {}, .priority = 0, .process = getpid()};
   if (report.realtime.cpu_bound) loop.cpu = realtime.cpu;
-  // On ordinary scheduling every real-time thread comes first.
+  // With ordinary scheduling every real-time thread takes precedence.
   if (report.realtime.fifo) {
     loop.priority = std::min(realtime.priority, kHighestLoopPriority);
     loop.preemptions = report.counters.involuntary_switches;

@@ -10,7 +10,7 @@
 
 namespace eha::delays {
 
-/// What can have made ticks of a run of this process late, in real time. Not for the loop's thread.
+/// Finds possible causes of late ticks in a real-time run of this process. Not for the loop's thread.
 /// @param before  read on this machine before the run
 [[nodiscard]] std::vector<Delay> delays_of_run(const Counters& before, const config::RealtimeOptions& realtime,
                                                const acquisition::RunReport& report);

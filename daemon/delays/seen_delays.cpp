@@ -13,13 +13,13 @@ namespace eha::delays {
 namespace {
 
 constexpr double kShortest_s = 0.1;
-constexpr double kSlowWake_us = 50.0;  // what eha latency allows
+constexpr double kSlowWake_us = 50.0;  // limit of eha latency
 constexpr double kRivalShare = 0.002;  // of a processor: 2 us a tick of 1 ms, or one of 50 ms in 25 s
 constexpr double kStolenShare = 0.001;
 constexpr double kBusyHalf = 0.2;
-constexpr double kThrottleShare = 0.9;  // of what real-time threads may use
+constexpr double kThrottleShare = 0.9;  // of the time allowed to real-time threads
 
-/// A row of /proc/interrupts or /proc/softirqs that holds a CPU up when it counts faster than this [1/s].
+/// Rate above which a row of /proc/interrupts or /proc/softirqs delays a CPU [1/s].
 struct NamedRow {
   std::string_view name;
   double most_per_s;
@@ -62,7 +62,7 @@ struct Span {
   [[nodiscard]] bool concerns(int cpu) const { return !loop.cpu || *loop.cpu == cpu; }
 };
 
-/// The CPU of the loop on which a row counted fastest, and how fast [1/s].
+/// The CPU of the loop on which a row counted fastest, and its rate [1/s].
 std::pair<int, double> fastest(const Span& span, const InterruptRow* before, const InterruptRow& after) {
   std::pair<int, double> most{-1, 0.0};
   for (const auto& [cpu, count] : after.count) {
@@ -108,7 +108,7 @@ void add_interrupts(const Span& span, std::vector<Delay>& delays) {
   add_named(span, kSoftirqs, span.before.softirqs, span.after.softirqs, "softirqs", delays);
 }
 
-/// What a thread used between the readings [s].
+/// Processor time of a thread between the readings [s].
 double used_s(const Span& span, pid_t tid, const RealtimeThread& thread) {
   const auto earlier = span.before.realtime_threads.find(tid);
   const bool is_known = earlier != span.before.realtime_threads.end() && earlier->second.process == thread.process;

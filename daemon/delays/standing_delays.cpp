@@ -27,7 +27,7 @@ std::string boot_with(const std::string& words) {
   return fmt::format("add {} to GRUB_CMDLINE_LINUX in /etc/default/grub, then sudo update-grub and reboot", words);
 }
 
-/// The CPUs of a parameter of the kernel's command line, such as rcu_nocbs=2-3.
+/// Returns the CPUs of a parameter of the kernel's command line, such as rcu_nocbs=2-3.
 std::vector<int> boot_cpus(const fs::path& root, std::string_view parameter) {
   std::istringstream words(first_line(root / "proc/cmdline"));
   for (std::string word; words >> word;) {
@@ -38,7 +38,7 @@ std::vector<int> boot_cpus(const fs::path& root, std::string_view parameter) {
   return {};
 }
 
-/// Devices whose interrupts go to the CPU.
+/// Returns the devices whose interrupts go to the CPU.
 void add_interrupts(const fs::path& root, const Counters& now, int cpu, std::vector<Delay>& delays) {
   constexpr std::size_t kNamed = 3;
   std::vector<std::pair<std::uint64_t, std::string>> served;

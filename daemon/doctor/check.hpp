@@ -24,14 +24,14 @@ struct Check {
 [[nodiscard]] Check warn(std::string name, std::string found, std::string remedy);
 [[nodiscard]] Check fail(std::string name, std::string found, std::string remedy, ExitCode code);
 
-/// The code of the worst failure: configuration before device before permission before input/output, since each makes
-/// the ones after it moot. ok without a failure.
+/// Returns the code of the most basic failure: configuration before device before permission before input/output, since
+/// each makes the later ones meaningless. ok without a failure.
 [[nodiscard]] ExitCode exit_code(const std::vector<Check>& checks) noexcept;
 
 /// "ok", "warn", "fail".
 [[nodiscard]] std::string_view to_text(Level level) noexcept;
 
-/// What the checks protect. On a simulated rig a missing requirement of a real one is only a warning.
+/// Purpose of the checks. On a simulated rig an unmet requirement of a real one is only a warning.
 enum class Stakes { simulated, machine };
 
 }  // namespace eha::doctor

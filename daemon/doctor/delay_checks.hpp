@@ -9,8 +9,8 @@
 
 namespace eha::doctor {
 
-/// A warning for each thing that can make ticks late, or one line that says there is none.
-/// @param cpu  to which the loop is bound
+/// Returns a warning for each possible cause of late ticks, or one line that reports none.
+/// @param cpu  of the loop
 [[nodiscard]] std::vector<Check> check_delays(const std::vector<delays::Delay>& standing, std::optional<int> cpu);
 
 }  // namespace eha::doctor

@@ -23,7 +23,7 @@ using acquisition::RecordQueue;
 
 constexpr double kRepetition_s = 1.0;
 constexpr double kAmplitude_V = 1.0;
-// Limits that nothing reaches. The simulated rod may rest on an end stop; a tick costs the same there.
+// Limits that are never reached. The simulated rod may rest on an end stop; a tick costs the same there.
 constexpr double kOutOfReach = 1e9;
 
 /// Drops the records of the queue in place of a run's writer.

@@ -16,8 +16,8 @@ constexpr double kShortestMeasurement_s = 0.1;
 constexpr double kLongestMeasurement_s = 65535.0;
 
 /// Measures the tick loop on this machine without a rig: runs it in real time on the simulated actuator as shipped.
-/// Late and skipped ticks are counted and do not end it. Without real-time privileges it runs on ordinary scheduling,
-/// and RunReport::realtime says so.
+/// Counts late and skipped ticks without ending. Without real-time privileges it uses ordinary scheduling, which
+/// RunReport::realtime reports.
 /// @param duration_s  kShortestMeasurement_s to kLongestMeasurement_s
 /// @param realtime    period, priority and CPU of the loop; its limits on late ticks are ignored
 /// @param stop        ends it early: outcome `interrupted`, with the measurements so far

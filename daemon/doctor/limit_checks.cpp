@@ -11,8 +11,8 @@
 namespace eha::doctor {
 namespace {
 
-// No standard gives these. They are far outside what a cylinder of this kind does, so a good rig file never reaches
-// them.
+// No standard defines these. They are far beyond the motions of a cylinder of this kind, so a good rig file never
+// reaches them.
 constexpr double kLongestFrozen_s = 2.0;
 constexpr double kLongestLate_s = 0.1;
 

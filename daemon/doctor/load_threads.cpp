@@ -33,7 +33,7 @@ LoadThreads::LoadThreads() {
       std::vector<std::uint64_t> to(kWords);
       ready.count_down();
       while (!stop_.load(std::memory_order_relaxed)) {
-        // A step of Marsaglia's xorshift, so that the copy is arithmetic too and cannot be left out.
+        // A step of Marsaglia's xorshift, so that the copy needs arithmetic and cannot be optimised away.
         std::transform(from.begin(), from.end(), to.begin(), [](std::uint64_t x) {
           x ^= x << 13U;
           x ^= x >> 7U;

@@ -16,7 +16,7 @@ namespace {
 
 bool contains(const std::vector<int>& cpus, int cpu) { return std::find(cpus.begin(), cpus.end(), cpu) != cpus.end(); }
 
-/// A missing requirement, without which the loop refuses to move a machine.
+/// An unmet requirement, without which the loop refuses to move a machine.
 Check missing(std::string name, std::string found, std::string remedy, Stakes stakes) {
   if (stakes == Stakes::simulated) return warn(std::move(name), std::move(found), std::move(remedy));
   return fail(std::move(name), std::move(found), std::move(remedy), ExitCode::permission);

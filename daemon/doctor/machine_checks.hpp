@@ -18,8 +18,9 @@ struct Machine {
   Privileges privileges;
 };
 
-/// Checks whether the machine can keep the rig's ticks: kernel, scheduling, limits, CPUs, sleep, clock. What the loop
-/// refuses to run without is a failure for a rig that moves a machine and a warning for a simulated one.
+/// Checks whether the machine can keep the rig's ticks: kernel, scheduling, limits, CPUs, sleep, clock. An unmet
+/// requirement without which the loop refuses to run is a failure for a rig that moves a machine and a warning for a
+/// simulated one.
 [[nodiscard]] std::vector<Check> check_machine(const Machine& machine, const config::RealtimeOptions& realtime,
                                                Stakes stakes);
 

@@ -9,10 +9,10 @@
 
 namespace eha::doctor {
 
-/// The folder that runs would be written to.
+/// The folder for runs.
 struct RunsFolder {
-  std::filesystem::path folder;       ///< as asked for
-  std::filesystem::path existing;     ///< it, or the nearest folder above it that exists
+  std::filesystem::path folder;       ///< as requested
+  std::filesystem::path existing;     ///< the folder, or the nearest existing one above it
   int write_error = 0;                ///< errno of the access check on `existing`; 0 when it may be written
   int space_error = 0;                ///< errno of reading the free space; 0 when known
   std::uint64_t available_bytes = 0;  ///< free for this user

@@ -8,7 +8,7 @@
 
 namespace eha::doctor {
 
-/// Facts about the machine from /sys; a member is empty where the kernel gives none.
+/// Facts about the machine from /sys; a member is empty if the kernel reports none.
 struct SystemFiles {
   std::vector<std::string> governors;  ///< frequency governors in use, each once; empty without frequency scaling
   std::vector<int> online_cpus;

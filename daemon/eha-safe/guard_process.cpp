@@ -20,9 +20,9 @@
 namespace eha {
 namespace {
 
-/// Starting a program and reading a small file takes milliseconds; this long means that it hangs.
+/// Starting a program and reading a small file takes milliseconds; after this time it hangs.
 constexpr int kStartLimit_ms = 10'000;
-/// A guard that was told that the rig is safe ends in milliseconds; this long means that it hangs.
+/// After the message that the rig is safe a guard ends in milliseconds; after this time it hangs.
 constexpr std::chrono::milliseconds kEndLimit{5'000};
 
 [[noreturn]] void fail(const std::filesystem::path& program, const std::string& cause) {
@@ -41,7 +41,7 @@ std::string describe(const os::ChildEnd& end) {
 GuardProcess::GuardProcess(const std::filesystem::path& program, const std::filesystem::path& snapshot,
                            const os::FileDescriptor* page) {
   std::array<int, 2> ends{};
-  // A socket and not two pipes: it has the same end-of-file, and a write to a dead guard is an error, not a signal.
+  // A socket, not two pipes: its end-of-file is the same, and a write to a dead guard is an error, not a signal.
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) fail(program, error_text(errno));
   stream_ = os::FileDescriptor(ends[0]);
   os::FileDescriptor guards_end(ends[1]);
@@ -57,7 +57,7 @@ GuardProcess::GuardProcess(const std::filesystem::path& program, const std::file
   } catch (const IoError& error) {
     throw DeviceError(std::string(error.what()) + "; nothing is driven without the guard of the rig");
   }
-  // The guard's copies are the only ones left: its death ends the stream.
+  // Only the guard's copies remain: its death ends the stream.
   guards_end.close();
   wait_until_ready(program);
 }
@@ -73,7 +73,7 @@ void GuardProcess::wait_until_ready(const std::filesystem::path& program) {
     const ssize_t count = polled > 0 ? read(stream_.get(), bytes.data(), bytes.size()) : 0;
     if (count > 0) heard.append(bytes.data(), static_cast<std::size_t>(count));
     if (count <= 0 || !expected.starts_with(heard)) {
-      // It has driven nothing yet, so killing it leaves nothing undone.
+      // Nothing was driven yet, so killing the guard has no effect on the rig.
       if (polled == 0) process_->signal(SIGKILL);
       const os::ChildEnd end = finish();
       fail(program, polled == 0 ? "it does not answer" : describe(end));

@@ -11,13 +11,13 @@
 
 namespace eha {
 
-/// Memory shared with the guard (GuardPage) that the service leaves, beside the snapshot; in its folder of /run.
+/// Memory shared with the guard (GuardPage) that the service leaves behind, beside the snapshot; in its folder of /run.
 inline constexpr const char* kPageFile = "guard.page";
 inline constexpr const char* kServicePage = "/run/ehad/guard.page";
 
 /// A process that makes the rig safe when this one ends without sending `done`, SIGKILL included: `eha-safe --guard`.
-/// With a page it also switches the hydraulics off when the loop stands still, and saves the rows that were not yet
-/// written when this process died.
+/// With a page it also switches the hydraulics off if the loop stalls, and saves the rows that were not yet written
+/// when this process died.
 ///
 /// Start it after the rig is open and its snapshot is written, before the enable line is switched on. It holds one end
 /// of a stream, this process the other (close-on-exec): end-of-file without the line `done` makes it act. It has its
@@ -35,7 +35,7 @@ class GuardProcess {
   GuardProcess(const GuardProcess&) = delete;
   GuardProcess& operator=(const GuardProcess&) = delete;
 
-  /// Without done(): the guard acts, and this waits for its end. Close the rig first: the guard waits for its locks.
+  /// Without done(): lets the guard act and waits for its end. Close the rig first: the guard waits for its locks.
   ~GuardProcess();
 
   /// Tells the guard that the rig is safe and waits for its end; continues it first if it is stopped, and kills it
@@ -43,8 +43,8 @@ class GuardProcess {
   /// @throws DeviceError  the guard had ended before, ended with an error, or had to be killed
   void done();
 
-  /// Gives the guard the journal of the run that begins, whose lock it then shares until the page says that the journal
-  /// has ended. Without effect on a guard that has died.
+  /// Gives the guard the journal of a new run. The guard then shares the journal's lock until the page says that the
+  /// journal has ended. Does nothing if the guard has died.
   void hold(const os::FileDescriptor& journal) noexcept;
 
   [[nodiscard]] pid_t pid() const noexcept { return process_ ? process_->pid() : -1; }
@@ -60,7 +60,7 @@ class GuardProcess {
   os::FileDescriptor stream_;
 };
 
-/// eha-safe, see find_program(). @throws DeviceError  it is not there
+/// Returns the path of eha-safe, see find_program(). @throws DeviceError  it does not exist
 [[nodiscard]] std::filesystem::path guard_program();
 
 }  // namespace eha

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The readable entries of a folder.
+/// Returns the readable entries of a folder.
 std::vector<fs::path> entries_of(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code error;
@@ -26,7 +26,7 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
   return found;
 }
 
-/// Whether mkdtemp can have made the name from our prefix; such names are safe to print on a terminal.
+/// Whether mkdtemp may have made the name from the prefix; such names are safe to print on a terminal.
 bool is_ours(const std::string& name) {
   const std::string beginning = kLocalSnapshotFolder;
   constexpr std::size_t kRandom = 6;
@@ -35,7 +35,7 @@ bool is_ours(const std::string& name) {
                      [](unsigned char c) { return std::isalnum(c) != 0; });
 }
 
-/// Whether nobody else can exchange what this user makes in a folder.
+/// Whether nobody else can replace this user's files in a folder.
 bool keeps_what_is_ours(const fs::path& folder) {
   struct stat facts {};
   if (stat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode)) return false;
@@ -53,7 +53,7 @@ bool is_own(const fs::path& folder) {
 }  // namespace
 
 fs::path local_snapshot_base() {
-  // Root has the variables of the user whose shell it is in.
+  // A root shell may still have the variables of the user who started it.
   for (const char* name : {"XDG_RUNTIME_DIR", "TMPDIR"}) {
     const char* folder = std::getenv(name);
     if (folder != nullptr && *folder != '\0' && keeps_what_is_ours(folder)) return folder;

@@ -29,8 +29,8 @@ namespace {
 /// Longest wait for a dying process to release the card; each converter call may take the kernel's time-out of 1 s.
 constexpr std::chrono::milliseconds kReleaseLimit{10'000};
 
-/// Signals that are sent to the watched process or its whole group must not end the guard, nor a journal that may not
-/// grow (SIGXFSZ). SIGABRT is what a service manager's watchdog sends.
+/// Signals to the watched process or its whole group must not end the guard, nor must a journal at its size limit
+/// (SIGXFSZ). A service manager's watchdog sends SIGABRT.
 void ignore_group_signals() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGABRT, SIGXFSZ}) signal(number, SIG_IGN);
 }
@@ -50,7 +50,7 @@ void tell_safe(const eha::hal::SafeAction& rig, const std::string& done) {
   std::cerr << "eha-safe: " << rig.device << ": " << done << "\n";
 }
 
-/// Says why the guard acted; only afterwards, because a write to a stopped terminal may block.
+/// Prints the reason for which the guard acted; only afterwards, because a write to a stopped terminal may block.
 void tell_why(const eha::hal::SafeAction& rig, eha::WatchEnd end) {
   const char* why = " ended without making it safe\n";
   if (end == eha::WatchEnd::stop) why = " was stopped and has been killed\n";
@@ -58,7 +58,7 @@ void tell_why(const eha::hal::SafeAction& rig, eha::WatchEnd end) {
   std::cerr << "eha-safe: the program that drove " << rig.device << why;
 }
 
-/// The memory that the driving program shares, and who owns it.
+/// The shared memory of the driving program, and its owner.
 class Page {
  public:
   /// @throws IoError, PermissionError  not a page, or one of another version of the program
@@ -70,8 +70,8 @@ class Page {
   }
   [[nodiscard]] eha::GuardPage& get() { return *static_cast<eha::GuardPage*>(memory_.data()); }
 
-  /// Saves the rows of a program that has died. Says what happened; a failure keeps nothing else from being done.
-  /// @param journal  as the program handed it over; none: the one that the page names
+  /// Saves the rows of a program that has died and prints the result; a failure prevents no other action.
+  /// @param journal  as passed by the program; none: the one that the page names
   void save_rows(eha::os::FileDescriptor journal = {}) noexcept {
     try {
       if (!journal) journal = eha::open_journal(get(), owner_);
@@ -91,7 +91,7 @@ class Page {
 /// Makes the rig of a dead program safe and saves its rows. The first try comes before anything else. Afterwards a
 /// hanging disk does not delay the rig, and a card that does not answer does not delay the rows, unless no thread can
 /// be started.
-/// @returns what was done
+/// @returns the result
 /// @throws as SafeAction::make_safe, after the rows
 std::string act(const eha::hal::SafeAction& rig, std::optional<Page>& page, eha::os::FileDescriptor journal = {}) {
   std::optional<std::string> done;
@@ -125,7 +125,7 @@ int guard(const std::string& file, std::optional<Page>& page) {
   if (rig) {
     watched.switch_off = rig->switch_off;
     eha::become_guard();
-    // One that does not open here is tried again when it is needed.
+    // If it does not open here, it is tried again when it is needed.
     rig->keep_open();
   }
   std::cout << "ready" << std::endl;
@@ -147,7 +147,7 @@ int guard(const std::string& file, std::optional<Page>& page) {
   return 0;
 }
 
-/// The page that the service left, if it did.
+/// Returns the page that the service left behind, if any.
 std::optional<Page> service_page() {
   std::optional<Page> page;
   try {
@@ -181,7 +181,7 @@ int follow_service() {
   }
   const eha::hal::SafeAction rig = load_action(eha::hal::kServiceSnapshot);
   tell_safe(rig, act(rig, page));
-  // Only here, not in a guard: after the service's guard ExecStopPost=eha-safe still needs the file.
+  // Removed only here, not by a guard: after the service's guard ExecStopPost=eha-safe still needs the file.
   std::error_code ignored;  // making a safe rig safe again does no harm
   std::filesystem::remove(eha::hal::kServiceSnapshot, ignored);
   return 0;

@@ -23,10 +23,10 @@ namespace eha {
 namespace {
 
 constexpr std::uint64_t kRowsPerBlock = 100;
-/// A recovery holds the lock for a moment; the writer holds it as long as it lives.
+/// A recovery holds the lock for a moment; the writer holds it during its whole life.
 constexpr std::chrono::seconds kLockPatience{2};
 
-/// @returns false when somebody else keeps the lock
+/// @returns false if another process keeps the lock
 bool take_lock(const os::FileDescriptor& file, const std::string& path) {
   const auto deadline = std::chrono::steady_clock::now() + kLockPatience;
   while (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
@@ -48,7 +48,7 @@ class Journal {
   }
 
   [[nodiscard]] const JournalPosition& end() const { return end_; }
-  /// Whether the process itself ended the journal: nothing may follow.
+  /// Whether the process itself completed the journal: nothing may be appended.
   [[nodiscard]] bool is_ended() const { return is_ended_; }
 
   void cut_off() const {
@@ -82,7 +82,8 @@ class Journal {
     return pread(file_.get(), bytes, size, static_cast<off_t>(offset)) == static_cast<ssize_t>(size);
   }
 
-  /// Passes one block that the process wrote and did not live to note. @returns false when no whole block follows
+  /// Skips one block that the process wrote without noting it before its death. @returns false if no whole block
+  /// follows
   bool take_block() {
     std::array<char, journal::kBlockHeaderSize> head{};
     if (!read(end_.bytes, head.data(), head.size())) return false;
@@ -114,7 +115,7 @@ os::FileDescriptor open_journal(const GuardPage& page, uid_t owner) {
   os::FileDescriptor file = os::open_file(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK);
   struct stat facts {};
   if (fstat(file.get(), &facts) != 0) os::throw_system_error("look at", path, errno);
-  // Root must not write to a file of somebody else because a user's page names it.
+  // Root must not write to another user's file because a user's page names it.
   const bool is_owners = facts.st_uid == owner || geteuid() == owner;
   if (!S_ISREG(facts.st_mode) || facts.st_dev != page.journal_device() || facts.st_ino != page.journal_inode() ||
       !is_owners) {

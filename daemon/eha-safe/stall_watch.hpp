@@ -5,15 +5,15 @@
 
 namespace eha {
 
-/// Decides from the loop's beats whether it stands still. Only time between two punctual looks counts: a host that
-/// takes all processors away stops the guard as it stops the loop, and that is no stall. Pure, so that recorded times
-/// can be replayed.
+/// Decides from the loop's beats whether it has stalled. Only time between two punctual checks counts: a host that
+/// takes all processors away stops the guard as well as the loop, and that is no stall. A pure function of times, so
+/// that recorded times can be replayed.
 class StallWatch {
  public:
-  static constexpr std::int64_t kLook_ns = 5'000'000;       ///< between two looks
-  static constexpr std::int64_t kPunctual_ns = 10'000'000;  ///< a longer time between two looks does not count
+  static constexpr std::int64_t kLook_ns = 5'000'000;       ///< between two checks
+  static constexpr std::int64_t kPunctual_ns = 10'000'000;  ///< a longer time between two checks does not count
 
-  /// The beats found at one look. @returns how long they have not changed in punctual looks [ns]
+  /// Takes the beats found at one check. @returns the time for which they have not changed in punctual checks [ns]
   std::int64_t look(std::uint32_t drive, std::uint64_t beats, std::int64_t now_ns) noexcept {
     const std::int64_t elapsed_ns = now_ns - looked_ns_;
     looked_ns_ = now_ns;

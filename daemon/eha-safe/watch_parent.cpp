@@ -26,11 +26,11 @@
 namespace eha {
 namespace {
 
-constexpr std::int64_t kIdleLook_ns = 50'000'000;  ///< less than the time from enable on to the first motion
+constexpr std::int64_t kIdleLook_ns = 50'000'000;  ///< less than the time from enable to the first motion
 constexpr std::int64_t kStopLook_ns = 100'000'000;
 constexpr int kStoppedLooks = 3;  ///< in a row: a debugger that attaches stops a process for milliseconds
-/// A loop that comes back within this time ends its run and saves its record by itself. The last tick on a card that
-/// does not answer makes three calls of about 1 s each.
+/// A loop that recovers within this time ends its run and saves its record itself. On a card that does not answer the
+/// last tick makes three calls of about 1 s each.
 constexpr std::int64_t kReturn_ns = 3'500'000'000;
 
 std::int64_t now_ns() {
@@ -97,7 +97,7 @@ ssize_t receive(char& byte, os::FileDescriptor& descriptor) {
   return count;
 }
 
-/// Reads standard input until nothing comes for the given time. @returns how the watch ended, if it did
+/// Reads standard input until nothing arrives for the given time. @returns the reason for the watch's end, if it ended
 std::optional<WatchEnd> listen(DoneLine& line, std::int64_t patience_ns, os::FileDescriptor& descriptor) {
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   const timespec patience{.tv_sec = 0, .tv_nsec = static_cast<long>(patience_ns)};
@@ -126,14 +126,14 @@ bool set_priority(pid_t thread, int priority) {
   return sched_setscheduler(thread, SCHED_FIFO, &parameter) == 0;
 }
 
-/// Lets a loop that another process starves come back, if only to end its run: on whatever processor, just below the
-/// guard. It may also hold the card's mutex in the kernel, for which the guard would wait.
+/// Lets a loop that another process starves continue, if only to end its run: on any processor, just below the guard.
+/// The loop may also hold the card's mutex in the kernel, for which the guard would wait.
 void bring_back(pid_t loop) {
   free_affinity(loop);
   set_priority(loop, kGuardPriority - 1);
 }
 
-/// Acts on a loop that stands still.
+/// Acts on a stalled loop.
 class StallGuard {
  public:
   explicit StallGuard(const Watched& watched) : watched_(watched) {}
@@ -150,7 +150,7 @@ class StallGuard {
     if (!GuardPage::is_driven(drive) || stalled_ns <= limit_ns) return false;
     if (drive != tripped_) {
       tripped_ = drive;
-      // First, so that a loop that comes back now makes the rig safe itself.
+      // Set first, so that a loop that recovers now makes the rig safe itself.
       watched_.page->trip(drive);
       bring_back(watched_.page->loop_thread());
     }
@@ -172,7 +172,7 @@ class StallGuard {
 void be_spared_when_memory_is_short() {
   const int file = open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
   if (file < 0) return;
-  // Refused without the privilege; the unit gives it its value.
+  // Refused without the privilege; then the value of the service unit applies.
   constexpr std::string_view kSpared = "-900\n";
   [[maybe_unused]] const ssize_t written = write(file, kSpared.data(), kSpared.size());
   close(file);
@@ -206,7 +206,7 @@ WatchEnd watch_parent(Watched& watched) {
     if (const auto end = listen(line, patience_ns, watched.journal)) return killed.value_or(*end);
     bool must_die = stall.look();
     WatchEnd reason = WatchEnd::stall;
-    // The run is over, or there are no rows to save: the journal is anybody's again.
+    // The run is over, or there are no rows to save: releases the journal.
     if (watched.journal && (watched.page == nullptr || !watched.page->has_journal())) watched.journal.close();
     if (const std::int64_t now = now_ns(); now >= next_stop_look_ns) {
       next_stop_look_ns = now + kStopLook_ns;

@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kCells = 9;
 using Row = std::array<std::string, kCells>;
 
-/// A cell as spreadsheets take it: a name that would be a formula is none.
+/// Writes a cell for spreadsheets: a name is never a formula.
 std::string cell(std::string text) {
   double number = 0.0;
   const char* end = text.data() + text.size();
@@ -111,7 +111,7 @@ std::optional<ident::Model> model_of(const config::ControllerConfig& controller)
   try {
     if (record::sha256_of_file(controller.provenance.model) != controller.provenance.model_sha256) return std::nullopt;
     return read_model(controller.provenance.model);
-  } catch (const Error&) {  // the file is gone
+  } catch (const Error&) {  // the file no longer exists
     return std::nullopt;
   }
 }
@@ -120,7 +120,7 @@ std::optional<ident::ValveSheet> sheet_of(const config::ControllerConfig& contro
   if (controller.provenance.sheet.empty()) return std::nullopt;
   try {
     return sheet::sheet_of_run(controller.provenance.sheet).sheet;
-  } catch (const Error&) {  // the run is gone
+  } catch (const Error&) {  // the run no longer exists
     return std::nullopt;
   }
 }

@@ -13,7 +13,7 @@
 
 namespace eha::cli {
 
-/// An axis as one table: what it was made from, model, valve, controller, promise, and what was measured of it.
+/// An axis as one table: sources, model, valve, controller, promise, and the measured figures.
 struct AxisTable {
   config::ControllerConfig controller;
   std::optional<ident::Model> model = {};  ///< none: its file is gone
@@ -21,15 +21,15 @@ struct AxisTable {
   std::vector<track::KeptFigure> measured = {};
 };
 
-/// CSV for spreadsheets, separated by commas: part, figure, value, from, to, measured, noise adds to, unit, kept. From
-/// and to are the 95 % interval of what was measured and of margins, and the range of the trials with a quarter of it
-/// more. Lengths in the unit.
+/// Writes CSV for spreadsheets, separated by commas: part, figure, value, from, to, measured, noise adds to, unit,
+/// kept. From and to are the 95 % interval of measured values and of margins, otherwise the range of the trials widened
+/// by a quarter. Lengths in the unit.
 [[nodiscard]] std::string axis_table(const AxisTable& table, const DisplayUnit& unit);
 
-/// The model of a controller, where its file is as it was. @throws nothing
+/// Returns the model of a controller, if its file is unchanged. @throws nothing
 [[nodiscard]] std::optional<ident::Model> model_of(const config::ControllerConfig& controller);
 
-/// The valve sheet that a controller was made with, where its run is still there. @throws nothing
+/// Returns the valve sheet that a controller was made with, if its run still exists. @throws nothing
 [[nodiscard]] std::optional<ident::ValveSheet> sheet_of(const config::ControllerConfig& controller);
 
 }  // namespace eha::cli

@@ -57,7 +57,7 @@ Examples:
 struct BatchCommand {
   std::vector<std::string> sources;  ///< run folders, files, folders of them, lists
   std::filesystem::path output = "batch";
-  std::optional<std::size_t> jobs = {};  ///< none: the processors
+  std::optional<std::size_t> jobs = {};  ///< none: the number of processors
   batch::Shard shard = {};
   std::vector<std::string> fit_options = {};  ///< of `eha fit`: the arguments after --
 };

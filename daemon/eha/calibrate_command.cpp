@@ -56,7 +56,7 @@ Examples:
 struct CalibrateCommand {
   std::vector<std::string> at = {};                  ///< POSITION=VOLTS
   std::optional<std::string> pairs_file = {};        ///< CSV: position_in, voltage_V
-  std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig where nobody listens
+  std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig if no service answers
   std::optional<std::string> rig_file = {};          ///< none: the service's, or default_rig_file()
   bool local = false;                                ///< read the rig in this process
   std::string tolerance = "0.02in";                  ///< with a residual beyond it nothing is written
@@ -79,7 +79,7 @@ double mean_voltage(const VoltageReader& read) {
   return sum_V / kReadings;
 }
 
-/// The rig of this process, or the service's.
+/// Reads the rig of this process, or the service's.
 class Sensor {
  public:
   Sensor(const CalibrateCommand& command, const fs::path& socket, bool is_local, const config::RigConfig& config) {
@@ -154,7 +154,7 @@ std::vector<CalibrationPoint> points_of_file(const std::string& path) {
   return points;
 }
 
-/// Adds the positions that are typed until an empty line.
+/// Adds the typed positions until an empty line.
 void ask_points(std::vector<CalibrationPoint>& points, Sensor& sensor, const DisplayUnit& unit, Console& console) {
   for (std::string line;;) {
     std::cerr << fmt::format("position {} [{}]: ", points.size() + 1, unit.of("in")) << std::flush;
@@ -170,8 +170,8 @@ void ask_points(std::vector<CalibrationPoint>& points, Sensor& sensor, const Dis
   }
 }
 
-/// Positions of the ruler with the sensor's voltages, until they lie on a line. Those that do not suffice are kept, and
-/// more are asked for.
+/// Reads positions of the ruler with the sensor's voltages, until they fit a line. If they do not suffice, keeps them
+/// and asks for more.
 std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& unit, Console& console) {
   console.info(
       fmt::format("nothing is moved here: place the rod, read the ruler, type the position (75mm, 2.95in; a number "
@@ -197,7 +197,7 @@ std::string today() {
   return fmt::format("{:%Y-%m-%d}", fmt::gmtime(now));
 }
 
-/// Writes a file that must not be there yet.
+/// Writes a file that must not exist yet.
 void write_new(const fs::path& path, const std::string& text) {
   std::error_code ignored;
   if (fs::exists(path, ignored)) {

@@ -11,8 +11,8 @@ namespace eha::cli {
 /// "dead_band moved by 0.1 V, joint +- 0.003 V (0.148 to 0.248)"
 [[nodiscard]] std::string change_sentence(const ident::ParameterChange& change, const ident::Model& model);
 
-/// One line for each parameter that changed, for each whose change another one hides, and for each that the records do
-/// not determine.
+/// Returns one line for each parameter that changed, for each whose change another one hides, and for each that the
+/// records do not determine.
 [[nodiscard]] std::string change_sentences(const ident::PlantChange& change, const ident::Model& model);
 
 [[nodiscard]] nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident::Model& model);

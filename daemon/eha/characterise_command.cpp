@@ -49,13 +49,13 @@ Examples:
 
 struct CharacteriseCommand : DriveOptions {
   std::optional<std::string> run = {};    ///< shows the sheet of this run; nothing moves
-  std::optional<std::string> ruler = {};  ///< position of the rod, a length with its unit; none: asked for where needed
+  std::optional<std::string> ruler = {};  ///< position of the rod, a length with its unit; none: asked for if needed
 };
 
-/// To which the following check wants the null known, see FOLLOWING in eha-rig(5) [V].
+/// Accuracy of the null that the following check requires, see FOLLOWING in eha-rig(5) [V].
 constexpr double kWantedNull_V = 0.03;
 
-/// No rig file is overwritten.
+/// Never overwrites a rig file.
 void require_new(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return;
@@ -63,7 +63,7 @@ void require_new(const std::filesystem::path& path) {
       fmt::format("{}: exists already, and no rig file is overwritten; name another one with -o", path.string()));
 }
 
-/// The rig file of the service that may be running; empty without one.
+/// Returns the rig file of a running service; empty without one.
 std::string rig_file_of_service(const std::filesystem::path& socket, const Console& console) {
   std::error_code ignored;
   if (!std::filesystem::exists(socket, ignored)) return {};

@@ -27,7 +27,7 @@
 namespace eha::cli {
 namespace {
 
-/// A shipped experiment that is there; else a name to be replaced.
+/// Returns an existing shipped experiment; else a name to be replaced.
 std::string an_experiment() {
   for (const char* folder : {EHA_DATA_DIR, "config"}) {
     const std::filesystem::path file = std::filesystem::path(folder) / "experiments" / "paper.toml";
@@ -51,9 +51,9 @@ Examples:
 struct CheckCommand {
   std::string file;
   std::optional<std::string> rig_file = {};
-  std::optional<std::string> place = {};                     ///< length with its unit: where the rod stands
-  std::filesystem::path socket = control::default_socket();  ///< of the service whose rig is checked against
-  bool accept_travel_risk = false;                           ///< warn only of what the rehearsal refuses
+  std::optional<std::string> place = {};                     ///< position of the rod, a length with its unit
+  std::filesystem::path socket = control::default_socket();  ///< of the service whose rig is used for the check
+  bool accept_travel_risk = false;                           ///< only warn if the rehearsal refuses
 };
 
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
@@ -132,13 +132,13 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
                                : simulated_run(command.file, command.rig_file));
 }
 
-/// The rig of a running service and where its rod stands.
+/// The rig of a running service and the position of its rod.
 struct ServiceRig {
   std::string file;
   std::optional<double> place_in;
 };
 
-/// None where no service answers.
+/// None if no service answers.
 std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, const Console& console) {
   std::error_code ignored;
   if (!std::filesystem::exists(socket, ignored)) return std::nullopt;

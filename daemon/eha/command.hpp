@@ -19,13 +19,13 @@ struct Request {
   ExitCode operator()(Console& console) const { return execute(options, console); }
 };
 
-/// Makes the options of `command`, for its parser to fill. They become line.command when the line names the command.
+/// Makes the options of `command`, which its parser fills. They become line.command if the line names the command.
 /// @param line  must outlive `command`
 template <typename Options>
 Options& options_of(CLI::App& command, ParsedLine& line, Options defaults = {}) {
   const auto options = std::make_shared<Options>(std::move(defaults));
   command.callback([options, &command, &line] {
-    // The callback of a subcommand comes before that of its parent.
+    // CLI11 calls the callback of a subcommand before that of its parent.
     if (command.get_subcommands().empty()) line.command = Request<Options>{*options};
   });
   return *options;

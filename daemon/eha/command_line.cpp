@@ -64,7 +64,7 @@ void add_common_options(CLI::App& app, ConsoleOptions& console) {
   app.add_flag("--no-progress", console.no_progress, "No progress bar on a terminal (NO_COLOR: no colours)");
 }
 
-/// The message of a wrong command line, with the help to read.
+/// Writes the message of a wrong command line, with the help to read.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   std::string command = "eha";
   for (const CLI::App* sub = &app; !sub->get_subcommands().empty();) {
@@ -76,7 +76,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   return what + "; see `" + command + " --help`";
 }
 
-/// A name with lines of its own would write them into messages, as if they were the program's.
+/// A name with line breaks could imitate messages of the program.
 void refuse_ends_of_lines(int argc, const char* const* argv) {
   constexpr std::size_t kShown = 60;
   for (int i = 1; i < argc; ++i) {

@@ -14,7 +14,7 @@ namespace eha::cli {
 struct ParsedLine {
   ConsoleOptions console = {};
   /// Executes the command. Returns the exit code of a legitimate outcome, throws eha::Error for broken input or
-  /// environment. None for --help and --version.
+  /// environment. Empty for --help and --version.
   std::function<ExitCode(Console&)> command = {};
   std::string text = {};                       ///< help or version, for standard output
   std::string as_given = {};                   ///< the line, quoted for a shell

@@ -52,7 +52,7 @@ Examples:
   eha commission /etc/ehad/rig.toml --ruler 74mm)";
 
 constexpr int kRepetitions = 5;
-constexpr int kFurtherRepetitions = 4;  // the whole stays within 10 min of rig time
+constexpr int kFurtherRepetitions = 4;  // the whole commissioning stays within 10 min of rig time
 constexpr int kAttempts = 2;
 constexpr double kPeriod_s = 10.0;
 constexpr double kLowest_Hz = 0.1;
@@ -61,12 +61,12 @@ constexpr double kTicksAPeriod = 20.0;
 
 struct CommissionCommand : CommissionOptions {};
 
-/// A run with a model, or without.
+/// A run, with or without a model.
 struct Recorded {
   fs::path folder;
   std::string outcome;
   double gain_percent = std::numeric_limits<double>::infinity();  ///< half of the 95 % interval of the gain
-  std::optional<std::string> model;                               ///< that is recommended
+  std::optional<std::string> model;                               ///< name of the recommended model
 };
 
 Recorded recorded_in(const fs::path& folder) {
@@ -123,7 +123,7 @@ class Commissioning {
     if (known.empty()) return;
     const std::string now = record::sha256_of_file(command_.rig_file);
     std::error_code ignored;
-    // The owner may have installed what was measured.
+    // The owner may have installed the measured numbers.
     const bool is_measured =
         state_.has("sheet") && fs::exists(measured_file(), ignored) && now == record::sha256_of_file(measured_file());
     const bool is_same_file = fs::weakly_canonical(state_.rig_file()) == fs::weakly_canonical(command_.rig_file);
@@ -162,7 +162,7 @@ class Commissioning {
                               {"rod", rod}});
   }
 
-  /// What the measurement of the valve does to the rod.
+  /// Describes the motion of the valve's measurement.
   [[nodiscard]] std::string way_of_sheet() const {
     const config::Centring centring = config::centring_of(rig_.limits);
     if (!centring.window_in) {
@@ -178,7 +178,7 @@ class Commissioning {
         unit.of("in"), unit.factor("in/s") * place::kExploring_in_per_s, unit.of("in/s"));
   }
 
-  /// The rig file with what was measured.
+  /// Path of the rig file with the measured numbers.
   [[nodiscard]] fs::path measured_file() const { return state_.file("rig.toml"); }
 
   void measure_valve() {
@@ -186,7 +186,7 @@ class Commissioning {
     session_.announce("step 2 of 6, valve sheet", way_of_sheet());
     session_.ask_before_motion();
     std::error_code ignored;
-    fs::remove(measured_file(), ignored);  // of a step that was not finished
+    fs::remove(measured_file(), ignored);  // remains of an unfinished step
     os::create_folders(state_.folder());
     std::vector<std::string> words{"characterise", "-o", measured_file().string()};
     if (command_.ruler) words.insert(words.end(), {"--ruler", *command_.ruler});
@@ -211,7 +211,7 @@ class Commissioning {
                                       "Nothing moves.",
                                       command_.rig_file, before.string()));
         session_.ask();
-        refuse_what_does_not_fit();  // once more: it may have been changed meanwhile
+        refuse_what_does_not_fit();  // checked again: it may have been changed meanwhile
         os::write_file_atomically(before, os::read_file(command_.rig_file));
         os::write_file_atomically(command_.rig_file, text);
       }
@@ -221,7 +221,8 @@ class Commissioning {
     rig_ = config::load_rig(command_.rig_file);
   }
 
-  /// Upper end of the excited band: a quarter of the corner that the sheet's lag makes, with enough ticks a period.
+  /// Returns the upper end of the excited band: a quarter of the corner frequency of the sheet's lag, with enough ticks
+  /// a period.
   [[nodiscard]] double highest_Hz() const {
     const Json& lag = state_.result("sheet").value("lag_s", Json());
     const double corner_Hz =
@@ -255,7 +256,8 @@ class Commissioning {
     return run.at("run").get<std::string>();
   }
 
-  /// The run of an attempt that was recorded whole before the commissioning was stopped, fitted if it is not yet.
+  /// Returns a run that an earlier attempt recorded completely before the commissioning was stopped; fits it if
+  /// necessary.
   std::optional<fs::path> recorded_before(int attempt) {
     std::error_code ignored;
     if (!fs::exists(excitation_file(attempt), ignored)) return std::nullopt;
@@ -324,7 +326,7 @@ class Commissioning {
     session_.ask();
     const std::string file = state_.file("axis.toml").string();
     std::error_code ignored;
-    fs::remove(file, ignored);  // of a step that was not finished
+    fs::remove(file, ignored);  // remains of an unfinished step
     auto [tuned, code] =
         session_.play({"tune", state_.result("record").at("run").get<std::string>(), "--sheet",
                        state_.result("sheet").at("run").get<std::string>(), "--rig", command_.rig_file, "-o", file});

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using report::Column;
 
-/// A row of a table of measured values; nothing where the step did not observe it.
+/// Adds a row to a table of measured values; nothing if the step did not observe the value.
 void add_measured(std::vector<std::vector<std::string>>& rows, const Json& sheet, const char* key, const char* name,
                   const char* unit_text, double factor) {
   const auto found = sheet.find(key);
@@ -47,14 +47,14 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   return report::table({{"valve"}, {"value", Column::number}, {"+- (95 %)", Column::number}, {"unit"}}, rows);
 }
 
-/// Ticks of a run, as time [s].
+/// Returns the ticks of a run as time [s].
 double rig_time_s(const record::Manifest& manifest) {
   return manifest.report
              ? static_cast<double>(manifest.report->counters.ticks) * manifest.other.value("sample_period_s", 0.0)
              : 0.0;
 }
 
-/// A step's run: what it was, how long it moved the rod, and its report beside this page.
+/// Describes a step's run: purpose, duration of the motion, and its report beside this page.
 std::string item(const char* what, const Json& step, const fs::path& folder) {
   const fs::path run = step.at("run").get<std::string>();
   std::string text = fmt::format("{}: {:.0f} s", what, rig_time_s(record::read_manifest(run)));
@@ -67,7 +67,7 @@ std::string item(const char* what, const Json& step, const fs::path& folder) {
                      name);
 }
 
-/// What doctor warned of; empty without.
+/// Returns the warnings of doctor; empty without.
 std::string warnings_of(const Json& prepare) {
   std::vector<std::string> found;
   for (const Json& check : prepare.value("checks", Json::array())) {
@@ -77,7 +77,7 @@ std::string warnings_of(const Json& prepare) {
   return found.empty() ? "" : report::paragraph("Doctor warned of this machine:") + report::list(found);
 }
 
-/// The recommended model of a run; none where its file is gone.
+/// Returns the recommended model of a run; none if its file no longer exists.
 std::optional<ident::Model> model_of_run(const fs::path& run, const std::string& name) {
   for (ident::Model& model : answer_of_run(run, record::read_manifest(run)).models) {
     if (model.name == name) return std::move(model);

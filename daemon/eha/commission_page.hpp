@@ -8,8 +8,8 @@
 
 namespace eha::cli {
 
-/// The report of the whole: verdict, the runs with links, valve, model, what doctor warned of, promise beside what was
-/// measured, and the controller. @param rig  its name
+/// The report of a commissioning: verdict, the runs with links, valve, model, warnings of doctor, promised and measured
+/// figures, and the controller. @param rig  its name
 /// @throws DataError, IoError, PermissionError  as track::track_result
 [[nodiscard]] std::string commission_page(const CommissionState& state, const std::string& rig,
                                           const DisplayUnit& unit);

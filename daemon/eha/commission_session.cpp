@@ -15,10 +15,10 @@
 namespace eha::cli {
 namespace {
 
-/// Global, because a signal handler can reach it only so.
+/// Global, because a signal handler has no other access to it.
 std::string farewell;
 
-/// Outside of a motion, which has its own handler.
+/// For times without motion; a motion has its own handler.
 void say_farewell(int number) {
   [[maybe_unused]] const ssize_t ignored = ::write(STDERR_FILENO, farewell.data(), farewell.size());
   std::signal(number, SIG_DFL);
@@ -50,7 +50,7 @@ CommissionSession::CommissionSession(const CommissionOptions& command, bool move
     : command_(command),
       console_(console),
       moves_machine_(moves_machine),
-      // A simulated rig is driven here unless a service is named.
+      // This process drives a simulated rig unless a service is named.
       is_local_(command.local || (!moves_machine && command.socket == control::default_socket())) {
   farewell = fmt::format("\neha: info: stopped; to go on with this step: {}\n", again(command));
   for (const int number : {SIGINT, SIGTERM}) {
@@ -129,7 +129,7 @@ void CommissionSession::disarm() noexcept {
   is_armed_ = false;
   try {
     static_cast<void>(play({"disarm", "--socket", command_.socket.string()}, Results::hide));
-  } catch (...) {  // a fault has disarmed it, or the service is gone: said before
+  } catch (...) {  // a fault has disarmed it, or the service has ended: already reported
   }
 }
 

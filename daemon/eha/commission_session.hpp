@@ -27,10 +27,10 @@ struct CommissionOptions {
   std::optional<std::string> ruler = {};
 };
 
-/// The command that goes on with a commissioning.
+/// Returns the command that continues a commissioning.
 [[nodiscard]] std::string again(const CommissionOptions& command);
 
-/// Stops a commissioning; what is done stays.
+/// Stops a commissioning; completed steps are kept.
 struct Stopped {
   ExitCode code;
   std::string why;
@@ -39,37 +39,37 @@ struct Stopped {
 /// Whether the results of a step's command are printed; with --verbose they always are.
 enum class Results { show, hide };
 
-/// What a command of a step returned.
+/// Result of a step's command.
 struct Played {
   nlohmann::ordered_json document;
   ExitCode code;
 };
 
-/// How a commissioning asks, and executes the command lines of its steps in this process. While one lives, a signal
-/// that ends the process first prints the command that goes on; one object at a time.
+/// Asks the user, and executes the command lines of a commissioning's steps in this process. While one lives, a signal
+/// that ends the process first prints the command that continues; one object at a time.
 class CommissionSession {
  public:
-  /// @param moves_machine  the rig does
+  /// @param moves_machine  whether the rig moves a machine
   CommissionSession(const CommissionOptions& command, bool moves_machine, Console& console);
   CommissionSession(const CommissionSession&) = delete;
   CommissionSession& operator=(const CommissionSession&) = delete;
   ~CommissionSession();
 
-  /// The rig is driven by this process.
+  /// Whether this process drives the rig.
   [[nodiscard]] bool is_local() const noexcept { return is_local_; }
 
-  /// Says which step comes and what it does to the rod.
+  /// Announces the next step and its effect on the rod.
   void announce(const std::string& step, const std::string& does) const;
   /// @throws Stopped  the answer is not yes; not with --yes
   void ask() const;
-  /// The same before a motion; that of a machine is asked for by the command itself.
+  /// The same before a motion. For a machine the step's command itself asks.
   void ask_before_motion() const;
 
   /// @throws Stopped  the command threw an Error, which is printed
   Played play(std::vector<std::string> words, Results results = Results::show);
-  /// The same for a command that drives the rig; through the service, it arms before.
+  /// The same for a command that drives the rig; through the service, it arms the rig before.
   Played drive(std::vector<std::string> words, Results results = Results::show);
-  /// A machine that drive() armed is disarmed; what the service says against it is left unsaid.
+  /// Disarms a machine that drive() armed; ignores errors of the service.
   void disarm() noexcept;
 
  private:

@@ -68,7 +68,7 @@ std::string table_of(const ident::PlantChange& change, const ident::Model& model
                     rows);
 }
 
-/// Gain and phase of the models over one another, as far as they know them.
+/// Draws gain and phase of the models over one another, for the models that have them.
 void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& models,
                const std::filesystem::path& path) {
   plot::Panel gain{"", "gain [dB]"};
@@ -96,7 +96,7 @@ struct Compared {
   std::vector<report::ComparedSubject> subjects;  ///< for the report
 };
 
-/// A comparison for people to read.
+/// A comparison for display.
 identify::RunComparison converted(identify::RunComparison comparison, const DisplayUnit& unit) {
   for (identify::ComparedRun& run : comparison.runs) {
     const double factor = unit.factor(run.fit.model.output_unit);
@@ -108,7 +108,7 @@ identify::RunComparison converted(identify::RunComparison comparison, const Disp
   return comparison;
 }
 
-/// The same of scores; models in the record's unit.
+/// The same for scores; models in the record's unit.
 identify::ScoredModel converted(identify::ScoredModel scored, const DisplayUnit& unit, const std::string& output_unit) {
   const double factor = unit.factor(output_unit);
   for (ident::Score* score :
@@ -290,7 +290,7 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
   return out;
 }
 
-/// A run differs from itself by nothing, whatever became of the rig.
+/// Warns of a run that is named twice: it never differs from itself.
 void warn_of_one_run_twice(const std::vector<identify::Source>& sources, const Console& console) {
   std::error_code ignored;
   for (std::size_t i = 1; i < sources.size(); ++i) {
@@ -334,7 +334,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   const DisplayUnit unit = console.unit(sources.empty() ? rig_units_of_model(files.front()) : sources.front().units);
   std::vector<ident::Model> shown_models;
   for (const ident::Model& model : models) shown_models.push_back(in_unit(model, unit));
-  // The document keeps the records' unit; text, picture and report are for people.
+  // The document keeps the records' unit; text, picture and report use the display unit.
   Json document;
   Compared shown;
   std::optional<identify::RunComparison> runs;

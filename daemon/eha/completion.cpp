@@ -26,7 +26,7 @@ Examples:
 
 using Words = std::vector<std::string>;
 
-/// The values that an option takes.
+/// Returns the values that an option accepts.
 struct Value {
   Words choices;
   bool file = false;

@@ -109,7 +109,7 @@ void Console::next_step(std::string_view command) const {
   if (options_.json || options_.quiet || kept_) return;
   const bool takes_units = !options_.units.empty() && command.starts_with("eha ");
   std::string shown = terminal_text(command);
-  std::replace(shown.begin(), shown.end(), '\n', '?');  // of a name: what follows it would look like another command
+  std::replace(shown.begin(), shown.end(), '\n', '?');  // of a name: text after it would look like another command
   write_out(fmt::format("Next: {}{}\n", shown, takes_units ? " --units " + options_.units : ""));
 }
 
@@ -148,7 +148,7 @@ void Console::progress(double share, std::string_view text) {
   if (!bar_drawn_ || share < bar_share_) bar_begun_ = now;
   bar_share_ = share;
   const double taken_s = std::chrono::duration<double>(now - bar_begun_).count();
-  // Earlier the guess would jump about.
+  // An earlier estimate would fluctuate.
   const bool is_known = taken_s > 2.0 && share > 0.05 && share < 1.0;
   const std::string left = is_known ? fmt::format(", {:.0f} s left", taken_s * (1.0 - share) / share) : "";
   constexpr int kWidth = 30;
@@ -188,7 +188,8 @@ bool Console::confirm(std::string_view question) const {
 void Console::flush() const {
   errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    // A write that failed before this flush has left its flag, but not its reason: one more byte fails for the same.
+    // A write that failed before this flush has set the error flag, but its reason is lost: writing one more byte fails
+    // for the same reason.
     if (errno == 0 && ::write(STDOUT_FILENO, "\n", 1) == 1) errno = EIO;
     const int reason = errno;
     throw IoError(fmt::format("cannot write to standard output: {}", error_text(reason)));

@@ -19,7 +19,7 @@ struct ConsoleOptions {
   bool quiet = false;        ///< errors only
   bool verbose = false;      ///< debugging messages too
   bool no_progress = false;  ///< no progress bar even on a terminal
-  std::string units = {};    ///< of lengths shown to people; empty: the rig file's, or the record's
+  std::string units = {};    ///< of displayed lengths; empty: the rig file's, or the record's
 };
 
 /// Prints results to standard output, messages and the progress bar to standard error. Colours and the bar appear only
@@ -33,7 +33,8 @@ class Console {
   [[nodiscard]] bool verbose() const noexcept { return options_.verbose; }
   [[nodiscard]] bool quiet() const noexcept { return options_.quiet; }
   [[nodiscard]] const std::string& units() const noexcept { return options_.units; }  ///< --units; may be empty
-  /// Of lengths shown to people: --units, else what the rig file asks for. @param of_rig  of kLengthUnits, or empty
+  /// Returns the unit of displayed lengths: --units, else that of the rig file.
+  /// @param of_rig  of kLengthUnits, or empty
   [[nodiscard]] DisplayUnit unit(const std::string& of_rig = {}) const {
     return DisplayUnit(options_.units.empty() ? of_rig : options_.units);
   }
@@ -50,13 +51,13 @@ class Console {
   /// Prints results as text that the next call replaces on a terminal; elsewhere each is printed after the other.
   void redraw(std::string_view text);
 
-  /// The document of --json; prints nothing without that option.
+  /// Prints the document of --json; prints nothing without that option.
   void print_json(const nlohmann::ordered_json& document) const;
 
   /// Prints content such as CSV to standard output, independently of the options.
   void print_content(std::string_view text) const;
 
-  /// The next useful command, as the last line of a success; prints nothing with --json or --quiet.
+  /// Prints the next useful command, as the last line of a success; prints nothing with --json or --quiet.
   void next_step(std::string_view command) const;
 
   /// Collects the documents of print_json() and prints no next step, for a command with several results and one
@@ -64,17 +65,18 @@ class Console {
   void keep_documents() { kept_.emplace(nlohmann::ordered_json::array()); }
   [[nodiscard]] nlohmann::ordered_json taken_documents();
 
-  /// While set, print() prints nothing: for a command whose results another one sums up.
+  /// While set, print() prints nothing: for a command whose results are summarised by another one.
   void hide_results(bool hidden) noexcept { hides_results_ = hidden; }
 
-  /// Shows where a run is: on a terminal one line that the next call replaces, cut to its width; elsewhere a message
-  /// every 30 s, the first after 30 s. end_progress() removes it.
+  /// Shows the progress of a run: on a terminal one line that the next call replaces, cut to its width; elsewhere a
+  /// message every 30 s, the first after 30 s. end_progress() removes the line.
   void show_run(std::string_view line);
 
-  /// Redraws the bar, with the time left once it can be told; where there is no terminal a message as show_run()'s.
+  /// Redraws the bar, with the time left as soon as it can be estimated; without a terminal prints messages like
+  /// show_run().
   /// @param share  0..1   @param text  the current step
   void progress(double share, std::string_view text);
-  /// progress() as a function, for long work elsewhere. The console must outlive it.
+  /// Returns progress() as a function, for long work elsewhere. The console must outlive it.
   [[nodiscard]] std::function<void(double, const std::string&)> progress_callback();
   /// Removes the bar; does nothing without one.
   void end_progress();
@@ -87,18 +89,18 @@ class Console {
   void flush() const;
 
  private:
-  /// A message every 30 s where there is no terminal, the first after 30 s.
+  /// Prints a message every 30 s where there is no terminal, the first after 30 s.
   void say_now_and_then(std::string_view line);
 
   ConsoleOptions options_;
   bool bar_wanted_ = false;
   bool hides_results_ = false;
-  std::ptrdiff_t drawn_lines_ = 0;                             ///< that redraw() replaces
-  mutable std::optional<nlohmann::ordered_json> kept_;         ///< documents; none: they are printed at once
-  std::optional<std::chrono::steady_clock::time_point> said_;  ///< by say_now_and_then(), last
+  std::ptrdiff_t drawn_lines_ = 0;                      ///< replaced by redraw()
+  mutable std::optional<nlohmann::ordered_json> kept_;  ///< collected documents; none: documents are printed at once
+  std::optional<std::chrono::steady_clock::time_point> said_;  ///< time of say_now_and_then()'s last message
   bool bar_drawn_ = false;
-  double bar_share_ = 0.0;                           ///< when the work began
-  std::chrono::steady_clock::time_point bar_begun_;  ///< of the work that the bar shows
+  double bar_share_ = 0.0;                           ///< start of the work
+  std::chrono::steady_clock::time_point bar_begun_;  ///< share of the work that the bar shows
 };
 
 }  // namespace eha::cli

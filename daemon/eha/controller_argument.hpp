@@ -10,11 +10,11 @@ namespace eha::cli {
 /// Whether a command line names a controller file. @throws ConfigError  a TOML file that cannot be read
 [[nodiscard]] bool is_controller_file(const std::string& path);
 
-/// The controller with its model, rig and a trial on its twin, where these files are still the same.
+/// Returns the controller with its model, rig and a trial on its twin, if these files are unchanged.
 /// @throws ConfigError, IoError, PermissionError
 [[nodiscard]] tune::ControllerSubject controller_subject(config::ControllerConfig controller);
 
-/// The unit of lengths that the rig of a controller asks for; empty where its file cannot be read any more.
+/// Returns the unit of lengths of the controller's rig file; empty if the file can no longer be read.
 [[nodiscard]] std::string rig_units_of_controller(const config::ControllerConfig& controller);
 
 }  // namespace eha::cli

@@ -9,7 +9,7 @@
 
 namespace eha::cli {
 
-/// R2 on each repetition, one row for each structure and repetition that estimated it.
+/// Writes R2 on each repetition, one row for each structure and repetition that estimated it.
 [[nodiscard]] std::string cross_validation_table(const std::vector<identify::CrossValidatedModel>& models);
 [[nodiscard]] nlohmann::ordered_json cross_validation_json(const std::vector<identify::CrossValidatedModel>& models);
 

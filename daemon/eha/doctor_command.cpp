@@ -117,7 +117,7 @@ void show(const std::vector<Check>& checks, ExitCode code, Console& console) {
   console.print_json(document);
 }
 
-/// The rig file of the service that runs, which is the one that matters; none where no service answers.
+/// Returns the rig file of the running service, which is the relevant one; none if no service answers.
 std::optional<std::string> rig_file_of_service() {
   std::error_code ignored;
   if (!std::filesystem::exists(control::default_socket(), ignored)) return std::nullopt;

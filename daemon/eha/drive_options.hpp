@@ -14,18 +14,18 @@ class Option;
 
 namespace eha::cli {
 
-/// How a command that moves a rig does so.
+/// Options of a command that moves a rig.
 struct DriveOptions {
   std::optional<std::string> rig_file = {};  ///< with `local`; none: default_rig_file()
   std::filesystem::path socket = control::default_socket();
   bool local = false;                     ///< in this process
   bool fast = false;                      ///< virtual time
   bool yes = false;                       ///< move a real actuator without asking
-  bool allow_non_realtime = false;        ///< run on ordinary scheduling too
+  bool allow_non_realtime = false;        ///< run with ordinary scheduling if necessary
   std::filesystem::path output = "runs";  ///< with `local`: where the run folder goes
 };
 
-/// Adds the options that every command has that moves a rig. @returns --local, for options that need or exclude it
+/// Adds the options that every command has that moves a rig. @returns --local, for options that require or exclude it
 CLI::Option* add_drive_options(CLI::App& command, DriveOptions& drive);
 
 }  // namespace eha::cli

@@ -9,7 +9,7 @@
 namespace eha::cli {
 namespace {
 
-/// A unit behind a number; nothing where it is unknown.
+/// Returns a unit after a number; nothing if it is unknown.
 std::string behind(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
 /// "u + 0.3281 V", or the valve map in words.
@@ -29,7 +29,7 @@ std::string driving_text(const ident::Model& model) {
 std::string polynomial(const std::vector<ident::Term>& terms, double factor) {
   std::string text;
   for (const ident::Term& term : terms) {
-    // A pole at 0 leaves no constant.
+    // With a pole at 0 the constant is absent.
     if (terms.size() > 1 && !(std::abs(term.coefficient) > 0.0)) continue;
     const double value = factor * term.coefficient;
     const double size = std::abs(value);

@@ -12,9 +12,9 @@
 namespace eha::cli {
 namespace {
 
-constexpr double kShareOfVolts = 0.88;   ///< of what is left beside the null: a hold needs the rest
+constexpr double kShareOfVolts = 0.88;   ///< of the remaining range beside the null: a hold needs the rest
 constexpr double kShareOfSlew = 0.95;    ///< the rounding of amplitudes and the hold
-constexpr double kShareOfTravel = 0.75;  ///< below the 80 % from which the tick warns
+constexpr double kShareOfTravel = 0.75;  ///< below the 80 % at which the tick warns
 constexpr double kSlow_s = 0.04;
 constexpr double kFast_s = 0.005;
 constexpr double kHighestSlow_Hz = 1.0 / (10.0 * kSlow_s);  ///< ten compared rows in a period

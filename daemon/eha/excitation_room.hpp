@@ -19,10 +19,11 @@ struct ExcitationRoom {
 /// @throws ConfigError  the rig has no [following], which predicts the travel
 [[nodiscard]] ExcitationRoom excitation_room(const config::RigConfig& rig);
 
-/// Ticks between compared rows: at least ten of them in the shortest period, 40 ms for slow excitations.
+/// Returns the ticks between compared rows: at least ten compared rows in the shortest period, 40 ms for slow
+/// excitations.
 [[nodiscard]] int compared_ticks(double highest_Hz, double tick_s);
 
-/// Warns of an excitation that hardly leaves the dead band.
+/// Warns of an excitation that barely leaves the dead band.
 void warn_of_dead_band(double rms_V, const ExcitationRoom& room, Console& console);
 
 }  // namespace eha::cli

@@ -98,7 +98,7 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
   if (!exported.rejected_for.empty()) {
     console.warning(fmt::format("{}: the model was rejected: {}", command.source, exported.rejected_for.front()));
   }
-  // Octave and MATLAB call a function by the name of its file.
+  // Octave and MATLAB call a function by its file's name.
   const std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + model.name);
   if (command.output && format.name == "python" && function == "io") {
     console.warning(
@@ -171,7 +171,7 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
     console.warning(
         "axis is a function of Octave and MATLAB, which this file would hide; another name: -o axis_control.m");
   }
-  // The texts have numbers of their own.
+  // The texts format their own numbers.
   for (const auto& [name, value] : ident::controller_numbers(exported.coefficients)) {
     if (function == name) function += "_controller";
   }

@@ -96,7 +96,7 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
   return task;
 }
 
-/// Models named on the command line are meant; those of an experiment may be replaced by others.
+/// Models named on the command line are required; those of an experiment may be replaced by others.
 bool names_models(const ModelOptions& options) { return !options.families.empty() || !options.structure_files.empty(); }
 
 Comparisons comparisons_for(const FitCommand& command, const Source& source) {
@@ -108,7 +108,7 @@ Comparisons comparisons_for(const FitCommand& command, const Source& source) {
           .ladder = names_models(command.models) ? Comparisons::Ladder::leave_out : Comparisons::Ladder::include};
 }
 
-/// Does `work`. A wrong structure is a usage error unless an experiment file was named.
+/// Runs `work`. A wrong structure is a usage error unless an experiment file was named.
 template <class Work>
 auto as_asked_for(const FitCommand& command, const Work& work) {
   try {
@@ -143,12 +143,12 @@ void require_own_folder(const FitCommand& command, const Source& source) {
     } catch (const UsageError&) {
       throw;
     } catch (const Error&) {
-      continue;  // no model file
+      continue;  // not a model file
     }
   }
 }
 
-/// The options that cut a record to what lies beside an end stop; empty where no model met one.
+/// Returns the options that cut a record to the part beside an end stop; empty if no model met one.
 std::string cut_of(const Identification& identification) {
   for (const identify::IdentifiedModel& identified : identification.models) {
     const auto& validation = identified.result.model.validation;
@@ -162,7 +162,7 @@ std::string cut_of(const Identification& identification) {
 
 std::string next_step(const FitCommand& command, const Source& source, const Identification& identification,
                       const std::vector<fs::path>& written) {
-  // The models' files come first. The recommended model, else the first accepted one.
+  // The models' files come first. Picks the recommended model, else the first accepted one.
   const std::size_t files = std::min(identification.models.size(), written.size());
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < files; ++i) {
@@ -178,7 +178,7 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     }
     if (command.output) return "eha report " + shell_word(command.output->string()) + "/*.json";
   }
-  // The part before a trip or a stop is short: its report comes before a controller.
+  // The part before a trip or a stop is short: recommends its report before a controller.
   if (best && source.run_folder && !acquisition::is_whole(source.outcome)) {
     return report_of_run(*source.run_folder, "eha runs show " + shell_word(source.run_folder->string()));
   }
@@ -190,7 +190,8 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
   return importer::command_with(command.import, command.source, "-o models");
 }
 
-// For each kind of experiment: computes what its record is for instead of a fit. @returns none: models are fitted to it
+// For each kind of experiment: runs the computation that its record is for instead of a fit. @returns none: models are
+// fitted to it
 
 std::optional<ExitCode> computed_instead(const config::Played&, const FitCommand&, const Source&, Console&) {
   return std::nullopt;
@@ -208,7 +209,7 @@ std::optional<ExitCode> computed_instead(const config::SheetRun&, const FitComma
   return show_valve_sheet(*source.run_folder, SheetFiles::write, std::nullopt, console);
 }
 
-/// @throws DataError  models are asked for
+/// @throws DataError  models are requested
 std::optional<ExitCode> computed_instead(const config::Tracking&, const FitCommand& command, const Source& source,
                                          Console& console) {
   if (source.run_folder && !names_models(command.models)) {

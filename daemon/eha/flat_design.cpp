@@ -28,7 +28,7 @@ namespace {
 constexpr int kPeriods = 3;            ///< without repetitions; the first is discarded
 constexpr double kDiscardShare = 0.2;  ///< of the first repetition
 
-/// Harmonics of 1 / period, spread evenly over the logarithm of the band, each once.
+/// Returns harmonics of 1 / period, spread evenly over the logarithm of the band, each once.
 std::vector<std::size_t> spread_harmonics(double low_Hz, double high_Hz, double period_s, int tones) {
   const double lowest = std::max(1.0, std::ceil(low_Hz * period_s - 1e-9));
   const double highest = std::floor(high_Hz * period_s + 1e-9);
@@ -41,13 +41,13 @@ std::vector<std::size_t> spread_harmonics(double low_Hz, double high_Hz, double 
     const double share = tones == 1 ? 0.0 : static_cast<double>(i) / (tones - 1);
     harmonics.push_back(static_cast<std::size_t>(std::llround(lowest * std::pow(highest / lowest, share))));
   }
-  // Low tones may fall on one harmonic; the next free ones take their place.
+  // Low tones may coincide in one harmonic; the next free ones replace them.
   for (std::size_t i = 1; i < harmonics.size(); ++i) harmonics[i] = std::max(harmonics[i], harmonics[i - 1] + 1);
   while (!harmonics.empty() && static_cast<double>(harmonics.back()) > highest) harmonics.pop_back();
   return harmonics;
 }
 
-/// A signal that one of the rig's limits bounds: its amplitudes for tones of 1 V, and its greatest peak.
+/// A signal bounded by one of the rig's limits: its amplitudes for tones of 1 V, and its greatest peak.
 struct Bounded {
   const char* name;
   const char* unit;
@@ -72,7 +72,7 @@ std::array<Bounded, 3> bounded_signals(const std::vector<std::size_t>& harmonics
           Bounded{"travel", "in", travel, room.travel_in}};
 }
 
-/// The signals that come near to their limits, whose peaks are worth keeping low.
+/// Returns the signals that come near their limits, whose peaks must be kept low.
 std::vector<Eigen::VectorXcd> crowded(const std::array<Bounded, 3>& signals) {
   constexpr double kShareOfGreatest = 0.5;
   double greatest = 0.0;

@@ -26,7 +26,7 @@ nlohmann::ordered_json number_or_null(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
 }
 
-/// A map before G has no gain of its own at a line: the measured one lies below those of G on the two sides.
+/// A map before G has no gain of its own at a line: the measured gain lies below those of G on the two sides.
 std::string bounds_of_the_linear_part(const ident::Model& model) {
   if (!model.input_map) return "";
   const double ratio = std::abs(model.input_map->negative_gain_ratio);

@@ -11,8 +11,8 @@
 
 namespace eha::cli {
 
-/// A table of gain, phase, standard deviation and distortion at each line, with each model's gain and phase. Of more
-/// than 40 lines it shows every Nth.
+/// Writes a table of gain, phase, standard deviation and distortion at each line, with each model's gain and phase.
+/// Shows every Nth of more than 40 lines.
 [[nodiscard]] std::string frequency_table(const ident::FrequencyResponse& measured,
                                           const std::vector<identify::IdentifiedModel>& models,
                                           const DisplayUnit& unit = {});

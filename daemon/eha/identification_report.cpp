@@ -18,7 +18,7 @@
 namespace eha::cli {
 namespace {
 
-/// Models for people to read.
+/// Converts models for display.
 std::vector<identify::IdentifiedModel> shown_in(std::vector<identify::IdentifiedModel> models,
                                                 const DisplayUnit& unit) {
   for (identify::IdentifiedModel& identified : models) {

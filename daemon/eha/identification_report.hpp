@@ -11,11 +11,12 @@
 
 namespace eha::cli {
 
-/// Writes the report of a fitted run and adds it to the list. A report that fails is a warning: the models are written.
+/// Writes the report of a fitted run and adds it to the list. A report that fails is a warning, because the models are
+/// already written.
 void write_report(const std::filesystem::path& run_folder, const DisplayUnit& unit,
                   std::vector<std::filesystem::path>& written, const Console& console);
 
-/// Prints the warnings before a fit: reasons why the source's models are less reliable, and a long computing time.
+/// Prints the warnings before a fit: reasons for less reliable models of the source, and a long computing time.
 void print_warnings(const identify::Source& source, int decimation, const Console& console);
 
 /// Prints an identification and the files written, as the short report (with -v all tables too) or as the rest of

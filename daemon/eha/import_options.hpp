@@ -14,13 +14,13 @@ class App;
 
 namespace eha::cli {
 
-/// Which of the options on a file's columns a command takes.
+/// Selects the options on a file's columns that a command takes.
 enum class ImportedColumns { record, input_only };
 
 /// Adds --time, --input, --output, --delimiter, --decimal, --period, --from, --to and --resample.
 void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options& options, ImportedColumns columns);
 
-/// Prints the guesses about a file and the corrections to it.
+/// Prints the guesses about a file and its corrections.
 void print_import(const std::string& guess, const std::vector<std::string>& repairs, const Console& console);
 
 }  // namespace eha::cli

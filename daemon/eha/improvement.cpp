@@ -32,13 +32,13 @@ using ident::Model;
 using identify::ChosenDesign;
 using identify::DesignPredictor;
 
-/// Samples that the model was compared at, in ticks of the rig.
+/// Interval of the samples that the model was compared at, in ticks of the rig.
 int decimation_of(const Model& model, double tick_s) {
   if (!model.estimation || !model.estimation->compared_step_s) return 1;
   return std::max(1, static_cast<int>(std::lround(*model.estimation->compared_step_s / tick_s)));
 }
 
-/// The simulated rig that tries designs out: the named one, or the rig itself where that is simulated.
+/// Returns the simulated rig for trials of designs: the named one, or the rig itself if it is simulated.
 std::optional<hal::SimOptions> twin_of(const DesignCommand& command, const config::RigConfig& rig) {
   const config::RigConfig named = command.twin_file ? load_rig_or_default(command.twin_file) : rig;
   if (const auto* simulated = std::get_if<hal::SimOptions>(&named.backend)) return *simulated;
@@ -63,7 +63,7 @@ DesignAnswer answered(const DesignPredictor& predictor, const DesignCommand& com
   const double wanted = *command.wanted_std;
   const double compared_s = task.duration_s - task.options.discard_s;
   const double most = std::max(1.0, std::floor((kLongest_s - task.options.discard_s) / compared_s));
-  // Twice the duration is as good as two records; a second round corrects for transient and drift.
+  // Twice the duration is equivalent to two records; a second round corrects for transient and drift.
   for (double times = 1.0; answer.chosen.design.std > wanted && times < most;) {
     const double longer = std::ceil(times * std::pow(answer.chosen.design.std / wanted, 2) - 1e-9);
     times = std::min(most, std::max(times + 1.0, longer));
@@ -104,7 +104,7 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
       {model, command.parameter,
        fmt::format("Made by `eha design --from {} --improve {}`", shell_word(*command.model_file), command.parameter)},
       task, found);
-  // What the rig would refuse is not written.
+  // Does not write an experiment that the rig would refuse.
   (void)config::parse_prepared_experiment(text, path.string(), rig);
   os::write_file_atomically(path, text);
 

@@ -8,9 +8,9 @@ namespace eha::cli {
 class Console;
 struct DesignCommand;
 
-/// Designs and writes the experiment that makes the standard error of a model's parameter smallest on a rig, and prints
-/// what it predicts, how long it takes and which limit binds. With a wanted standard error the experiment becomes as
-/// long as that takes, at most ten minutes; where that does not suffice it says so.
+/// Designs and writes the experiment that minimises the standard error of a model's parameter on a rig. Prints its
+/// predicted result, its duration and the limit that binds. For a wanted standard error the experiment becomes as long
+/// as necessary, at most ten minutes; prints a note if that does not suffice.
 /// @throws ConfigError, IoError, PermissionError, UsageError
 [[nodiscard]] ExitCode design_improvement(const DesignCommand& command, Console& console);
 

@@ -40,7 +40,7 @@ struct LatencyCommand {
   double duration_s = 60.0;
   bool load = false;  ///< keep every CPU busy meanwhile
   std::optional<std::string> rig_file =
-      {};  ///< whose period, priority and CPU the loop takes; none: default_rig_file()
+      {};  ///< rig file with the loop's period, priority and CPU; none: default_rig_file()
 };
 
 config::RealtimeOptions realtime_options(const std::optional<std::string>& rig_file) {

@@ -14,7 +14,7 @@
 
 namespace eha::cli {
 
-/// A length with its unit, "2.95in" or "+5 mm", in inches; none when it is not one.
+/// Converts a length with its unit, "2.95in" or "+5 mm", to inches; none if the text is not one.
 [[nodiscard]] inline std::optional<double> inches_of(std::string_view text) {
   constexpr double kInch = 0.0254;
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -29,7 +29,7 @@ namespace eha::cli {
   return std::nullopt;
 }
 
-/// The same for a number that may stand alone: it is in `unit` then.
+/// The same, but also for a number without a unit, which is then in `unit`.
 [[nodiscard]] inline std::optional<double> inches_of(std::string_view text, const DisplayUnit& unit) {
   while (text.ends_with(' ')) text.remove_suffix(1);
   const bool is_alone =

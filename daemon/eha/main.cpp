@@ -14,7 +14,7 @@ using eha::ExitCode;
 using eha::cli::Console;
 
 ExitCode run_program(int argc, char** argv) {
-  // A closed pipe, or a file at the limit of its size, must give an error message, not end the process silently.
+  // A closed pipe, or a file at its size limit, must cause an error message and not end the process silently.
   for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
   Console console({});
   try {
@@ -47,7 +47,7 @@ ExitCode run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // What this program writes, others may not change, whatever the shell says.
+  // Others may not change the files of this program, whatever the shell's umask is.
   constexpr mode_t kOthersWrite = 022;
   umask(umask(kOthersWrite) | kOthersWrite);
   return static_cast<int>(run_program(argc, argv));

@@ -41,7 +41,7 @@ std::string rig_units_of_model(const std::string& file) {
     try {
       return record::rig_units(record::read_manifest(folder).other);
     } catch (const Error&) {
-      return {};  // a damaged manifest does not keep the model from being used
+      return {};  // a damaged manifest does not prevent the use of the model
     }
   }
   return {};

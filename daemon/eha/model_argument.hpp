@@ -9,14 +9,14 @@
 
 namespace eha::cli {
 
-/// Reads the model that a command line names. @throws UsageError  it is a run: names its models' folder
+/// Reads the model that a command line names. @throws UsageError  it is a run; the message names its models' folder
 /// @throws ConfigError, IoError, PermissionError  as ident::model_from_text, os::read_file
 [[nodiscard]] ident::Model read_model(const std::string& file);
 
-/// The units of the rig file of the run that a model file lies in; empty where it lies in none.
+/// Returns the units of the rig file of the run that contains a model file; empty if no run contains it.
 [[nodiscard]] std::string rig_units_of_model(const std::string& file);
 
-/// Warns where a model was estimated on the very run that it is now judged by: it says nothing about the rig of today.
+/// Warns if a model was estimated from the same run that it is now judged by: that says nothing about the rig of today.
 void warn_of_own_record(const std::string& model_file, const identify::Source& source, const Console& console);
 
 }  // namespace eha::cli

@@ -8,7 +8,7 @@
 
 namespace eha::cli {
 
-/// Prints the models of a run: a table, then the reasons for each verdict. A figure that is missing shows as "-".
+/// Prints the models of a run: a table, then the reasons for each verdict. A missing figure shows as "-".
 void print_model_list(const std::vector<record::ModelEntry>& models, const Console& console);
 
 }  // namespace eha::cli

@@ -86,7 +86,7 @@ void apply_parameters(const ModelOptions& options, StructureOptions& structure) 
   }
 }
 
-/// Names of the families that have degrees, for a sentence.
+/// Lists the names of the families that have degrees, for a sentence.
 std::string names_with_degrees() {
   std::vector<std::string_view> names;
   for (const ident::StructureFamily& family : ident::structure_families()) {
@@ -95,7 +95,7 @@ std::string names_with_degrees() {
   return fmt::format("{}", fmt::join(names, " and "));
 }
 
-/// The degrees with those that the options give. @throws UsageError  more zeros than poles
+/// Returns the degrees, changed by the options. @throws UsageError  more zeros than poles
 ident::Degrees with_options(ident::Degrees degrees, const ModelOptions& options) {
   degrees.poles = options.poles.value_or(degrees.poles);
   degrees.zeros = options.zeros.value_or(degrees.zeros);
@@ -136,7 +136,7 @@ const ident::InputMapKind& input_map_kind(const std::string& name) {
   return *std::find_if(kinds.begin(), kinds.end(), [&](const auto& kind) { return kind.name == name; });
 }
 
-/// A model that the option puts behind a map, or frees of one, is another model than the one its name says.
+/// If the option adds or removes a map, the model's name no longer fits.
 void apply_input_map(const std::string& name, StructureOptions& asked) {
   const ident::InputMapKind& before = ident::input_map_kind_of(asked.structure);
   if (before.name == name) return;
@@ -148,7 +148,7 @@ void apply_input_map(const std::string& name, StructureOptions& asked) {
   asked.name += kind.suffix;
 }
 
-/// Those of the experiment that belong to the family, else a plain one.
+/// The experiment's models of the family, else a plain one.
 void choose(const std::string& family, const std::vector<StructureOptions>& configured,
             std::vector<StructureOptions>& structures) {
   const std::size_t before = structures.size();

@@ -15,7 +15,7 @@ class App;
 
 namespace eha::cli {
 
-/// Options on the use of a record; an unset member leaves the experiment's value or the default.
+/// Options on the use of a record. For unset members the experiment's value or the default applies.
 struct RecordOptions {
   std::optional<int> decimation = {};
   std::optional<double> discard_s = {};
@@ -41,20 +41,20 @@ struct ModelOptions {
   std::vector<std::string> bounds = {};       ///< NAME=LOW:HIGH
 };
 
-/// The models that a command line asks for.
+/// Returns the models that a command line requests.
 /// @param configured  the experiment's models; --model selects those of a structure, or a plain one if there is none;
-///                    --structure adds the one of a file; without both all of them: none where there are none, and the
-///                    ladder is to be climbed with ladder_for()
-/// @throws UsageError  a malformed NAME=VALUE, a structure asked for twice, --poles where no model has poles
+///                    --structure adds the one of a file; without both all of them: if there are none, returns none,
+///                    and the caller climbs the ladder with ladder_for()
+/// @throws UsageError  a malformed NAME=VALUE, a structure requested twice, --poles although no model has poles
 /// @throws ConfigError, PermissionError  as config::load_structure
 [[nodiscard]] std::vector<ident::StructureOptions> structures_for(
     const ModelOptions& options, const std::vector<ident::StructureOptions>& configured);
 
-/// What the options want of every structure of the ladder; --poles and --zeros are those of its `io`.
+/// Returns the options' requirements on every structure of the ladder; --poles and --zeros apply to its `io`.
 /// @throws UsageError  as structures_for()
 [[nodiscard]] ident::LadderOptions ladder_for(const ModelOptions& options);
 
-/// Overrides what the command line sets. @returns `options` changed
+/// Overrides the options that the command line sets. @returns the changed `options`
 [[nodiscard]] ident::FitOptions with(ident::FitOptions options, const RecordOptions& record);
 
 }  // namespace eha::cli

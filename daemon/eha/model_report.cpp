@@ -25,7 +25,7 @@ using ident::ParameterEstimate;
 using ident::Score;
 using identify::IdentifiedModel;
 
-/// The structure's formula, without the numerator's order where that is held at 0.
+/// Returns the structure's formula, without the numerator's order if that is held at 0.
 std::string formula_of(const ident::StructureOptions& asked) {
   std::string formula = asked.structure.formula;
   const ident::StructureParameter& order = asked.structure.numerator.front().order;
@@ -38,7 +38,7 @@ std::string formula_of(const ident::StructureOptions& asked) {
 std::string orders_text(const Model& model, const ident::Structure& structure) {
   std::vector<std::string> parts;
   for (const ParameterEstimate& parameter : model.parameters) {
-    // Whole orders that the structure itself gives have no names worth a column.
+    // Whole orders that the structure fixes need no column.
     if (!is_order(parameter.role) || has_finite_state(structure)) continue;
     const bool is_numerator = parameter.role == ident::ParameterRole::numerator_order;
     if (is_numerator && parameter.fixed && !(parameter.value > 0.0)) continue;
@@ -82,7 +82,7 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
   return row;
 }
 
-/// The map's values, with their intervals where the model lists them.
+/// Writes the map's values, with their intervals if the model lists them.
 std::string input_map_text(const Model& model) {
   const auto text = [&](ident::ParameterRole role, double value) {
     const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
@@ -105,7 +105,7 @@ std::string formula(const Model& model) {
   return text + fmt::format(", initial output {:.5g} {}", model.initial_output, model.output_unit);
 }
 
-/// The usable band of the model, and whether it includes the resonance.
+/// Writes the usable band of the model, and whether it includes the resonance.
 std::string usable_band_text(const Model& model) {
   if (!model.verdict->usable_band)
     return "No usable band: the record determines the response at none of the excited frequencies.";

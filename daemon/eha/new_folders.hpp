@@ -5,8 +5,8 @@
 
 namespace eha::cli {
 
-/// Creates folders before long work, so that an error in creating them shows at once, and removes them again if the
-/// work leaves them empty. Not thread-safe.
+/// Creates folders before long work, so that an error in creating them shows at once. Removes them again if the work
+/// leaves them empty. Not thread-safe.
 class NewFolders {
  public:
   /// Creates `folder` and every missing one above it. @throws IoError, PermissionError
@@ -18,7 +18,7 @@ class NewFolders {
 
  private:
   std::filesystem::path folder_;
-  std::size_t made_ = 0;  ///< how many, the innermost first
+  std::size_t made_ = 0;  ///< number of created folders, the innermost first
 };
 
 }  // namespace eha::cli

@@ -97,7 +97,7 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
 
 namespace {
 
-/// Whether a model's valve is that of a sheet; true where the model has none.
+/// Whether a model's valve agrees with that of a sheet; true if the model has none.
 bool is_of_one_valve(const std::optional<ident::ValveMap>& map, const fs::path& sheet_run) {
   if (!map) return true;
   const auto sheet = nlohmann::json::parse(os::read_file(sheet_run / sheet::kSheetFile), nullptr, false);
@@ -109,7 +109,7 @@ bool is_of_one_valve(const std::optional<ident::ValveMap>& map, const fs::path& 
          off_V("dead_band_V", map->dead_band) <= config::same_dead_band_V(map->dead_band);
 }
 
-/// The valve of a run's recommended model; none where it recommends none, or one without a map.
+/// Returns the valve of a run's recommended model; none if it recommends none, or one without a map.
 std::optional<ident::ValveMap> valve_of(const fs::path& folder) {
   const auto file = recommended_model(folder);
   return file ? ident::model_from_text(os::read_file(*file), file->string()).input_map : std::nullopt;

@@ -13,7 +13,7 @@ struct FrequencyInterval;
 
 namespace eha::cli {
 
-/// One of the names that an option takes, and its value.
+/// A name that an option accepts, and its value.
 template <typename Value>
 struct Choice {
   const char* name;
@@ -41,7 +41,7 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, Target& target
       ->check(CLI::IsMember(names).description(""));
 }
 
-/// Checks that a value is a finite number that `accept` takes. @param range  of such numbers, for the message
+/// Checks that a value is a finite number that `accept` accepts. @param range  of such numbers, for the message
 [[nodiscard]] CLI::Validator finite_number(const std::string& range, bool (*accept)(double));
 
 /// Checks that a file's name ends in one of these.

@@ -53,14 +53,14 @@ Examples:
 /// `eha goto` and `eha jog`: a run whose experiment only moves the rod to a place.
 struct PlaceCommand : DriveOptions {
   std::vector<std::string> words = {};  ///< a length with its unit, in one word or two
-  bool is_relative = false;             ///< to where the rod is
-  bool way_back = false;                ///< a rod beyond a limit was seen to stand there
+  bool is_relative = false;             ///< relative to the rod's position
+  bool way_back = false;                ///< the user has confirmed that a rod beyond a limit is really there
 };
 
-/// The longest way is some inches at 0.3 in/s or slower; see place::placing_time_s for what a way should take.
+/// The longest move is some inches at 0.3 in/s or slower; place::placing_time_s gives the expected time of a move.
 constexpr double kTimeOut_s = 120.0;
 
-/// Where the rod is, its limits, and the unit that the rig file asks for.
+/// Position of the rod, its limits, and the unit of the rig file.
 struct PlaceNow {
   double place_in = 0.0;
   double lowest_in = 0.0;
@@ -90,7 +90,7 @@ PlaceNow place_now_of_rig(const PlaceCommand& command) {
   return {reading.displacement_in, config.limits.travel_min_in, config.limits.travel_max_in, config.units};
 }
 
-/// The rod before a placing; none where a run is on, which leaves it somewhere else.
+/// Returns the rod before a placing; none during a run, which leaves it elsewhere.
 std::optional<PlaceNow> place_before(const PlaceCommand& command) {
   if (command.local) return place_now_of_rig(command);
   control::Client client(command.socket);

@@ -11,7 +11,7 @@
 
 namespace eha::cli {
 
-/// Prints where a placing has left the rod.
+/// Prints the position to which a placing has moved the rod.
 /// @param displacement_in  [in]   @param units  of the rig file   @param next  command that shows it again
 inline void print_place(double displacement_in, const std::string& units, const std::string& next,
                         const Console& console) {

@@ -60,7 +60,7 @@ struct PlotCommand {
 };
 
 constexpr std::size_t kMostColumnsInPanel = 6;  // of a CSV file
-constexpr std::size_t kMostNamesOfAxis = 2;     // columns that the y axis names; the key names more
+constexpr std::size_t kMostNamesOfAxis = 2;     // columns named at the y axis; the key names more
 constexpr std::size_t kRowsOfPanel = 16;        // characters
 constexpr std::size_t kWidest = 160;
 
@@ -103,7 +103,7 @@ plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
   return report::bode_figure({&subject.models.front()}, response, subject.name);
 }
 
-/// The step of a controller's trial.
+/// Draws the step of a controller's trial.
 plot::Figure of_controller(const std::string& file, const Console& console) {
   const tune::ControllerSubject subject = controller_subject(config::load_controller(file));
   if (!subject.trace) throw DataError(fmt::format("{}: nothing to plot; {}", file, subject.why_without_plots));
@@ -111,7 +111,7 @@ plot::Figure of_controller(const std::string& file, const Console& console) {
                            console.unit(rig_units_of_controller(subject.controller)));
 }
 
-/// A file's name; a run's before it where it lies in one.
+/// Returns a file's name, preceded by that of its run, if any.
 std::string title_of(const std::string& file) {
   const fs::path path(file);
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
@@ -122,13 +122,13 @@ std::string title_of(const std::string& file) {
                    : path.filename().string();
 }
 
-/// fit.csv and frequency_response.csv have figures of their own; none for another table.
+/// Draws fit.csv and frequency_response.csv, which have their own figures; none for another table.
 std::optional<plot::Figure> of_known_table(const std::string& file, const record::NumberTable& table,
                                            const std::string& rig_units, const DisplayUnit& unit) {
   report::Subject subject;
   if (table.find("gain_dB") != nullptr && table.find("phase_deg") != nullptr) {
     subject.response = table;
-    // Only a run says which unit the gain has.
+    // Only a run gives the unit of the gain.
     if (!rig_units.empty()) subject.record.emplace().output_channel = {"displacement", "in"};
     subject = report::in_unit(std::move(subject), unit);
     const std::string gain_unit = subject.record ? subject.record->output_channel.unit + "/V" : "";
@@ -143,7 +143,7 @@ std::optional<plot::Figure> of_known_table(const std::string& file, const record
   return report::fit_table_figure(report::in_unit(std::move(subject), unit).fit, title_of(file));
 }
 
-/// A panel for each unit, in the order of the columns; the first column is x.
+/// Draws a panel for each unit, in the order of the columns; the first column is x.
 plot::Figure of_table(const record::NumberTable& table, const std::string& name, const DisplayUnit& unit) {
   plot::Figure figure{.title = name, .panels = {}};
   std::vector<std::string> units;
@@ -232,7 +232,7 @@ plot::CharacterSize terminal_size(std::size_t panels) {
 }
 
 ExitCode execute(const PlotCommand& command, Console& console) {
-  // Before the file is read, which may take a while.
+  // Checked before the file is read, which may take a while.
   if (command.output) static_cast<void>(format_of(*command.output));
   const plot::Figure figure = figure_of(command.source, console);
   if (!command.output) {

@@ -43,7 +43,7 @@ Examples:
   eha read --local --rig rig.toml)";
 
 struct ReadCommand {
-  std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig itself where nobody listens
+  std::optional<std::filesystem::path> socket = {};  ///< none: the default one, or the rig itself if no service answers
   std::optional<std::string> rig_file = {};          ///< with `local`; none: default_rig_file()
   bool local = false;                                ///< read the rig in this process
   bool watch = false;                                ///< repeatedly
@@ -51,7 +51,7 @@ struct ReadCommand {
 
 constexpr double kReads_Hz = 5.0;
 
-/// What is read, with the state of the rig: {state, rig, rod}.
+/// Result of a reading, with the state of the rig: {state, rig, rod}.
 using Reader = std::function<Json()>;
 
 Reader reader_of_service(control::Client& client) {
@@ -65,7 +65,7 @@ Reader reader_of_service(control::Client& client) {
   };
 }
 
-/// Reads a rig that is not driven, as often as the noise estimate needs.
+/// Reads an undriven rig, as often as the noise estimate needs.
 Reader reader_of_rig(hal::Rig& rig, const config::RigConfig& config, RodView& view) {
   view.begin(rig.capabilities());
   return [&rig, &config, &view] {
@@ -95,7 +95,7 @@ std::string text_of(const Json& read, const Console& console) {
   return aligned(lines);
 }
 
-/// The way to mid-travel of a rod that stands near a limit or beyond it; empty elsewhere.
+/// Returns the command that moves a rod near or beyond a limit to mid-travel; empty elsewhere.
 std::string next_of(const ReadCommand& command, const Json& now, const Console& console) {
   const std::string way = way_to_middle(now.at("rod"), console.unit(now.at("rig").value("units", "")));
   if (way.empty()) return {};
@@ -134,7 +134,7 @@ ExitCode show_readings(const ReadCommand& command, const Reader& read, Console& 
 ExitCode execute(const ReadCommand& command, Console& console) {
   std::error_code ignored;
   const std::filesystem::path socket = command.socket.value_or(control::default_socket());
-  // Who named a service wants its rig, not another one that happens to be readable here.
+  // A user who named a service wants its rig, not another one that happens to be readable here.
   const bool is_named = command.socket || socket != control::kDefaultSocket;
   if (!command.local && (is_named || std::filesystem::exists(socket, ignored))) {
     control::Client client(socket);

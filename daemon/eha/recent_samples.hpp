@@ -10,15 +10,14 @@
 
 namespace eha::cli {
 
-/// What the rod and the command did between two lines of `eha status --watch`: the range over the last second of the
-/// sample stream.
+/// Range of rod and command over the last second of the sample stream, for a line of `eha status --watch`.
 class RecentSamples {
  public:
   /// @param samples  the member `samples` of an event, ehad-protocol(7)
   void add(const nlohmann::ordered_json& samples);
 
-  /// "2.912 to 3.105 in, -1.20 to +1.40 V"; without the volts when nothing drives the rig; "not read yet" without a
-  /// sample. @param unit  of lengths shown
+  /// "2.912 to 3.105 in, -1.20 to +1.40 V"; without the volts if nothing drives the rig; "not read yet" without a
+  /// sample. @param unit  of displayed lengths
   [[nodiscard]] std::string text(const DisplayUnit& unit) const;
 
  private:

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kWarnedFrom = 0.05;
 constexpr double kSurelyEnough_rows = 1e6;
-/// Not worth an offset: a tenth of an inch in a hundred seconds.
+/// Too small for an offset: a tenth of an inch in a hundred seconds.
 constexpr double kSmallDrift_in_per_s = 0.001;
 
 }  // namespace
@@ -52,7 +52,7 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
     if (rehearsal.chance_of_trip < kWarnedFrom)
       remedy += ", but it stays clear of the limits: it may be played as it is";
   }
-  // The loop stops a rod so far before a limit that it comes to rest there.
+  // The loop stops a rod early enough before a limit that it comes to rest there.
   const bool may_trip = rehearsal.chance_of_trip >= kWarnedFrom;
   return fmt::format("rehearsed with the rig's valve: {} {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
                      may_trip ? "until it is stopped before a limit the rod moves within" : "the rod stays within",

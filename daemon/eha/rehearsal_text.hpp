@@ -13,28 +13,29 @@ namespace eha::cli {
 /// Assumed position of a rod that has not been read: the initial one of a simulated rig, otherwise mid-travel [in].
 [[nodiscard]] double start_of(const config::RigConfig& rig);
 
-/// The least predicted distance to a travel limit, that 95 % of the rehearsed rods keep [in]; negative beyond it.
+/// Returns the least predicted distance to a travel limit that 95 % of the rehearsed rods keep [in]; negative beyond
+/// it.
 [[nodiscard]] std::optional<double> margin_of(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const Rehearsal& rehearsal);
 
-/// What an experiment will do to the rod: "rehearsed with the rig's valve: the rod stays within ...".
+/// Describes the predicted motion of the rod: "rehearsed with the rig's valve: the rod stays within ...".
 [[nodiscard]] std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig, const Console& console);
 
-/// What to do with an experiment that probably ends at a limit.
+/// Returns advice for an experiment that probably reaches a limit.
 enum class TravelRisk { refuse, accept };
 
-/// Warns where one draw in twenty reaches a limit; nothing where it could not be rehearsed.
+/// Warns if one draw in twenty reaches a limit; nothing if the experiment could not be rehearsed.
 /// @throws ConfigError  half of the draws do, and the risk is not accepted
 void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
                   const Console& console);
 
-/// Refuses to play from beyond a travel limit, where nothing but a move to a place is allowed.
-/// @throws ConfigError  says the way back
+/// Refuses to play from beyond a travel limit, from where only a move to a place is allowed.
+/// @throws ConfigError  gives the command of that move
 void require_within_travel(const config::ExperimentConfig& experiment, const config::RigConfig& rig, double place_in,
                            const std::string& experiment_file, const Console& console);
 
-/// Warns, before anything moves, of an experiment whose record will have too few rows to estimate a model from.
+/// Warns, before any motion, of an experiment whose record will have too few rows to estimate a model.
 void warn_if_not_fittable(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                           const std::string& experiment_file, const Console& console);
 
@@ -42,12 +43,12 @@ void warn_if_not_fittable(const config::ExperimentConfig& experiment, const conf
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                            const std::string& experiment_file, const Console& console);
 
-/// Says what the rehearsal found and judges it, before a run. @throws ConfigError  as judge_travel
+/// Prints the result of the rehearsal and judges it, before a run. @throws ConfigError  as judge_travel
 void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,
                       const std::string& experiment_file, TravelRisk risk, const Console& console);
 
-/// Reports drift and the offset that stops it for a run that reached a limit, from the files in its folder; nothing if
-/// they do not determine it.
+/// Reports the drift, and the offset that stops it, for a run that reached a limit, from the files in its folder;
+/// nothing if they do not determine it.
 void explain_trip(const std::string& run_folder, const Console& console);
 
 }  // namespace eha::cli

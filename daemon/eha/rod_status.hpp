@@ -10,8 +10,8 @@
 
 namespace eha::cli {
 
-/// The status of the service, with the rod. After a run or a reload the service needs some milliseconds for its first
-/// reading; waits for it at most 1 s. @throws as Client::call
+/// Returns the status of the service, with the rod. After a run or a reload the service needs some milliseconds for its
+/// first reading; waits for it at most 1 s. @throws as Client::call
 inline nlohmann::ordered_json status_with_rod(control::Client& client) {
   constexpr int kTries = 20;
   constexpr auto kRetry = std::chrono::milliseconds(50);
@@ -23,8 +23,8 @@ inline nlohmann::ordered_json status_with_rod(control::Client& client) {
   return status;
 }
 
-/// The state of the rig with its reason, for people: "not armed (disarmed by meier)". A rig that waits is not armed,
-/// whether the loop calls it idle or, after a start of the service, faulted; while a run begins it is "starting".
+/// Describes the state of the rig with its reason: "not armed (disarmed by meier)". An undriven rig is not armed,
+/// whether the loop calls it idle or, after a start of the service, faulted; at the start of a run it is "starting".
 /// @param status  of the service
 [[nodiscard]] inline std::string state_text(const nlohmann::ordered_json& status) {
   constexpr const char* kStarted = "ehad has started";  // of a rig that nobody has armed yet

@@ -21,10 +21,10 @@
 namespace eha::cli {
 namespace {
 
-/// By which the sensor may differ from the ruler [in].
+/// Greatest difference of the sensor from the ruler [in].
 constexpr double kRulerTolerance_in = 0.1;
 
-/// Where the sensor shows the rod [in]; none: the rig moves no machine, or its file has [following].
+/// Returns the rod's position by the sensor [in]; none: the rig moves no machine, or its file has [following].
 std::optional<double> place_without_following(const DriveOptions& command) {
   if (command.local) {
     const config::RigConfig config = load_rig_or_default(command.rig_file);

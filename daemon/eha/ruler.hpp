@@ -9,8 +9,8 @@ namespace eha::cli {
 class Console;
 struct DriveOptions;
 
-/// Before a valve is measured on a rig that moves a machine and of which nothing is known: does the sensor agree with a
-/// ruler within 0.1 in? Asks for the reading on a terminal. Does nothing where the rig file has [following].
+/// Checks, before the first valve measurement on a rig that moves a machine, that the sensor agrees with a ruler within
+/// 0.1 in. Asks for the reading on a terminal. Does nothing if the rig file has [following].
 /// @param ruler  "2.95in"; none: asked for
 /// @throws UsageError   no reading, and no terminal to ask on   @throws ConfigError  they differ
 /// @throws DeviceError  the rod cannot be read

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "latest", or a name that begins as that of a run folder: 20260101T120000Z-
+/// Whether a name is "latest", or begins like that of a run folder: 20260101T120000Z-
 bool may_be_run(std::string_view name) {
   constexpr std::string_view kShape = "00000000T000000Z-";
   if (name == "latest") return true;
@@ -39,7 +39,7 @@ std::string run_named(const std::string& given) {
     const fs::path folder = control::Client(socket).call("runs").at("folder").get<std::string>();
     if (const fs::path there = folder / name; fs::exists(there, ignored)) return there.string();
   } catch (const Error&) {
-    // Nobody answers: the name is looked for no further.
+    // No service answers: the search ends here.
   }
   return given;
 }

@@ -67,7 +67,7 @@ Examples:
   eha run config/experiments/paper.toml --local --fast
   eha run sweep.toml --local --rig rig.toml --output /data/runs)";
 
-/// An experiment of the command line, checked.
+/// A checked experiment of the command line.
 struct PlannedRun {
   std::string file;
   config::PreparedExperiment experiment;
@@ -80,11 +80,11 @@ struct Acquired {
   bool was_stopped = false;  ///< by a signal, which may have come after the last tick
 };
 
-/// Plays and records. The rig is idle or safe on return and after an exception.
+/// Plays and records an experiment. The rig is idle or safe on return and after an exception.
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
                  Console& console) {
   const config::PreparedExperiment& experiment = planned.experiment;
-  // Before the rig is opened: from then on a signal must not end the process.
+  // Installed before the rig is opened: from then on a signal must not end the process.
   StopOnSignals stop;
   OwnedRig local(rig_config);
   if (hal::moves_machine(rig_config.backend)) require_plausible_inputs(local.rig(), rig_config);
@@ -188,7 +188,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   return code;
 }
 
-/// Reports a rod that is in its place.
+/// Reports a rod that has reached its place.
 ExitCode report_placed(const play::FinishedRun& run, double place_in, const std::string& units, const std::string& next,
                        const Console& console) {
   print_place(run.displacement_in, units, next, console);
@@ -251,7 +251,7 @@ ExitCode conclude(const config::Tracking&, const play::FinishedRun& run, const R
   return show_track(run.folder, TrackFiles::write, console);
 }
 
-/// Completes runs whose process died. A run that another process is still writing is left alone.
+/// Completes runs whose process died. Leaves a run alone that another process is still writing.
 void recover_earlier_runs(const fs::path& folder, const Console& console) {
   const auto warn = [&console](const std::string& message) { console.warning(message); };
   record::recover_torn_runs(folder, {.recovered = warn, .failed = warn});
@@ -272,7 +272,7 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
   return planned;
 }
 
-/// The command that computes later what a run is for.
+/// Returns the command that later computes the run's results.
 std::string later_command(const config::ExperimentConfig& experiment, const fs::path& folder) {
   const std::string_view command = std::visit([](const auto& kind) { return kind.kCommand; }, experiment.kind);
   return fmt::format("`eha {} {}` does it", command, shell_word(folder.string()));
@@ -316,7 +316,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   if (command.fast && !hal::has_virtual_clock(rig.backend)) {
     throw UsageError(fmt::format("--fast: {} drives a real machine, which runs in real time only", rig.file_name));
   }
-  // All of them before the first one is played.
+  // Checks all of them before the first one is played.
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
   std::vector<PlannedRun> planned{plan(command.experiment_file, command.text, rig, risk, console)};
   for (const std::string& file : command.further_files) {

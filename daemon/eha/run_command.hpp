@@ -15,11 +15,11 @@ class Console;
 
 struct RunCommand : DriveOptions {
   std::string experiment_file = {};
-  std::vector<std::string> further_files = {};  ///< played after it, in order
+  std::vector<std::string> further_files = {};  ///< played after the first one, in order
   std::optional<std::string> text = {};         ///< of the experiment; none: experiment_file is read
-  bool detach = false;                          ///< queue and leave
-  bool accept_travel_risk = false;              ///< play what the rehearsal refuses
-  std::optional<std::string> ruler = {};        ///< where a ruler shows the rod, for [characterise]; none: asked for
+  bool detach = false;                          ///< queue without waiting
+  bool accept_travel_risk = false;              ///< play even if the rehearsal refuses
+  std::optional<std::string> ruler = {};        ///< reading of a ruler at the rod, for [characterise]; none: asked for
   std::optional<std::filesystem::path> new_rig_file = {};  ///< to write with the numbers of a valve sheet
   std::optional<double> simulated_tick_s = {};  ///< of a simulated rig in this process, instead of its file's
 };

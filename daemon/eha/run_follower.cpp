@@ -16,7 +16,7 @@ using control::Client;
 
 namespace {
 
-/// After which a held experiment is spoken of again.
+/// Interval of the reminders of a held experiment.
 constexpr auto kReminder = std::chrono::minutes(1);
 
 }  // namespace
@@ -101,7 +101,7 @@ bool RunFollower::pass_on_stop() {
     console_.info(answer.at("stopped") == "safe_at_once" ? "making the rig safe at once"
                                                          : "ramping out; Ctrl-C again makes the rig safe at once");
   };
-  // First what moves.
+  // Ends the driven experiment first.
   for (const std::int64_t number : queued_) end(number);
   const Json queue = other.call("queue");
   for (const Json& entry : queue.at("entries")) {

@@ -23,12 +23,12 @@ class RunFollower {
   RunFollower(std::filesystem::path socket, control::Client& client, std::vector<std::int64_t> queued, DisplayUnit unit,
               Console& console);
 
-  /// What to do with an experiment that is held.
+  /// Action for an experiment that is held.
   enum class Held { wait, leave };
 
   /// Follows one until it is over, or held with Held::leave.
-  /// @returns its entry then; none when the user did not wait for the fit
-  /// @throws DeviceError  the connection is lost: with what was heard last and how to ask again
+  /// @returns its last entry; none if the user did not wait for the fit
+  /// @throws DeviceError  the connection is lost; gives the last known state and the command that asks again
   [[nodiscard]] std::optional<nlohmann::ordered_json> follow(std::int64_t experiment, const StopOnSignals& stop,
                                                              Held held);
 
@@ -47,7 +47,7 @@ class RunFollower {
   Console& console_;
   Json last_ = nullptr;  ///< snapshot
   std::chrono::steady_clock::time_point last_at_;
-  std::string reason_;  ///< why it waits, as said last
+  std::string reason_;  ///< reason for waiting, as last printed
   std::chrono::steady_clock::time_point reminded_at_ = {};
   int stops_seen_ = 0;
 };

@@ -77,7 +77,7 @@ RunProgress progress_of(const Json& status) {
 }
 
 std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::chrono::system_clock::time_point now) {
-  // Before the first tick nothing is known.
+  // Nothing is known before the first tick.
   if (!(progress.total_s > 0.0)) return "about to begin";
   const double factor = unit.factor("in");
   const std::string length = unit.of("in");

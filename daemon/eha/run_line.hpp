@@ -13,7 +13,7 @@
 
 namespace eha::cli {
 
-/// How far a run is, for people.
+/// Displayed progress of a run.
 struct RunProgress {
   double played_s = 0.0;  ///< of the experiment
   double total_s = 0.0;
@@ -21,13 +21,13 @@ struct RunProgress {
   double applied_V = 0.0;
   double travel_min_in = 0.0;  ///< limits of the rig
   double travel_max_in = 0.0;
-  double travel_percent = 0.0;  ///< of the way to a travel limit, stopping distance included
+  double travel_percent = 0.0;  ///< share of the way to a travel limit, stopping distance included
   double velocity_percent = 0.0;
   double latency_max_us = 0.0;
   std::uint64_t late = 0;     ///< ticks
   std::uint64_t skipped = 0;  ///< ticks
   bool is_real_time = true;
-  bool is_placing = false;               ///< ends when the rod is in its place: total_s is the most that it takes
+  bool is_placing = false;               ///< ends when the rod is in its place; total_s is then the longest duration
   std::optional<double> margin_in = {};  ///< predicted distance to the nearer travel limit [in]
 };
 
@@ -36,8 +36,8 @@ struct RunProgress {
 /// @param status  of ehad-protocol(7), with a run
 [[nodiscard]] RunProgress progress_of(const nlohmann::ordered_json& status);
 
-/// "37.7 s left, end 14:32:10  2.953 in [----#-----]  +1.20 V, 0 late, margin 0.80 in": at most 100 columns; near a
-/// limit it begins with that. @param now  of the wall clock, local time is shown
+/// "37.7 s left, end 14:32:10  2.953 in [----#-----]  +1.20 V, 0 late, margin 0.80 in": at most 100 columns. Near a
+/// limit the line starts with a warning. @param now  of the wall clock, local time is shown
 [[nodiscard]] std::string run_line(const RunProgress& progress, const DisplayUnit& unit,
                                    std::chrono::system_clock::time_point now);
 

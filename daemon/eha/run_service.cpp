@@ -43,7 +43,8 @@ struct ExperimentFile {
   std::string text;
 };
 
-/// The answer as `eha run --local` gives it, from the run's folder; the list of models where that may not be read.
+/// Prints the answer as `eha run --local` does, from the run's folder; the list of models if the folder is not
+/// readable.
 void print_answer_of_service(const Json& entry, const Console& console) {
   const std::filesystem::path folder = entry.value("folder", "");
   try {
@@ -54,7 +55,7 @@ void print_answer_of_service(const Json& entry, const Console& console) {
   print_model_list(record::models_from_json(entry.at("models"), "ehad's answer: models"), console);
 }
 
-/// What a run was for; models where its folder may not be read.
+/// Returns the purpose of a run; models if its folder is not readable.
 record::Purpose purpose_of(const std::string& folder, const Console& console) {
   try {
     return record::purpose_of(record::read_manifest(folder));
@@ -89,7 +90,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
     explain_ended_trial(folder, units, TrackFiles::keep, console);
     console.info(fmt::format("the partial record is in {}", folder));
   } else if (!folder.empty() && !has_completed(entry)) {
-    // A placing and a characterisation, whose text is the command's own, have nothing to fit.
+    // A placing and a characterisation, whose experiments the command itself writes, have nothing to fit.
     console.info(command.text ? fmt::format("the partial record is in {}", folder) : partial_record_text(folder));
   }
   console.print_json({{"schema", "eha-run/1"},
@@ -114,8 +115,8 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   return code;
 }
 
-/// Rehearses an experiment with the service's rig file, where this user may read it, so that a person sees the travel
-/// before the confirmation. What is wrong with either file is the service's to say, and it refuses by itself.
+/// Rehearses an experiment with the service's rig file, if this user may read it, so that the user sees the travel
+/// before the confirmation. Errors in either file are left to the service, which refuses them.
 void rehearse_for_service(const ExperimentFile& file, const Json& status, TravelRisk risk, Console& console) {
   std::optional<config::RigConfig> rig;
   std::optional<config::PreparedExperiment> prepared;
@@ -135,7 +136,7 @@ void rehearse_for_service(const ExperimentFile& file, const Json& status, Travel
     console.debug(fmt::format("not rehearsed: {}", error.what()));
     return;
   }
-  // A run that is on leaves the rod somewhere else.
+  // A run in progress leaves the rod elsewhere.
   if (status.at("run").is_null()) require_within_travel(prepared->config, *rig, place_in, file.name, console);
   report_rehearsal(rehearsal, *rig, file.name, risk, console);
 }
@@ -164,7 +165,7 @@ Json submitted(Client& client, const std::vector<ExperimentFile>& files, const R
     params["detach"] = command.detach;
     return params;
   };
-  // A check of one takes the service less than the minute that a call waits by itself.
+  // The service needs less time to check one experiment than the minute that a call waits by default.
   const auto patience = std::chrono::minutes(1) * files.size();
   if (files.size() == 1) {
     return Json::array(
@@ -234,7 +235,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   ExitCode code = ExitCode::ok;
   bool goes_on = true;
   for (const std::int64_t one : queued) {
-    // After a fault or a stop the service holds what waits.
+    // After a fault or a stop the service holds the waiting experiments.
     const auto entry = follower.follow(one, stop, goes_on ? RunFollower::Held::wait : RunFollower::Held::leave);
     if (!entry) {
       code = ExitCode::interrupted;

@@ -57,7 +57,7 @@ std::string verdict_of(const record::RunSummary& run) {
   return accepted.empty() ? "all rejected" : fmt::format("accepted: {}", fmt::join(accepted, ", "));
 }
 
-/// The end of the loop and its counters.
+/// Writes the end of the loop and its counters.
 void show_report(const record::ReportEntry& report, Console& console) {
   for (const std::string& text : {report.description, report.write_error}) {
     if (!text.empty()) console.print(fmt::format("         {}", text));
@@ -68,7 +68,7 @@ void show_report(const record::ReportEntry& report, Console& console) {
                             counters.timeouts == 1 ? "" : "s", counters.dropped, counters.clamped));
 }
 
-/// The runs that ehad keeps.
+/// Returns the runs that ehad keeps.
 RunList runs_of_service(const fs::path& socket) {
   const Json answer = control::Client(socket).call("runs");
   RunList list{.folder = answer.at("folder"), .runs = {}};
@@ -76,7 +76,7 @@ RunList runs_of_service(const fs::path& socket) {
   return list;
 }
 
-/// What the service still does with its runs, by their names.
+/// Returns the service's present work on its runs, by their names.
 std::map<std::string, std::string> progress_of_service(const fs::path& socket) {
   std::map<std::string, std::string> progress;
   const Json queue = control::Client(socket).call("queue", {{"over", 0}});
@@ -124,7 +124,7 @@ bool has_torn_run(const fs::path& folder) {
 }
 
 ExitCode execute(const RunsListCommand& command, Console& console) {
-  // Without a folder: the runs in ./runs, or the service's if that folder does not exist.
+  // Returns the runs without a given folder: those in ./runs, or the service's if that folder does not exist.
   const fs::path here = command.folder.value_or("runs");
   std::error_code ignored;
   const bool asks_service = command.socket || (!command.folder && !fs::exists(here, ignored) &&
@@ -160,7 +160,7 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   return ExitCode::ok;
 }
 
-/// The folder of a run: as given, in ./runs, or among the service's; as given where it is nowhere.
+/// Finds the folder of a run: as given, in ./runs, or among the service's; as given if it is in none of them.
 fs::path run_folder_of(const RunsShowCommand& command, const Console& console) {
   std::error_code ignored;
   const auto is_run = [&](const fs::path& folder) { return fs::exists(folder / record::kManifestFile, ignored); };
@@ -176,7 +176,7 @@ fs::path run_folder_of(const RunsShowCommand& command, const Console& console) {
   }
 }
 
-/// What to do next with a run. @param entry  of the service's queue; null where no service has the run
+/// Returns the next command for a run. @param entry  of the service's queue; null if no service has the run
 std::string next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry) {
   const std::string run = shell_word(command.run.string());
   const std::string state = entry.is_object() ? entry.value("state", "") : "";
@@ -251,7 +251,7 @@ void add_runs(CLI::App& app, ParsedLine& line) {
   sub->fallthrough();
   sub->require_subcommand(0, 1);
   sub->footer("\nExamples:\n  eha runs list\n  eha runs show runs/latest\n  eha runs recover runs");
-  // Alone it lists.
+  // Without a subcommand it lists.
   sub->callback([sub, &line] {
     if (sub->get_subcommands().empty()) line.command = Request<RunsListCommand>{};
   });

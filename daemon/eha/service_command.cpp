@@ -176,7 +176,7 @@ void print_numbers(const Json& numbers, const char* done, const char* none, cons
 }
 
 /// Prints an answer, and the next step.
-/// @param way  of arm: of a rod near a limit to mid-travel
+/// @param way  for arm: command that moves a rod near a limit to mid-travel
 void print_answer(const ServiceCommand& command, const Json& answer, const std::string& way, const Console& console) {
   const auto next = [&](const char* what) { console.next_step(through(command.socket, what)); };
   if (command.method == "arm") {
@@ -229,7 +229,7 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
   }
 }
 
-/// Calls the method, for one experiment where it takes one.
+/// Calls the method, for one experiment if it accepts one.
 ExitCode call_method(Client& client, const ServiceCommand& command, std::optional<std::int64_t> entry,
                      Console& console) {
   Json params = Json::object();
@@ -289,7 +289,7 @@ namespace {
 
 CLI::Validator entry_number() { return CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""); }
 
-/// Takes where `eha queue move` moves to. @returns what is wrong with it, or nothing
+/// Reads the target of `eha queue move`. @returns its error, or nothing
 std::string take_place(const std::string& where, ServiceCommand& service) {
   if (where == "up" || where == "down") {
     service.by = where == "up" ? -1 : 1;

@@ -24,7 +24,7 @@ class Console;
 struct ServiceCommand {
   std::string method = {};
   std::filesystem::path socket = control::default_socket();
-  std::vector<std::int64_t> entries = {};  ///< of cancel, hold, release and move; none: every one of the user's
+  std::vector<std::int64_t> entries = {};  ///< of cancel, hold, release and move; none: all of the user
   std::int64_t to = 0;                     ///< of move: position from 1; 0: `by` says
   std::int64_t by = 0;                     ///< of move: positions towards the end
   std::string run = {};                    ///< of ack and remove: its folder or the folder's name

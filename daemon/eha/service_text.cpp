@@ -45,7 +45,7 @@ std::string progress_text(const Json& entry) {
   if (state != "fitting") return {};
   const auto fitting_s = entry.find("fitting_s");
   if (fitting_s == entry.end()) return "waits for its fit";
-  // A fit has the lowest priority, and gets what the other programs of the machine leave.
+  // A fit has the lowest priority, and receives the time that the machine's other programs leave.
   constexpr double kSettled_s = 20.0;
   constexpr double kSmallShare = 0.2;
   const double elapsed_s = fitting_s->get<double>();
@@ -65,7 +65,7 @@ Json entry_of_run(const std::filesystem::path& run, const std::filesystem::path&
       if (!folder.empty() && std::filesystem::equivalent(folder, run, ignored)) return entry;
     }
   } catch (const Error&) {
-    // Nobody answers: nothing is known of the run but its folder.
+    // No service answers: only the run's folder is known.
   }
   return nullptr;
 }
@@ -96,7 +96,7 @@ std::vector<std::string> end_times(const nlohmann::ordered_json& entries) {
 
 namespace {
 
-/// The text in at most `width` bytes, characters of UTF-8 whole: `eha runs show` has all of it.
+/// Cuts the text to at most `width` bytes, characters of UTF-8 whole: `eha runs show` has all of it.
 std::string cut_to_width(const std::string& text, std::size_t width) {
   if (text.size() <= width) return text;
   std::size_t end = width - 3;

@@ -30,7 +30,7 @@ using ident::Score;
 constexpr std::size_t kWidth = 80;
 constexpr std::size_t kLabel = 16;  // columns before the text of a line
 constexpr std::size_t kMostReasons = 3;
-// Percent of fit by which an offset estimated anew must differ to be worth a word.
+// Least change of the fit by a new offset that is reported [%].
 constexpr double kSameFit = 0.1;
 
 std::string line(const char* label, const std::string& text) {
@@ -40,7 +40,7 @@ std::string line(const char* label, const std::string& text) {
 /// Whether a part of the record did not estimate the model.
 bool has_unseen(const Model& model) { return model.validation.has_value(); }
 
-/// On the part that estimated nothing; on all samples where there is no such part.
+/// Scores on the validation part, or on all samples if there is none.
 std::optional<Score> shown_score(const Model& model) {
   if (has_unseen(model)) return model.validation->score;
   return model.estimation ? std::optional(model.estimation->score) : std::nullopt;
@@ -64,7 +64,7 @@ std::optional<double> largest_error(const Model& model) {
   return std::max(std::abs(score->error_min), std::abs(score->error_max));
 }
 
-/// Null where there is none.
+/// Null if there is none.
 const ident::FrequencyInterval* band_of(const Model& model) {
   return model.verdict && model.verdict->usable_band ? &*model.verdict->usable_band : nullptr;
 }
@@ -90,7 +90,7 @@ std::string reasons_of(const Model& model) {
   return text;
 }
 
-/// A sentence without its numbers.
+/// Returns a sentence without its numbers.
 std::string without_figures(const std::string& sentence) {
   std::string words;
   for (const char c : sentence) {
@@ -99,7 +99,8 @@ std::string without_figures(const std::string& sentence) {
   return words;
 }
 
-/// Why each model is rejected; a reason that several share but for its figures once, behind their names.
+/// Writes the reasons for which each model is rejected. A reason that several models share except for its figures
+/// appears once, after their names.
 std::string reasons_by_model(const std::vector<Model>& models) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const Model& model : models) {
@@ -151,7 +152,7 @@ std::vector<std::string> row_for(const Model& model, const std::string& name) {
           grade_text(model)};
 }
 
-/// The recommended model first, then by their verdicts.
+/// Sorts the recommended model first, then by verdict.
 std::vector<Model> sorted(std::vector<Model> models, const std::string& recommended) {
   const auto rank = [&](const Model& model) {
     if (model.name == recommended) return 0;
@@ -163,7 +164,8 @@ std::vector<Model> sorted(std::vector<Model> models, const std::string& recommen
   return models;
 }
 
-/// The answer with every length in the unit, also in the sentence of a model that the recommendation quotes at its end.
+/// Converts every length of the answer to the unit, also in the sentence of a model that the recommendation quotes at
+/// its end.
 Answer shown_answer(Answer answer, const DisplayUnit& unit) {
   for (std::vector<Model>* models : {&answer.models, &answer.paper}) {
     for (Model& model : *models) {

@@ -13,7 +13,7 @@
 
 namespace eha::cli {
 
-/// What an identification found, of this process or read back from a run.
+/// Result of an identification, by this process or read from a run.
 struct Answer {
   std::vector<ident::Model> models = {};
   std::vector<ident::Model> paper = {};  ///< by the paper's procedure, for comparison
@@ -22,22 +22,22 @@ struct Answer {
 
 [[nodiscard]] Answer answer_of(const identify::Identification& identification);
 
-/// Reads the models of a run; nothing where it has not been fitted.
-/// @throws IoError, PermissionError, ConfigError  a model file is missing or broken
+/// Reads the models of a run; nothing if it has not been fitted.
+/// @throws IoError, PermissionError, ConfigError  a model file is missing or damaged
 [[nodiscard]] Answer answer_of_run(const std::filesystem::path& folder, const record::Manifest& manifest);
 
-/// In at most 80 columns: the recommended model with its equation, its fit and largest error on data it has not seen,
+/// Writes at most 80 columns: the recommended model with its equation, its fit and largest error on validation data,
 /// its usable band, its verdict and the reasons; then one line a model. Empty without models.
 [[nodiscard]] std::string short_report(const Answer& answer, const DisplayUnit& unit);
 
-/// Of that the first lines: the recommended model without reasons. Empty where none is recommended.
+/// The first lines of that: the recommended model without reasons. Empty if none is recommended.
 [[nodiscard]] std::string answer_text(const Answer& answer, const DisplayUnit& unit);
 
-/// Prints the short report of a run and its files; where it cannot be read, the reason as a warning and the list of
+/// Prints the short report of a run and its files. If it cannot be read, prints the reason as a warning and the list of
 /// models in the manifest. @returns whether the run has models
 bool print_answer(const std::filesystem::path& folder, const record::Manifest& manifest, const Console& console);
 
-/// Words broken into lines of at most 80 columns. @param indent  blanks before every line but the first
+/// Breaks words into lines of at most 80 columns. @param indent  blanks before every line but the first
 [[nodiscard]] std::string wrapped(const std::string& text, std::size_t indent);
 
 }  // namespace eha::cli

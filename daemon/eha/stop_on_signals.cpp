@@ -6,7 +6,7 @@
 namespace eha::cli {
 namespace {
 
-/// Global, because a signal handler can reach it only so; each StopOnSignals resets it.
+/// Global, because a signal handler has no other access to it; each StopOnSignals resets it.
 std::optional<acquisition::StopRequest> stop_request;
 
 void on_signal(int) { stop_request->request(); }

@@ -9,10 +9,10 @@
 
 namespace eha::cli {
 
-/// The process that drives the rig.
+/// Role of this process.
 enum class Driver {
-  this_process,  ///< a stopped or suspended process would leave the last voltage on the output
-  service,       ///< this process only watches: the terminal may end or suspend it as usual
+  this_process,  ///< drives the rig: a stopped or suspended process would leave the last voltage on the output
+  service,       ///< only watches: the terminal may end or suspend it as usual
 };
 
 /// While an object of this class lives, signals that end or suspend the process stop the tick loop instead: the first
@@ -27,7 +27,7 @@ class StopOnSignals {
   ~StopOnSignals();
 
   [[nodiscard]] acquisition::StopRequest& request() noexcept;
-  /// The number of stops requested.
+  /// Returns the number of requested stops.
   [[nodiscard]] int count() const noexcept;
 
  private:

@@ -10,12 +10,12 @@
 
 namespace eha::cli {
 
-/// What a study found, in each form that it is shown in.
+/// Results of a study, in each of their forms.
 struct StudyOutput {
   nlohmann::ordered_json document;  ///< of --json; write_and_show() adds the files
   std::string text;                 ///< table and conclusions
   report::Page page;
-  std::string data_name;  ///< of the file for programs
+  std::string data_name;  ///< name of the file for programs
   std::string data;       ///< its content
 };
 

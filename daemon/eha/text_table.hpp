@@ -14,8 +14,8 @@ struct Column {
   Align align = Align::left;
 };
 
-/// A table as text: titles, a rule, rows. Columns are two blanks apart and as wide as their widest cell in characters
-/// (UTF-8); no trailing blanks. @param rows  each as long as `columns`
+/// Writes a table as text: titles, a rule, rows. Columns are separated by two blanks and as wide as their widest cell
+/// in characters (UTF-8); no trailing blanks. @param rows  each as long as `columns`
 [[nodiscard]] std::string text_table(const std::vector<Column>& columns,
                                      const std::vector<std::vector<std::string>>& rows);
 

@@ -59,7 +59,7 @@ struct TrackCommand : DriveOptions {
   config::TrackedMotion motion = {};
 };
 
-/// Set points of a CSV file as tables of [track], and the first as the place to begin at.
+/// Writes set points of a CSV file as tables of [track], and the first one as the start position.
 std::string reference_text(const std::string& file) {
   const record::NumberTable table = record::read_number_table(file);
   const DisplayUnit inches("in");

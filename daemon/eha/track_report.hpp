@@ -12,23 +12,23 @@
 
 namespace eha::cli {
 
-/// Whether track.json, track.csv, axis_table.csv and report.html are written into the run folder, or are there already.
+/// Whether track.json, track.csv, axis_table.csv and report.html can be written into the run folder, or exist there.
 enum class TrackFiles { write, keep };
 
-/// Prints what a completed run of [track] shows beside the controller's promise.
+/// Prints the results of a completed run of [track] with the controller's promise.
 /// @throws DataError, IoError, PermissionError  as track::track_result
 ExitCode show_track(const std::filesystem::path& folder, TrackFiles files, const Console& console);
 
 /// The trial's reference, rod and command; rod and reference as means over 50 ms.
 [[nodiscard]] tune::TrialTrace trace_of(const track::TrackResult& result);
 
-/// The controller's page with what the run shows.
-/// @param title  of the page   @param lead_html  what stands first
+/// Writes the controller's page with the results of the run.
+/// @param title  of the page   @param lead_html  first part of the page
 [[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit,
                                       const std::string& title = "Controller", const std::string& lead_html = {});
 
-/// A trial that a fault has ended: the promise is not kept; says what the rod shows of the valve until then, and writes
-/// it as track.json.
+/// Reports a trial that a fault ended: the promise is not kept. Prints the valve that the rod's motion shows until
+/// then, and writes it to track.json.
 void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
                          const Console& console);
 

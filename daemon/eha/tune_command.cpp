@@ -63,11 +63,11 @@ constexpr std::array<Choice<std::optional<ident::FeedbackKind>>, 6> kKinds{{{"p"
                                                                             {"fopid", ident::FeedbackKind::fopid},
                                                                             {"auto", std::nullopt}}};
 
-/// Makes a controller from a model.
+/// Options of a controller design from a model.
 struct TuneCommand {
   std::string model_file;
   ident::AxisPurpose purpose = ident::AxisPurpose::track;
-  std::optional<ident::FeedbackKind> kind = {};  ///< none: the least that reaches the figures
+  std::optional<ident::FeedbackKind> kind = {};  ///< none: the simplest one that reaches the figures
   std::optional<double> sensitivity = {};        ///< greatest max(Ms, Mt); none: kTrackMargin or kHoldMargin
   std::optional<std::string> rig_file = {};      ///< none: that of the model's run, else default_rig_file()
   std::optional<std::string> twin_file = {};     ///< rig file of a simulated rig
@@ -104,7 +104,7 @@ Json json_of(const tune::ComparedKind& k) {
 constexpr double kTrackMargin = 1.4;
 constexpr double kHoldMargin = 1.2;
 
-/// A rig file, or the one that a run was played with.
+/// Reads a rig file, or the one of a run.
 config::RigConfig rig_of(const fs::path& file_or_run) {
   std::error_code ignored;
   if (!fs::is_directory(file_or_run, ignored)) return config::load_rig(file_or_run.string());
@@ -116,7 +116,7 @@ config::RigConfig rig_of(const fs::path& file_or_run) {
   return config::parse_rig(rig->at("text").get<std::string>(), (file_or_run / "run.json (rig)").string());
 }
 
-/// The rig file that is meant: the named one, that of the run which the model is from, or the default one.
+/// Finds the rig file: the named one, that of the run which the model is from, or the default one.
 fs::path rig_path(const TuneCommand& command, const ident::Model& model) {
   if (command.rig_file) return *command.rig_file;
   std::error_code ignored;
@@ -162,7 +162,7 @@ void refuse_existing(const fs::path& file) {
       fmt::format("{}: exists already, and no controller is overwritten; name another one with -o", file.string()));
 }
 
-/// " --rig RIG" where the default rig file is of another rig.
+/// Returns " --rig RIG" if the default rig file is of another rig.
 std::string rig_option(const TuneCommand& command, const config::RigConfig& rig) {
   if (command.rig_file) return " --rig " + shell_word(*command.rig_file);
   try {

@@ -91,7 +91,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const ident::ValidationReport& validation = scored_here.validation;
   if (!model.stability) model.stability = ident::stability(model.transfer_function);
   model.validation = validation;
-  // Another record starts at another position, so its offset says nothing about the model.
+  // Another record starts at another position, so the model's offset does not apply to it.
   ident::Model judged = model;
   if (validation.offset_reestimated) judged.validation->score = *validation.offset_reestimated;
   const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};

@@ -10,20 +10,20 @@
 
 namespace eha::cli {
 
-/// Whether valve_sheet.json and report.html are written into the run folder, or are there already.
+/// Whether valve_sheet.json and report.html can be written into the run folder, or exist there.
 enum class SheetFiles { write, keep };
 
 /// A rig file to write with the sheet's numbers.
 struct NewRigFile {
-  std::filesystem::path path;  ///< must not be there yet
+  std::filesystem::path path;  ///< must not exist yet
   std::string replaces = {};   ///< the rig file that the service uses; empty: no service
 };
 
 /// Computes the valve sheet of a completed run of [characterise] and prints it with the lines for rig and experiment
 /// files.
 /// @param rig_file  none: none is written
-/// @throws UsageError  the new rig file is there already; DataError, IoError, PermissionError  as sheet::sheet_of_run;
-/// the folder cannot be written
+/// @throws UsageError  the new rig file already exists; DataError, IoError, PermissionError  as sheet::sheet_of_run;
+///                     the folder cannot be written
 ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles files,
                           const std::optional<NewRigFile>& rig_file, const Console& console);
 

@@ -5,7 +5,7 @@
 
 namespace eha::cli {
 
-/// "eha 0.1.0", then a line for each library with its version, and whether the comedi backend is built in.
+/// Returns "eha 0.1.0", then a line for each library with its version, and whether the comedi backend is built in.
 [[nodiscard]] std::string version_text();
 
 }  // namespace eha::cli

@@ -30,7 +30,7 @@ Examples:
 
 More in eha-web(8).)";
 
-/// Becomes eha-web.
+/// Replaces this process by eha-web.
 struct WebCommand {
   std::uint16_t port = 8420;  ///< on 127.0.0.1; 0: any free one
   std::filesystem::path socket = control::default_socket();

@@ -53,7 +53,7 @@ class Background {
   /// Returns when every task has run; results that are not delivered yet are dropped with the mailbox.
   ~Background();
 
-  /// Runs `work` in the thread after the tasks asked for before, then passes its outcome to `then` in the main thread.
+  /// Runs `work` in the thread after all earlier tasks, then passes its outcome to `then` in the main thread.
   /// @param then  gets a std::future that is ready: get() returns what `work` returned, or throws what it threw
   template <typename Work, typename Then>
   void ask(Work work, Then then) {

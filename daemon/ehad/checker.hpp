@@ -19,30 +19,30 @@
 
 namespace eha::service {
 
-/// Checks submitted experiments, each by `eha check` in a process of its own: computing a table of volts may take
-/// minutes, and a process can be limited and killed. Two are on at once, of different users; the next is of the user
-/// whose checks took the least time lately, so that nobody waits for all that another one has submitted. Not
+/// Checks submitted experiments, each by `eha check` in its own process: computing a table of volts may take minutes,
+/// and a process can be limited and killed. Two checks run at once, of different users. The next check is of the user
+/// whose checks took the least time recently, so that no user waits for another one's many submissions. Not
 /// thread-safe: belongs to the main thread.
 class Checker {
  public:
-  /// Gets how the check ended; called by poll().
+  /// Receives the end of the check; called by poll().
   using Done = std::function<void(const worker::WorkerEnd&)>;
   static constexpr std::chrono::seconds kLongestWork{30};  ///< processor time of one check
-  static constexpr std::chrono::seconds kLongestTime{50};  ///< less than the minute that eha waits for an answer
-  static constexpr std::size_t kMostAtOnce = 2;            ///< beside an urgent one
+  static constexpr std::chrono::seconds kLongestTime{50};  ///< less than the minute for which eha waits for an answer
+  static constexpr std::size_t kMostAtOnce = 2;            ///< in addition to an urgent one
   static constexpr std::chrono::minutes kLately{5};
 
   explicit Checker(worker::WorkerPrograms programs) : programs_(std::move(programs)) {}
 
-  /// What is checked.
+  /// A check to run.
   struct Task {
     uid_t user = 0;
     std::filesystem::path experiment;  ///< files; they must stay until `done` is called
     std::filesystem::path rig;
-    std::optional<double> place_in = {};  ///< where the rod stands; none: `eha check` assumes [in]
-    bool accept_travel_risk = false;      ///< of what the rehearsal would refuse
-    std::optional<int> avoided_cpu = {};  ///< the loop's
-    bool is_urgent = false;               ///< does not wait for others than urgent ones
+    std::optional<double> place_in = {};  ///< position of the rod; none: `eha check` assumes one [in]
+    bool accept_travel_risk = false;      ///< accept the risk for which the rehearsal would refuse
+    std::optional<int> avoided_cpu = {};  ///< CPU of the loop
+    bool is_urgent = false;               ///< waits for urgent checks only
   };
 
   void add(Task task, Done done);
@@ -50,7 +50,7 @@ class Checker {
   /// Reports the checks that have ended and starts the next ones. Call on SIGCHLD and about every second.
   void poll();
 
-  /// Kills the checks that are on and forgets the others; their `done` is not called.
+  /// Kills the running checks and drops the others; their `done` is not called.
   void end() noexcept;
 
  private:
@@ -70,7 +70,7 @@ class Checker {
     Clock::duration time{};
   };
 
-  /// Reports one that has ended. @returns false without one
+  /// Reports one that has ended. @returns false if there is none
   bool report();
   void start(Check check);
   [[nodiscard]] std::deque<Check>::iterator next();
@@ -79,22 +79,22 @@ class Checker {
   worker::WorkerPrograms programs_;
   std::deque<Check> waiting_;
   std::vector<Running> running_;
-  std::deque<Spent> spent_;  ///< of the checks that ended lately
+  std::deque<Spent> spent_;  ///< checks that ended recently
 };
 
-/// The rehearsal in the document that a check has printed, as in the answer of `eha check --json`; null without one.
+/// Returns the rehearsal in the document that a check printed, as in `eha check --json`; null without one.
 [[nodiscard]] nlohmann::ordered_json rehearsal_of(const worker::WorkerEnd& end);
-/// The experiment's length in the same document [s]; 0 without one.
+/// Returns the experiment's length in the same document [s]; 0 without one.
 [[nodiscard]] double duration_of(const worker::WorkerEnd& end);
 
 inline constexpr const char* kCheckedExperiment = "experiment.toml";
 inline constexpr const char* kCheckedRig = "rig.toml";
 
-/// Writes the two files of a check into its folder, which is made. @throws IoError, PermissionError
+/// Writes the two files of a check into its folder, which it creates. @throws IoError, PermissionError
 void write_checked_files(const std::filesystem::path& folder, const std::string& experiment,
                          const config::RigConfig& rig);
 
-/// A file that a check reads, and what messages are to call it.
+/// A file that a check reads, and its name in messages.
 struct CheckedFile {
   std::filesystem::path path;
   std::string name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What clients are told, and what they do with runs.
+// Information for clients, and their actions on runs.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -91,7 +91,7 @@ Json Supervisor::status() const {
                        {"user", holder->user},
                        {"remaining_s", std::ceil(lease_.remaining(Clock::now()).count())}};
   }
-  // Before its first tick a run knows nothing of the rod.
+  // Before its first tick a run has no reading of the rod.
   const bool has_ticked = active_ && active_->playing && active_->watch->board.read().counters.ticks > 0;
   status["rod"] = has_ticked ? rig_.rod(active_->watch->board.read()) : rig_.rod();
   status["run"] = nullptr;
@@ -146,7 +146,7 @@ std::string Supervisor::waiting_reason(const Entry& entry) const {
 
 Json Supervisor::queue(std::optional<std::int64_t> over) const {
   const std::vector<EntryId> ids = queue_.in_order();
-  // Those that are over come first, the oldest before the others.
+  // The finished ones come first, the oldest of them at the beginning.
   const std::int64_t all_over = std::count_if(ids.begin(), ids.end(), [this](EntryId id) { return entry_is_over(id); });
   const std::int64_t left_out = std::max<std::int64_t>(0, all_over - over.value_or(all_over));
   Json list = Json::array();

@@ -28,18 +28,18 @@ class Fitter {
   /// The experiment whose run is being fitted.
   [[nodiscard]] std::optional<EntryId> entry() const noexcept;
 
-  /// How long the worker has run, and the processor time that it got [s]; only while one runs.
+  /// Returns the elapsed time of the worker, and its processor time [s]; only while one runs.
   struct Spent {
     double elapsed_s = 0.0;
     double cpu_s = 0.0;
   };
   [[nodiscard]] Spent spent() const noexcept;
 
-  /// Starts `eha fit RUN`. Only while none runs. @returns the process
+  /// Starts `eha fit RUN`. Call only while no worker runs. @returns the process
   /// @throws IoError  the process cannot be started
   pid_t start(EntryId entry, const std::filesystem::path& run, const worker::WorkerLimits& limits);
 
-  /// The worker, once it has ended; kills it when it exceeds its time. Call on SIGCHLD and about every second.
+  /// Returns the worker once it has ended; kills it when it exceeds its time. Call on SIGCHLD and about every second.
   [[nodiscard]] std::optional<EndedFit> poll();
 
   /// Kills the worker, if there is one.
@@ -52,17 +52,17 @@ class Fitter {
   std::unique_ptr<worker::WorkerProcess> process_;
 };
 
-/// What an ended worker means for its run and for the queue.
+/// Result of an ended worker, for its run and for the queue.
 struct FitConclusion {
   bool fitted = false;           ///< `eha fit` ran to its end, whether or not it accepted a model
-  ExitCode code = ExitCode::ok;  ///< what `eha run` ends with
+  ExitCode code = ExitCode::ok;  ///< exit code of `eha run`
   Json models = Json::array();   ///< as in the manifest
-  std::string note;              ///< why it was not fitted; empty otherwise
-  std::string manifest_error;    ///< why a run that was not fitted could not be marked; empty otherwise
+  std::string note;              ///< reason for which it was not fitted; empty otherwise
+  std::string manifest_error;    ///< reason for which a run without a fit could not be marked; empty otherwise
 };
 
-/// Reads a fitted run's models from its manifest; writes the error into the manifest of one that was not fitted. Blocks
-/// on the disk.
+/// Reads a fitted run's models from its manifest, or writes the error into the manifest of a run that was not fitted.
+/// Blocks on the disk.
 [[nodiscard]] FitConclusion conclude_fit(const std::filesystem::path& run, const worker::WorkerEnd& end);
 
 }  // namespace eha::service

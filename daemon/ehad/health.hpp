@@ -9,21 +9,21 @@
 
 namespace eha::service {
 
-/// Decides whether the watchdog may be fed: loop (its ticks; between runs the idle beats of the rig's thread) and
-/// writer must make progress. The main thread proves its own progress by calling. Not thread-safe.
+/// Decides whether to feed the watchdog: the loop (its ticks; between runs the idle beats of the rig's thread) and the
+/// writer must make progress. The call itself proves the main thread's progress. Not thread-safe.
 class Health {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::seconds kLoopPatience{2};
   static constexpr std::chrono::seconds kWriterPatience{10};
 
-  /// @param watch  of the run that is on; none between runs
+  /// @param watch  of the present run; none between runs
   /// @param idle_beats  of the rig's thread
-  /// @returns empty when all is well, otherwise what makes no progress
+  /// @returns empty if all make progress, otherwise the part that does not
   [[nodiscard]] std::string check(const play::RunWatch* watch, std::uint64_t idle_beats, Clock::time_point now) {
     using Phase = play::RunWatch::Phase;
     const Phase phase = watch != nullptr ? watch->phase.load() : Phase::preparing;
-    // Writing the files takes time in proportion to the record; nothing is driven then.
+    // The time to write the files grows with the record; nothing is driven then.
     const bool loop_is_watched = watch == nullptr || phase == Phase::playing;
     const bool writer_is_watched = watch != nullptr && (phase == Phase::playing || phase == Phase::draining);
     const std::uint64_t loop_count = watch == nullptr ? idle_beats : watch->board.read().sequence;

@@ -12,8 +12,8 @@ namespace eha::service {
 
 inline constexpr uid_t kRoot = 0;
 
-/// The user who may arm, run experiments and disarm, and until when. A fault or a stop does not end it, because the
-/// holder may be at the rod. Only its expiry, a release by the holder, or root ends it. Not thread-safe.
+/// The user who may arm, run experiments and disarm, and the end of that right. A fault or a stop does not end it,
+/// because the holder may be at the rod. Only its expiry, a release by the holder, or root ends it. Not thread-safe.
 class Lease {
  public:
   using Clock = std::chrono::steady_clock;
@@ -24,7 +24,7 @@ class Lease {
     std::string user;
   };
 
-  /// @returns its number, by which take_back() knows it
+  /// @returns the number of the grant, for take_back()
   std::uint64_t grant(Holder holder, Clock::time_point now) {
     holder_ = std::move(holder);
     is_held_ = true;
@@ -32,15 +32,15 @@ class Lease {
     return ++grants_;
   }
   void release() { is_held_ = false; }
-  /// Undoes a grant, unless another one followed: that one is not the first one's to end.
+  /// Undoes a grant, unless another one followed.
   void take_back(std::uint64_t grant) {
     if (grant == grants_) is_held_ = false;
   }
 
-  /// Call when the holder has acted, and while a run of the holder is on or has just ended.
+  /// Call when the holder has acted, and while a run of the holder is in progress or has just ended.
   void renew(Clock::time_point now) { ends_ = now + kDuration; }
 
-  /// nullptr when nobody holds it. Valid until the next grant.
+  /// Returns nullptr if nobody holds it. Valid until the next grant.
   [[nodiscard]] const Holder* holder() const noexcept { return is_held_ ? &holder_ : nullptr; }
   [[nodiscard]] bool is_held_by(uid_t uid) const noexcept { return is_held_ && holder_.uid == uid; }
   [[nodiscard]] bool has_expired(Clock::time_point now) const noexcept { return is_held_ && now >= ends_; }

@@ -28,7 +28,7 @@ namespace {
 constexpr std::size_t kMostQueued = 1024;  // messages
 constexpr std::size_t kLongestLine = 4000;
 
-/// The text as one line. A client's text may hold newlines, and what follows one would pass for a message of its own.
+/// Returns the text as one line. A client's text may contain newlines, after which it could imitate other messages.
 std::string one_line(std::string_view text) {
   std::string line;
   for (const char c : text.substr(0, kLongestLine)) {

@@ -5,16 +5,16 @@
 
 namespace eha::service {
 
-/// Sends spdlog's default logger to standard error: with the level as sd-daemon(3) wants it ("<6>text") when that is
-/// the journal, as "ehad: info: text" otherwise. A thread of its own writes, from a bounded queue. When nobody reads
+/// Sends spdlog's default logger to standard error: with the level in the form of sd-daemon(3) ("<6>text") if that is
+/// the journal, as "ehad: info: text" otherwise. A separate thread writes from a bounded queue. If nobody reads
 /// standard error, the oldest messages are dropped, so logging never blocks. One message is one line: control
 /// characters in it are replaced, and it has at most a few thousand bytes. Not for the loop's thread.
 void set_up_log();
 
-/// Logs how many messages were dropped since the last report, once there is room again. Call about every second.
+/// Logs the number of messages dropped since the last report, once there is room again. Call about every second.
 void report_dropped_messages();
 
-/// Waits until the messages so far are written. @returns false after `limit`: then leave by _exit(), because the log's
+/// Waits until the messages so far are written. @returns false after `limit`; leave by _exit() then, because the log's
 /// thread cannot be joined
 [[nodiscard]] bool flush_log(std::chrono::milliseconds limit);
 

@@ -47,14 +47,13 @@ ExitCode run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // What the service writes, others may not change, whatever the shell that starts it says.
+  // Others may not change the service's files, whatever the umask of the shell that starts it is.
   constexpr mode_t kOthersWrite = 022;
   umask(umask(kOthersWrite) | kOthersWrite);
-  // Writing to a closed pipe, or to a file at the limit of its size, must be an error of write(), not the end of the
-  // process.
+  // Writing to a closed pipe, or to a file at its size limit, must be an error of write(), not the end of the process.
   for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
   const int code = static_cast<int>(run_program(argc, argv));
-  // The rig is safe and closed; a reader of the log that stands still must not keep the process.
+  // The rig is safe and closed; a stopped reader of the log must not keep the process alive.
   if (!eha::service::flush_log(std::chrono::seconds(1))) _exit(code);
   return code;
 }

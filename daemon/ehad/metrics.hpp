@@ -32,10 +32,10 @@ struct MetricsFacts {
   std::size_t held = 0;
   std::optional<double> lease_remaining_s;
   bool worker_busy = false;
-  std::optional<acquisition::Snapshot> snapshot;  ///< of the run that is on
+  std::optional<acquisition::Snapshot> snapshot;  ///< of the present run
 };
 
-/// In the text format of Prometheus (version 0.0.4), each with HELP and TYPE.
+/// Writes the metrics in the text format of Prometheus (version 0.0.4), each with HELP and TYPE.
 [[nodiscard]] std::string metrics_text(const Totals& totals, const MetricsFacts& facts);
 
 }  // namespace eha::service

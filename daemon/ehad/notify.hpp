@@ -6,7 +6,7 @@
 
 namespace eha::service {
 
-/// Messages to the service manager (sd_notify(3)); does nothing where none started the program. Not thread-safe.
+/// Sends messages to the service manager (sd_notify(3)); does nothing if none started the program. Not thread-safe.
 class Notifier {
  public:
   Notifier();
@@ -17,7 +17,7 @@ class Notifier {
   void stopping();
   /// One line for `systemctl status`; sent when it differs from the last one.
   void status(const std::string& text);
-  /// Asks for more time to start or stop.
+  /// Requests more time to start or stop.
   void extend_timeout(std::chrono::seconds time);
   /// Call often; feeds the watchdog at most four times in its interval.
   void feed_watchdog();

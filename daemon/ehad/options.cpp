@@ -53,7 +53,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, std::str
   } catch (const CLI::ParseError& error) {
     throw UsageError(std::string(error.what()) + "; see `ehad --help`");
   }
-  // Clients in other folders are told these.
+  // Clients in other folders receive these paths.
   options.state = std::filesystem::absolute(options.state).lexically_normal();
   options.rig_file = std::filesystem::absolute(options.rig_file).lexically_normal().string();
   if (allow_non_realtime) options.non_realtime = acquisition::NonRealtime::allow;

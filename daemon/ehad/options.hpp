@@ -18,7 +18,7 @@ struct Options {
   acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
 };
 
-/// @param text  gets help or version for standard output, when that was asked for; then nothing is returned
+/// @param text  receives help or version for standard output, if that was requested; then nothing is returned
 /// @throws UsageError
 [[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, std::string& text);
 

@@ -5,9 +5,9 @@
 
 namespace eha::service {
 
-/// Makes the folders of the state and of the socket where they are missing, before anything is written there.
-/// @throws PermissionError  they cannot be made, with what else can be done; or this is root and a folder belongs to
-///                          another user, whose service files of root would block
+/// Creates the folders of the state and of the socket if they are missing, before anything is written there.
+/// @throws PermissionError  they cannot be created; the message gives alternatives. Or this is root and a folder
+///                          belongs to another user, whose service root's files would block
 void prepare_folders(const Options& options);
 
 }  // namespace eha::service

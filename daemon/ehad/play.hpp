@@ -14,8 +14,8 @@
 namespace eha::service {
 
 /// Plays a queued experiment into its run folder; blocks. The rig is idle or faulted afterwards.
-/// @param card     the one that is open; none: a simulated rig is opened, so that equal experiments give equal records
-/// @param snapshot  beside it is the page of a simulated rig, see OwnedRig
+/// @param card     the open card; none: opens a simulated rig, so that equal experiments give equal records
+/// @param snapshot  the page of a simulated rig is beside it, see OwnedRig
 /// @param machine must be armed
 /// @throws as play::play
 [[nodiscard]] play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder,

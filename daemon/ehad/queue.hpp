@@ -25,55 +25,55 @@ namespace eha::service {
 using control::EntryId;
 using control::Json;
 
-/// States of an experiment: held -> waiting -> running -> fitting -> judging -> over. `waiting` starts by itself when
-/// it is the next; `held` only after its owner released it. Both may be cancelled, and waiting becomes held when the
-/// rig is disarmed. An experiment that did not complete goes from running to over. In `judging` the worker has ended
+/// States of an experiment: held -> waiting -> running -> fitting -> judging -> over. `waiting` starts automatically
+/// when its turn comes; `held` only after its owner has released it. Both may be cancelled, and disarming the rig turns
+/// waiting into held. An experiment that did not complete goes from running to over. In `judging` the worker has ended
 /// and its result is being read.
 enum class EntryState { held, waiting, running, fitting, judging, over, cancelled };
 
-/// What a rehearsal began from.
+/// Initial conditions of a rehearsal.
 struct RehearsedFrom {
   std::shared_ptr<const config::RigConfig> rig;
-  std::optional<double> place_in;  ///< of the rod; none: it was not known
+  std::optional<double> place_in;  ///< position of the rod; none: it was not known
 };
 
 /// A submitted experiment. State `running` is saved before the rig moves, so a crash never replays an experiment.
 struct Entry {
   EntryId id = 0;
-  EntryId place = 0;  ///< the smaller the earlier it starts, among those of its submitter; 0: as its number
+  EntryId place = 0;  ///< smaller ones start earlier, among those of its submitter; 0: same as its number
   EntryState state = EntryState::held;
   std::string name;  ///< the experiment's
   std::string file;  ///< the client's name for it, for messages
   uid_t uid = 0;     ///< who submitted it
   std::string user;
   bool fast = false;                ///< virtual time
-  bool accept_travel_risk = false;  ///< played whatever a rehearsal says
-  bool only_places = false;         ///< moves the rod to a place: held by its user only, not by a disarming
+  bool accept_travel_risk = false;  ///< played despite the rehearsal's result
+  bool only_places = false;         ///< only moves the rod to a place: held by its user only, not by a disarming
   std::string submitted;            ///< UTC
   std::string experiment;           ///< TOML; empty once it is over
   std::string run;                  ///< name of the run folder; empty before
   std::string outcome;              ///< of the run: completed, faulted, ...; "lost" when nothing of it was recorded
-  std::string note;                 ///< why it did not end well, or could not be fitted
-  std::vector<std::string> warnings = {};  ///< on a run that completed: near a limit, late ticks, ...
-  std::optional<double> placed_in = {};    ///< of an experiment that only places the rod: where it is at its end [in]
-  double duration_s = 0.0;                 ///< of all its repetitions, without a way to its start; 0: not known
-  Json rehearsal = {};                     ///< as `eha check --json` has it; null where nothing is known
-  Json models = Json::array();             ///< as in the run's manifest, once it is fitted
-  int exit_code = 0;                       ///< what `eha run` ends with, once it is over
-  bool is_open_fault = false;  ///< a fault or the death of ehad ended it, and nobody has armed the rig since
+  std::string note;                 ///< reason for a bad end, or for a missing fit
+  std::vector<std::string> warnings = {};  ///< on a completed run: near a limit, late ticks, ...
+  std::optional<double> placed_in = {};    ///< of an experiment that only places the rod: its final position [in]
+  double duration_s = 0.0;                 ///< of all repetitions, without the move to the start; 0: not known
+  Json rehearsal = {};                     ///< as in `eha check --json`; null if nothing is known
+  Json models = Json::array();             ///< as in the run's manifest, after the fit
+  int exit_code = 0;                       ///< exit code of `eha run`, once it is over
+  bool is_open_fault = false;  ///< ended by a fault or the death of ehad, and nobody has armed the rig since
   // Neither is saved: a restart ends every connection, and held experiments are rehearsed again.
-  std::uint64_t client = 0;                     ///< connection without which it does not start; 0: it needs none
+  std::uint64_t client = 0;                     ///< connection that must be open at the start; 0: none
   std::optional<RehearsedFrom> rehearsed = {};  ///< of `rehearsal`; none: not since the start of the service
 };
 
 /// "waiting", ...
 [[nodiscard]] std::string_view to_text(EntryState state) noexcept;
 
-/// The entry for clients: everything except the experiment's text.
+/// Describes the entry for clients, without the experiment's text.
 [[nodiscard]] Json describe(const Entry& entry);
 
-/// The end of an experiment that a fault or the death of ehad ended: "experiment 7: faulted: travel_limit ...; run
-/// NAME".
+/// Describes the end of an experiment that a fault or the death of ehad ended: "experiment 7: faulted: travel_limit
+/// ...; run NAME".
 [[nodiscard]] std::string bad_end_of(const Entry& entry);
 
 /// The queue's files, one for each experiment, replaced atomically. Blocks on the disk. Not thread-safe.
@@ -104,7 +104,7 @@ class Queue {
  public:
   static constexpr std::size_t kMostQueued = 100;       ///< held and waiting, of all users
   static constexpr std::size_t kMostQueuedOfUser = 20;  ///< held and waiting, of one user
-  static constexpr std::size_t kMostOver = 500;         ///< kept of those that are over
+  static constexpr std::size_t kMostOver = 500;         ///< finished ones that are kept
 
   explicit Queue(std::vector<Entry> entries = {});
 
@@ -117,29 +117,29 @@ class Queue {
   /// Entries that are held or waiting.
   [[nodiscard]] std::size_t count_queued() const;
   [[nodiscard]] std::size_t count_queued(uid_t uid) const;
-  /// All entries: those that are over, oldest first, then the others in the order in which each user's start.
+  /// Returns all entries: first the finished ones, oldest first, then each user's others in starting order.
   [[nodiscard]] std::vector<EntryId> in_order() const;
-  /// The entries of `uid` in a state, in the order in which they start.
+  /// Returns the entries of `uid` in a state, in starting order.
   [[nodiscard]] std::vector<EntryId> of(uid_t uid, EntryState state) const;
-  /// The entries of `uid` that are held or waiting, in the order in which they start.
+  /// Returns the entries of `uid` that are held or waiting, in starting order.
   [[nodiscard]] std::vector<EntryId> queued_of(uid_t uid) const;
-  /// Puts a queued entry at a position among those of its submitter, from 1; beyond the last: the last.
+  /// Moves a queued entry to a position among those of its submitter, from 1; beyond the last: the last.
   /// @returns the entries whose place has changed
   std::vector<EntryId> move(EntryId id, std::int64_t position);
-  /// Holds every waiting entry. @returns how many
+  /// Holds every waiting entry. @returns the number of them
   std::size_t hold_waiting();
 
-  /// The first waiting entry of `uid`; nullptr when there is none.
+  /// Returns the first waiting entry of `uid`; nullptr if there is none.
   [[nodiscard]] Entry* next_of(uid_t uid);
-  /// The oldest entry that is to be fitted; nullptr when there is none.
+  /// Returns the oldest entry that is to be fitted; nullptr if there is none.
   [[nodiscard]] Entry* next_to_fit();
 
-  /// The newest entry that is an open fault; nullptr when there is none.
+  /// Returns the newest open fault; nullptr if there is none.
   [[nodiscard]] const Entry* open_fault() const;
   /// Closes every open fault. @returns the entries that have changed
   std::vector<EntryId> close_faults();
 
-  /// Removes the oldest entries that are over, beyond kMostOver, but never `kept`. @returns their numbers
+  /// Removes the oldest finished entries beyond kMostOver, but never `kept`. @returns their numbers
   std::vector<EntryId> forget_old(EntryId kept);
 
  private:

@@ -20,7 +20,7 @@ bool only_places(const Entry& entry) {
   try {
     return config::parse_experiment(entry.experiment, entry.file).placing() != nullptr;
   } catch (const Error&) {
-    // A queue of another version, perhaps: the fit says what is wrong.
+    // Possibly a queue of another version: the fit reports the error.
     return false;
   }
 }
@@ -54,7 +54,7 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
                entry.note.empty() ? completed : entry.note);
 }
 
-/// Ends a move that was still to come: with a rig that must be armed again it would begin when nobody expects it.
+/// Ends a move that had not begun: once the rig is armed again, it would begin unexpectedly.
 void settle_waiting(Entry& entry) {
   if (!only_places(entry)) return;
   entry.state = EntryState::over;
@@ -64,7 +64,7 @@ void settle_waiting(Entry& entry) {
   entry.experiment.clear();
 }
 
-/// Concludes an experiment whose fit had ended before the program died; the others are fitted again.
+/// Completes the entry of an experiment whose fit had ended before the program died; the others are fitted again.
 void settle_fitting(Entry& entry, const fs::path& runs_folder) {
   const fs::path folder = runs_folder / entry.run;
   try {
@@ -73,7 +73,7 @@ void settle_fitting(Entry& entry, const fs::path& runs_folder) {
     const record::Manifest manifest = record::read_manifest(folder);
     if (!manifest.identification) return;
     const bool accepted = manifest.identification->accepted;
-    // It comes after the manifest, so it may be missing.
+    // Written after the manifest, so it may be missing.
     if (accepted) record::publish_latest(folder);
     entry.models = record::to_json(manifest.identification->models);
     entry.note = manifest.identification->error;

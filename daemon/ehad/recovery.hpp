@@ -15,11 +15,11 @@ namespace eha::service {
 /// @param before_each  called before each recovery, which may take minutes
 void recover_runs(const std::filesystem::path& runs_folder, const std::function<void()>& before_each);
 
-/// Closes the entries of experiments that were running when the program died. None is played again; a finished fit is
-/// not repeated; a move to a place that had not begun is refused. Call after recover_runs.
+/// Closes the entries of experiments that were running when the program died. Plays none again, does not repeat a
+/// finished fit, and refuses a move to a place that had not begun. Call after recover_runs.
 void settle(std::vector<Entry>& entries, const std::filesystem::path& runs_folder);
 
-/// The models in a run's manifest: [{"name", "accepted", ...}]; empty when there are none or it cannot be read.
+/// Returns the models in a run's manifest: [{"name", "accepted", ...}]; empty if there are none or it cannot be read.
 [[nodiscard]] Json models_of(const std::filesystem::path& run_folder) noexcept;
 
 }  // namespace eha::service

@@ -16,7 +16,7 @@ namespace eha::service {
 namespace {
 
 constexpr std::chrono::milliseconds kIdleRead{20};
-/// Reads left out after one that failed: a card that does not answer holds the thread for up to a second.
+/// Reads skipped after a failed one: a card that does not answer blocks the thread for up to a second.
 constexpr int kRestAfterFailure = 49;
 
 template <typename TimePoint>
@@ -116,7 +116,7 @@ void RigKeeper::read_idle_rig() {
 }
 
 hal::RigStatus RigKeeper::read(hal::Rig& rig, hal::RigReading& reading) {
-  // The time of a run begins with the run.
+  // The time is 0: a run's time begins with the run.
   const hal::RigStatus status = rig.read(0, reading);
   if (status == hal::RigStatus::ok) {
     rod_.add(reading);
@@ -165,7 +165,7 @@ void RigKeeper::arm(Done done) {
       [this, config = config_, reopen = is_suspect_] {
         require_protecting_limits(*config);
         const bool needs_card = hal::moves_machine(config->backend) && (reopen || !card_ || card_->is_unguarded());
-        // What is open may be by another rig file, after reloads that overtook one another or failed.
+        // The open rig may have another rig file, after reloads that overtook one another or failed.
         if (needs_card || opened_text_ != config->text) {
           close();
           open(*config);
@@ -194,7 +194,7 @@ void RigKeeper::arm(Done done) {
 }
 
 void RigKeeper::reconfigure(Config config, Done done) {
-  // Nothing changes for the rig: requests without end must not keep anybody from arming.
+  // Nothing changes for the rig: endless requests must not prevent arming.
   if (reconfiguring_ == 0 && config->text == config_->text) {
     config_ = std::move(config);
     std::promise<void> taken;
@@ -205,7 +205,7 @@ void RigKeeper::reconfigure(Config config, Done done) {
   ++reopening_;
   thread_->ask(
       [this, config] {
-        // Not config_, which a reload before this one may still be about to replace.
+        // Not config_, which an earlier reload may still be about to replace.
         if (config->text == opened_text_) return;
         close();
         open(*config);

@@ -21,81 +21,81 @@
 
 namespace eha::service {
 
-/// Whether the card still has its guard.
+/// State of the card's guard.
 enum class GuardState { watching, died };
 
 /// The rig: its configuration, the open card with its guard, and the latched state.
 ///
-/// One thread, "eha-rig", touches the rig after construction: it opens and closes the card, reads it before arming, and
-/// plays runs (the loop's own thread makes the ticks while this one waits). It also reads a rig that is not driven,
-/// fifty times a second, which moves nothing. Memory shared with the guard is created where the guard is started
-/// (OwnedRig) and lives as long as the card is open. The members belong to the main thread.
+/// After construction one thread, "eha-rig", uses the rig: it opens and closes the card, reads it before arming, and
+/// plays runs (the loop's own thread makes the ticks while this one waits). It also reads an undriven rig fifty times a
+/// second, which moves nothing. Memory shared with the guard is created where the guard is started (OwnedRig) and lives
+/// as long as the card is open. The members belong to the main thread.
 class RigKeeper {
  public:
   using Config = std::shared_ptr<const config::RigConfig>;
   using Json = nlohmann::ordered_json;
-  /// Gets a future that is ready; get() throws what went wrong.
+  /// Receives a future that is ready; its get() throws the error, if any.
   using Done = std::function<void(std::future<void>)>;
 
   /// Reads a rig file that may drive a machine. @throws ConfigError, PermissionError, IoError
   [[nodiscard]] static Config load(const std::filesystem::path& file);
 
   /// Opens the rig; blocks.
-  /// @param snapshot  where eha-safe finds what makes the card safe
+  /// @param snapshot  file of the card's snapshot, for eha-safe
   /// @throws DeviceError, PermissionError, ConfigError as OwnedRig
   RigKeeper(Config config, std::filesystem::path snapshot, Mailbox& mailbox);
   RigKeeper(const RigKeeper&) = delete;
   RigKeeper& operator=(const RigKeeper&) = delete;
-  /// Waits for the run that is on, then leaves the rig safe and closes it.
+  /// Waits for the present run, then leaves the rig safe and closes it.
   ~RigKeeper();
 
   [[nodiscard]] const Config& config() const noexcept { return config_; }
   [[nodiscard]] bool moves_machine() const noexcept;
 
-  /// Between runs; during one the run's board has the state.
+  /// Valid between runs; during one the run's board has the state.
   [[nodiscard]] acquisition::State state() const noexcept { return machine_.state(); }
   [[nodiscard]] bool is_armed() const noexcept { return machine_.state() == acquisition::State::armed; }
 
-  /// Opens a suspect card anew, checks its limits and inputs (daemon/rig/arming.hpp) and arms, unless cancel_arming()
-  /// came first. Only while no run is on and no configuration is being taken.
+  /// Reopens a suspect card, checks its limits and inputs (daemon/rig/arming.hpp) and arms, unless cancel_arming() was
+  /// called before. Only between runs and while no configuration is being applied.
   /// @param done  with DeviceError, PermissionError, ConfigError as OwnedRig, or as require_protecting_limits and
   ///              require_plausible_inputs; the rig is not armed then
   void arm(Done done);
   [[nodiscard]] bool is_arming() const noexcept { return arming_; }
   void cancel_arming() noexcept { arming_ = false; }
-  /// After a run that left it idle. @returns whether it is armed
+  /// Arms again after a run that left the rig idle. @returns whether it is armed
   bool rearm() noexcept { return machine_.arm(); }
   void disarm() noexcept { machine_.disarm(); }
 
   /// Whether a new configuration is being applied. config() is still the old one, so the rig must not be armed.
   [[nodiscard]] bool is_reconfiguring() const noexcept { return reconfiguring_ > 0; }
-  /// Replaces the configuration; closes and reopens the rig if the text of its file differs from that by which the rig
-  /// is open. After a failure the old configuration stays, and the rig is reopened before it is armed.
+  /// Replaces the configuration; closes and reopens the rig if the text of its file differs from that of the open rig.
+  /// After a failure the old configuration stays, and the rig is reopened before it is armed.
   void reconfigure(Config config, Done done);
 
-  /// The configuration with a simulated rod where the last placing left it.
+  /// Returns the configuration with a simulated rod at the end of the last placing.
   [[nodiscard]] Config config_of_next_run() const;
-  /// Call when a placing has ended: a simulated rig, which is reopened for each run, begins at this place from now on.
+  /// Call after a placing: a simulated rig, which is reopened for each run, then starts at this position.
   void rod_is_at(double displacement_in);
 
-  /// Rod position of a rig that is not driven, read fifty times a second; see RodView.
+  /// Returns the rod of an undriven rig, read fifty times a second; see RodView.
   [[nodiscard]] Json rod() const { return rod_.describe(config_->limits); }
-  /// The same of a run that is on.
+  /// Returns the same of the present run.
   [[nodiscard]] Json rod(const acquisition::Snapshot& now) const;
 
-  /// Reads the rod position of a rig that is not driven, after all earlier tasks of the rig's thread.
-  /// @param then  gets the place [in]; DeviceError when it cannot be read
+  /// Reads the rod position of an undriven rig, after all earlier tasks of the rig's thread.
+  /// @param then  receives the position [in]; DeviceError if it cannot be read
   void read_place(std::function<void(std::future<double>)> then);
 
-  /// Samples of the rig: of the reads between runs, and of the runs whose RunWatch has it.
+  /// Samples of the rig: of the readings between runs, and of the runs whose RunWatch refers to it.
   [[nodiscard]] play::SampleStream& samples() noexcept { return samples_; }
   [[nodiscard]] const play::SampleStream& samples() const noexcept { return samples_; }
 
-  /// Where eha-safe finds what makes the card safe.
+  /// File of the card's snapshot, for eha-safe.
   [[nodiscard]] const std::filesystem::path& snapshot() const noexcept { return snapshot_; }
 
-  /// Runs `play(card, machine)` in the rig's thread; the state belongs to it until `then` is called with its outcome.
-  /// @param play  gets the card (OwnedRig*), nullptr for a simulated rig, which is opened anew for each run
+  /// Runs `play(card, machine)` in the rig's thread, which owns the state until `then` is called with the outcome.
+  /// @param play  receives the card (OwnedRig*), nullptr for a simulated rig, which is reopened for each run
   template <typename Play, typename Then>
   void play(Play play, Then then) {
     thread_->ask(
@@ -106,12 +106,12 @@ class RigKeeper {
         std::move(then));
   }
 
-  /// Has the card opened anew, with a new guard, before the rig is armed again.
+  /// Marks the card to be reopened, with a new guard, before the rig is armed again.
   void mark_suspect() noexcept { is_suspect_ = true; }
 
   /// Whether the guard lives. Costs one waitid().
   [[nodiscard]] GuardState guard() const noexcept;
-  /// Whether the guard has died since the card was opened; true once, and the card is suspect from then on.
+  /// Whether the guard has died since the card was opened. Returns true once, and marks the card as suspect.
   [[nodiscard]] bool notices_dead_guard() noexcept;
 
   /// Counts up while the rig's thread is idle. Thread-safe.
@@ -121,14 +121,14 @@ class RigKeeper {
   void open(const config::RigConfig& config);
   void close() noexcept;
   void read_idle_rig();
-  /// Reads the rig and passes what was read to the rod's view and the sample stream.
+  /// Reads the rig and passes the reading to the rod's view and the sample stream.
   hal::RigStatus read(hal::Rig& rig, hal::RigReading& reading);
 
   Config config_;
   std::filesystem::path snapshot_;
   std::unique_ptr<OwnedRig> card_;     ///< none for a simulated rig
   std::unique_ptr<hal::Rig> replica_;  ///< a simulated rig for reading between runs; each run opens its own
-  std::string opened_text_;            ///< of the rig file of the open rig, empty: closed; belongs to the rig's thread
+  std::string opened_text_;            ///< text of the open rig's file, empty: closed; belongs to the rig's thread
   RodView rod_;
   play::SampleStream samples_;
   play::BlockMaker idle_blocks_{samples_, play::BlockMaker::Kind::idle};  ///< belongs to the rig's thread
@@ -136,9 +136,9 @@ class RigKeeper {
   int reads_left_out_ = 0;                                                ///< of a card that does not answer
   bool is_suspect_ = false;
   bool arming_ = false;
-  std::uint64_t arming_number_ = 0;  ///< of the newest arm(); an earlier one that was cancelled stays cancelled
+  std::uint64_t arming_number_ = 0;  ///< number of the newest arm(); an earlier cancelled one stays cancelled
   int reconfiguring_ = 0;
-  int reopening_ = 0;  ///< tasks that may replace card_: the main thread leaves it alone meanwhile
+  int reopening_ = 0;  ///< number of tasks that may replace card_; the main thread does not use it meanwhile
   acquisition::StateMachine machine_;
   std::unique_ptr<Background> thread_;
 };

@@ -36,7 +36,7 @@ std::uint64_t size_of(const fs::path& folder) {
   return bytes;
 }
 
-/// Takes over outcome, verdict and size; a folder that cannot be read keeps its run from being removed.
+/// Copies outcome, verdict and size from the folder; a run whose folder cannot be read is not removed.
 void read_folder(const fs::path& folder, IndexedRun& run) {
   try {
     run.bytes = size_of(folder);
@@ -85,7 +85,7 @@ void RunIndex::load() {
   if (!fs::exists(file_, error)) return;
   std::istringstream lines(os::read_file(file_));
   for (std::string line; std::getline(lines, line);) {
-    // A line that was cut off when the program died is read from the folder instead.
+    // A line that was cut off when the program died is replaced by the facts of the folder.
     const Json json = Json::parse(line, nullptr, false);
     try {
       const std::string name = json.at("run");
@@ -216,7 +216,7 @@ std::vector<std::string> RunIndex::removable(const std::set<std::string>& in_use
 void RunIndex::remove_until(std::uint64_t budget_bytes, const std::set<std::string>& in_use, Retention& retention) {
   for (const std::string& name : removable(in_use)) {
     if (bytes_ <= budget_bytes) return;
-    // Somebody may have fitted it, or removed it, without the service.
+    // A user may have fitted it, or removed it, without the service.
     update(name);
     const auto found = runs_.find(name);
     if (found == runs_.end() || !found->second.may_go()) continue;
@@ -232,7 +232,7 @@ Retention RunIndex::keep_within(std::uint64_t budget_bytes, const std::set<std::
   Retention retention;
   if (bytes_ > budget_bytes) remove_until(budget_bytes, in_use, retention);
   if (bytes_ > budget_bytes) {
-    // Runs may have been removed by hand to make room.
+    // A user may have removed runs to make room.
     compare_with_folder();
     remove_until(budget_bytes, in_use, retention);
   }

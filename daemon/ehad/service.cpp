@@ -33,7 +33,7 @@ os::FileDescriptor open_signals() {
   return descriptor;
 }
 
-/// The member `samples` of ehad-protocol(7). NaN becomes null.
+/// Writes the member `samples` of ehad-protocol(7). NaN becomes null.
 Json samples_json(const play::SampleStream::Part& part) {
   Json blocks = Json::array();
   for (const play::SampleBlock& block : part.blocks) {
@@ -88,7 +88,7 @@ void Service::run() {
     }
     feed_watchers(now);
   }
-  // Clients that wait for their run get its end.
+  // Clients that wait for their run receive its end.
   feed_watchers(Clock::time_point::max());
   spdlog::info("stopped");
 }
@@ -224,7 +224,7 @@ void Service::feed_watchers(Clock::time_point now) {
       snapshot["samples"] = samples_json(part);
       next_block = part.first + part.blocks.size();
     }
-    // A slow reader misses snapshots, but never the last one. Blocks of samples wait for it as long as they are kept.
+    // A slow reader misses snapshots, but never the last one. Blocks of samples wait for it while they are kept.
     const bool was_sent = server_.stream(client, control::event_line(watcher.id, snapshot),
                                          is_last ? control::Delivery::always : control::Delivery::when_read);
     if (watcher.next_block && was_sent) watcher.next_block = next_block;

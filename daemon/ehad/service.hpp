@@ -29,7 +29,7 @@ class Service {
   Service& operator=(const Service&) = delete;
   ~Service();
 
-  /// Serves until SIGTERM or SIGINT, then until the run they stopped is over.
+  /// Serves until SIGTERM or SIGINT, then until the run that they stopped is over.
   void run();
 
  private:
@@ -41,7 +41,7 @@ class Service {
     std::chrono::nanoseconds interval{};
     Clock::time_point due;
     std::optional<EntryId> entry;
-    std::optional<std::uint64_t> next_block;  ///< of the samples; none: not asked for
+    std::optional<std::uint64_t> next_block;  ///< of the samples; none: not requested
   };
 
   void on_signal();

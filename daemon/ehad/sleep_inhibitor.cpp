@@ -26,7 +26,7 @@ constexpr const char* kService = "org.freedesktop.login1";
 constexpr const char* kPath = "/org/freedesktop/login1";
 constexpr const char* kInterface = "org.freedesktop.login1.Manager";
 
-/// A connection to logind and the inhibitor, both of one thread.
+/// A connection to logind and the inhibitor, both used by one thread.
 class Logind {
  public:
   explicit Logind(std::function<void()> about_to_sleep) : about_to_sleep_(std::move(about_to_sleep)) {}
@@ -37,7 +37,7 @@ class Logind {
     sd_bus_flush_close_unref(bus_);
   }
 
-  /// @returns empty when a suspend will be announced, otherwise why not
+  /// @returns empty if suspends will be announced, otherwise the reason
   std::string connect() {
     int result = sd_bus_open_system(&bus_);
     if (result < 0) return error_text(-result);
@@ -47,7 +47,7 @@ class Logind {
     return result < 0 ? error_text(-result) : "";
   }
 
-  /// @returns empty when the inhibitor is held, otherwise why not
+  /// @returns empty if the inhibitor is held, otherwise the reason
   std::string inhibit() {
     sd_bus_message* reply = nullptr;
     sd_bus_error error = SD_BUS_ERROR_NULL;
@@ -66,7 +66,7 @@ class Logind {
   void release() { inhibitor_.close(); }
   [[nodiscard]] bool is_held() const { return static_cast<bool>(inhibitor_); }
 
-  /// Handles what has come. @returns a negative errno when the connection is lost
+  /// Handles received messages. @returns a negative errno if the connection is lost
   int process() {
     int result = 1;
     while (result > 0) result = sd_bus_process(bus_, nullptr);
@@ -115,7 +115,7 @@ void SleepInhibitor::run() {
     eventfd_t count = 0;
     static_cast<void>(eventfd_read(wake_.get(), &count));
   };
-  // The bus is of no use before the first run.
+  // The bus is not needed before the first run.
   while (!ending_ && !wanted_) wait({-1, 0, 0});
   std::string fault = ending_ ? "" : logind.connect();
   while (!ending_ && fault.empty()) {

@@ -11,15 +11,15 @@
 
 namespace eha::service {
 
-/// Delays a suspend of the machine during a run until the run is ramped out: takes logind's delay inhibitor
-/// (org.freedesktop.login1, Inhibit "sleep" "delay"), and calls back when a suspend is announced. A thread of its own
-/// speaks to the bus, so that a slow or missing logind delays nothing. Belongs to the main thread.
+/// Delays a suspend of the machine during a run until the run has ramped out: takes logind's delay inhibitor
+/// (org.freedesktop.login1, Inhibit "sleep" "delay"), and calls back when a suspend is announced. A separate thread
+/// uses the bus, so that a slow or missing logind delays nothing. Belongs to the main thread.
 class SleepInhibitor {
  public:
-  /// What the service is told, in the main thread.
+  /// Notifications of the service, in the main thread.
   struct Events {
     std::function<void()> about_to_sleep;                 ///< a suspend waits for the release
-    std::function<void(const std::string&)> unavailable;  ///< once: a suspend cannot be delayed, and why
+    std::function<void(const std::string&)> unavailable;  ///< called once, with the reason: no suspend can be delayed
   };
 
   SleepInhibitor(Mailbox& mailbox, Events events);
@@ -28,7 +28,7 @@ class SleepInhibitor {
   /// Releases the inhibitor; returns within a second.
   ~SleepInhibitor();
 
-  /// Takes the inhibitor, or gives it back, soon. Return at once; harmless when that is so already.
+  /// Takes or releases the inhibitor soon. Return at once; have no effect if it is already so.
   void hold() noexcept { want(true); }
   void release() noexcept { want(false); }
 

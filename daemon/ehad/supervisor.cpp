@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Who may move the rig: arming, the lease, stops, the ends of things.
+// Rights to move the rig: arming, the lease, stops, shutdown.
 #include "daemon/ehad/supervisor.hpp"
 
 #include <fmt/format.h>
@@ -49,7 +49,7 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
                                   "systemctl mask sleep.target",
                                   why);
                             }}),
-      // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it however this process ends.
+      // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it after any end of this process.
       rig_(RigKeeper::load(options.rig_file), options.socket.parent_path() / "safe.json", mailbox_) {
   os::create_folders(runs_folder());
   // Files of a check that was running when the program died.
@@ -185,7 +185,7 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
 }
 
 void Supervisor::disarm_rig(const std::string& why, LeaseFate lease) {
-  // A fault that nobody has acknowledged stays the reason, whoever lets go of the rig afterwards.
+  // An unacknowledged fault remains the reason, even if the rig is disarmed for another one.
   const Entry* fault = queue_.open_fault();
   disarmed_because_ = fault != nullptr ? bad_end_of(*fault) : why;
   next_.reset();

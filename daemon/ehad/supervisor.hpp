@@ -33,12 +33,12 @@
 namespace eha::service {
 
 /// Manages lease, queue and runs; RigKeeper plays an experiment and Fitter fits it. Belongs to the main thread and
-/// never blocks it: the rig has a thread of its own, and so has the disk. Not thread-safe.
+/// never blocks it: the rig and the disk have their own threads. Not thread-safe.
 class Supervisor {
  public:
   using Clock = std::chrono::steady_clock;
   using Peer = control::Peer;
-  /// Answers a request, now or later, with what the function returns or throws.
+  /// Answers a request, now or later, with the result or the exception of the function.
   using Answer = std::function<void(const std::function<Json()>&)>;
 
   /// Reads the configuration, opens the rig, recovers runs whose process died, and reads the queue.
@@ -46,7 +46,7 @@ class Supervisor {
   Supervisor(const Options& options, control::EventLoop& loop, Notifier& notifier);
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
-  /// Leaves the rig safe and kills a worker; after is_over() nothing is lost.
+  /// Leaves the rig safe and kills a worker; loses nothing after is_over().
   ~Supervisor();
 
   // The methods of ehad-protocol(7). A refusal is thrown as an Error, or by the answer's function.
@@ -56,13 +56,13 @@ class Supervisor {
   Json stop(const Peer& peer, std::optional<EntryId> only);
   void submit(const Peer& peer, control::SubmitCall call, Answer answer);
   void cancel(const Peer& peer, EntryId id, Answer answer);
-  /// @param over  of those that are over, the newest so many; none: all
+  /// @param over  greatest number of finished entries, the newest; none: all
   [[nodiscard]] Json queue(std::optional<std::int64_t> over) const;
   Json hold(const Peer& peer, std::optional<EntryId> only);
   Json release(const Peer& peer, std::optional<EntryId> only);
   void move(const Peer& peer, const control::MoveCall& call, Answer answer);
-  /// Requests that come while the folder is read wait together for the next reading: it may take long, and each run
-  /// that begins waits for it.
+  /// Lists the runs. Requests that arrive during a reading of the folder wait together for the next one: a reading may
+  /// take long, and each run waits for it before its start.
   void runs(Answer answer);
   void acknowledge(const Peer& peer, const std::string& run, Answer answer);
   void remove(const Peer& peer, const std::string& run, Answer answer);
@@ -75,7 +75,7 @@ class Supervisor {
   /// The rig's samples, for watchers.
   [[nodiscard]] const play::SampleStream& samples() const noexcept { return rig_.samples(); }
 
-  /// An experiment of the queue, null when there is none of that number; and whether it is over.
+  /// Returns an experiment of the queue, null if there is none of that number; and whether it is over.
   [[nodiscard]] Json entry(EntryId id) const;
   [[nodiscard]] bool entry_is_over(EntryId id) const;
 
@@ -84,40 +84,40 @@ class Supervisor {
   /// Call when a child process has ended.
   void poll_worker();
 
-  /// Ramps out the run that is on and starts no other; the second call makes the rig safe at once.
+  /// Ramps out the present run and starts no other; the second call makes the rig safe at once.
   void shut_down();
   [[nodiscard]] bool is_over() const noexcept { return shutting_down_ && !active_; }
 
  private:
   void list_asked_runs();
-  /// The experiment that is on, from the moment it is chosen.
+  /// The present experiment, from the moment it is chosen.
   struct ActiveRun {
     EntryId entry = 0;
-    bool playing = false;  ///< in the rig's thread, to which the state machine belongs meanwhile
+    bool playing = false;  ///< in the rig's thread, which owns the state machine meanwhile
     std::shared_ptr<play::RunWatch> watch;
     std::shared_ptr<acquisition::StopRequest> stop;
     std::string stopped_by = {};  ///< user of the first stop
   };
 
-  /// Experiments of one request, which go into the queue together or not at all.
+  /// Experiments of one request; all of them or none enter the queue.
   struct Submission {
     uid_t uid = 0;
     std::vector<Entry> entries;
     bool is_list = false;
-    RigKeeper::Config rig;         ///< that it is checked against
-    control::ClientId client = 0;  ///< that must not have gone before they start; 0: none
-    bool moves_at_once = false;    ///< a placing is among them
+    RigKeeper::Config rig;         ///< for the checks
+    control::ClientId client = 0;  ///< connection that must be open until they start; 0: none
+    bool moves_at_once = false;    ///< one of them is a placing
     Answer answer;
     std::size_t checked = 0;
   };
 
   void load_queue();
 
-  // The start of an experiment: its turn comes, the rod's place is read, it is rehearsed from there, it begins.
+  // Steps of an experiment's start: choose it, read the rod's position, rehearse it from there, begin.
   struct Start {
     EntryId entry = 0;
-    std::filesystem::path folder;  ///< of its check; of this attempt alone, because an earlier one may not be over yet
-    RigKeeper::Config rig;         ///< with which it is rehearsed
+    std::filesystem::path folder;  ///< of its check; one for each attempt, because an earlier one may still be in use
+    RigKeeper::Config rig;         ///< for its rehearsal
   };
   using Turn = std::shared_ptr<const Start>;
   void start_next();
@@ -156,11 +156,11 @@ class Supervisor {
   void end_submission(const Submission& submission);
   void remove_check_folder(const std::filesystem::path& folder);
   void hold_for_lost_client(Entry& entry);
-  /// Holds every waiting experiment; a waiting move to a place is refused instead.
+  /// Holds every waiting experiment; refuses a waiting move to a place instead.
   void hold_waiting(const std::string& why);
   void refuse_move(Entry& entry, const std::string& why);
   void refuse(const Submission& submission);
-  /// A held move must not begin later, when somebody arms for another purpose.
+  /// Refuses a held move, which must not begin later, when somebody arms for another purpose.
   /// @throws PermissionError
   void require_arming_of_placing(const Submission& submission) const;
   void require_room_in_queue(const Peer& peer, std::size_t wanted) const;
@@ -180,14 +180,14 @@ class Supervisor {
   config::ServiceConfig config_;
   QueueStore store_;
   Queue queue_;
-  std::vector<Answer> runs_asked_;  ///< that wait for the next reading of the runs' folder
+  std::vector<Answer> runs_asked_;  ///< waiting for the next reading of the runs' folder
   bool is_listing_runs_ = false;
-  std::map<uid_t, std::size_t> submissions_;  ///< of each user: being checked, not in the queue yet
+  std::map<uid_t, std::size_t> submissions_;  ///< of each user: being checked, not yet in the queue
   std::map<control::ClientId, std::shared_ptr<Submission>> attached_;  ///< those of them that need their client
   Lease lease_;
   std::optional<ActiveRun> active_;
-  std::uint64_t starts_ = 0;  ///< attempted since the start of the service
-  Turn next_;  ///< the experiment that is about to begin; another object for each attempt, none after a disarm
+  std::uint64_t starts_ = 0;  ///< attempts since the start of the service
+  Turn next_;                 ///< the experiment about to begin; a new object for each attempt, none after a disarm
   std::string disarmed_because_ = "ehad has started";
   bool shutting_down_ = false;
   Health health_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What waits: experiments are checked and queued, held, released, moved and cancelled.
+// The queue: experiments are checked and queued, held, released, moved and cancelled.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -59,7 +59,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
   disk_thread_.ask(
       [submission, folder] {
         for (Entry& entry : submission->entries) {
-          // Faults of the text itself are found here, at once, and no file that it names is read.
+          // Finds errors of the text itself at once; reads no file that it names.
           const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file);
           entry.name = experiment.name;
           entry.only_places = experiment.placing() != nullptr;
@@ -95,7 +95,7 @@ void Supervisor::refuse(const Submission& submission) {
 }
 
 std::optional<double> Supervisor::place_at_start() const {
-  // A simulated rod begins each run at the same place; a real one where the experiment before has left it.
+  // A simulated rod starts each run at the same position; a real one where the previous experiment left it.
   if (rig_.moves_machine() && (active_ || queue_.count(EntryState::waiting) > 0)) return std::nullopt;
   const Json rod = rig_.rod();
   const auto place = rod.is_object() ? rod.find("displacement_in") : rod.end();
@@ -181,7 +181,7 @@ void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
           std::vector<EntryId> ids;
           for (Entry& entry : submission->entries) {
             Entry& added = queue_.add(std::move(entry));
-            // Only an experiment whose owner has the armed rig may start by itself.
+            // Only an experiment whose owner has armed the rig may start automatically.
             added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
             added.client = submission->client;
             if (has_lost_client) hold_for_lost_client(added);
@@ -307,7 +307,7 @@ Json Supervisor::release(const Peer& peer, std::optional<EntryId> only) {
   for (const EntryId id : ids) {
     Entry& entry = *queue_.find(id);
     entry.state = EntryState::waiting;
-    // Removes the note that the connection was lost: the owner knows of the experiment again.
+    // Removes the note that the connection was lost: the owner has the experiment again.
     entry.note.clear();
     spdlog::info("experiment {}: released by {} (uid {}, pid {})", id, peer.user, peer.uid, peer.pid);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What runs: an experiment that was played is fitted, and then over.
+// Runs: an experiment that was played is fitted, and then over.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -23,7 +23,7 @@ constexpr double kBytesPerMiB = 1024.0 * 1024.0;
 
 std::chrono::seconds whole_seconds(double seconds) { return std::chrono::seconds(static_cast<std::int64_t>(seconds)); }
 
-/// Whether the run left the card in doubt.
+/// Whether the card must be reopened after the run.
 bool makes_card_suspect(const acquisition::RunReport& report) {
   return !report.safe_confirmed || acquisition::exit_code(report) == ExitCode::device_unavailable;
 }
@@ -113,7 +113,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   if (acquisition::is_whole(outcome) && !was_stopped && !is_unguarded && !shutting_down_ && rig_.rearm()) {
     start_next();
   } else {
-    // After a stop or a fault the next experiment must not move the rig by itself.
+    // After a stop or a fault the next experiment must not move the rig automatically.
     disarm_rig(acquisition::is_whole(outcome) ? fmt::format("experiment {}: stopped at its end", entry.id)
                : entry.is_open_fault          ? bad_end_of(entry)
                                               : fmt::format("experiment {}: {}", entry.id, entry.note),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What begins: the experiment whose turn it is, rehearsed from where the rod stands.
+// Start of the next experiment, after a rehearsal from the rod's present position.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 /// [place]).
 constexpr double kSamePlace_in = 0.02;
 
-/// Whether the rehearsal that an entry has is of this rig and this place of the rod.
+/// Whether an entry's rehearsal is for this rig and this position of the rod.
 bool is_rehearsed(const Entry& entry, const RigKeeper::Config& rig, double place_in) {
   if (!entry.rehearsed || entry.rehearsed->rig != rig) return false;
   // An experiment that plays nothing, or a rig without [following], has no rehearsal at any position of the rod.

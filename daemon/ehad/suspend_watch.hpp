@@ -7,13 +7,13 @@
 
 namespace eha::service {
 
-/// Notices that the machine was suspended: CLOCK_BOOTTIME counts the time of a suspend, CLOCK_MONOTONIC does not.
+/// Detects that the machine was suspended: CLOCK_BOOTTIME counts the time of a suspend, CLOCK_MONOTONIC does not.
 /// Not thread-safe.
 class SuspendWatch {
  public:
-  static constexpr std::chrono::milliseconds kShortest{100};  ///< reading two clocks one after the other costs less
+  static constexpr std::chrono::milliseconds kShortest{100};  ///< longer than reading two clocks in turn
 
-  /// @returns how long the machine was suspended since the last call, if it was
+  /// @returns the time for which the machine was suspended since the last call, if it was
   [[nodiscard]] std::optional<std::chrono::duration<double>> check() { return check(difference()); }
 
   /// @param difference  CLOCK_BOOTTIME less CLOCK_MONOTONIC now

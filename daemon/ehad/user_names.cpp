@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kLongestName = 64;
 constexpr std::size_t kBuffer = 16 * 1024;
 
-/// The name in /etc/passwd, without the name service switch; empty when it is not there.
+/// Returns the name in /etc/passwd, without the name service switch; empty if it is not there.
 std::string local_name(uid_t uid) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen("/etc/passwd", "re"), std::fclose);
   if (!file) return {};
@@ -35,7 +35,7 @@ std::string local_name(uid_t uid) {
   return {};
 }
 
-/// The name by the name service switch; the number when it has none.
+/// Returns the name by the name service switch; the number if it has none.
 std::string looked_up_name(uid_t uid) {
   std::vector<char> buffer(kBuffer);
   passwd entry{};

@@ -11,8 +11,8 @@
 namespace eha::service {
 
 /// Names of users, for messages. The users of /etc/passwd are read from that file; others (LDAP, sssd) are looked up by
-/// a detached thread, because that may take long, and appear as numbers until it has answered. Neither name() nor the
-/// end of this object waits for a look-up. Belongs to the main thread.
+/// a detached thread, because that may take long, and appear as numbers until then. Neither name() nor the destructor
+/// waits for a look-up. Belongs to the main thread.
 class UserNames {
  public:
   static constexpr std::size_t kMostKept = 1024;

@@ -14,7 +14,7 @@ namespace eha::identify {
 namespace {
 
 constexpr double kSameStep = 1e-6;
-constexpr double kHopeless = 5.0;  // times the refit's error, whatever the intervals of the parameters hold
+constexpr double kHopeless = 5.0;  // times the refit's error, regardless of the parameters' intervals
 
 constexpr double kEnough = 0.5;  // of the time that estimated a model without a valve map
 
@@ -33,7 +33,7 @@ std::string too_short(double record_s, double model_s, const std::string& of) {
       record_s, model_s, of, std::ceil(model_s));
 }
 
-/// To fit a whole record.
+/// Options for a fit of a whole record.
 ident::FitOptions whole(ident::FitOptions options) {
   options.procedure = ident::Procedure::standard;
   options.intervals = ident::IntervalMethod::straight;

@@ -11,7 +11,7 @@
 
 namespace eha::identify {
 
-/// Probability that a comparison names a change where nothing changed, for all parameters, runs and models together.
+/// Probability of a reported change although nothing changed, for all parameters, runs and models together.
 inline constexpr double kFalseAlarm = 0.01;
 
 /// One run compared with the first.
@@ -25,7 +25,7 @@ struct ComparedRun {
 struct RunComparison {
   std::string structure;          ///< the model fitted to every run: "io_valve", or "io" where a valve map is not known
   std::vector<ComparedRun> runs;  ///< in the order given
-  std::vector<std::string> notes;  ///< what limits the comparison, one sentence each
+  std::vector<std::string> notes;  ///< limits of the comparison, one sentence each
 };
 
 /// Fits one structure to the whole of every record, with the same decimation and discarded start, and compares the
@@ -35,11 +35,11 @@ struct RunComparison {
 /// @throws DataError  records differ in units, or as ident::fit; ConfigError as ident::fit
 [[nodiscard]] RunComparison compare_runs(const std::vector<Source>& sources);
 
-/// A model held against a record.
+/// A model compared with a record.
 struct ScoredModel {
   ident::ValidationReport validation;
-  double rms_error = 0.0;  ///< offset estimated anew [output unit]
-  /// The model's structure fitted to the record; none where the structure is not one of the program's.
+  double rms_error = 0.0;  ///< offset estimated again [output unit]
+  /// The model's structure fitted to the record; none if the program does not have the structure.
   std::optional<ident::FitResult> refit;
   double refit_rms_error = 0.0;
   std::optional<ident::PlantChange> change;  ///< from the model to its refit
@@ -54,7 +54,7 @@ struct ScoredModel {
 /// @throws as ident::validate
 [[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source);
 
-/// The same of one model, with the record prepared as `options` say.
+/// The same for one model, with the record prepared by `options`.
 [[nodiscard]] ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options);
 
 }  // namespace eha::identify

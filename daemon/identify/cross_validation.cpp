@@ -10,7 +10,7 @@
 namespace eha::identify {
 namespace {
 
-/// The record up to the end of a repetition, and options that compare that repetition alone.
+/// The record up to the end of a repetition, and options to compare that repetition alone.
 struct Part {
   ident::Record record;
   ident::FitOptions options;
@@ -28,8 +28,9 @@ Part part_up_to(const IdentificationTask& task, std::size_t repetition, std::siz
   return part;
 }
 
-/// The structure to estimate on one repetition. Only the first repetition estimates an initial state: in a later one
-/// its response has decayed, and noise fitted as that response would grow without bound towards the first row.
+/// Returns the structure to estimate on one repetition. Only the first repetition estimates an initial state: in a
+/// later one its response has decayed, and noise fitted as that response would grow without bound towards the first
+/// row.
 ident::StructureOptions structure_for(std::size_t repetition, ident::StructureOptions structure) {
   if (repetition > 0) structure.initial_state = ident::InitialState::none;
   return structure;

@@ -8,7 +8,7 @@
 
 namespace eha::identify {
 
-/// Estimates every structure on every repetition and scores it on the others. Each model is simulated from the record's
+/// Estimates every structure on every repetition and scores it on the others. Simulates each model from the record's
 /// first row on, so that no history is lost. An initial state is estimated on the first repetition only. The
 /// discarded time counts from the first row; an unfinished last repetition is left out.
 /// @throws DataError    fewer than two repetitions, or one too short to estimate from
@@ -16,7 +16,7 @@ namespace eha::identify {
 /// Cost: a fit for each structure and repetition.
 [[nodiscard]] std::vector<CrossValidatedModel> cross_validate(const IdentificationTask& task, const Progress& progress);
 
-/// Mean R2 of the repetitions that did not estimate [%].
+/// Returns the mean R2 of the repetitions that did not estimate [%].
 [[nodiscard]] double mean_r2_percent(const std::vector<ident::Score>& scores, std::size_t estimated_on);
 
 }  // namespace eha::identify

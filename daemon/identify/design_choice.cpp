@@ -13,13 +13,13 @@ namespace eha::identify {
 namespace {
 
 constexpr int kScreened = 4;               // records of each design, each searched from the known model alone
-constexpr int kConfirmed = 6;              // records of the best ones, each fitted as the real one will be
-constexpr std::size_t kFinalists = 2;      // confirmed in any case
-constexpr std::size_t kMostFinalists = 4;  // while none of them is predictable
+constexpr int kConfirmed = 6;              // records of the best ones, each fitted like the real one
+constexpr std::size_t kFinalists = 2;      // always confirmed
+constexpr std::size_t kMostFinalists = 4;  // confirmed while none of them is predictable
 constexpr double kPredictable = 2.25;  // highest over lowest error of the trials: either is within 1.5 of their middle
 constexpr double kShareOfScreening = 0.2;  // of the time
 
-/// A design as the file would have it: its structure, and its volts.
+/// A design in the form of its file: structure and volts.
 struct Written {
   replay::TrialTask task;
   Eigen::VectorXd volts;
@@ -116,7 +116,7 @@ double predicted_by(const DesignPredictor& predictor, const config::PreparedExpe
   if (!predictor.twin) {
     return ident::predicted_std(predictor.model, predictor.parameter, experiment.table_V, task);
   }
-  // The structure is the model's, not one of the experiment's.
+  // Uses the model's structure, not one of the experiment's.
   const ident::Improvement none{.tones = {{1.0 / task.period_s, 1.0, 0.0}}};
   replay::TrialTask trial = trial_task(predictor, experiment_of(predictor, task, none), task);
   trial.records = kConfirmed;

@@ -15,10 +15,10 @@
 
 namespace eha::identify {
 
-/// What a rig file allows an excitation, at its tick.
+/// Returns the limits that a rig file sets on an excitation, at its tick.
 [[nodiscard]] ident::ExcitationLimits excitation_limits(const config::RigConfig& rig);
 
-/// Who predicts what a designed experiment gives.
+/// Predicts the result of a designed experiment.
 struct DesignPredictor {
   const ident::Model& model;
   std::string parameter;
@@ -33,18 +33,18 @@ struct ChosenDesign {
   std::optional<replay::Trial> trial = {};
 };
 
-/// The best of the designs. With a twin: the one with the best worst trial among those whose trials agree within a
-/// factor of 2.25 (among all if none agree), so that the result does not depend on the noise.
-/// @throws ConfigError  as ident::improve()   Cost: with a twin half a minute of one processor for 50 s, at most a
-/// minute.
+/// Returns the best of the designs. With a twin this is the one with the best worst trial among those whose trials
+/// agree within a factor of 2.25 (among all if none agree), so that the result does not depend on the noise.
+/// @throws ConfigError  as ident::improve()
+/// Cost: with a twin half a minute of one processor for 50 s, at most a minute.
 [[nodiscard]] ChosenDesign choose_design(const DesignPredictor& predictor, const ident::ImprovementTask& task);
 
-/// The design for a longer experiment, whose tones stay periodic in it: with a twin the same tones, tried out anew,
-/// else designed anew. @throws ConfigError  as ident::improve()
+/// Returns the design for a longer experiment in which its tones remain periodic: with a twin the same tones in new
+/// trials, else a new design. @throws ConfigError  as ident::improve()
 [[nodiscard]] ChosenDesign prolonged(const DesignPredictor& predictor, const ident::Improvement& design,
                                      const ident::ImprovementTask& longer);
 
-/// The standard error that another experiment would give for the model's structure.
+/// Returns the standard error that another experiment would give for the model's structure.
 /// @throws ConfigError  as ident::predicted_std()
 [[nodiscard]] double predicted_by(const DesignPredictor& predictor, const config::PreparedExperiment& experiment,
                                   const ident::ImprovementTask& task);

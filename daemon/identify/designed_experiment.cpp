@@ -16,7 +16,7 @@
 namespace eha::identify {
 namespace {
 
-constexpr double kLongest_s = 60.0;  // bounds the time that the trials take
+constexpr double kLongest_s = 60.0;  // limits the duration of the trials
 constexpr double kDuration_s = 50.0;
 constexpr double kDiscard_s = 10.0;
 
@@ -60,7 +60,7 @@ DesignedExperiment designed_experiment(const Source& source, const ident::Model&
     DesignedExperiment designed;
     NextExperiment& next = designed.next.emplace();
     next.text = experiment_text({model, parameter, fmt::format("Made by the fit of {}", source.name)}, task, design);
-    // What the rig would refuse is not written.
+    // Does not write an experiment that the rig would refuse.
     (void)config::parse_prepared_experiment(next.text, std::string(kNextExperimentFile), rig);
     next.reason = fmt::format(
         "tones designed for {} of {} within the limits of {}: its standard error falls from {:.3g} to {:.3g} in {:g} "

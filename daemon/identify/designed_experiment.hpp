@@ -12,17 +12,17 @@
 
 namespace eha::identify {
 
-/// An experiment designed for one parameter, or why there is none.
+/// An experiment designed for one parameter, or the reason why there is none.
 struct DesignedExperiment {
   std::optional<NextExperiment> next = {};
   std::string refusal = {};  ///< one clause; empty with an experiment
 };
 
-/// Designs the experiment that makes the standard error of a model's parameter smallest within the limits of the rig
-/// that recorded the source, as long as the source's experiment but at most a minute. A simulated rig tries designs
-/// out; for another one the model's residual alone predicts. Returns a reason, and does not throw, if the record lacks
-/// something.
-/// @param model  a model of the source, with standard errors   @param options  with which it was fitted
+/// Designs the experiment that minimises the standard error of a model's parameter within the limits of the rig that
+/// recorded the source, as long as the source's experiment but at most a minute. For a simulated rig designs are tried
+/// in simulation; for others the model's residual alone predicts. If the record lacks data, returns a reason and does
+/// not throw.
+/// @param model  a model of the source, with standard errors   @param options  of its fit
 /// Cost: on a simulated rig some forty records simulated and fitted from the model, ten seconds of one processor; else
 /// a second.
 [[nodiscard]] DesignedExperiment designed_experiment(const Source& source, const ident::Model& model,

@@ -24,7 +24,8 @@ constexpr std::string_view kResidual = "_residual";
 
 std::vector<double> to_vector(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
 
-/// The input at the compared rows: filtered like the output by the default procedure, as it is by the paper's.
+/// Returns the input at the compared rows: filtered like the output by the default procedure, unfiltered by the
+/// paper's.
 std::vector<double> applied_at(const ident::Record& record, const ident::FitOptions& options,
                                const Eigen::VectorXd& time_s) {
   const auto samples = static_cast<std::size_t>(record.input.size());
@@ -45,7 +46,7 @@ std::vector<double> applied_at(const ident::Record& record, const ident::FitOpti
   return values;
 }
 
-/// "io_valve_residual_in" without its end. @returns empty when the column is none of a residual
+/// Returns "io_valve_residual_in" without its end; empty if the column is not that of a residual.
 std::string model_of_residual(const std::string& column, const std::string& unit) {
   const std::string end = unit.empty() ? std::string(kResidual) : std::string(kResidual) + "_" + unit;
   return column.size() > end.size() && column.ends_with(end) ? column.substr(0, column.size() - end.size()) : "";

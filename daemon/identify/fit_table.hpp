@@ -13,7 +13,7 @@ namespace eha::identify {
 
 struct IdentifiedModel;
 
-/// Names in a run folder, or beside the models of `eha fit -o`; the second for the paper's procedure.
+/// File names in a run folder, or beside the models of `eha fit -o`; the second for the paper's procedure.
 inline constexpr std::string_view kFitFile = "fit.csv";
 inline constexpr std::string_view kPaperFitFile = "fit_paper.csv";
 
@@ -23,7 +23,7 @@ struct FitColumn {
   std::vector<double> simulated;  ///< [output unit]
 };
 
-/// The compared samples of a fit: what went in, what was measured, and what each model gives.
+/// The compared samples of a fit: input, measured output, and each model's output.
 struct FitTable {
   ident::Channel input;
   ident::Channel output;
@@ -35,8 +35,8 @@ struct FitTable {
   [[nodiscard]] const FitColumn* find(std::string_view model) const;
 };
 
-/// The table of models that were fitted to one record with one set of options. A model with other rows than the first
-/// one's is left out; without models the table is empty. Cost O(rows filter).
+/// Computes the table of models that were fitted to one record with one set of options. Leaves out a model with other
+/// rows than the first one's; empty without models. Cost O(rows filter).
 [[nodiscard]] FitTable fit_table(const ident::Record& record, const ident::FitOptions& options,
                                  const std::vector<IdentifiedModel>& models);
 
@@ -44,7 +44,7 @@ struct FitTable {
 /// "io_residual_in". Seven digits; an output that overflowed is an empty field. Cost O(rows models).
 [[nodiscard]] std::string to_csv(const FitTable& table);
 
-/// Reads what to_csv() wrote. @throws DataError  not such a file; IoError, PermissionError
+/// Reads the output of to_csv(). @throws DataError  not such a file; IoError, PermissionError
 [[nodiscard]] FitTable read_fit_table(const std::filesystem::path& path);
 
 }  // namespace eha::identify

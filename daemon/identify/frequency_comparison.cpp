@@ -22,14 +22,14 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 double decibels(double ratio) { return 20.0 * std::log10(ratio); }
 
-/// `angle_deg` plus the whole turns that bring it nearest to `beside_deg`.
+/// Adds the whole turns to `angle_deg` that bring it nearest to `beside_deg`.
 double nearest(double angle_deg, double beside_deg) {
   return angle_deg - 360.0 * std::round((angle_deg - beside_deg) / 360.0);
 }
 
 std::string field(const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; }
 
-/// Samples of the shortest common period of tones and repetitions; 0 for none.
+/// Returns the samples of the shortest common period of tones and repetitions; 0 for none.
 std::size_t period_of(const std::vector<double>& lines_Hz, double step_s, std::size_t samples, std::size_t repetition) {
   const std::size_t shared = ident::common_period(lines_Hz, step_s, samples / 2);
   const bool is_repeated = repetition > 0 && samples > repetition;
@@ -38,7 +38,7 @@ std::size_t period_of(const std::vector<double>& lines_Hz, double step_s, std::s
   return samples >= 2 * repetition ? repetition : 0;
 }
 
-/// The realisations of a table, in its last repetition, without those that begin within the discarded rows.
+/// Returns the realisations of a table, in its last repetition, without those that begin within the discarded rows.
 ident::RealisationRows rows_of(const ident::Realisations& table, std::size_t samples, std::size_t table_samples,
                                std::size_t discard) {
   ident::RealisationRows rows{.first = 0,

@@ -15,10 +15,10 @@
 
 namespace eha::identify {
 
-/// The name of its file, beside data_40ms.csv in a run folder or beside the models of `eha fit -o`.
+/// Name of the comparison's file, beside data_40ms.csv in a run folder or beside the models of `eha fit -o`.
 inline constexpr std::string_view kFrequencyResponseFile = "frequency_response.csv";
 
-/// What an excitation repeats itself by.
+/// Periodicity of an excitation.
 struct ExcitedPeriod {
   std::size_t samples = 0;               ///< of the shortest period that all lines and the repetitions share; 0: none
   std::vector<double> lines_Hz;          ///< excited ones that are harmonics of it; all of them without a period

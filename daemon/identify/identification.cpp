@@ -30,7 +30,7 @@ namespace {
 constexpr std::size_t kQuicklyCompared_rows = 1'000'000;
 constexpr double kUsualFits = 20.0;  // of the ladder, for its progress
 
-/// Where the input moves that a model was estimated from.
+/// Returns the band in which the input of a model's record moves.
 std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task, const ident::FitResult& result) {
   if (task.excited) return task.excited;
   const auto rows = static_cast<Eigen::Index>(result.estimation_samples);
@@ -39,7 +39,7 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
   return ident::excited_band(task.record.input.head(static_cast<Eigen::Index>(last) + 1), task.record.step_s);
 }
 
-/// Lowest and highest line of the source's experiment, if it has lines.
+/// Returns the lowest and highest line of the source's experiment, if it has lines.
 std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
   const config::Played* played = source.experiment ? source.experiment->played() : nullptr;
   if (played == nullptr) return {};
@@ -57,7 +57,7 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
           .beside_ladder = task.structures.empty()};
 }
 
-/// Fits one structure and notes the time it took.
+/// Fits one structure and measures the duration.
 template <typename Fit>
 ident::FitResult timed(const Fit& fit) {
   const auto begin = std::chrono::steady_clock::now();
@@ -79,7 +79,7 @@ std::string work_text(const ident::WorkByStage& stages) {
   return text;
 }
 
-/// The verdict with all that is known of the record, and how the model came about.
+/// Returns the verdict, with all known facts of the record and the origin of the model.
 void judge(const IdentificationTask& task, ident::FitResult& result) {
   ident::Model& model = result.model;
   model.verdict = ident::judge(model, task.acceptance, facts_of(task));
@@ -95,8 +95,8 @@ void judge(const IdentificationTask& task, ident::FitResult& result) {
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
 }
 
-/// Recommends a model, and judges the others beside it. One that it clearly beats is usable where the two agree, unless
-/// one of them alone has a map: the gain of a linear model of a valve changes with the amplitude.
+/// Recommends a model, and judges the others by it. A clearly worse model is usable where the two agree, unless only
+/// one of them has a map: the gain of a linear model of a valve changes with the amplitude.
 void choose(const IdentificationTask& task, Identification& identification) {
   identification.recommendation = recommend(identification.models, task);
   const auto picked =
@@ -174,11 +174,11 @@ void climb(const IdentificationTask& task, const Progress& progress, Identificat
   }
   identification.refused = std::move(climbed.refused);
   identification.work = std::move(climbed.work);
-  // The usable band of each model, which the ladder does not know, has a say.
+  // Takes account of the models' usable bands, which the ladder does not know.
   choose(task, identification);
 }
 
-/// Fits each structure of the task. One that the record does not allow is left out while another one can be fitted.
+/// Fits each structure of the task. Leaves out one that the record does not allow if another one can be fitted.
 void fit_named(const IdentificationTask& task, const Progress& progress, Identification& identification) {
   std::exception_ptr first_failure;
   const double count = static_cast<double>(task.structures.size());
@@ -208,7 +208,7 @@ bool any_accepted(const Identification& identification) {
   return std::any_of(identification.models.begin(), identification.models.end(), is_accepted);
 }
 
-/// Fits what the task names, or the ladder.
+/// Fits the task's structures, or climbs the ladder.
 Identification fit_once(const IdentificationTask& task, const Progress& progress) {
   Identification identification;
   try {
@@ -223,7 +223,7 @@ Identification fit_once(const IdentificationTask& task, const Progress& progress
   return identification;
 }
 
-/// The models of lower estimation error of two rounds with the same structures: the estimation part chooses.
+/// Of two rounds with the same structures returns the models of lower estimation error: the estimation part decides.
 void keep_closer(Identification& identification, Identification again, const IdentificationTask& task) {
   const auto error = [](const IdentifiedModel& identified) {
     const auto& estimation = identified.result.model.estimation;
@@ -238,7 +238,7 @@ void keep_closer(Identification& identification, Identification again, const Ide
   add(identification.work, again.work);
 }
 
-/// The accepted models of the ladder beside the asked ones, which keep their names.
+/// Adds the accepted models of the ladder to the requested ones, which keep their names.
 void add_climbed(Identification& identification, Identification climbed, const IdentificationTask& task) {
   for (IdentifiedModel& model : climbed.models) {
     const auto has_its_name = [&](const IdentifiedModel& m) { return m.structure.name == model.structure.name; };
@@ -247,7 +247,7 @@ void add_climbed(Identification& identification, Identification climbed, const I
   }
   add(identification.work, climbed.work);
   for (ident::Refusal& refusal : climbed.refused) identification.refused.push_back(std::move(refusal));
-  // Of all that was fitted, unless that model's name is taken.
+  // The recommended one of all fitted models, unless its name is taken.
   identification.recommendation = std::move(climbed.recommendation);
   const auto is_recommended = [&](const IdentifiedModel& m) {
     return m.structure.name == identification.recommendation.model && is_accepted(m);
@@ -257,7 +257,7 @@ void add_climbed(Identification& identification, Identification climbed, const I
   }
 }
 
-/// The command that designs an experiment by hand.
+/// Returns the command that designs an experiment by hand.
 std::string design_command(const Source& source, const WeakParameter& weak) {
   const std::filesystem::path folder =
       source.run_folder ? *source.run_folder / record::kModelsFolder / "rejected" : std::filesystem::path();
@@ -265,7 +265,7 @@ std::string design_command(const Source& source, const WeakParameter& weak) {
                      shell_word((folder / (weak.model + ".json")).string()), shell_word(weak.parameter));
 }
 
-/// The last round: an experiment designed for the parameter that a model is rejected for, else a longer one.
+/// Runs the last round: an experiment designed for the parameter for which a model is rejected, else a longer one.
 void end_with_experiment(const Source& source, const ident::FitOptions& options, const Progress& progress,
                          Identification& identification) {
   std::string reason = identification.recommendation.reason;
@@ -324,7 +324,7 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   return identification;
 }
 
-/// The structures to cross-validate: those asked for, of the ladder the recommended one, io and fo.
+/// Returns the structures to cross-validate: the requested ones; of the ladder the recommended one, io and fo.
 std::vector<ident::StructureOptions> compared_structures(const IdentificationTask& task,
                                                          const Identification& identification) {
   if (!task.structures.empty()) return task.structures;
@@ -373,7 +373,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   if (frequency_response) {
     named.noise_std = ident::measured_noise(source.record.output, frequency_response->periods, task.options.decimation);
   }
-  // A note says why an excitation that repeats has no response.
+  // A note gives the reason why a periodic excitation has no response.
   named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
   identification.frequency_response = std::move(frequency_response);

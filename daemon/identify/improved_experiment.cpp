@@ -21,7 +21,8 @@ std::string with_decimal_point(double value) {
   return text;
 }
 
-/// The parameter for which the model is rejected; nothing where something else rejects it, or nothing does.
+/// Returns the parameter for which the model is rejected; nothing if it is rejected for another reason, or not
+/// rejected.
 std::optional<std::string> undetermined(const Model& model) {
   if (!model.verdict || model.verdict->accepted || !model.estimation || !model.estimation->information) return {};
   std::optional<std::string> first;

@@ -10,18 +10,18 @@
 
 namespace eha::identify {
 
-/// Which parameter of which model an experiment improves.
+/// Model and parameter that an experiment improves.
 struct Improved {
   const ident::Model& model;
   std::string parameter;
   std::string made_by;  ///< first words of the file's comment
 };
 
-/// The TOML file of a designed experiment: its tones, the use of its record, and the model as its [[model]].
+/// Writes the TOML file of a designed experiment: its tones, the use of its record, and the model as its [[model]].
 [[nodiscard]] std::string experiment_text(const Improved& improved, const ident::ImprovementTask& task,
                                           const ident::Improvement& found);
 
-/// Standard error of an estimated parameter, in its own unit. @returns NaN where the model has no such parameter
+/// Returns the standard error of an estimated parameter, in its own unit; NaN if the model has no such parameter.
 [[nodiscard]] double estimated_std(const ident::Model& model, const std::string& parameter);
 
 /// A parameter of a model file.
@@ -30,8 +30,8 @@ struct WeakParameter {
   std::string parameter;
 };
 
-/// The parameter for which a model is rejected, among the models that fail only by parameters the one of least AR-BIC.
-/// Its standard error is known, so an experiment can be designed for it.
+/// Returns the parameter for which a model is rejected. Of the models that fail only by parameters picks the one of
+/// least AR-BIC. Its standard error is known, so an experiment can be designed for it.
 /// @returns nothing if every model is also rejected for another reason, or none is rejected
 [[nodiscard]] std::optional<WeakParameter> weak_parameter(const std::vector<const ident::Model*>& models);
 

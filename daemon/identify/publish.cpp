@@ -44,7 +44,7 @@ record::ModelEntry manifest_entry(const IdentifiedModel& identified, const fs::p
   return entry;
 }
 
-/// @returns the path; nothing where there is none to write, and an earlier one is removed
+/// @returns the path; nothing if there is none to write, after removing an earlier one
 std::optional<fs::path> write_next_experiment(const Identification& identification, const fs::path& folder) {
   const fs::path file = folder / kNextExperimentFile;
   if (!identification.next_experiment) {
@@ -56,7 +56,7 @@ std::optional<fs::path> write_next_experiment(const Identification& identificati
   return file;
 }
 
-/// Writes the tables of the fit and the frequency response, those that there are.
+/// Writes the tables of the fit and the frequency response, if there are any.
 void write_tables(const Identification& identification, const fs::path& folder, std::vector<fs::path>& written) {
   for (const auto& [table, name] :
        {std::pair(&identification.fit_table, kFitFile), std::pair(&identification.paper_fit_table, kPaperFitFile)}) {
@@ -151,14 +151,14 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
     const fs::path path = (accepted ? models_folder : rejected_folder) / file;
     os::create_folders(path.parent_path());
     os::write_file_atomically(path, ident::to_text(identified.result.model));
-    // An earlier fit may have had the other verdict; only one file of a model may remain.
+    // An earlier fit may have had the other verdict; only one file of a model may exist.
     std::error_code ignored;
     fs::remove((accepted ? rejected_folder : models_folder) / file, ignored);
     entry.accepted = entry.accepted || accepted;
     entry.models.push_back(manifest_entry(identified, fs::relative(path, run_folder)));
     written.push_back(path);
   }
-  // Before the manifest, which lists every file of the folder.
+  // Written before the manifest, which lists every file of the folder.
   write_tables(identification, run_folder, written);
   if (const auto next = write_next_experiment(identification, run_folder)) {
     written.push_back(*next);

@@ -9,7 +9,7 @@
 
 namespace eha::identify {
 
-/// A model in the form of its file.
+/// Returns a model in the form of its file.
 [[nodiscard]] nlohmann::ordered_json to_json(const IdentifiedModel& identified);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<IdentifiedModel>& models);
 
@@ -30,7 +30,7 @@ namespace eha::identify {
 [[nodiscard]] std::vector<std::filesystem::path> publish(const Identification& identification,
                                                          const std::filesystem::path& run_folder);
 
-/// The next experiment among the files written; none where the identification made none.
+/// Returns the next experiment among the files written; none if the identification wrote none.
 [[nodiscard]] std::optional<std::filesystem::path> next_experiment_file(
     const std::vector<std::filesystem::path>& written);
 

@@ -8,10 +8,10 @@
 
 namespace eha::identify {
 
-/// The model with its output in the record's unit: both are the same, or both are lengths. A unit that is not known,
-/// an empty one, is taken for the other's.
+/// Converts the model's output to the record's unit: both units are the same, or both are lengths. An unknown (empty)
+/// unit counts as the other one.
 /// @param name  of the model, for the message
-/// @throws DataError  inputs differ in unit, or the outputs do and are no lengths
+/// @throws DataError  the inputs differ in unit, or the outputs do and are no lengths
 [[nodiscard]] ident::Model in_units_of(const Source& source, ident::Model model, const std::string& name);
 
 }  // namespace eha::identify

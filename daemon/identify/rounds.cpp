@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMostRepetitions = 16;
 
-/// The text with a key of its top level set. @param after  the key behind which a missing one is put
+/// Sets a top-level key in the text. @param after  the key after which a missing one is inserted
 std::string with_number(const std::string& text, const std::string& key, int value, const std::string& after) {
   const std::size_t tables = text.find("\n[");
   const std::string top = text.substr(0, tables);

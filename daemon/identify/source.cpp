@@ -16,7 +16,7 @@ namespace eha::identify {
 
 namespace {
 
-/// Of an import's options a run takes --from and --to only.
+/// Of the import options a run accepts only --from and --to.
 void refuse_options(const std::string& name, const importer::Options& options) {
   const bool any = options.time || options.input || options.output || options.delimiter || options.decimal ||
                    options.period_s || options.resample;
@@ -54,7 +54,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
                    const importer::Options& options, const importer::Progress& progress) {
   Source source;
   source.name = name;
-  // Before the record, which may be long: checking an experiment takes no time.
+  // Checked before reading the record, which may be long; checking an experiment takes no time.
   if (experiment_file) source.experiment = config::load_experiment(*experiment_file);
   std::error_code ignored;
   if (!std::filesystem::is_directory(name, ignored)) {

@@ -23,18 +23,18 @@ struct Source {
   /// Rows of one repetition, of the run or as the named experiment would play it; 0 when unknown.
   std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
-  std::string units = {};                 ///< of lengths for people, as the run's rig file asks for; empty: none
-  std::size_t interpolated_rows = 0;      ///< as record::LoadedRun; of a file the rows that were filled
-  std::string guess = {};                 ///< of a file: what was guessed, in one line; may be empty
+  std::string units = {};                 ///< of displayed lengths, from the run's rig file; empty: none
+  std::size_t interpolated_rows = 0;      ///< as record::LoadedRun; for a file the filled rows
+  std::string guess = {};                 ///< of a file: the guesses, in one line; may be empty
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
-  std::vector<std::string> repairs = {};  ///< of a file: gaps and jitter that were mended, one sentence each
+  std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each
 };
 
-/// The share of the rows that are interpolated, not measured [%].
+/// Returns the share of the rows that are interpolated, not measured [%].
 [[nodiscard]] double interpolated_percent(const Source& source);
 
-/// Reasons why models of this source are less reliable: an incomplete run, rows that were not measured. One sentence
-/// each.
+/// Returns reasons why models of this source are less reliable: an incomplete run, rows that were not measured. One
+/// sentence each.
 [[nodiscard]] std::vector<std::string> warnings(const Source& source);
 
 /// Reads a run folder, or a record from a file of any kind that the importer knows.

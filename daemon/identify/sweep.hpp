@@ -14,7 +14,7 @@ namespace eha::identify {
 struct CommensurateSweep {
   ident::StructureOptions structure;
   std::vector<ident::SweepPoint> points;
-  std::optional<std::size_t> best = {};  ///< index of the point with the lowest BIC; none when no point has a model
+  std::optional<std::size_t> best = {};  ///< index of the point of lowest BIC; none if no point has a model
 };
 
 /// Sweeps the task's commensurate structure, or one of two poles and no zero if the task has none.

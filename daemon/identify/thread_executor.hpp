@@ -5,13 +5,13 @@
 
 namespace eha::identify {
 
-/// An executor whose threads live for one call each.
+/// Executor that creates its threads for each call.
 /// @param threads  greatest number at a time, at least 1
-/// When tasks throw, the caller gets the exception of the task with the lowest index after every thread has ended;
+/// If tasks throw, the caller receives the exception of the task with the lowest index after every thread has ended;
 /// tasks that have not begun do not run. Thread-safe. Cost: about 20 us for each thread and call.
 [[nodiscard]] ident::Executor thread_executor(unsigned threads);
 
-/// An executor with one thread for each processor that this process may use.
+/// Returns an executor with one thread for each processor that this process may use.
 [[nodiscard]] ident::Executor thread_executor();
 
 }  // namespace eha::identify

@@ -13,8 +13,8 @@
 
 namespace eha::play {
 
-/// Judges after which repetition a run has shown enough. note() belongs to the thread that plays; the other members may
-/// be called from any thread and are real-time safe.
+/// Judges the repetition after which a run may end. note() belongs to the thread that plays; the other members may be
+/// called from any thread and are real-time safe.
 class EarlyEnd {
  public:
   EarlyEnd() = default;
@@ -26,12 +26,12 @@ class EarlyEnd {
   /// @param repetitions  complete ones in the journal
   virtual void note(int repetitions) = 0;
 
-  /// The run may end after the present repetition.
+  /// Whether the run may end after the present repetition.
   [[nodiscard]] bool is_reached() const noexcept { return is_reached_.load(std::memory_order_acquire); }
-  /// Repetitions on which it has been judged; the greatest int when nothing more is judged.
+  /// Returns the number of judged repetitions; the greatest int if no more are judged.
   [[nodiscard]] int judged() const noexcept { return judged_.load(std::memory_order_acquire); }
 
-  /// Nothing more is judged: every repetition is played.
+  /// Ends the judging: every repetition is played.
   void give_up() noexcept { judged_.store(std::numeric_limits<int>::max(), std::memory_order_release); }
 
  protected:
@@ -39,9 +39,9 @@ class EarlyEnd {
   std::atomic<int> judged_{0};
 };
 
-/// A source that is over at the end of the repetition in which an EarlyEnd is reached. In virtual time the end of a
-/// repetition waits until the one before has been judged, as it would be by then on the monotonic clock. Real-time safe
-/// on that one.
+/// A source that ends after the repetition in which an EarlyEnd is reached. In virtual time the end of a repetition
+/// waits until the one before has been judged, as it would be by then on the monotonic clock. Real-time safe on the
+/// monotonic clock.
 class EarlyEndSource final : public acquisition::CommandSource {
  public:
   /// @param judge  must outlive this
@@ -63,12 +63,12 @@ class EarlyEndSource final : public acquisition::CommandSource {
   [[nodiscard]] std::uint32_t rows() const noexcept override { return source_->rows(); }
   [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return source_->rows_per_repetition(); }
   [[nodiscard]] double voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept override {
-    // Row 0 is also asked for before the first tick that plays it.
+    // Row 0 is also requested before the first tick that plays it.
     next_row_ = row + 1;
     return source_->voltage_V(row, last);
   }
 
-  /// After the run: it ended before its last row, because the judge was satisfied.
+  /// After the run: whether the judge ended it before its last row.
   [[nodiscard]] bool ended_early() const noexcept {
     return judge_.is_reached() && next_row_ > 0 && next_row_ < rows() && next_row_ % rows_per_repetition() == 0;
   }

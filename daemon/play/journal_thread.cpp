@@ -79,7 +79,7 @@ void JournalThread::run() {
 
 void JournalThread::show(std::size_t count) {
   if (count == 0) return;
-  // The newest record is younger than one period, because the thread takes all there are.
+  // The newest record is younger than one period, because the thread takes all available ones.
   const std::int64_t now_ns = utc_now_ns();
   const std::int64_t newest_ns = batch_[count - 1].scheduled_ns;
   for (std::size_t i = 0; i < count; ++i) {

@@ -21,12 +21,12 @@ namespace eha::play {
 /// only.
 inline constexpr std::chrono::seconds kWriterPatience{6};
 
-/// How often the run folder is looked at: a deleted one is noticed within this time and a call on the disk.
+/// Interval of the run folder's checks: a deleted one is noticed within this time and a call on the disk.
 inline constexpr std::chrono::milliseconds kFolderInterval{250};
 
-/// The thread that moves records from the loop's queue to the journal until the loop has ended. After a failed write it
-/// drops records; when the run folder is gone or takes no files it goes on writing as long as the journal lets it. In
-/// both cases it has the queue report it to the loop, which ramps out. The public members belong to one thread.
+/// Thread that moves records from the loop's queue to the journal until the loop has ended. After a failed write it
+/// drops records; if the run folder is deleted or takes no files, it continues to write as long as the journal allows.
+/// In both cases the queue reports it to the loop, which ramps out. The public members belong to one thread.
 class JournalThread {
  public:
   /// @param watch  its writer_turns counts the passes of the thread's loop; its samples get the records, also after a
@@ -44,7 +44,7 @@ class JournalThread {
   /// @returns the message of a failed write or a lost folder, or nothing
   std::string finish();
 
-  /// After finish(): every write to the journal succeeded.
+  /// After finish(): whether every write to the journal succeeded.
   [[nodiscard]] bool journal_is_sound() const noexcept { return journal_is_sound_; }
 
  private:

@@ -60,7 +60,7 @@ class ProgressDisplay {
     try {
       progress_(watch_.board.read());
     } catch (...) {
-      // Thrown again only after the rod has been ramped to rest and the record is written.
+      // Rethrown only after the rod has been ramped to rest and the record is written.
       failure_ = std::current_exception();
       stop_.request_ramp_out();
     }
@@ -98,7 +98,7 @@ std::unique_ptr<acquisition::Clock> make_clock(TimeBase time_base) {
   return std::make_unique<acquisition::MonotonicClock>();
 }
 
-/// The objects that a run uses.
+/// Objects of a run.
 struct RunParts {
   hal::Rig& rig;
   acquisition::StateMachine& machine;
@@ -158,8 +158,8 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   return finished;
 }
 
-/// Closes the journal and writes the files made from it. A failure is kept in `finished`; the remaining files are
-/// written nevertheless.
+/// Closes the journal and writes the files made from it. Stores a failure in `finished` and still writes the remaining
+/// files.
 /// @param journal  none: it cannot be closed
 void write_files(FinishedRun& finished, record::JournalWriter* journal, record::Manifest& manifest) {
   const auto attempt = [&](const auto& work) {

@@ -42,15 +42,15 @@ struct PlayRequest {
 /// A run that has ended.
 struct FinishedRun {
   std::filesystem::path folder;
-  acquisition::RunReport report;           ///< outcome write_failed also when only the files after the journal failed
+  acquisition::RunReport report;           ///< outcome write_failed also if only the files after the journal failed
   std::string write_error;                 ///< message of the write that failed; empty when everything was written
   bool only_placed = false;                ///< the rod was moved to a place; there is nothing to fit
   double displacement_in = 0.0;            ///< of the last reading [in]
-  std::vector<delays::Delay> delays = {};  ///< what held the loop up, where ticks were late
+  std::vector<delays::Delay> delays = {};  ///< causes of late ticks, if there were any
 };
 
-/// Called about ten times a second in the thread that called play(). When it throws, the run is ramped out, its files
-/// are written, and play() throws the same exception.
+/// Called about ten times a second in the thread that called play(). If it throws, the run is ramped out, its files are
+/// written, and play() throws the same exception.
 using Progress = std::function<void(const acquisition::Snapshot&)>;
 
 /// Plays an experiment on a rig and records it in the request's run folder. Blocks until the rig is idle or faulted and

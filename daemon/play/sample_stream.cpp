@@ -33,7 +33,7 @@ void BlockMaker::add(const Sample& sample) {
   number_ = number;
   block_.utc_ns = sample.utc_ns;
   if (kind_ == Kind::run) block_.run_s = static_cast<double>(sample.time_ns) * 1e-9;
-  // fmin and fmax pass over a NaN.
+  // fmin and fmax ignore a NaN.
   block_.displacement_min_in = std::fmin(block_.displacement_min_in, sample.displacement_in);
   block_.displacement_max_in = std::fmax(block_.displacement_max_in, sample.displacement_in);
   block_.applied_min_V = std::fmin(block_.applied_min_V, sample.applied_V);

@@ -10,7 +10,7 @@
 
 namespace eha::play {
 
-/// Time that a block of samples covers, as the spacing of data_40ms.csv [ns].
+/// Duration of a block of samples, the spacing of data_40ms.csv [ns].
 inline constexpr std::int64_t kBlock_ns = 40'000'000;
 
 /// Least and greatest of the samples of one block. NaN: nothing was measured, or nothing drives the rig.
@@ -24,7 +24,7 @@ struct SampleBlock {
   double applied_max_V = kNone;
 };
 
-/// The last blocks of a rig's samples, numbered from 0 on, for readers that follow it. Thread-safe: a writer waits at
+/// The last blocks of a rig's samples, numbered from 0, for readers that follow them. Thread-safe: a writer waits at
 /// most for one copy of the kept blocks. Memory: kKept blocks, 12 KiB.
 class SampleStream {
  public:
@@ -32,15 +32,15 @@ class SampleStream {
 
   void add(const SampleBlock& block);
 
-  /// The number that the next block will have.
+  /// Returns the number of the next block.
   [[nodiscard]] std::uint64_t next() const;
 
   struct Part {
     std::uint64_t first = 0;  ///< number of the first block
-    std::uint64_t lost = 0;   ///< asked for, but no longer kept
+    std::uint64_t lost = 0;   ///< requested, but no longer kept
     std::vector<SampleBlock> blocks;
   };
-  /// The blocks from `number` on that are kept. Cost: one copy of them.
+  /// Returns the kept blocks from `number` on. Cost: one copy of them.
   [[nodiscard]] Part since(std::uint64_t number) const;
 
  private:
@@ -51,21 +51,21 @@ class SampleStream {
 
 /// One sample of a rig.
 struct Sample {
-  std::int64_t time_ns = 0;  ///< never falls between two samples of a maker; of a run: from its first tick
+  std::int64_t time_ns = 0;  ///< never decreases between samples of one maker; in a run: from its first tick
   std::int64_t utc_ns = 0;
   double displacement_in = SampleBlock::kNone;
   double applied_V = SampleBlock::kNone;
 };
 
-/// Puts the samples of a run, or of a rig between runs, together to blocks. Belongs to one thread.
+/// Combines the samples of a run, or of a rig between runs, to blocks. Belongs to one thread.
 class BlockMaker {
  public:
   enum class Kind { run, idle };
   BlockMaker(SampleStream& stream, Kind kind) : stream_(stream), kind_(kind) {}
 
-  /// A sample of a later block ends the one before. Allocates nothing.
+  /// Adds a sample; one of a later block ends the present block. Allocates nothing.
   void add(const Sample& sample);
-  /// Ends the block that is begun.
+  /// Ends the present block.
   void finish();
 
  private:

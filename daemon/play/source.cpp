@@ -39,12 +39,12 @@ std::unique_ptr<CommandSource> table_of(const config::Played& played, const Play
                                              config::hold_law(request.rig.limits, gain), monitor_of(request));
 }
 
-// The source of each kind.
+// Makes the source of each kind.
 
 std::unique_ptr<CommandSource> source_of(const config::Played& played, const PlayRequest& request) {
   std::unique_ptr<CommandSource> table = table_of(played, request);
   if (!played.start) return table;
-  // A held rod begins where its motion is about the start.
+  // A held rod starts at the mean of its motion about the start.
   const double ahead_in = played.hold ? request.predicted_in.front() : 0.0;
   return started(request, played.start->displacement_in + ahead_in, std::move(table));
 }

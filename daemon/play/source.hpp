@@ -8,7 +8,8 @@
 
 namespace eha::play {
 
-/// What a run's volts come from: an experiment's table, alone, held or after a start; or the way to a place.
+/// Makes the source of a run's volts: an experiment's table, alone, with a hold or after a start; or the way to a
+/// place.
 /// @param request  its spans must outlive the source
 /// @throws ConfigError  as TableSource
 [[nodiscard]] std::unique_ptr<acquisition::CommandSource> make_source(const PlayRequest& request);

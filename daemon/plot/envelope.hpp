@@ -7,15 +7,16 @@
 
 namespace eha::plot {
 
-/// A curve's points.
+/// Points of a curve.
 struct Points {
   std::vector<double> x;
   std::vector<double> y;
 };
 
-/// Fewer points that draw the same picture: of each of `buckets` equal parts of a long signal the least and the
-/// greatest value, in their order. A signal of at most two samples a bucket is returned whole. A bucket that holds a
-/// value that is not finite keeps it. @param x, y  of one length; buckets > 0. Cost O(N).
+/// Reduces a long signal to fewer points that draw the same picture: the least and the greatest value of each of
+/// `buckets` equal parts, in their order. Returns a signal of at most two samples a bucket whole. A bucket with a value
+/// that is not finite keeps it.
+/// @param x, y  of one length; buckets > 0. Cost O(N).
 [[nodiscard]] Points envelope(std::span<const double> x, std::span<const double> y, std::size_t buckets = 500);
 
 }  // namespace eha::plot

@@ -18,20 +18,19 @@ enum class Mark {
   area,        ///< the inside of the polygon; not drawn in characters
 };
 
-/// The style of lines that only guide the eye.
+/// Style of guide lines.
 inline constexpr int kGuideStyle = -1;
 
 /// One curve. x and y have one length; a value that is not finite interrupts the curve.
 struct Series {
-  std::string label;  ///< in the key; empty: not listed
+  std::string label;  ///< text in the key; empty: not listed
   std::vector<double> x = {};
   std::vector<double> y = {};  ///< unused by a band
   std::vector<double> lower = {};
   std::vector<double> upper = {};
   Mark mark = Mark::line;
-  /// kGuideStyle: a thin grey line. 0: a broad grey line, for measured data. 1: solid black, for the model that matters
-  /// most. 2 and more: dashes of their own, told apart without colour. Areas and bands take the style's colour,
-  /// lightened.
+  /// kGuideStyle: a thin grey line. 0: a broad grey line, for measured data. 1: solid black, for the most important
+  /// model. 2 and more: dash patterns that differ without colour. Areas and bands take the style's colour, lightened.
   int style = 1;
 };
 
@@ -60,7 +59,7 @@ struct Tick {
   std::string text;
 };
 
-/// One pair of axes. Empty ranges are chosen by the values.
+/// One pair of axes. Empty ranges follow from the values.
 struct Panel {
   std::string x_label;
   std::string y_label;
@@ -68,15 +67,15 @@ struct Panel {
   std::vector<Rule> rules = {};
   std::vector<Shade> shades = {};
   std::vector<Caption> captions = {};
-  std::vector<Tick> x_ticks = {};  ///< instead of the numbers of the x axis
+  std::vector<Tick> x_ticks = {};  ///< instead of numbers on the x axis
   std::optional<std::pair<double, double>> x_range = {};
   std::optional<std::pair<double, double>> y_range = {};
   bool log_x = false;
-  bool has_equal_scales = false;  ///< a unit is as long on both axes; needs both ranges
+  bool has_equal_scales = false;  ///< equal units on both axes; needs both ranges
   bool is_map = false;            ///< equal scales and no axes; needs both ranges
 };
 
-/// Panels below one another, their left and right edges aligned.
+/// Panels one below the other, their left and right edges aligned.
 struct Figure {
   std::string title;  ///< read out by screen readers; drawn in characters only
   std::vector<Panel> panels;

@@ -22,7 +22,7 @@
 namespace eha::plot {
 namespace {
 
-constexpr std::size_t kMostMessages = 300;  // bytes of gnuplot's complaint that are repeated
+constexpr std::size_t kMostMessages = 300;  // bytes of gnuplot's error message that are repeated
 constexpr int kWidth_px = 600;
 
 std::string path_of_gnuplot() {
@@ -61,7 +61,7 @@ void write_all(const os::FileDescriptor& file, std::string_view text) {
   lseek(file.get(), 0, SEEK_SET);
 }
 
-/// The first lines that gnuplot complained with, as one.
+/// Returns the first lines of gnuplot's error message, joined to one.
 std::string complaint(const os::FileDescriptor& messages) {
   std::string text;
   for (const char c : content_of(messages)) {
@@ -80,8 +80,8 @@ std::string run_gnuplot(std::string_view script) {
   const os::FileDescriptor output = anonymous_file();
   const os::FileDescriptor messages = anonymous_file();
   write_all(commands, script);
-  // -d: no start-up files. From standard input gnuplot ends at the first error. GNUTERM: the caller's choice for
-  // screens, with which it dies where there is none.
+  // -d: no start-up files. With a script on standard input gnuplot ends at the first error. GNUTERM: the caller's
+  // choice for screens, with which gnuplot fails where there is none.
   os::ChildProcess process({.words = {"/usr/bin/env", "-u", "GNUTERM", program, "-d"},
                             .standard_input = &commands,
                             .standard_output = &output,
@@ -155,7 +155,7 @@ std::string xml_text(const std::string& text) {
   return result;
 }
 
-/// gnuplot's document as an element of a page.
+/// Converts gnuplot's document to an element of a page.
 std::string as_element(std::string svg, std::size_t number, const std::string& title) {
   const std::size_t begin = svg.find("<svg");
   const std::size_t body = svg.find("<g id=\"gnuplot_canvas\">");
@@ -185,7 +185,7 @@ std::string as_element(std::string svg, std::size_t number, const std::string& t
 std::vector<std::string> draw_elements(const std::vector<Figure>& figures, std::size_t first) {
   std::string script;
   for (const Figure& figure : figures) {
-    // Each picture ends where the output is set anew.
+    // Each picture ends at the next `set output`.
     script += "reset\nset output\n" + svg_terminal(height_px(figure, Surface::page)) + script_of(figure, Surface::page);
   }
   script += "set output\n";
@@ -213,7 +213,7 @@ std::string draw_in_characters(const Figure& figure, const CharacterSize& size) 
   const std::string drawn =
       run_gnuplot(fmt::format("set terminal dumb size {},{} noenhanced nofeed\n", size.columns, size.rows) +
                   script_of(figure, Surface::characters));
-  // Lines without the blanks at their ends.
+  // Returns lines without blanks at their ends.
   std::string text;
   for (std::size_t at = 0; at < drawn.size();) {
     const std::size_t end = std::min(drawn.find('\n', at), drawn.size());
@@ -234,7 +234,7 @@ std::vector<InlineFigure> draw_inline(const std::vector<Figure>& figures) {
     for (std::size_t i = 0; i < figures.size(); ++i) drawn[i].svg = std::move(elements[i]);
     return drawn;
   } catch (const Error&) {
-    // The figures one by one find out which one failed.
+    // Drawing the figures one by one finds the failing one.
   }
   const auto begun = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < figures.size(); ++i) {

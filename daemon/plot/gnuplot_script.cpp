@@ -63,7 +63,7 @@ bool is_drawn(const Series& series, bool in_characters) {
   return !series.x.empty() && !(in_characters && has_area);
 }
 
-/// The points as a named block. Everything in it is a number.
+/// Writes the points as a named block, which contains only numbers.
 void add_data(std::string& script, const std::string& name, const Series& series) {
   fmt::format_to(std::back_inserter(script), "{} << EOD\n", name);
   for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -142,7 +142,7 @@ void add_decoration(std::string& script, const Panel& panel, bool in_characters)
   }
 }
 
-/// Ends of the values that a panel shows on its y axis; none without a value.
+/// Range of the values that a panel shows on its y axis; none without a value.
 std::optional<std::pair<double, double>> y_extent(const Panel& panel) {
   if (panel.y_range) return panel.y_range;
   std::optional<std::pair<double, double>> extent;
@@ -158,8 +158,8 @@ std::optional<std::pair<double, double>> y_extent(const Panel& panel) {
   return extent;
 }
 
-/// Distance of the marks of the y axis: 1, 2 or 5 times a power of ten, three to six of them in the panel. gnuplot's
-/// own choice crowds low panels.
+/// Returns the distance of the y axis' marks: 1, 2 or 5 times a power of ten, three to six of them in the panel.
+/// gnuplot's own choice crowds low panels.
 std::string y_ticks(const Panel& panel) {
   constexpr double kIntervals = 4.0;
   const auto extent = y_extent(panel);
@@ -170,10 +170,10 @@ std::string y_ticks(const Panel& panel) {
   return fmt::format("set ytics {:.7g}\n", power * (digit < 1.5 ? 1.0 : digit < 3.5 ? 2.0 : digit < 7.5 ? 5.0 : 10.0));
 }
 
-/// Names at the x axis need room: from this many on they are slanted.
+/// Number of names at the x axis from which on they are slanted.
 constexpr std::size_t kSlantedTicks = 6;
 
-/// Entries side by side in a panel's key, at least.
+/// Least number of entries side by side in a panel's key.
 std::size_t key_columns(const Panel& panel) {
   std::size_t longest = 0;
   for (const Series& series : panel.series) longest = std::max(longest, series.label.size());
@@ -194,7 +194,7 @@ double panel_height_px(const Panel& panel, bool is_alone) {
 
 bool has_title(const Figure& figure, Surface surface) { return surface == Surface::file && !figure.title.empty(); }
 
-/// gnuplot takes a letter of the key for 0.7 em, part of which is air: with less width more entries fit into a row.
+/// gnuplot reserves 0.7 em for a letter of the key, more than it needs: with less width more entries fit into a row.
 std::string key_width(const Panel& panel) {
   constexpr double kAir = 0.2;
   std::size_t longest = 0;
@@ -213,7 +213,7 @@ void add_axes(std::string& script, const Panel& panel) {
   script += panel.log_x ? "set logscale x\n" : "unset logscale\n";
   script += panel.log_x ? "set format x '%g'\n" : "set format x '%h'\n";
   add_range(script, "x", panel.x_range);
-  // A record ends where its axis does, not at the next tick mark.
+  // A record's axis ends with the record, not at the next tick mark.
   script += panel.x_range ? "unset autoscale x\n" : "set autoscale xfix\n";
   add_range(script, "y", panel.y_range);
   if (panel.is_map) {
@@ -249,7 +249,7 @@ std::string quoted(const std::string& text) {
       // gnuplot 5.4 misreads a doubled quote at the beginning of a constant.
       result += c == '\'' ? std::string("\xE2\x80\x99") : std::string(1, is_control ? ' ' : c);
     } else if (length == 2 && text[at] == '\xC2' && static_cast<unsigned char>(text[at + 1]) < 0xA0) {
-      result += ' ';  // controls a terminal, as the characters below a blank do
+      result += ' ';  // control characters of terminals, like those below the blank
     } else {
       result.append(text, at, length);
     }

@@ -17,18 +17,18 @@ namespace eha::precision {
 /// Folder within a run for the model of the rows so far.
 inline constexpr const char* kPrecisionFolder = "precision";
 
-/// Half of the 95 % interval of K in the model of a run's rows so far, of its value [%]; infinite where the run has no
-/// such model, or it has no interval. @throws ConfigError, IoError, PermissionError  as ident::model_from_text,
-/// os::read_file
+/// Returns half of the 95 % interval of K in the model of a run's rows so far, as a share of K [%]; infinite if the run
+/// has no such model, or the model no interval.
+/// @throws ConfigError, IoError, PermissionError  as ident::model_from_text, os::read_file
 [[nodiscard]] double gain_percent(const std::filesystem::path& run);
 
-/// Fits integrator_lag behind the valve's map to the repetitions so far, in a process of its own at the lowest priority
-/// and off the loop's CPU, and is reached when its gain is known as well as [precision] wants. A fit that fails counts
-/// as one that is not precise. The model is RUN/precision/integrator_lag_valve.json, the same as of
+/// Fits integrator_lag behind the valve's map to the repetitions so far, in a separate process at the lowest priority
+/// and off the loop's CPU. It is reached when the gain is as precise as [precision] requires. A failed fit counts as
+/// imprecise. The model is RUN/precision/integrator_lag_valve.json, equal to that of
 /// `eha fit RUN --model integrator_lag --input-map valve --split 1 --to SECONDS` after the run.
 class PrecisionWatch final : public play::EarlyEnd {
  public:
-  /// Says a sentence about a repetition.
+  /// Receives a sentence about a repetition.
   using Say = std::function<void(const std::string& sentence)>;
 
   /// @param experiment  with [precision]   @param run  its folder
@@ -54,7 +54,7 @@ class PrecisionWatch final : public play::EarlyEnd {
   int fitted_repetitions_ = 0;
 };
 
-/// A watch for an experiment with [precision], else none. @throws DeviceError  as PrecisionWatch
+/// Returns a watch for an experiment with [precision], else none. @throws DeviceError  as PrecisionWatch
 [[nodiscard]] std::unique_ptr<PrecisionWatch> watch_of(const config::ExperimentConfig& experiment,
                                                        const config::RigConfig& rig, const std::filesystem::path& run,
                                                        PrecisionWatch::Say say);

@@ -8,8 +8,8 @@
 
 namespace eha::published {
 
-/// The study as a page: for each set that is there the scores beside the published ones, and measured and simulated
-/// output of each test; then the sets that are not there. Cost as report::assembled().
+/// Renders the study as a page: for each available set its scores beside the published ones, and measured and simulated
+/// output of each test; then the missing sets. Cost as report::assembled().
 [[nodiscard]] report::Page page_of(const std::vector<StudiedSet>& study);
 
 }  // namespace eha::published

@@ -12,8 +12,7 @@ namespace eha::published {
 
 /// Consecutive rows of a file as its publisher distributes it.
 struct Part {
-  /// Names of the file, one a form in which it is distributed; one with a folder ("data/train.h5") is the end of a
-  /// path.
+  /// Names of the file, one for each form of distribution; one with a folder ("data/train.h5") is the end of a path.
   std::vector<std::string_view> files;
   std::string_view input;   ///< name of the column, or its number from 1
   std::string_view output;  ///< the same
@@ -30,34 +29,34 @@ struct Measure {
 [[nodiscard]] const Measure& rmse();
 [[nodiscard]] const Measure& fit_percent();
 
-/// A result that others printed for a test.
+/// A published result of a test by others.
 struct Figure {
   std::string_view method;
   double value = 0.0;  ///< [unit of the test]
   std::string_view source;
 };
 
-/// Where the simulation of a test begins.
+/// Start of a test's simulation.
 enum class Begin {
-  anew,       ///< at the test's first row, from a state that the first `start_rows` rows tell
-  continued,  ///< at the estimating part's first row, of which the test is a later part, or the same
+  anew,       ///< at the test's first row, from a state estimated from the first `start_rows` rows
+  continued,  ///< at the estimating part's first row; the test is a later part of the same record, or that part
 };
 
 struct Test {
   std::string_view name;
   Part part;
   Begin begin = Begin::anew;
-  std::size_t start_rows = 0;  ///< tell the state and are not scored; 0: the test begins at rest
+  std::size_t start_rows = 0;  ///< rows for the initial state, which are not scored; 0: the test begins at rest
   const Measure& measure;
-  double factor = 1.0;         ///< of the measure, from the output's unit to `unit`
-  std::string_view unit = {};  ///< empty: that of the file, which does not say it
+  double factor = 1.0;         ///< converts the measure from the output's unit to `unit`
+  std::string_view unit = {};  ///< empty: that of the file, which does not state it
   std::vector<Figure> figures = {};
 };
 
 /// A published set of records, with the split and the score that its publications use.
 struct PublishedSet {
   std::string_view name;   ///< "emps"
-  std::string_view title;  ///< for people
+  std::string_view title;  ///< displayed name
   std::string_view what;   ///< one sentence
   std::string_view fetch;  ///< where it is distributed
   double period_s = 0.0;   ///< [s]
@@ -66,7 +65,7 @@ struct PublishedSet {
   std::vector<Test> tests;  ///< at least one
 };
 
-/// The sets that `eha study published` knows. A row is a set; nothing else knows its name.
+/// Returns the sets that `eha study published` has, one a row; no other code depends on a set's name.
 [[nodiscard]] std::span<const PublishedSet> published_sets();
 
 }  // namespace eha::published

@@ -32,7 +32,7 @@ std::vector<std::string> missing_of(const PublishedSet& set, const Files& files)
   return missing;
 }
 
-/// The model that would be recommended without a limit on R2, which publications do not have; empty: none.
+/// Returns the model that would be recommended without a limit on R2, which publications do not have; empty: none.
 std::string best_without_limit(std::vector<identify::IdentifiedModel> models, identify::IdentificationTask task) {
   task.acceptance.min_validation_r2_percent = 0.0;
   for (identify::IdentifiedModel& identified : models) {
@@ -44,7 +44,7 @@ std::string best_without_limit(std::vector<identify::IdentifiedModel> models, id
   return identify::recommend(models, task).model;
 }
 
-/// Climbs the ladder on the estimating part, all of which estimates.
+/// Climbs the ladder on the estimating part, all rows of which estimate.
 void fit(StudiedSet& studied, ident::Record record, const identify::Progress& progress) {
   const PublishedSet& set = *studied.set;
   identify::Source source;
@@ -67,7 +67,7 @@ void fit(StudiedSet& studied, ident::Record record, const identify::Progress& pr
   if (!studied.model) studied.failure = studied.recommendation;
 }
 
-/// The score where offset and state follow all rows from `first` on.
+/// Returns the score with offset and state fitted to all rows from `first` on.
 ident::Score score_with_start_fitted(const ident::Model& model, const ident::Record& record, std::size_t first) {
   const auto all = static_cast<std::size_t>(record.output.size());
   const ident::Comparison rows{.first = first, .every = 1, .count = all - first, .taps = {}};
@@ -135,7 +135,7 @@ std::vector<StudiedSet> study_published(std::span<const PublishedSet> sets, cons
   std::vector<StudiedSet> all;
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const auto of_one = [&](double share, const std::string& step) {
-      if (!progress || step.ends_with('\n')) return;  // results of the ladder stand in the table
+      if (!progress || step.ends_with('\n')) return;  // the table has the ladder's results
       progress((static_cast<double>(i) + share) / static_cast<double>(sets.size()),
                fmt::format("{}: {}", sets[i].name, step));
     };

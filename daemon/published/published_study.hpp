@@ -15,12 +15,12 @@
 
 namespace eha::published {
 
-/// A test with the model of the estimating part.
+/// A test, scored with the model of the estimating part.
 struct ScoredTest {
   const Test* test = nullptr;
   double score = 0.0;  ///< [unit of the test]; not finite where the model diverges
-  /// The same with offset and state fitted to all scored rows, as `eha validate` does: what the start costs. No score
-  /// of the test's rules; none for a later part of the estimating record.
+  /// Score with offset and state fitted to all scored rows, as in `eha validate`; the difference is due to the start.
+  /// It is not a score by the test's rules; none for a later part of the estimating record.
   std::optional<double> with_start_fitted = {};
   bool is_of_estimating_rows = false;
   Eigen::VectorXd time_s = {};     ///< of the scored rows, from the test's first row
@@ -28,15 +28,15 @@ struct ScoredTest {
   Eigen::VectorXd simulated = {};  ///< the same
 };
 
-/// What a set gave.
+/// Results of a set.
 struct StudiedSet {
   const PublishedSet* set = nullptr;
   std::vector<std::string> missing_files =
-      {};                                  ///< names of which none is there, one a part; not empty: nothing was done
-  std::string failure = {};                ///< why a set that is there gave no score; one sentence
-  std::optional<ident::Model> model = {};  ///< the recommended one, else that without a limit on R2
+      {};                    ///< one entry for each part without a file, with its names; not empty: nothing was done
+  std::string failure = {};  ///< reason for which an available set gave no score; one sentence
+  std::optional<ident::Model> model = {};  ///< the recommended one, else the one recommended without a limit on R2
   bool is_recommended = false;
-  std::string recommendation = {};  ///< the sentence of the ladder
+  std::string recommendation = {};  ///< sentence of the ladder
   std::size_t estimating_rows = 0;
   double seconds = 0.0;  ///< of the ladder, elapsed
   std::vector<ScoredTest> tests = {};
@@ -48,8 +48,8 @@ struct StudiedSet {
 using StudyProgress = std::function<void(double share, const std::string& step)>;
 
 /// For each set whose files are below a folder: climbs the ladder on the whole estimating part, takes the recommended
-/// model and scores it on each test. One protocol for all sets: a test's rows take no part in the fit, the choice or
-/// the options, except `start_rows` of them, which tell the state that the test begins with.
+/// model and scores it on each test. All sets follow one protocol: a test's rows have no effect on the fit, the choice
+/// or the options, except `start_rows` of them, which determine the test's initial state.
 /// @throws IoError, PermissionError  the folder cannot be read
 /// Cost: a ladder a set, minutes where a record has 65 000 rows.
 [[nodiscard]] std::vector<StudiedSet> study_published(std::span<const PublishedSet> sets,

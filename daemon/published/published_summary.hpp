@@ -16,17 +16,17 @@ struct Line {
   bool is_ours = false;
 };
 
-/// The published figures of a test and the own score, the best first; a score that is not finite last.
+/// Returns the published figures of a test and our score, the best first; a score that is not finite last.
 [[nodiscard]] std::vector<Line> ranked(const StudiedSet& studied, const ScoredTest& scored);
 
-/// "RMSE [mm] of 24821 rows", with what belongs to it: "; these rows estimated the model", "; 5.09 with a start fitted
-/// to all of them, which is no score".
+/// "RMSE [mm] of 24821 rows", with its notes: "; these rows estimated the model", "; 5.09 with a start fitted to all of
+/// them, which is no score".
 [[nodiscard]] std::string heading(const ScoredTest& scored);
 
 /// "integrator_lag (usable), recommended, estimated from 24841 rows in 6.9 s"
 [[nodiscard]] std::string model_line(const StudiedSet& studied);
 
-/// "DATA_EMPS.mat; from nonlinearbenchmark.org, EMPS", for a set that is not there.
+/// "DATA_EMPS.mat; from nonlinearbenchmark.org, EMPS", for a missing set.
 [[nodiscard]] std::string absence(const StudiedSet& studied);
 
 }  // namespace eha::published

@@ -9,15 +9,16 @@
 
 namespace eha::published {
 
-/// Every file below a folder, links followed no further, in the order of their paths. @throws IoError, PermissionError
+/// Returns every file below a folder in the order of their paths; does not enter linked folders. @throws IoError,
+/// PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder);
 
-/// The first of the files that has one of a part's names, whatever the case; empty: none has.
+/// Returns the first of the files that has one of a part's names, ignoring case; empty: none has.
 [[nodiscard]] std::filesystem::path found(const Part& part, const std::vector<std::filesystem::path>& files);
 
-/// The rows of a part as they stand in the file: nothing is filled or left out.
+/// Reads the rows of a part as they are in the file: fills and leaves out nothing.
 /// @param period_s  [s]
-/// @throws DataError  the file has not the columns or the rows, or a value is missing; IoError, PermissionError
+/// @throws DataError  the columns or rows are missing, or a value is; IoError, PermissionError
 [[nodiscard]] ident::Record read_part(const Part& part, const std::filesystem::path& file, double period_s);
 
 }  // namespace eha::published

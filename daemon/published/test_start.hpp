@@ -8,12 +8,13 @@
 
 namespace eha::published {
 
-/// The model with the state that the first rows of another record tell; bias or map and permanent offset are kept. Of a
-/// model of whole orders the state has as many values as the order, of one with a fractional order, whose state has no
-/// end, the offset stands for it.
+/// Returns the model with the state estimated from the first rows of another record; keeps bias or map and permanent
+/// offset. For whole orders the state has as many values as the order; for a fractional order, whose state is infinite,
+/// the offset replaces it.
 ///   z = argmin sum_{k < rows} (y_k - y^_k(z))^2 / v + |z|^2 / w
 /// with each z scaled to an effect of rms 1 over the record, v the mean square error on the estimating part and w the
-/// mean square of the estimating output about its mean: rows that tell a direction of z badly leave it near rest.
+/// mean square of the estimating output about its mean: a direction of z that the rows determine poorly stays near
+/// rest.
 /// @param rows             0: the model at rest
 /// @param output_variance  w [output unit^2]
 /// Cost: a simulation for each value of the state.

@@ -8,8 +8,8 @@
 
 namespace eha::record {
 
-/// A configuration with its defaults filled in, then the file's text. File names are left out, because they depend on
-/// the folder in which the program was started.
+/// Writes a configuration with its defaults filled in, then the file's text. Leaves out file names, because they depend
+/// on the folder in which the program was started.
 [[nodiscard]] nlohmann::ordered_json to_json(const config::RigConfig& rig);
 [[nodiscard]] nlohmann::ordered_json to_json(const config::ExperimentConfig& experiment);
 

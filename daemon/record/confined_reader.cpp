@@ -36,9 +36,9 @@ constexpr std::uint64_t kMostCompression = 16;  // of a file system that compres
 
 static_assert(std::is_trivially_copyable_v<TickRecord>, "rows are sent as they are in memory");
 
-/// What a file takes on its disk: its holes nothing.
+/// Returns the size of a file on disk, without its holes.
 std::uint64_t allocated_bytes(const os::FileDescriptor& file) {
-  constexpr std::uint64_t kBlock = 512;  // of st_blocks, whatever the file system's is
+  constexpr std::uint64_t kBlock = 512;  // unit of st_blocks on every file system
   struct stat facts {};
   if (fstat(file.get(), &facts) != 0) return 0;
   return kBlock * static_cast<std::uint64_t>(facts.st_blocks);
@@ -129,7 +129,7 @@ std::vector<TickRecord> read_raw_rows(const std::filesystem::path& path) {
     has_rows = false;
   }
   const bool has_refusal = is_answered && answer == static_cast<std::uint64_t>(Answer::refusal) && reader.take(refusal);
-  // One that says something else is not waited for.
+  // Does not wait for a process that sends something else.
   if (!has_rows && !has_refusal && is_answered) reader.kill();
   const os::ChildEnd end = reader.wait();
   if (has_refusal) throw DataError(terminal_text(refusal));

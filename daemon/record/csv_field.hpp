@@ -6,7 +6,7 @@
 
 namespace eha::record {
 
-/// A text as one field of a CSV row: in quotes where it has a quote, a separator or an end of line (RFC 4180).
+/// Writes a text as one field of a CSV row: in quotes if it contains a quote, a separator or an end of line (RFC 4180).
 [[nodiscard]] inline std::string csv_field(std::string_view text) {
   if (text.find_first_of("\",;\t\r\n") == std::string_view::npos) return std::string(text);
   std::string field = "\"";
@@ -14,8 +14,8 @@ namespace eha::record {
   return field + "\"";
 }
 
-/// A name as a field. One that a spreadsheet would take for a formula, which can start programs there, gets an
-/// apostrophe.
+/// Writes a name as a field. Puts an apostrophe before a name that a spreadsheet would read as a formula, because
+/// formulas can start programs.
 [[nodiscard]] inline std::string csv_name(std::string_view name) {
   const bool is_formula = name.find_first_of("=+-@\t\r") == 0;
   return csv_field(is_formula ? "'" + std::string(name) : std::string(name));

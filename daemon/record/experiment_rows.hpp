@@ -11,19 +11,19 @@
 
 namespace eha::record {
 
-/// Turns ticks into the even rows of the experiment: row k applied `voltage_V` from k ticks after the first running
-/// one. A displacement that was not measured (a skipped tick, a read that timed out, a gap) is interpolated linearly
-/// between its measured neighbours, held at the ends, and counted. The voltage of such a row is known, because the
-/// output holds it; that of a row lost from a damaged journal is interpolated, too. Memory: the longest gap.
+/// Converts ticks to the evenly spaced rows of the experiment: row k applied `voltage_V` from k ticks after the first
+/// running one. A displacement that was not measured (a skipped tick, a read that timed out, a gap) is interpolated
+/// linearly between its measured neighbours, held at the ends, and counted. The voltage of such a row is known, because
+/// the output holds it; that of a row lost from a damaged journal is interpolated, too. Memory: the longest gap.
 class ExperimentRows {
  public:
   using Emit = std::function<void(std::size_t row, double voltage_V, double displacement_in)>;
 
   explicit ExperimentRows(Emit emit) : emit_(std::move(emit)) {}
 
-  /// In the order recorded.
+  /// Takes the ticks in recorded order.
   void add(std::span<const acquisition::TickRecord> ticks);
-  /// After the last tick.
+  /// Call after the last tick.
   void finish();
 
   [[nodiscard]] std::size_t rows() const { return next_row_; }

@@ -19,7 +19,7 @@
 namespace eha::record {
 namespace {
 
-/// The reason for which a folder takes no file; 0 when it does.
+/// Returns the errno for which a folder takes no file; 0 if it takes one.
 int refusal_of(const std::filesystem::path& folder) noexcept {
   if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return errno;
   struct statvfs facts {};

@@ -8,17 +8,17 @@
 
 namespace eha::record {
 
-/// Detects that a run in progress cannot be completed any more: its folder or journal was deleted, moved or covered by
+/// Detects that a run in progress can no longer be completed: its folder or journal was deleted, moved or covered by
 /// another mount, or the folder no longer takes files. The journal's open descriptor shows none of these.
 /// Not thread-safe.
 class FolderWatch {
  public:
-  /// @param folder  holds the journal already   @throws IoError, PermissionError
+  /// @param folder  already contains the journal   @throws IoError, PermissionError
   explicit FolderWatch(std::filesystem::path folder);
 
-  /// Cost: four calls of the system, none of which writes; as slow as the disk.
+  /// Checks the folder. Cost: four system calls, none of which writes; as slow as the disk.
   /// @param rows  rows written to the journal so far, for the message
-  /// @throws IoError  what happened, what is lost and what is kept
+  /// @throws IoError  the cause, the lost rows and the kept ones
   void check(std::uint64_t rows) const;
 
  private:

@@ -22,7 +22,7 @@ class Hdf5Handle {
   [[nodiscard]] hid_t get() const noexcept { return identifier_; }
   [[nodiscard]] explicit operator bool() const noexcept { return identifier_ >= 0; }
 
-  /// @returns whether the library closed it without an error; a file may notice a full disk only now
+  /// @returns whether the library closed it without an error; a full disk may show only now
   bool close() noexcept { return identifier_ < 0 || Close(std::exchange(identifier_, H5I_INVALID_HID)) >= 0; }
 
  private:

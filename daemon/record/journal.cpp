@@ -55,7 +55,7 @@ class JournalFile {
   [[nodiscard]] std::uint64_t size() const { return size_; }
   [[nodiscard]] const std::vector<TickRecord>& records() const { return records_; }  ///< of the last block read
 
-  /// @param end  set to the offset after the header when it is intact   @returns null when it is damaged
+  /// @param end  set to the offset after an intact header   @returns null if the header is damaged
   [[nodiscard]] nlohmann::ordered_json header(std::uint64_t& end) {
     std::array<char, kJournalPreambleSize> preamble;
     if (!read(0, preamble.data(), preamble.size())) return nullptr;
@@ -73,7 +73,7 @@ class JournalFile {
     return header;
   }
 
-  /// The block or end that begins at an offset; none unless it is intact.
+  /// Returns the block or end that begins at an offset; none unless it is intact.
   [[nodiscard]] std::optional<Block> block_at(std::uint64_t offset) {
     std::array<char, kJournalBlockHeaderSize> head;
     if (!read(offset, head.data(), head.size())) return std::nullopt;
@@ -99,14 +99,14 @@ class JournalFile {
     return block;
   }
 
-  /// The JSON of an end that block_at() has just read; none when it is none.
+  /// Returns the JSON of an end that block_at() has just read; none if it is invalid.
   [[nodiscard]] std::optional<nlohmann::ordered_json> end() const {
     nlohmann::ordered_json end = nlohmann::ordered_json::parse(text_, nullptr, false);
     if (!end.is_object()) return std::nullopt;
     return end;
   }
 
-  /// The offset of the first tag at or after an offset; the file's size without one.
+  /// Returns the offset of the first tag at or after an offset; the file's size without one.
   [[nodiscard]] std::uint64_t next_tag(std::uint64_t offset) {
     constexpr std::string_view kTagStart = "EHA";
     static_assert(kBlockTag.substr(0, 3) == kTagStart && kEndTag.substr(0, 3) == kTagStart);
@@ -146,12 +146,12 @@ class JournalFile {
   std::uint64_t window_at_ = 0;
 };
 
-/// Wraps around for the tick numbers and periods of a damaged file.
+/// Wraps around for invalid tick numbers and periods of a damaged file.
 std::int64_t scheduled_ns(std::uint32_t sequence, std::int64_t period_ns) {
   return static_cast<std::int64_t>(std::uint64_t{sequence} * static_cast<std::uint64_t>(period_ns));
 }
 
-/// A row of which nothing but its number is known.
+/// Makes a row of which only the number is known.
 TickRecord lost_row(std::uint32_t sequence, std::int64_t scheduled_ns, State state) {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   TickRecord row{};
@@ -165,7 +165,7 @@ TickRecord lost_row(std::uint32_t sequence, std::int64_t scheduled_ns, State sta
   return row;
 }
 
-/// Reads a journal's blocks in order and keeps account of its gaps.
+/// Reads a journal's blocks in order and records its gaps.
 class BlockReader {
  public:
   BlockReader(const std::filesystem::path& path, const std::function<void(std::span<const TickRecord>)>& consume)
@@ -190,7 +190,7 @@ class BlockReader {
   [[nodiscard]] bool found_any() const { return next_index_ > 0; }
 
  private:
-  /// @returns false when the block is none that may follow those read
+  /// @returns false if the block cannot follow those read
   bool take(const Block& block, std::uint64_t offset) {
     const bool is_next = block.index == next_index_ && offset == facts_.good_bytes;
     if (block.index < next_index_) return false;
@@ -201,7 +201,7 @@ class BlockReader {
     } else {
       const std::vector<TickRecord>& records = file_.records();
       if (!is_next) {
-        // A block of another run, in the space of the disk that this journal now has, goes on at another tick.
+        // A block of another run, in reused disk space of this journal, has other tick numbers.
         if (records.empty() || (facts_.rows > 0 && records.front().sequence <= last_.sequence)) return false;
         add_gap(block.index, offset, &records.front());
       }
@@ -217,7 +217,7 @@ class BlockReader {
   /// @param after  the first row of that block; none at the end
   void add_gap(std::uint32_t index, std::uint64_t offset, const TickRecord* after) {
     JournalGap gap{.blocks = index - next_index_, .bytes = offset - facts_.good_bytes};
-    // A damaged header alone has cost no row.
+    // With only the header damaged no row is lost.
     if (gap.blocks == 0 && facts_.rows == 0) return;
     const std::uint64_t heads = std::uint64_t{gap.blocks} * kJournalBlockHeaderSize;
     std::uint64_t rows = gap.bytes > heads ? (gap.bytes - heads) / sizeof(TickRecord) : 0;
@@ -278,7 +278,7 @@ void JournalWriter::begin_in_page() {
   if (page_ == nullptr) return;
   struct stat facts {};
   if (::fstat(file_.get(), &facts) != 0) os::throw_system_error("look at", path_, errno);
-  // A path beyond the page's room is none that open() would take.
+  // open() would not accept a path that is too long for the page.
   static_cast<void>(page_->begin_journal(std::filesystem::absolute(path_).c_str(), facts.st_dev, facts.st_ino,
                                          {.bytes = good_size_, .rows = 0, .index = 0}));
 }
@@ -312,7 +312,7 @@ void JournalWriter::write_out() {
       const int error_number = errno;
       // Removes a half-written block, so that the file ends with a good one. Reading works without this.
       if (::ftruncate(file_.get(), static_cast<off_t>(good_size_)) != 0) errno = error_number;
-      // What follows is dropped, so that the rows in the page do not continue the file.
+      // Drops later rows, so that the rows in the page do not continue the file.
       if (page_ != nullptr) page_->end_journal();
       os::throw_system_error("write", path_, error_number);
     }

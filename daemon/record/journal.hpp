@@ -53,7 +53,7 @@ class JournalWriter {
   void finish(const nlohmann::ordered_json& end);
 
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
-  /// Rows that wait for their block to be full.
+  /// Rows waiting until their block is full.
   [[nodiscard]] std::uint64_t pending() const noexcept { return pending_.size(); }
   /// Open for reading and writing.
   [[nodiscard]] const os::FileDescriptor& file() const noexcept { return file_; }
@@ -93,9 +93,9 @@ struct JournalFacts {
   std::uint64_t torn_bytes = 0;  ///< after that end
 };
 
-/// Reads a journal one block at a time, in constant memory. After damage it goes on at the next intact block whose
-/// index and tick numbers are greater than those read. Passes the rows between with the flag kLost: number and time are
-/// known, volts and displacement are NaN. They belong to the experiment only if the rows on both sides do.
+/// Reads a journal one block at a time, in constant memory. After damage continues at the next intact block whose index
+/// and tick numbers are greater than those read, and passes the rows between with the flag kLost: number and time are
+/// known, volts and displacement are NaN. These rows belong to the experiment only if the rows on both sides do.
 /// @param consume  called with the records of each intact block and of each gap, in order
 /// @throws DataError  neither the header nor any block is intact
 /// @throws PermissionError, IoError  cannot be read
@@ -103,7 +103,7 @@ JournalFacts read_journal(const std::filesystem::path& path,
                           const std::function<void(std::span<const acquisition::TickRecord>)>& consume);
 
 /// Whether another process is writing this journal now. Waits up to a second for a guard that adds the last rows of a
-/// process that was killed. @throws PermissionError, IoError
+/// killed process. @throws PermissionError, IoError
 [[nodiscard]] bool is_being_written(const std::filesystem::path& path);
 
 }  // namespace eha::record

@@ -76,7 +76,7 @@ class JsonKeys {
               {"sha256", sha256_of(std::as_bytes(std::span(file.volts_V)))}});
   }
 
-  /// The keys of a table, as `Keys` lists them.
+  /// Writes the keys of a table, as listed by `Keys`.
   template <class Keys, class Table>
   static Json keys_as(const Table& table) {
     Json json = Json::object();

@@ -40,7 +40,7 @@ constexpr std::array<ShownCounter, 6> kShownCounters{{{"ticks", &LoopCounters::t
                                                       {"dropped", &LoopCounters::dropped},
                                                       {"clamped", &LoopCounters::clamped}}};
 
-/// Reads members of an object with the place of a fault in the message.
+/// Reads members of an object; messages give the place of an error.
 class Members {
  public:
   /// @throws DataError  not an object
@@ -48,7 +48,7 @@ class Members {
     if (!object.is_object()) fail("", "an object");
   }
 
-  /// Null and a missing member are the same. @throws DataError  of another type
+  /// Reads a member; null and a missing member are the same. @throws DataError  of another type
   template <typename Value>
   [[nodiscard]] std::optional<Value> find(const char* key, const char* expected) const {
     const auto found = object_.find(key);
@@ -173,7 +173,7 @@ RecoveryEntry recovery_from_json(const Json& json, const std::string& place) {
           .gaps = read_list(members.part("gaps"), members.place_of("gaps"), gap_from_json)};
 }
 
-/// Sets a member, or leaves it out where there is no value and the file had none.
+/// Sets a member, or leaves it out if there is no value and the file had none.
 template <typename Value>
 void set(Json& json, const char* key, const std::optional<Value>& value) {
   if (value) {

@@ -15,11 +15,11 @@
 
 namespace eha::record {
 
-/// The outcome in run.json of a run that is still going, or whose process died.
+/// Outcome in run.json of a run in progress, or whose process died.
 inline constexpr std::string_view kInProgress = "in_progress";
 
-// The manifest run.json as structs. `other` holds members of a file that its struct does not name, or all members. They
-// survive reading and writing, in their order.
+// The manifest run.json as structs. `other` holds the members of the file that its struct does not name. They survive
+// reading and writing, in their order.
 
 /// A file of the run folder.
 struct FileEntry {
@@ -65,7 +65,7 @@ struct RecoveryEntry {
   std::string utc;
   std::uint64_t rows = 0;  ///< intact ones
   std::uint64_t torn_bytes = 0;
-  nlohmann::ordered_json end = nullptr;  ///< the journal's, if it had been written
+  nlohmann::ordered_json end = nullptr;  ///< outcome in the journal, if it was written
   std::vector<JournalGap> gaps = {};     ///< damage within the journal
 };
 
@@ -86,21 +86,21 @@ struct Manifest {
 /// @throws DataError  `name` is no outcome; names `source`
 [[nodiscard]] acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source);
 
-/// What a run was made for.
+/// Purpose of a run.
 enum class Purpose { models, placing, valve_sheet, tracking };
 
-/// From the experiment in the manifest; models if it does not say.
+/// Returns the purpose from the experiment in the manifest; models if the manifest does not state it.
 [[nodiscard]] Purpose purpose_of(const Manifest& manifest);
 
-/// The models that were fitted to the run; none before.
+/// Returns the models that were fitted to the run; none before the fit.
 [[nodiscard]] std::vector<ModelEntry> models_of(const Manifest& manifest);
 
-/// The members in the order of run.json.
+/// Writes the members in the order of run.json.
 [[nodiscard]] nlohmann::ordered_json to_json(const Manifest& manifest);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ModelEntry>& models);
 
-/// {"model", "reason", "runner_up", "needs_fresh_record"}; model and runner_up are null where there is none. The same
-/// in run.json and in what `eha fit --json` prints.
+/// {"model", "reason", "runner_up", "needs_fresh_record"}; model and runner_up are null if there is none. The same in
+/// run.json and in the output of `eha fit --json`.
 [[nodiscard]] nlohmann::ordered_json to_json(const ident::Recommendation& recommendation);
 
 /// @throws DataError  not a manifest, or a member has the wrong type; names `source`
@@ -108,13 +108,13 @@ enum class Purpose { models, placing, valve_sheet, tracking };
 /// Reads the list of models of a manifest or of an answer of ehad. @throws DataError  as manifest_from_json
 [[nodiscard]] std::vector<ModelEntry> models_from_json(const nlohmann::ordered_json& list, const std::string& source);
 
-/// The manifest of a run about to start on this host: `header`, the time of day, the host and its kernel.
+/// Makes the manifest of a run about to start on this host: `header`, the time of day, the host and its kernel.
 [[nodiscard]] Manifest new_manifest(const nlohmann::ordered_json& header, const std::string& utc_start);
 
-/// The manifest of a run whose journal alone is left: the members of `header`, null for missing ones.
+/// Makes the manifest of a run of which only the journal exists: the members of `header`, null for missing ones.
 [[nodiscard]] Manifest manifest_from_header(const nlohmann::ordered_json& header);
 
-/// Puts the report of a run that has ended into its manifest, and the time.
+/// Adds the report of a run that has ended to its manifest, and the time.
 void put_report(Manifest& manifest, const acquisition::RunReport& report, const std::string& write_error);
 
 /// @throws IoError, PermissionError; DataError  as manifest_from_json
@@ -125,7 +125,8 @@ void put_report(Manifest& manifest, const acquisition::RunReport& report, const 
 /// again would hide a change. @throws IoError, PermissionError
 void write_manifest(const std::filesystem::path& folder, Manifest& manifest);
 
-/// Replaces `identification` in a run's manifest and lists its files anew. @throws as read_manifest, write_manifest
+/// Replaces `identification` in a run's manifest and updates its list of files. @throws as read_manifest,
+/// write_manifest
 void write_identification(const std::filesystem::path& folder, IdentificationEntry identification);
 
 /// "2026-11-21T11:01:46Z"

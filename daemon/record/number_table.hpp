@@ -9,13 +9,13 @@
 
 namespace eha::record {
 
-/// A CSV file that the project itself wrote: a header row, lines that begin with # are comments, then numbers.
+/// A CSV file written by the project: a header row, then numbers; lines that begin with # are comments.
 struct NumberTable {
   std::vector<std::string> names;
   std::vector<std::vector<double>> columns;  ///< one a name, of one length; NaN where a field is empty
 
   [[nodiscard]] std::size_t rows() const { return columns.empty() ? 0 : columns.front().size(); }
-  /// The column of that name; none: nullptr.
+  /// Returns the column of that name; none: nullptr.
   [[nodiscard]] const std::vector<double>* find(std::string_view name) const;
 };
 

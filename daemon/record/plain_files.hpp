@@ -5,7 +5,8 @@
 
 namespace eha::record {
 
-/// Refuses a run folder with a pipe or a device in it, whose reader would wait without end. A missing folder has none.
+/// Refuses a run folder with a pipe or a device in it, on which a reader would wait without end. Accepts a missing
+/// folder.
 /// @throws DataError
 void require_plain_files(const std::filesystem::path& folder);
 

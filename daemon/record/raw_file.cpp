@@ -262,7 +262,7 @@ RawFile read_raw_file(const std::filesystem::path& path, const std::string& name
     const hssize_t points = H5Sget_simple_extent_npoints(space.get());
     if (H5Sget_simple_extent_ndims(space.get()) != 1 || points < 0) throw DataError(damaged);
     const auto rows = static_cast<std::size_t>(points);
-    // A run of a stranger must not carry the bytes of another file, nor wait for a pipe.
+    // A run from elsewhere must not include the content of another file, nor wait for a pipe.
     if (is_elsewhere(dataset.get())) throw DataError(damaged + " (" + column.name + " is in another file)");
     // A damaged length in a small file must not cause a huge allocation.
     if (rows > 0 && H5Dget_storage_size(dataset.get()) < rows) throw DataError(damaged);

@@ -13,7 +13,7 @@
 
 namespace eha::record {
 
-/// Hands over every record of a run, in order, in pieces of any size.
+/// Passes on every record of a run, in order, in pieces of any size.
 using RecordSource = std::function<void(const std::function<void(std::span<const acquisition::TickRecord>)>&)>;
 
 /// Writes the raw record as HDF5: one 1-D dataset a member of TickRecord, each with its `unit` and `description`, a
@@ -32,7 +32,7 @@ struct RawFile {
   std::vector<acquisition::TickRecord> records;
 };
 
-/// For eha-reader, because HDF5 trusts the file; others use read_raw_rows (confined_reader.hpp).
+/// For eha-reader, because HDF5 trusts the file's content; others use read_raw_rows (confined_reader.hpp).
 /// @param name  the file's, for messages; empty: its path
 /// @throws IoError, PermissionError  cannot be read; DataError  not such a file, or damaged
 [[nodiscard]] RawFile read_raw_file(const std::filesystem::path& path, const std::string& name = {});

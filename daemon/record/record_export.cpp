@@ -43,12 +43,12 @@ std::vector<ExportedColumn> columns(const ident::Record& record) {
           {"sample_period_s", "s", Eigen::VectorXd::Constant(1, record.step_s)}};
 }
 
-/// Lets `write` make a file under a temporary name, then gives it its own.
+/// Calls `write` with a temporary name, then renames the file.
 template <typename Write>
 void publish(const std::filesystem::path& path, std::size_t rows, Write&& write) {
   std::filesystem::path temporary = path;
   temporary += ".tmp";
-  // The libraries report a full disk as nothing but a failure; HDF5 1.10 even crashes at the end.
+  // The libraries report a full disk as a failure without a reason; HDF5 1.10 even crashes at the end.
   os::try_space(temporary, rows * 3 * sizeof(double) + (1U << 20));
   try {
     write(temporary);
@@ -121,7 +121,7 @@ std::span<const RecordFormat> record_formats() { return kFormats; }
 void write_record_csv(const ident::Record& record, const std::function<void(std::string_view)>& write) {
   std::string text = fmt::format("time_s,{},{}\n", csv_name(header_from_channel(record.input_channel)),
                                  csv_name(header_from_channel(record.output_channel)));
-  // Enough digits for the time to be even, and none of the rounding of k * step.
+  // Enough digits for evenly spaced times, without the rounding of k * step.
   for (Eigen::Index k = 0; k < record.input.size(); ++k) {
     fmt::format_to(std::back_inserter(text), "{:.12g},{},{}\n", time_s(record, k), record.input[k], record.output[k]);
     if (text.size() > kPiece) {

@@ -26,7 +26,7 @@ struct RecordFormat {
 /// variable and the scalar sample_period_s.
 [[nodiscard]] std::span<const RecordFormat> record_formats();
 
-/// A record as CSV text, handed over in pieces. Cost O(N).
+/// Writes a record as CSV text, passed on in pieces. Cost O(N).
 void write_record_csv(const ident::Record& record, const std::function<void(std::string_view)>& write);
 
 }  // namespace eha::record

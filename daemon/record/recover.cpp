@@ -84,7 +84,7 @@ Recovery recover_run(const std::filesystem::path& folder) {
 
 bool is_torn_run(const std::filesystem::path& folder) {
   const std::optional<Manifest> manifest = manifest_of(folder);
-  // After any outcome: on a full disk only the journal may have been written.
+  // Done after any outcome: on a full disk only the journal may have been written.
   const bool is_torn = !manifest || !manifest->outcome || !std::filesystem::exists(folder / kRawFile);
   const std::filesystem::path journal = folder / kJournalFile;
   return is_torn && std::filesystem::exists(journal) && !is_being_written(journal);

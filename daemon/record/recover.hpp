@@ -38,14 +38,14 @@ Recovery recover_run(const std::filesystem::path& folder);
 /// "RUN: recovered: N rows kept, ..."
 [[nodiscard]] std::string describe(const std::filesystem::path& folder, const Recovery& recovery);
 
-/// Where recover_torn_runs() reports.
+/// Report of recover_torn_runs().
 struct RecoveryMessages {
   std::function<void()> before_each = {};  ///< called before each recovery, which may take minutes; may be empty
   std::function<void(const std::string& message)> recovered;
   std::function<void(const std::string& message)> failed;
 };
 
-/// Recovers every torn run under `runs_folder`. One that cannot be recovered is reported and stays as it is.
+/// Recovers every torn run under `runs_folder`. One that cannot be recovered is reported and left unchanged.
 /// @throws IoError, PermissionError  the folder cannot be listed
 void recover_torn_runs(const std::filesystem::path& runs_folder, const RecoveryMessages& messages);
 

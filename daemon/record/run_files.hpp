@@ -9,8 +9,8 @@
 
 namespace eha::record {
 
-/// Makes raw.h5 and the decimated data of a folder from the intact blocks of its journal. A damaged header is taken
-/// from run.json. Reads the journal three times, in constant memory.
+/// Makes raw.h5 and the decimated data of a folder from the intact blocks of its journal. Replaces a damaged header by
+/// that in run.json. Reads the journal three times, in constant memory.
 /// @returns the journal's facts; the header is never null
 /// @throws DataError  the journal's header is damaged, and run.json too; or no journal   @throws IoError,
 /// PermissionError

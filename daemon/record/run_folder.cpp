@@ -37,7 +37,7 @@ std::string file_safe(std::string_view name) {
   return safe;
 }
 
-/// The folder itself, links followed and no slash at its end. @throws IoError, PermissionError
+/// Returns the folder's path with links followed and no slash at its end. @throws IoError, PermissionError
 std::filesystem::path resolve(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::path resolved = std::filesystem::canonical(folder, error);

@@ -15,7 +15,7 @@
 
 namespace eha::record {
 
-/// Names in a run folder; `data_40ms.csv` is named after its spacing.
+/// File names in a run folder; `data_40ms.csv` is named after its spacing.
 inline constexpr std::string_view kManifestFile = "run.json";
 inline constexpr std::string_view kJournalFile = "raw.ehalog";
 inline constexpr std::string_view kRawFile = "raw.h5";
@@ -44,10 +44,10 @@ struct LoadedRun {
 /// Whether a path is a folder that holds a manifest or a journal.
 [[nodiscard]] bool is_run_folder(const std::filesystem::path& path);
 
-/// What becomes of a run that another process is still recording.
+/// Treatment of a run that another process is still recording.
 enum class StillGoing {
   refuse,
-  read,  ///< its rows so far, as those of a run that completed
+  read,  ///< return its rows so far, like those of a completed run
 };
 
 /// Reads a run back from raw.h5, or from the journal if there is no raw.h5. A folder's `latest` link may be given.
@@ -55,7 +55,7 @@ enum class StillGoing {
 /// @throws IoError, PermissionError  a file is missing or cannot be read
 [[nodiscard]] LoadedRun read_run(const std::filesystem::path& folder, StillGoing still_going = StillGoing::refuse);
 
-/// Every row as recorded, ramps included, from the same files with the same errors.
+/// Reads every row as recorded, ramps included, from the same files with the same errors.
 [[nodiscard]] std::vector<acquisition::TickRecord> read_ticks(const std::filesystem::path& folder);
 
 /// The run folders under `runs_folder`, oldest first; none when it does not exist.

@@ -21,19 +21,19 @@ struct RunDescription {
   std::string utc_start;
 };
 
-/// The header of raw.ehalog and raw.h5, also part of run.json: all facts known before the first tick. It holds the
-/// resolved configuration, ranges, calibration, seeds and versions; on the monotonic clock also the time of day, the
-/// host and its kernel. In virtual time it holds nothing that differs between two equal runs.
+/// Makes the header of raw.ehalog and raw.h5, also part of run.json: all facts known before the first tick. It contains
+/// the resolved configuration, ranges, calibration, seeds and versions; on the monotonic clock also the time of day,
+/// the host and its kernel. In virtual time it contains nothing that differs between two equal runs.
 [[nodiscard]] nlohmann::ordered_json describe_run(const hal::RigCapabilities& rig, const RunDescription& run);
 
-/// The header that a manifest was made from (manifest_from_header): its members, in the order of run.json.
+/// Returns the header from which a manifest was made (manifest_from_header): its members, in the order of run.json.
 [[nodiscard]] nlohmann::ordered_json header_from_manifest(const nlohmann::ordered_json& manifest);
 
-/// The host's name and the kernel it runs.
+/// Host name and kernel.
 [[nodiscard]] std::string host_name();
 [[nodiscard]] nlohmann::ordered_json describe_kernel();
 
-/// The members of a header, or of a manifest, that reading a run back needs.
+/// Members of a header, or of a manifest, that are needed to read a run.
 struct RunHeader {
   double sample_period_s = 0.0;  ///< positive
   std::size_t samples_per_repetition = 0;
@@ -47,7 +47,7 @@ struct RunHeader {
 /// @throws DataError  a member is missing or out of range; names `source` and the member
 [[nodiscard]] RunHeader read_run_header(const nlohmann::ordered_json& document, const std::string& source);
 
-/// The unit of lengths for people that the rig file asked for (`units`), of a manifest or header; empty: none.
+/// Returns the rig file's unit of displayed lengths (`units`), from a manifest or header; empty: none.
 [[nodiscard]] std::string rig_units(const nlohmann::ordered_json& manifest);
 
 }  // namespace eha::record

@@ -14,7 +14,7 @@ struct RunSummary {
   std::string folder;
   std::string outcome;                ///< as in run.json; "unreadable" where that cannot be read
   std::string fault = {};             ///< its cause, such as "travel_limit"; empty without
-  Purpose purpose = Purpose::models;  ///< what the run was made for
+  Purpose purpose = Purpose::models;  ///< purpose of the run
   double recorded_s = 0.0;            ///< from the first to the last tick; 0: not known
   std::vector<ModelEntry> models = {};
 };
@@ -23,7 +23,7 @@ struct RunSummary {
 
 /// {"folder", "outcome", "fault", "purpose", "recorded_s", "models"}; fault is null without one.
 [[nodiscard]] nlohmann::ordered_json to_json(const RunSummary& summary);
-/// Members that an earlier version left out have their defaults. @throws DataError  names `source`
+/// Gives members that an earlier version left out their defaults. @throws DataError  names `source`
 [[nodiscard]] RunSummary summary_from_json(const nlohmann::ordered_json& json, const std::string& source);
 
 }  // namespace eha::record

@@ -17,7 +17,7 @@ constexpr int kDraws = 200;
 constexpr double kStep_s = 0.005;
 constexpr double kShareWithin = 0.95;
 
-/// Where a rod has been, and whether the tick would have stopped it.
+/// Range of a rod's positions, and whether the tick would have stopped it.
 struct Passage {
   double lowest_in = 0.0;
   double highest_in = 0.0;
@@ -90,7 +90,7 @@ double mean_velocity(const config::ValveEstimate& valve, const Eigen::Ref<const 
   return sum / static_cast<double>(volts_V.size());
 }
 
-/// Whole periods of the excitation.
+/// Covers whole periods of the excitation.
 Eigen::VectorXd periodic_part(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
   return experiment.table_V.tail(
       config::periodic_rows(experiment.config, experiment.table_V.size(), rig.realtime.sample_period_s));
@@ -101,7 +101,7 @@ bool plays_open_loop(const config::PreparedExperiment& experiment, const config:
   return rig.limits.following && played != nullptr && !played->hold;
 }
 
-/// Whether the excitation swings about its offset. One that does not, such as a step, moves the rod on purpose.
+/// Whether the excitation swings about its offset. Otherwise, like a step, it moves the rod on purpose.
 bool is_balanced(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
   constexpr double kOneSided = 0.25;  // mean over peak
   const Eigen::ArrayXd swing = periodic_part(experiment, rig).array() - experiment.config.played()->excitation.offset_V;
@@ -109,7 +109,7 @@ bool is_balanced(const config::PreparedExperiment& experiment, const config::Rig
   return peak > 0.0 && std::abs(swing.mean()) <= kOneSided * peak;
 }
 
-/// The excitation's offset_V at which the rod's mean speed is 0; none within the command limits.
+/// Returns the excitation's offset_V at which the rod's mean speed is 0; none within the command limits.
 /// @param unexplained  speed that the valve does not explain [in/s]
 std::optional<double> offset_that_stops(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                                         double unexplained) {
@@ -127,7 +127,7 @@ std::optional<double> offset_that_stops(const config::PreparedExperiment& experi
   return experiment.config.played()->excitation.offset_V + 0.5 * (low_V + high_V);
 }
 
-/// offset_that_stops(), if the rod then stays within the limits.
+/// Returns offset_that_stops(), if the rod then stays within the limits.
 std::optional<double> offset_that_helps(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                                         double from_in) {
   if (!is_balanced(experiment, rig)) return std::nullopt;

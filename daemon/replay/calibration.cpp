@@ -18,11 +18,11 @@
 namespace eha::replay {
 namespace {
 
-constexpr double kDefaultBounds = 5.0;  // times the value, and a part of it
+constexpr double kDefaultBounds = 5.0;  // factor of the value, to both sides
 constexpr double kLargestVoltage_V = 5.0;
 constexpr double kDifference = 1e-4;  // of a parameter's size
 constexpr int kMostIterations = 25;
-constexpr double kSmallestGain = 1e-7;  // relative fall of the cost that is still worth a step
+constexpr double kSmallestGain = 1e-7;  // least relative fall of the cost for another step
 constexpr double kFirstDamping = 1e-3;
 constexpr double kMostDamping = 1e8;
 constexpr int kMostHalvings = 8;
@@ -63,8 +63,8 @@ class Fit {
     return options;
   }
 
-  /// The integration step that these values allow, a power of two below the given one; nothing where the options make
-  /// no physical sense. One Jacobian takes one step: another one would show as a jump of the output.
+  /// Returns the integration step for these values, the given one halved as often as necessary; nothing if the options
+  /// make no physical sense. One Jacobian uses one step: another one would cause a jump of the output.
   [[nodiscard]] std::optional<double> sub_step_us(const Eigen::VectorXd& theta) const {
     hal::SimOptions tried = options(theta);
     for (int halved = 0; halved < kMostHalvings; ++halved) {
@@ -78,7 +78,7 @@ class Fit {
     return {};
   }
 
-  /// What the simulation leaves; nothing where the options make no physical sense.
+  /// Returns the residual of the simulation; nothing if the options make no physical sense.
   [[nodiscard]] std::optional<Eigen::VectorXd> residual(const Eigen::VectorXd& theta,
                                                         std::optional<double> step_us) const {
     if (!step_us) return {};
@@ -89,7 +89,7 @@ class Fit {
     return left.allFinite() ? std::optional(left) : std::nullopt;
   }
 
-  /// Derivatives of the simulated means by each coordinate over its size.
+  /// Returns the derivatives of the simulated means by each coordinate, in units of its size.
   [[nodiscard]] Eigen::MatrixXd jacobian(const Eigen::VectorXd& theta, const Eigen::VectorXd& residual_here) const {
     Eigen::MatrixXd j(residual_here.size(), theta.size());
     const std::optional<double> step_us = sub_step_us(theta);
@@ -164,7 +164,7 @@ std::vector<Coordinate> coordinates_for(const hal::SimOptions& start, const std:
   return coordinates;
 }
 
-/// Half the 95 % interval of one parameter if only it and the first position were unknown, over its size.
+/// Returns half the 95 % interval of one parameter if only it and the first position were unknown, over its size.
 double alone(const Eigen::MatrixXd& j, Eigen::Index i, const ident::ResidualModel& residual) {
   Eigen::MatrixXd two(j.rows(), 2);
   two << j.col(i), j.col(j.cols() - 1);
@@ -272,7 +272,7 @@ Calibration calibrate(const hal::SimOptions& start, const std::vector<Calibratio
     const double std = c.size * std::sqrt(known.covariance(i, i));
     result.parameters.push_back({c.key, before[i], theta[i], std, known.interval_factor * std});
   }
-  // A record of another integration step, or of a machine, must lie within the intervals too.
+  // The intervals must also cover another integration step, and another machine.
   const std::optional<double> step_us = fit.sub_step_us(theta);
   if (const auto finer = fit.residual(theta, step_us ? std::optional(0.5 * *step_us) : step_us)) {
     const Eigen::VectorXd bias = ident::solve_symmetric(j.transpose() * j, j.transpose() * (*finer - *left));

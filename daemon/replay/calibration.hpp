@@ -36,21 +36,20 @@ struct Calibration {
   bool converged = false;
 };
 
-/// The rows are compared as means over this time, after the start that is left out.
+/// Duration of the means that are compared, after the discarded start.
 inline constexpr double kMean_s = 0.02;
 inline constexpr double kLeftOut_s = 0.5;
 
-/// A parameter whose 95 % interval reaches further than this share of its size is not determined.
+/// Greatest half width of a determined parameter's 95 % interval, as a share of its size.
 inline constexpr double kWidestInterval = 0.5;
 
 /// Fits parameters of the simulated rig, and the rod's first position, to a record by least squares
 /// (Levenberg-Marquardt within bounds, Jacobian by forward differences). Intervals allow for a coloured residual:
 /// ident::uncertainty().
 /// @param start     plausible values; @param volts, measured_in  N rows spaced step_s
-/// @throws UsageError  an unknown key, one asked for twice, or bounds without the value's place between them
-/// @throws DataError   the record is shorter than 2 s, or does not determine a parameter: each such one by name, with
-/// the
-///                     parameter that it cannot be told from, or alone where the record says nothing of it
+/// @throws UsageError  an unknown key, one requested twice, or bounds that exclude the value
+/// @throws DataError   the record is shorter than 2 s, or does not determine a parameter: names each such one, with the
+///                     parameter that it cannot be distinguished from, or alone if the record does not depend on it
 /// Cost: about ten times as many simulations of the record as parameters.
 [[nodiscard]] Calibration calibrate(const hal::SimOptions& start, const std::vector<CalibrationRequest>& requests,
                                     const Eigen::VectorXd& volts, const Eigen::VectorXd& measured_in, double step_s,

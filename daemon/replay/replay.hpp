@@ -9,23 +9,24 @@
 
 namespace eha::replay {
 
-/// Displacement [in] of the simulated cylinder for the voltages of a record, each held until the next row, from
+/// Simulates the displacement [in] of the cylinder for the voltages of a record, each held until the next row, from
 /// options.initial_displacement_in at rest: N rows, row k just before voltage k takes effect. Without converters,
-/// sensor and noise. @throws ConfigError  the options make no physical sense Cost: about 0.1 us a sub-step; 50 s in
-/// steps of 50 us some 0.2 s.
+/// sensor and noise. @throws ConfigError  the options make no physical sense
+/// Cost: about 0.1 us a sub-step; 50 s in steps of 50 us some 0.2 s.
 [[nodiscard]] Eigen::VectorXd displacement_in(const hal::SimOptions& options,
                                               const Eigen::Ref<const Eigen::VectorXd>& volts, double step_s);
 
-/// What the simulated rig records of a table of volts, converters and noise included.
+/// Simulates the rig's record of a table of volts, converters and noise included.
 /// @param seed  of the sensor's noise, instead of the options' own
 /// @throws ConfigError  the options make no physical sense   Cost: some 0.2 s for 50 s in steps of 1 ms.
 [[nodiscard]] ident::Record recorded(const hal::SimOptions& options, const Eigen::Ref<const Eigen::VectorXd>& volts,
                                      double step_s, std::uint64_t seed);
 
-/// The record's output in inches. @throws DataError  the input is not in V, or the output neither in in nor in mm
+/// Returns the record's output in inches.
+/// @throws DataError  the input is not in V, or the output neither in in nor in mm
 [[nodiscard]] Eigen::VectorXd measured_in(const ident::Record& record);
 
-/// The options with the rod where the record begins, at most at an end stop.
+/// Returns the options with the rod at the record's first position, limited to the end stops.
 [[nodiscard]] hal::SimOptions starting_at(hal::SimOptions options, double displacement_in);
 
 }  // namespace eha::replay

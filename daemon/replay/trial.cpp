@@ -15,7 +15,7 @@
 namespace eha::replay {
 namespace {
 
-/// How far a twin's parameters may lie from the rig's, as shares of them.
+/// Greatest deviations of a twin's parameters from the rig's, as shares of them.
 struct Spread {
   const char* key;
   double share;
@@ -24,9 +24,9 @@ constexpr std::array kSpreads{Spread{"coulomb_friction_N", 0.1},         Spread{
                               Spread{"bulk_modulus_bar", 0.1},           Spread{"moving_mass_kg", 0.1},
                               Spread{"valve_natural_frequency_Hz", 0.1}, Spread{"valve_dead_band_V", 0.03},
                               Spread{"valve_null_offset_V", 0.03}};
-constexpr std::uint64_t kSeeds = 7919;  // apart from those that a rig file or a test would use
+constexpr std::uint64_t kSeeds = 7919;  // differs from the seeds that a rig file or a test would use
 
-/// The twin as it may be, each parameter uniformly within its spread.
+/// Draws a possible twin, each parameter uniformly within its spread.
 hal::SimOptions drawn(const hal::SimOptions& twin, std::uint64_t seed) {
   ident::PortableDraw draw(seed);
   hal::SimOptions rig = twin;
@@ -34,12 +34,12 @@ hal::SimOptions drawn(const hal::SimOptions& twin, std::uint64_t seed) {
     const double factor = 1.0 + spread.share * (2.0 * draw.uniform() - 1.0);
     rig = with_value(rig, spread.key, factor * value_of(twin, spread.key));
   }
-  // Friction that breaks away is not below sliding friction.
+  // Break-away friction is not below sliding friction.
   rig.static_friction_N = std::max(rig.static_friction_N, rig.coulomb_friction_N);
   return hal::check(rig).empty() ? rig : twin;
 }
 
-/// The standard error that a fit to one record states; infinite where the record gives none.
+/// Returns the standard error that a fit to one record gives; infinite if it gives none.
 double std_of(const ident::Record& record, const TrialTask& task) {
   try {
     const ident::Model model = ident::fit(record, task.structure, task.options, ident::run_in_order, task.known).model;
@@ -47,7 +47,7 @@ double std_of(const ident::Record& record, const TrialTask& task) {
       if (p.name == task.parameter && !p.fixed && p.std > 0.0) return p.std;
     }
   } catch (const DataError&) {
-    // No stable model, or none that such a record determines.
+    // No stable model, or the record does not determine one.
   }
   return std::numeric_limits<double>::infinity();
 }

@@ -13,12 +13,12 @@
 
 namespace eha::replay {
 
-/// How to fit a record, and the parameter of interest.
+/// Options of the fits to simulated records, and the parameter of interest.
 struct TrialTask {
   ident::StructureOptions structure;
   ident::FitOptions options;
   std::vector<ident::Model> known = {};  ///< see ident::fit()
-  std::string parameter;                 ///< whose standard error is wanted
+  std::string parameter;                 ///< parameter whose standard error is computed
   double step_s = 0.001;
   int records = 6;  ///< at least 1, each with other noise
 };
@@ -26,8 +26,8 @@ struct TrialTask {
 /// Standard errors of one parameter by fits to simulated records of one experiment. A fit that does not determine the
 /// parameter counts as infinite.
 struct Trial {
-  /// Geometric middle of the range: as far from the one end as from the other. A fit keeps a noise model for some
-  /// records and not for others, and the errors then gather at both ends, where a median would miss one of them.
+  /// Geometric middle of the range. A fit includes a noise model for some records and not for others, so the errors
+  /// gather at both ends; a median would miss one of them.
   double std = 0.0;
   double lowest = 0.0;
   double highest = 0.0;
@@ -38,8 +38,8 @@ struct Trial {
 /// within 10 % of the twin's and the valve's null and dead band within 3 %, because a twin differs from its rig. A
 /// parametric bootstrap; Efron and Tibshirani, An Introduction to the Bootstrap (1993), 6.5.
 /// @throws ConfigError  the options make no physical sense
-/// Cost: a record of 50 s takes about 0.2 s where the search is Search::known, 2 s otherwise. Deterministic, whatever
-/// the executor.
+/// Cost: a record of 50 s takes about 0.2 s if the search is Search::known, 2 s otherwise. Deterministic for any
+/// executor.
 [[nodiscard]] Trial trial(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>& volts,
                           const TrialTask& task, const ident::Executor& executor = ident::run_in_order);
 

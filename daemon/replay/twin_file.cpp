@@ -42,7 +42,7 @@ std::string twin_text(std::string_view text, const Calibration& calibration, std
     return lines;
   };
   bool in_sim = false;
-  std::size_t head = std::string::npos;  // behind the line [sim]
+  std::size_t head = std::string::npos;  // after the line [sim]
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
     const std::string_view line = text.substr(0, end);

@@ -9,8 +9,8 @@
 
 namespace eha::replay {
 
-/// The text of a rig file with the calibrated values in its table `[sim]`, each with its interval as a comment; a key
-/// that the table lacks is added at its head. Everything else stays.
+/// Writes the text of a rig file with the calibrated values in its table `[sim]`, each with its interval as a comment;
+/// adds a key that the table lacks at its head. Keeps all other text.
 /// @param text    of a rig file with `[sim]`
 /// @param origin  the record, for the comment at the head
 [[nodiscard]] std::string twin_text(std::string_view text, const Calibration& calibration, std::string_view origin);

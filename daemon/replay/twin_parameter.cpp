@@ -12,7 +12,7 @@
 namespace eha::replay {
 namespace {
 
-/// Not of the plant, or fitted anyway (the rod's first position).
+/// Parameters not of the plant, or always fitted (the rod's first position).
 constexpr std::array<std::string_view, 9> kNotOfThePlant{
     "initial_displacement_in", "command_min_V", "command_max_V",  "feedback_min_V", "feedback_max_V",
     "scale_in_per_V",          "offset_in",     "sensor_noise_V", "sub_step_us"};

@@ -9,7 +9,7 @@
 
 namespace eha::replay {
 
-/// The keys of `[sim]` that a record can say something about: the plant's, not those of converters, sensor and
+/// Returns the keys of `[sim]` that a record can determine: the plant's, not those of converters, sensor and
 /// integration. In the order of the file.
 [[nodiscard]] std::vector<std::string> twin_parameters();
 

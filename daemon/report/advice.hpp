@@ -10,8 +10,8 @@ namespace eha::report {
 /// Whether a model of the subject has a valve's map.
 [[nodiscard]] bool has_valve_map(const Subject& subject);
 
-/// Advice, in one sentence, for a model that misses a part of the plant: those of valve map, more poles and delay that
-/// no model of the subject has.
+/// Gives advice, in one sentence, for a model that misses a part of the plant: those of valve map, more poles and delay
+/// that no model of the subject has.
 [[nodiscard]] std::string what_to_try(const Subject& subject, const ident::Model& model);
 
 }  // namespace eha::report

@@ -46,7 +46,7 @@ ident::BodeCurve curve_of(const ident::Model& model) {
   return ident::bode_curve(model, grid_Hz, {});
 }
 
-/// Whole turns that bring a model's phase next to the measured one at its first line.
+/// Returns the whole turns that bring a model's phase next to the measured one at its first line.
 double turns_deg(const ident::BodeCurve& curve, const NumberTable* response) {
   const std::vector<double>* frequency = response != nullptr ? response->find("frequency_Hz") : nullptr;
   const std::vector<double>* phase = response != nullptr ? response->find("phase_deg") : nullptr;
@@ -57,7 +57,7 @@ double turns_deg(const ident::BodeCurve& curve, const NumberTable* response) {
   return 360.0 * std::round((phase->front() - curve.phase_deg[i]) / 360.0);
 }
 
-/// The bounds where the record shows the response: beyond they hold only if the structure is the plant's.
+/// Draws the bounds where the record supports the response; beyond, they hold only if the structure is the plant's.
 Series band(const std::vector<double>& x, const std::vector<double>& centre, const std::vector<double>& std, int style,
             const std::optional<ident::FrequencyInterval>& usable) {
   constexpr double kRounding = 1e-6;
@@ -73,7 +73,7 @@ Series band(const std::vector<double>& x, const std::vector<double>& centre, con
   return series;
 }
 
-/// The measured response: bars of 95 %, the noise level, and the distortion beside the lines.
+/// Draws the measured response: bars of 95 %, the noise level, and the distortion beside the lines.
 void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range& gains, Range& phases) {
   const auto* f = response.find("frequency_Hz");
   const auto* level = response.find("gain");
@@ -117,7 +117,7 @@ void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range&
   phase.series.push_back(std::move(p));
 }
 
-/// Gain of each line over that of a model at the line [dB], with its 95 % bars.
+/// Draws the gain of each line over that of a model at the line [dB], with its 95 % bars.
 Panel gain_error_panel(const std::vector<double>& measured_dB, const std::vector<double>& model_dB,
                        const NumberTable& response, const std::string& model) {
   Panel panel{.x_label = "", .y_label = "gain error [dB]", .log_x = true};
@@ -150,7 +150,7 @@ bool is_measured(const NumberTable* response) {
   return !response->find("frequency_Hz")->empty();
 }
 
-/// Puts the panel between gain and phase, with their x axis.
+/// Inserts the panel between gain and phase, with their x axis.
 plot::Figure stacked(const std::string& title, Panel gain, std::optional<Panel> error, Panel phase) {
   plot::Figure figure{.title = title, .panels = {std::move(gain)}};
   if (error) {
@@ -162,7 +162,7 @@ plot::Figure stacked(const std::string& title, Panel gain, std::optional<Panel> 
   return figure;
 }
 
-/// Names of the models whose columns are nearest to the measured gain, at most kMostCurves.
+/// Returns the names of the models whose columns are nearest to the measured gain, at most kMostCurves.
 std::vector<std::string> nearest_models(const NumberTable& response) {
   constexpr std::string_view kEnding = "_gain_dB";
   const std::vector<double>& measured = *response.find("gain_dB");

@@ -37,7 +37,7 @@ std::string changes_table(const ident::PlantChange& change, const ident::Model& 
                rows);
 }
 
-/// Each difference over half its joint interval: beyond +-1 it is a change.
+/// Draws each difference over half its joint interval: beyond +-1 it is a change.
 plot::Figure changes_figure(const ident::PlantChange& change, const std::string& title) {
   plot::Panel panel{.x_label = "", .y_label = "difference / half interval"};
   plot::Series bars{.label = "", .mark = plot::Mark::error_bars, .style = 1};
@@ -51,7 +51,7 @@ plot::Figure changes_figure(const ident::PlantChange& change, const std::string&
     bars.lower.push_back(shown - 1.0);
     bars.upper.push_back(shown + 1.0);
     most = std::max(most, std::abs(shown) + 1.0);
-    // The arrow beside a point that lies beyond the panel says where.
+    // An arrow shows that the point lies outside the panel.
     if (std::abs(size) > kMostShown) {
       panel.captions.push_back(
           {.x = x + 0.25, .y = shown, .text = fmt::format("{} {:.0f}", size > 0.0 ? "↑" : "↓", size)});
@@ -153,7 +153,7 @@ std::vector<ident::Model> labelled(const std::vector<ComparedSubject>& subjects)
   return models;
 }
 
-/// The valves over one another about their nulls; none where no model has one.
+/// Draws the valves over one another about their nulls; none if no model has one.
 std::optional<Item> valve_item(const std::vector<ident::Model>& models) {
   constexpr double kShownDeadBands = 4.0;
   std::vector<const ident::Model*> valves;
@@ -206,7 +206,7 @@ std::vector<std::string> titles_of(const std::vector<std::string>& paths) {
     const bool is_folder = std::filesystem::is_directory(known, ignored);
     titles.push_back((is_folder ? known.filename() : known.stem()).string());
     std::filesystem::path above = known.parent_path();
-    // Models of two runs: the run's name tells them apart, not "models".
+    // Models of two runs differ in the run's name, not in "models".
     while (above.filename() == "models" || above.filename() == "rejected") above = above.parent_path();
     longer.push_back(above.filename().string() + "/" + titles.back());
   }

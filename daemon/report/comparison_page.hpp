@@ -12,7 +12,7 @@
 
 namespace eha::report {
 
-/// One of the runs or models that are compared.
+/// One of the compared runs or models.
 struct ComparedSubject {
   std::string label;  ///< "runs/before"
   ident::Model model;
@@ -23,7 +23,7 @@ struct ComparedSubject {
   Eigen::VectorXd simulated = {};
 };
 
-/// What a comparison found.
+/// Result of a comparison.
 struct ComparisonFindings {
   std::string title;    ///< "Comparison of before and after"
   std::string heading;  ///< "The plant has changed"
@@ -31,13 +31,13 @@ struct ComparisonFindings {
   std::vector<std::string> sentences = {};
 };
 
-/// Short names of runs, records and model files that are told apart: a run's folder, a file's name without its ending,
-/// with the folder above it where two are alike. A link is followed.
+/// Returns distinct short names of runs, records and model files: a run's folder, a file's name without its ending,
+/// with the folder above it if two are alike. Follows a link.
 [[nodiscard]] std::vector<std::string> titles_of(const std::vector<std::string>& paths);
 
-/// The before/after report: findings, parameters with joint intervals, valves, steps, records and Bode plots over one
-/// another.
-/// @param subjects  at least one; values in the unit that is to be read. Cost as assembled()
+/// Renders the before/after report: findings, parameters with joint intervals, valves, steps, records and Bode plots
+/// over one another.
+/// @param subjects  at least one; values in the displayed unit. Cost as assembled()
 [[nodiscard]] Page comparison_page(const ComparisonFindings& findings, const std::vector<ComparedSubject>& subjects);
 
 }  // namespace eha::report

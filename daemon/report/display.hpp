@@ -6,7 +6,7 @@
 
 namespace eha::report {
 
-/// A subject with its output in the unit, for people to read. The manifest stays as it is.
+/// Converts a subject's output to the displayed unit. Leaves the manifest unchanged.
 [[nodiscard]] Subject in_unit(Subject subject, const DisplayUnit& unit);
 
 }  // namespace eha::report

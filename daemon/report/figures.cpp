@@ -46,7 +46,7 @@ Series circle(double radius, int style) {
   return series;
 }
 
-/// The sector |arg w| <= half_angle_rad as a closed polygon.
+/// Returns the sector |arg w| <= half_angle_rad as a closed polygon.
 Series sector(double half_angle_rad, double radius) {
   Series series{.label = "unstable sector", .x = {0.0}, .y = {0.0}, .mark = Mark::area, .style = 3};
   for (int i = -kArcPoints; i <= kArcPoints; ++i) {
@@ -59,11 +59,11 @@ Series sector(double half_angle_rad, double radius) {
   return series;
 }
 
-/// Decades of |w| that a pole plot spans.
+/// Range of |w| that a pole plot spans, in decades.
 struct Decades {
   int low = -1;
   int high = 1;
-  /// From 0.15 at the least to 1 at the greatest.
+  /// Maps |w| to a radius from 0.15 at the least to 1 at the greatest.
   [[nodiscard]] double radius(double size) const {
     return 0.15 + 0.85 * (std::log10(size) - low) / static_cast<double>(high - low);
   }
@@ -83,7 +83,7 @@ Decades decades_of(const std::vector<std::complex<double>>& values) {
   return decades;
 }
 
-/// The direction in which the circles' captions meet no pole.
+/// Returns the direction in which the circles' captions meet no pole.
 double clearest_angle(const std::vector<std::complex<double>>& poles) {
   double best = -3.0 * pi / 8.0;
   double most = -1.0;
@@ -106,7 +106,7 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, values.size())));
 }
 
-/// Beside a pole: "16.2 Hz, D = 0.52", or "T = 0.0056 s" of a real one; empty where no exponential of s belongs to it.
+/// Label of a pole: "16.2 Hz, D = 0.52", or "T = 0.0056 s" of a real one; empty if no exponential belongs to it.
 std::string pole_caption(std::complex<double> value, double base_order) {
   const double angle = std::arg(value) / base_order;
   const double natural_rad_s = std::pow(std::abs(value), 1.0 / base_order);
@@ -177,7 +177,7 @@ plot::Figure fit_table_figure(const identify::FitTable& table, const std::string
   std::vector<std::pair<double, std::string>> by_error;
   for (const identify::FitColumn& column : table.models)
     by_error.emplace_back(rms(residual(table, column)), column.model);
-  // An output that overflowed has an error that is no number; it comes last.
+  // The error of an output that overflowed is NaN; it comes last.
   std::stable_sort(by_error.begin(), by_error.end(), [](const auto& a, const auto& b) {
     return std::isfinite(a.first) && (!std::isfinite(b.first) || a.first < b.first);
   });

@@ -19,7 +19,7 @@ constexpr double kClose_dB = 1.0;
 constexpr double kClose_deg = 7.0;
 constexpr double kMuchDistortion_dB = -30.0;
 
-/// The greatest distances of a model from the measured lines.
+/// Greatest deviations of a model from the measured lines.
 struct Distance {
   std::size_t lines = 0;
   double lowest_Hz = 0.0;
@@ -48,7 +48,7 @@ Distance distance_of(const record::NumberTable& response, const std::string& mod
   return distance;
 }
 
-/// The greatest distortion at or beside the lines, relative to the output there; none where it was not measured.
+/// Returns the greatest distortion at or beside the lines, relative to the output there; none if it was not measured.
 std::optional<double> greatest_distortion_dB(const record::NumberTable& response) {
   std::optional<double> greatest;
   for (const char* name : {"even_distortion_dB", "odd_distortion_dB", "distortion_dB"}) {
@@ -61,7 +61,7 @@ std::optional<double> greatest_distortion_dB(const record::NumberTable& response
   return greatest;
 }
 
-/// The middle of a column's values; none without any.
+/// Returns the median of a column's values; none without any.
 std::optional<double> median(const record::NumberTable& response, const char* name) {
   const auto* column = response.find(name);
   if (column == nullptr) return std::nullopt;
@@ -74,7 +74,7 @@ std::optional<double> median(const record::NumberTable& response, const char* na
   return values[values.size() / 2];
 }
 
-/// Noise and distortion at the lines of several realisations; "" for one.
+/// Describes noise and distortion at the lines of several realisations; "" for one.
 std::string median_sentence(const record::NumberTable& response) {
   const std::optional<double> distortion = median(response, "distortion_dB");
   const std::optional<double> noise = median(response, "noise_dB");

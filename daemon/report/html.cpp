@@ -49,7 +49,7 @@ std::string polynomial(const std::vector<ident::Term>& terms) {
   return html;
 }
 
-/// A stacked fraction; copied as text it is "(a) / (b)".
+/// Writes a stacked fraction; copied as text it is "(a) / (b)".
 std::string fraction(const std::string& above, const std::string& below) {
   const auto hidden = [](const char* text) { return fmt::format("<span class=\"hidden\">{}</span>", text); };
   return fmt::format("<span class=\"fraction\">{}<span>{}</span>{}<span>{}</span>{}</span>", hidden("("), above,

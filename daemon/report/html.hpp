@@ -7,12 +7,12 @@
 
 #include "ident/model/model.hpp"
 
-// Text as HTML. Every function escapes what it is given, unless it says that it takes HTML.
+// Text as HTML. Every function escapes its arguments, unless it says that it takes HTML.
 
 namespace eha::report {
 
-/// Text with &, <, > and quotes as entities, control characters but line ends as spaces, and bytes that are no UTF-8 as
-/// '?'.
+/// Escapes text: &, <, > and quotes become entities, control characters but line ends spaces, and bytes that are no
+/// UTF-8 '?'.
 [[nodiscard]] std::string escaped(std::string_view text);
 
 [[nodiscard]] std::string paragraph(std::string_view text);
@@ -20,7 +20,7 @@ namespace eha::report {
 /// An unordered list. @returns nothing for no items
 [[nodiscard]] std::string list(const std::vector<std::string>& items);
 
-/// How a column is set.
+/// Alignment of a column.
 enum class Column { text, number, wide_text };
 
 struct TableColumn {
@@ -28,7 +28,7 @@ struct TableColumn {
   Column kind = Column::text;
 };
 
-/// A table that scrolls by itself where the page is narrower. Cells are text.
+/// Writes a table that scrolls separately if the page is narrower. Cells are text.
 [[nodiscard]] std::string table(const std::vector<TableColumn>& columns,
                                 const std::vector<std::vector<std::string>>& rows);
 

@@ -14,9 +14,9 @@ struct Page {
   std::vector<std::string> missing = {};  ///< plots that could not be drawn, one sentence each
 };
 
-/// A page of sections, each plot beside its remark; a section without items is left out.
-/// @param title      text @param lead_html  what stands first, as HTML
-/// Cost: some 0.2 s, nearly all of it gnuplot's. A missing or failing gnuplot leaves the page without the plots.
+/// Renders a page of sections, each plot with its remark; leaves out a section without items.
+/// @param title      text @param lead_html  first part, as HTML
+/// Cost: some 0.2 s, nearly all of it gnuplot's. If gnuplot is missing or fails, the page has no plots.
 [[nodiscard]] Page assembled(const std::string& title, const std::string& lead_html,
                              const std::vector<Section>& sections);
 

@@ -14,7 +14,7 @@ namespace {
 using ident::Model;
 using ident::ParameterEstimate;
 
-constexpr double kWide_percent = 50.0;        // half width of an interval that says little
+constexpr double kWide_percent = 50.0;        // half width above which an interval is uninformative
 constexpr double kMostShown_percent = 200.0;  // the axis ends here
 constexpr std::size_t kMostTables = 3;
 
@@ -39,7 +39,7 @@ plot::Figure interval_figure(const Model& model, const std::vector<const Paramet
     const double x = static_cast<double>(bars.x.size()) + 1.0;
     bars.x.push_back(x);
     bars.y.push_back(100.0);
-    // An interval without an end leaves the plot.
+    // An unbounded interval extends beyond the plot.
     const auto drawn = [](double value, double end) { return std::isfinite(value) ? value : end; };
     bars.lower.push_back(std::max(drawn(lower, -1e3), -1e3));
     bars.upper.push_back(std::min(drawn(upper, 1e3), 1e3));

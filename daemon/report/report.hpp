@@ -12,13 +12,13 @@
 
 namespace eha::report {
 
-/// Its name in a run folder.
+/// Name of the report in a run folder.
 inline constexpr std::string_view kReportFile = "report.html";
 
 /// The report of a run or of models. Cost as assembled().
 [[nodiscard]] Page page_of(const Subject& subject);
 
-/// Writes RUN/report.html, lengths in the unit, and lists it in run.json. @returns the plots that are missing, as Page
+/// Writes RUN/report.html, lengths in the unit, and lists it in run.json. @returns the missing plots, as Page
 /// @throws DataError, IoError, PermissionError  as load_run(), or the folder cannot be written
 std::vector<std::string> write_into_run(const std::filesystem::path& run_folder, const DisplayUnit& unit);
 

@@ -10,11 +10,11 @@
 
 namespace eha::report {
 
-/// The note beside a plot: one sentence each, as text.
+/// Remark beside a plot: one sentence each, as text.
 struct Remark {
-  std::string seen;   ///< in this record
-  std::string good;   ///< how a good one looks
-  std::string to_do;  ///< now
+  std::string seen;   ///< meaning in this record
+  std::string good;   ///< appearance of a good one
+  std::string to_do;  ///< action to take
 };
 
 /// One plot with its remark, or HTML alone.
@@ -31,7 +31,7 @@ struct Section {
   std::vector<Item> items = {};
 };
 
-// The sections in the order of the page. Each is empty where the subject has nothing for it.
+// Sections in the order of the page. Each is empty if the subject has no data for it.
 [[nodiscard]] Section time_section(const Subject& subject);
 [[nodiscard]] Section models_section(const Subject& subject);
 [[nodiscard]] Section frequency_section(const Subject& subject);
@@ -44,7 +44,7 @@ struct Section {
 [[nodiscard]] Section timing_section(const Subject& subject);
 [[nodiscard]] Section manifest_section(const Subject& subject);
 
-/// The first thing on the page, as HTML: what to use, or why nothing.
+/// Returns the first part of the page, as HTML: the model to use, or the reason why there is none.
 [[nodiscard]] std::string verdict(const Subject& subject);
 
 }  // namespace eha::report

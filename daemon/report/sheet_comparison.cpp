@@ -13,7 +13,7 @@
 namespace eha::report {
 namespace {
 
-constexpr double kRoundedCorner = 0.1;     // of the dead band: straight lines stand for rounded edges
+constexpr double kRoundedCorner = 0.1;     // of the dead band: straight lines approximate rounded edges
 constexpr double kCurvedGain = 0.05;       // of a gain
 constexpr double kDeadBandSpare_V = 0.05;  // in [following], see eha-rig(5)
 constexpr double kGainOfHalf = 2.0;        // [following] has half of each gain
@@ -29,7 +29,7 @@ struct Pair {
   std::string unit = {};
   Value by_model = {};
   Value by_sheet = {};
-  double rounding = 0.0;  ///< difference that the map's straight lines explain
+  double rounding = 0.0;  ///< difference explained by the map's straight lines
   bool is_null = false;
 
   [[nodiscard]] double apart() const { return std::abs(by_model.value - by_sheet.value); }
@@ -45,7 +45,7 @@ std::optional<Value> by_model(const ident::Model& model, ident::ParameterRole ro
   return Value{at->value, ident::half_width95(*at)};
 }
 
-/// Speed per volt of a plant K / (s (...)), or with a pole that is nearly at 0; none for other plants.
+/// Returns the speed per volt of a plant K / (s (...)), or one with a pole nearly at 0; none for other plants.
 std::optional<Value> gain_of(const ident::Model& model) {
   const auto gain = by_model(model, ident::ParameterRole::numerator_coefficient);
   const auto& g = model.transfer_function;

@@ -8,16 +8,16 @@
 
 namespace eha::report {
 
-/// What a report says of a model's valve beside the valve sheet, sentences each.
+/// Comparison of a model's valve with the valve sheet, in sentences.
 struct SheetComparison {
   std::string seen;   ///< every value of both, and whether they agree
-  std::string to_do;  ///< empty where all agree
+  std::string to_do;  ///< empty if all agree
 };
 
 /// Compares null, dead band, gain ratio and, for a plant that integrates, the gain of a model behind a valve with
-/// [following] of the rig file, each with half its 95 % interval. Values differ where they lie further apart than both
-/// intervals and a share for the straight lines that the map makes of a rounded valve.
-/// @returns none where the rig file has no [following], or no value of both is known
+/// [following] of the rig file, each with half its 95 % interval. Values differ if their distance exceeds both
+/// intervals and a share for the map's straight lines, which approximate a rounded valve.
+/// @returns none if the rig file has no [following], or no value is known in both
 [[nodiscard]] std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const ident::Model& model);
 
 }  // namespace eha::report

@@ -15,7 +15,7 @@
 namespace eha::report {
 namespace {
 
-constexpr double kSlow = 2.0;  // time constants of a pole that a record of that many durations shows
+constexpr double kSlow = 2.0;  // duration of a record that shows a pole, in time constants of the pole
 constexpr double kSmallMargin_rad = 0.1;
 
 /// Time constant of the slowest pole [s]; infinite for an integrator, 0 without a pole.

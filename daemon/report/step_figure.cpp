@@ -16,13 +16,13 @@ namespace {
 using std::numbers::pi;
 
 constexpr Eigen::Index kRows = 400;
-constexpr double kLeastDamping = 0.05;  // a pair with less is shown for as long as one with this
+constexpr double kLeastDamping = 0.05;  // a pair with less damping is shown for the duration of this one
 constexpr double kShownLags = 6.0;      // of the slowest lag
 constexpr double kShownBands = 3.0;     // of the time of the highest usable frequency
 constexpr double kWithoutBand_s = 1.0;
-constexpr double kStillMoving = 0.05;  // of the greatest speed: the output goes on
+constexpr double kStillMoving = 0.05;  // of the greatest speed: the output still moves
 
-/// The time 1/(2 pi f) of the ends of a model's usable band [s]; none without a band.
+/// Times 1/(2 pi f) of the ends of a model's usable band [s]; none without a band.
 struct BandTimes {
   double slowest_s = 0.0;
   double fastest_s = 0.0;
@@ -35,7 +35,7 @@ std::optional<BandTimes> band_times(const ident::Model& model) {
   return BandTimes{1.0 / (2.0 * pi * band.lowest_Hz), 1.0 / (2.0 * pi * band.highest_Hz)};
 }
 
-/// How long the lags of a model take that its band reaches, its delay included [s].
+/// Returns the duration of a model's lags within its band, its delay included [s].
 double shown_s(const ident::Model& model) {
   const ident::Poles poles = ident::poles(model.transfer_function);
   const std::optional<BandTimes> band = band_times(model);
@@ -45,7 +45,7 @@ double shown_s(const ident::Model& model) {
     const double angle = std::min(pi, std::abs(std::arg(value)) / poles.base_order);
     const double lag_s =
         std::pow(std::abs(value), -1.0 / poles.base_order) / std::clamp(-std::cos(angle), kLeastDamping, 1.0);
-    // A slower lag is an integrator, as far as the record tells.
+    // The record does not distinguish a slower lag from an integrator.
     if (lag_s <= (band ? band->slowest_s : kWithoutBand_s)) shown = std::max(shown, kShownLags * lag_s);
   }
   if (!(shown > 0.0)) shown = kWithoutBand_s;
@@ -110,7 +110,7 @@ std::string step_sentence(const ident::Model& model) {
   const auto has_reached = [&](double value) { return value * (final < 0.0 ? -1.0 : 1.0) >= 0.632 * std::abs(final); };
   const auto at = goes_on ? std::find_if(rate.begin(), rate.end(), has_reached) - rate.begin()
                           : std::find_if(y.begin(), y.end(), has_reached) - y.begin();
-  // Nothing moves before the dead time, whatever the grid.
+  // Nothing moves before the dead time, for any grid.
   const double after_s = std::max(static_cast<double>(at) * step_s, model.transfer_function.delay_s);
   const std::optional<BandTimes> band = band_times(model);
   return fmt::format("1 {} {} {} {:.3g} {} with {}; 63 % of that after {:.2g} s{}.", model.input_unit,

@@ -33,7 +33,7 @@ ReportedModel read_model(const fs::path& path, const std::string& shown) {
   return {ident::model_from_text(os::read_file(path), path.string()), shown};
 }
 
-/// Files that an earlier version or a foreign folder may lack.
+/// Reads files that an earlier version or another program's folder may lack.
 void read_tables(const fs::path& folder, Subject& subject) {
   std::error_code ignored;
   if (const fs::path path = folder / identify::kFitFile; fs::exists(path, ignored)) {
@@ -63,7 +63,7 @@ identify::FitTable track_table(const fs::path& path) {
           .models = {{"reference", *reference}}};
 }
 
-/// What ranks models of one grade, the least first: AR-BIC where every model has it, else the validation R2.
+/// Key by which models of one grade are ranked, the least first: AR-BIC if every model has it, else the validation R2.
 double criterion_of(const ident::Model& model, bool by_information) {
   if (by_information) return model.estimation->information->ar_bic;
   return model.validation ? -model.validation->score.r2_percent : std::numeric_limits<double>::infinity();
@@ -88,7 +88,7 @@ void sort_models(Subject& subject, const std::string& recommended, const std::st
   subject.pictured_models = subject.has_recommendation && !has_runner_up ? 1 : kMostCurves;
 }
 
-/// Where the tables of a model file are: in its run folder if it is below one, else beside it.
+/// Returns the folder of a model file's tables: its run folder if it is below one, else the folder beside it.
 fs::path folder_of_tables(const fs::path& model_file) {
   const fs::path beside = model_file.parent_path();
   for (const fs::path& folder : {beside / "..", beside / ".." / ".."}) {
@@ -124,7 +124,7 @@ Subject load_run(const fs::path& folder) {
   const fs::path whole = fs::canonical(folder, ignored);
   subject.name = (whole.empty() ? folder : whole).filename().string();
   const record::Manifest manifest = record::read_manifest(folder);
-  // run.json belongs to the process that writes the run.
+  // Only the process that writes the run may change run.json.
   if (!manifest.outcome) {
     throw DataError(folder.string() +
                     ": the run is still going, or its process died; in the second case: eha runs recover");
@@ -173,14 +173,14 @@ Subject load_models(const std::vector<fs::path>& files) {
   }
   if (files.size() > kMostNamed) subject.name = fmt::format("{} models", files.size()) + folder_text(files.front());
   if (is_one_folder) read_tables(folder_of_tables(files.front()), subject);
-  // Only what belongs to these models.
+  // Keeps only the data of these models.
   std::erase_if(subject.fit.models, [&](const identify::FitColumn& column) {
     return std::none_of(subject.models.begin(), subject.models.end(),
                         [&](const ReportedModel& reported) { return reported.model.name == column.model; });
   });
   if (subject.fit.models.empty()) subject.fit = {};
   subject.paper_fit = {};
-  // As `eha fit` chose among them.
+  // Chooses as `eha fit` did.
   std::vector<const ident::Model*> all;
   for (const ReportedModel& reported : subject.models) all.push_back(&reported.model);
   const ident::Recommendation chosen = ident::recommend(all, {});

@@ -20,13 +20,13 @@ struct ReportedModel {
   ident::Model model;
   std::string file;
 
-  /// Of its verdict.
+  /// Grade of its verdict.
   [[nodiscard]] std::optional<ident::FrequencyInterval> usable_band() const {
     return model.verdict ? model.verdict->usable_band : std::nullopt;
   }
 };
 
-/// Everything that a report is about, as read from files.
+/// Contents of a report, as read from files.
 struct Subject {
   std::string name;                                     ///< of the run, or of the models
   std::optional<nlohmann::ordered_json> manifest = {};  ///< run.json
@@ -61,8 +61,8 @@ struct Subject {
 /// Reads a run folder. @throws DataError, IoError, PermissionError  it is no run, or a file in it is damaged
 [[nodiscard]] Subject load_run(const std::filesystem::path& folder);
 
-/// Reads model files. fit.csv and frequency_response.csv of their folder, or of the run folder above it, are used where
-/// all are in one folder.
+/// Reads model files. Uses fit.csv and frequency_response.csv of their folder, or of the run folder above it, if all
+/// are in one folder.
 /// @throws ConfigError  no model; DataError, IoError, PermissionError
 [[nodiscard]] Subject load_models(const std::vector<std::filesystem::path>& files);
 

@@ -12,11 +12,11 @@
 namespace eha::report {
 namespace {
 
-constexpr double kMuchLarger = 1.5;          // error of the unseen part over that of the other one
-constexpr double kNotCentred = 0.7;          // mean error of the unseen part over its RMS value
+constexpr double kMuchLarger = 1.5;          // error of the validation part over that of the other one
+constexpr double kNotCentred = 0.7;          // mean error of the validation part over its RMS value
 constexpr double kNegligible_percent = 2.0;  // largest error, of the measured range
 
-/// The error of one model, split where its estimation ended.
+/// Error of one model, split at the end of its estimating part.
 struct Errors {
   double rms_estimating = 0.0;
   double rms_unseen = 0.0;
@@ -62,7 +62,7 @@ bool misses_more_than_noise(const ident::Model& model) {
              });
 }
 
-/// "is larger on the unseen part and follows the input"; empty for one like noise.
+/// "is larger on the unseen part and follows the input"; empty for a noise-like error.
 std::string systematic_text(const ident::Model& model, bool grows) {
   using Kind = ident::CriterionKind;
   const auto fails = [&](Kind kind) {

@@ -12,7 +12,7 @@
 namespace eha::report {
 namespace {
 
-constexpr double kRareSide_percent = 15.0;  // fewer samples on a side of the dead band determine the map badly
+constexpr double kRareSide_percent = 15.0;  // fewer samples on a side of the dead band determine the map poorly
 
 /// Whether the record shows a dead band: its interval lies above 0.
 bool has_dead_band(const ident::Model& model) {
@@ -22,7 +22,7 @@ bool has_dead_band(const ident::Model& model) {
   return model.input_map->dead_band > 0.0;
 }
 
-/// Whether its residual shows that the plant is not what the structure can be.
+/// Whether its residual shows effects of the plant that the structure cannot represent.
 bool misses_a_part(const ident::Model& model) {
   using Kind = ident::CriterionKind;
   return model.verdict &&

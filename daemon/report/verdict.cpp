@@ -17,7 +17,7 @@ using ident::Grade;
 using ident::Model;
 using nlohmann::ordered_json;
 
-/// The score that says how well a model predicts: on samples that did not estimate it.
+/// Returns the score of a model's prediction: on samples that did not estimate it.
 const ident::Score* unseen_score(const Model& model) { return model.validation ? &model.validation->score : nullptr; }
 
 std::string scores_sentence(const Model& model) {
@@ -81,7 +81,7 @@ std::string of_model(const ReportedModel& reported) {
   return html;
 }
 
-/// Why a run has no models: it did not complete, or its identification failed.
+/// Returns the reason for which a run has no models: it did not complete, or its identification failed.
 std::string without_models(const Subject& subject) {
   const ordered_json& outcome = subject.part("outcome");
   const ordered_json& description = subject.part("report", "description");
@@ -194,7 +194,7 @@ Section models_section(const Subject& subject) {
     const Model& model = reported.model;
     Item item{.heading = model.name + (model.verdict ? ": " + std::string(ident::verdict_word(*model.verdict)) : "")};
     const bool is_first = &reported == &subject.models.front();
-    // The first one's equation and reasons are in the box above.
+    // The box above has the first one's equation and reasons.
     if (!is_first) item.html = equation(model) + (model.verdict ? list(model.verdict->reasons) : "");
     if (is_first && model.verdict && !model.verdict->criteria.empty()) {
       std::vector<std::vector<std::string>> criteria;

@@ -19,23 +19,24 @@
 namespace eha {
 namespace {
 
-// No standard gives these: far outside what a cylinder of this kind does, so that a sound rig file never meets them.
+// No standard defines these. They are far beyond the motions of a cylinder of this kind, so that a sound rig file never
+// reaches them.
 constexpr double kShortestCrossing_s = 0.1;                     ///< of the whole travel, at the highest allowed speed
 constexpr double kShortestSweep_s = 0.01;                       ///< of the whole command range, at the slew limit
 constexpr double kLongestRampOut_s = 2.0;                       ///< of a stop, from the farthest command
 constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
 constexpr double kGreatestSafeShare = 0.1;                      ///< of half the command range, from the valve's null
-constexpr double kGreatestUnswitchedShare = 0.02;  ///< the same of a rig without enable line, valve unknown
-constexpr double kGreatestDeadBandShare = 0.3;     ///< of half the command range
-constexpr double kGreatestFollowingShare = 0.05;   ///< of the travel
+constexpr double kGreatestUnswitchedShare = 0.02;               ///< the same without an enable line, valve unknown
+constexpr double kGreatestDeadBandShare = 0.3;                  ///< of half the command range
+constexpr double kGreatestFollowingShare = 0.05;                ///< of the travel
 constexpr double kGreatestSpeedInDeadBand_in_per_s = 1.0;
 constexpr double kLongestPressureDelay_s = 3.0;
 constexpr double kLeastGainShare = 0.01;  ///< of the velocity limit, at half the command range
-constexpr double kLongestTick_s = 0.05;   ///< of the reaction of every check
+constexpr double kLongestTick_s = 0.05;   ///< reaction time of every check
 
 constexpr int kReadings = 20;
 
-/// A wrong number here turns a slow placing into a fast one, or lets a dead sensor pass.
+/// Judges [following]: a wrong number makes a placing too fast, or lets a dead sensor pass.
 void judge_following(const config::RigLimits& limits, double half_range_V, double travel_in,
                      std::vector<std::string>& refusals) {
   const config::Following& following = *limits.following;
@@ -75,7 +76,8 @@ void judge_following(const config::RigLimits& limits, double half_range_V, doubl
   }
 }
 
-/// By which the safe voltage may differ from the valve's null [V]: nothing watches a rod whose hydraulics stay on.
+/// Greatest difference of the safe voltage from the valve's null [V] if the hydraulics stay on, because the rod is then
+/// not monitored.
 double greatest_safe_V(const config::RigConfig& rig) {
   const config::RigLimits& limits = rig.limits;
   const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
@@ -84,7 +86,7 @@ double greatest_safe_V(const config::RigConfig& rig) {
   return limits.following ? dead_band_V : kGreatestUnswitchedShare * half_range_V;
 }
 
-/// A safe voltage that drives the valve.
+/// Judges a safe voltage that drives the valve.
 void judge_safe_V(const config::RigConfig& rig, std::vector<std::string>& refusals) {
   const double null_V = rig.limits.following ? rig.limits.following->null_V : 0.0;
   const double most_V = greatest_safe_V(rig);
@@ -248,7 +250,7 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
     lowest_in = std::min(lowest_in, reading.displacement_in);
     highest_in = std::max(highest_in, reading.displacement_in);
   }
-  // Noise telescopes in the following check, so that this much of it uses up half of the check's limit at most.
+  // The following check sums differences, in which noise telescopes: this much noise uses at most half of its limit.
   const double most_in = 0.5 * std::min(rule.missing_limit_in, rule.excess_limit_in);
   if (highest_in - lowest_in > most_in) {
     throw Error(ExitCode::safety_trip, fmt::format("not armed: with the hydraulics off the sensor's reading varies by "

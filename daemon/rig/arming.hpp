@@ -10,11 +10,11 @@
 
 namespace eha {
 
-/// Findings on how well a rig file protects the machine, in sentences for its owner; each names the key and an allowed
-/// value. All empty for a rig that moves no machine.
+/// Findings on the protection that a rig file gives the machine, in sentences for its owner; each names the key and an
+/// allowed value. All empty for a rig that moves no machine.
 struct ArmingFindings {
-  std::vector<std::string> refusals;  ///< the rig is not armed while one of these stands
-  std::vector<std::string> warnings;  ///< it is armed, with less protection than it could have
+  std::vector<std::string> refusals;  ///< the rig is not armed while there is one of these
+  std::vector<std::string> warnings;  ///< the rig is armed, with less protection than possible
 };
 
 /// Judges a rig file. Refused are limits that protect from nothing (a safe voltage that drives the valve, a velocity,
@@ -30,14 +30,14 @@ struct ArmingFindings {
 /// @throws DeviceError, PermissionError, ConfigError  as hal::open
 [[nodiscard]] std::unique_ptr<hal::Rig> open_at_rest(const config::RigConfig& rig);
 
-/// @throws ConfigError  all the refusals of arming_findings(), one a line
+/// @throws ConfigError  all refusals of arming_findings(), one a line
 void require_protecting_limits(const config::RigConfig& rig);
 
 /// Reads the inputs of a rig with its hydraulics off some twenty times, once a tick, and refuses readings that a sound
 /// rig does not give: an open emergency-stop circuit, a closed contact of the enable contactor, a sensor outside its
 /// valid band or at the end of the converter, or noise that the following check could take for motion. Blocks for 20
 /// ticks.
-/// @throws Error (safety_trip)   what was read and what to check   @throws DeviceError  the rig cannot be read
+/// @throws Error (safety_trip)   gives the reading and the part to check   @throws DeviceError  the rig cannot be read
 void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config);
 
 }  // namespace eha

@@ -23,9 +23,9 @@ namespace {
 constexpr double kWorstScaleShare = 0.1;
 constexpr double kLeastSpread_V = 0.1;
 constexpr double kLeastSpread_in = 0.1;
-constexpr double kDistinctShare = 0.05;  // of the spread, by which two places differ
+constexpr double kDistinctShare = 0.05;  // of the spread: least difference of two positions
 
-/// Byte offset of a position in a text.
+/// Returns the byte offset of a position in a text.
 std::size_t offset_of(const std::string& text, const config::Position& position) {
   std::size_t at = 0;
   for (std::uint32_t line = 1; line < position.line; ++line) at = text.find('\n', at) + 1;
@@ -36,13 +36,13 @@ std::size_t offset_of(const std::string& text, const config::Position& position)
   return at;
 }
 
-/// The end of a TOML number or basic string that begins at `at`.
+/// Returns the end of a TOML number or basic string that begins at `at`.
 std::size_t end_of_value(const std::string& text, std::size_t at) {
   if (text[at] == '"' || text[at] == '\'') return text.find(text[at], at + 1) + 1;
   return std::min(text.find_first_of(" \t\r\n#,}", at), text.size());
 }
 
-/// The line after the head of a table; at the end of the text a head is added.
+/// Returns the offset of the line after the head of a table; adds a missing head at the end of the text.
 std::size_t line_below_head(std::string& text, const std::string& table) {
   const std::string head = "[" + table + "]";
   std::size_t at = text.find("\n" + head);
@@ -62,10 +62,10 @@ std::size_t line_below_head(std::string& text, const std::string& table) {
 struct NewValue {
   std::string key;
   std::string value;
-  std::string old_key = {};  ///< that the file has in its place; empty: the same one
+  std::string old_key = {};  ///< key of the file that it replaces; empty: the same one
 };
 
-/// The values under the keys that the file has, those in inches in millimetres where they stand there so, or where the
+/// Returns the values under the keys that the file has. Lengths are in millimetres if the file's key is, or if the
 /// file's units are millimetres.
 std::vector<NewValue> as_written(const config::RigConfig& rig, const std::string& table, std::vector<NewValue> values) {
   for (NewValue& value : values) {
@@ -80,7 +80,7 @@ std::vector<NewValue> as_written(const config::RigConfig& rig, const std::string
   return values;
 }
 
-/// Replaces a value, and its key where that has another unit: then "[in/V]" in the comment of its line too.
+/// Replaces a value, and its key if that has another unit; then also "[in/V]" in the comment of its line.
 void replace(std::string& text, std::size_t at, const NewValue& value) {
   const std::size_t end = end_of_value(text, at);
   if (!value.old_key.empty()) {
@@ -98,7 +98,7 @@ void replace(std::string& text, std::size_t at, const NewValue& value) {
 std::string with_values(const config::RigConfig& rig, const std::string& table, const std::vector<NewValue>& given) {
   const std::vector<NewValue> values = as_written(rig, table, given);
   std::string text = rig.text;
-  std::map<std::size_t, const NewValue*, std::greater<>> at;  // from the end, so that places stay right
+  std::map<std::size_t, const NewValue*, std::greater<>> at;  // from the end, so that offsets stay valid
   std::string added;
   for (const NewValue& value : values) {
     const auto found = rig.positions.find(table + "." + (value.old_key.empty() ? value.key : value.old_key));

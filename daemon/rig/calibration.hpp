@@ -10,7 +10,7 @@
 
 namespace eha {
 
-/// A position by the ruler and the sensor's voltage there.
+/// A position by the ruler and the sensor's voltage at it.
 struct CalibrationPoint {
   double position_in = 0.0;
   double voltage_V = 0.0;
@@ -29,28 +29,27 @@ struct Calibration {
   std::vector<double> residuals_in = {};
 };
 
-/// Least squares through the points.
+/// Fits a line through the points by least squares.
 /// @param unit  of the lengths in messages
 /// @throws DataError  fewer than kFewestCalibrationPoints, one that is not finite, voltages or positions that hardly
 ///                    differ, or points that lie on no line (a scale known worse than 10 %); says what to do
 [[nodiscard]] Calibration calibrated(std::span<const CalibrationPoint> points,
                                      const DisplayUnit& unit = DisplayUnit("in"));
 
-/// A rig file's text with scale and offset, and the calibration date where the backend has one, replaced. Everything
-/// else, comments and order among it, stays. A key that the file leaves out is added below the head of its table. With
-/// units = "mm" keys in inches become those in millimetres, and so does "[in/V]" in the comment of their lines. The
-/// text is read back as a rig file.
+/// Replaces scale and offset in a rig file's text, and the calibration date if the backend has one. Keeps all other
+/// text, comments and order included. Adds a missing key below the head of its table. With units = "mm" keys in inches
+/// become those in millimetres, and so does "[in/V]" in the comment of their lines. Reads the text back as a rig file.
 /// @param date  YYYY-MM-DD
-/// @throws ConfigError  the new file would be wrong: limits outside of what the sensor then shows, for one
+/// @throws ConfigError  the new file would be wrong, for example with limits outside the sensor's new range
 [[nodiscard]] std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration& calibration,
                                               const std::string& date);
 
-/// A rig file's text with the numbers of [following] replaced, or with that table added at its end, in the units of
-/// calibrated_rig_text. Everything else stays. The text is read back as a rig file.
+/// Replaces the numbers of [following] in a rig file's text, or adds that table at its end, in the units of
+/// calibrated_rig_text. Keeps all other text. Reads the text back as a rig file.
 /// @throws ConfigError  the new file would be wrong
 [[nodiscard]] std::string rig_text_with(const config::RigConfig& rig, const config::Following& following);
 
-/// A rig file's text with another tick. Everything else stays. The text is read back as a rig file.
+/// Replaces the tick in a rig file's text. Keeps all other text. Reads the text back as a rig file.
 /// @throws ConfigError  the new file would be wrong
 [[nodiscard]] std::string rig_text_with_tick(const config::RigConfig& rig, double sample_period_s);
 

@@ -18,7 +18,7 @@ std::string within_volts(const config::ExperimentConfig& experiment, const confi
                      rig.limits.command_max_V);
 }
 
-// How each kind moves the actuator.
+// Describes the motion of the actuator for each kind.
 
 std::string motion_of(const config::Played&, const config::ExperimentConfig& experiment, const config::RigConfig& rig) {
   return within_volts(experiment, rig);

@@ -9,7 +9,8 @@
 
 namespace eha {
 
-/// What the user must confirm before the experiment is played on the rig; none when no machine moves.
+/// Returns the question that the user must confirm before the experiment is played on the rig; none if no machine
+/// moves.
 [[nodiscard]] std::optional<std::string> confirmation_text(const config::RigConfig& rig,
                                                            const config::ExperimentConfig& experiment);
 

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of this process's own; only the guard reads what is in it.
+/// A private folder of this process; only the guard reads its files.
 fs::path create_private_folder() {
   std::string name = (local_snapshot_base() / kLocalSnapshotFolder).string() + "XXXXXX";
   if (mkdtemp(name.data()) == nullptr) os::throw_system_error("create", name, errno);
@@ -48,7 +48,7 @@ OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot)
     try {
       guard_.emplace(guard_program(), fs::path(), &memory_.file());
     } catch (const DeviceError&) {
-      // Only the last rows are at stake, and only when this process is killed.
+      // Only the last rows can be lost, and only if this process is killed.
     }
   }
   rig_ = std::move(rig);

@@ -14,27 +14,26 @@
 namespace eha {
 
 /// A rig opened in this process, with a guard: a process that saves the last rows of a run if this one is killed, and
-/// makes a rig that moves a machine safe then or when the loop stands still.
+/// makes a rig that moves a machine safe then or if the loop stalls.
 /// Not thread-safe.
 class OwnedRig {
  public:
-  /// A rig that moves no machine opens without a guard when none starts.
-  /// @param snapshot  file for eha-safe (Rig::safe_snapshot), which stays, as does the page beside it (kPageFile);
-  /// empty:
-  ///                  a private file, removed with this object, and memory without a name
+  /// A rig that moves no machine opens without a guard if none can be started.
+  /// @param snapshot  file for eha-safe (Rig::safe_snapshot), kept like the page beside it (kPageFile); empty: a
+  ///                  private file, removed with this object, and memory without a name
   /// @throws DeviceError, PermissionError, ConfigError as hal::open, GuardProcess
   /// @throws IoError  no memory for the page
   explicit OwnedRig(const config::RigConfig& config, std::filesystem::path snapshot = {});
   OwnedRig(const OwnedRig&) = delete;
   OwnedRig& operator=(const OwnedRig&) = delete;
-  /// Closes the rig; then, without made_safe(), the guard acts.
+  /// Closes the rig; without made_safe() the guard then acts.
   ~OwnedRig();
 
   [[nodiscard]] hal::Rig& rig() noexcept { return *rig_; }
-  /// What the loop and the journal share with the guard.
+  /// Page that the loop and the journal share with the guard.
   [[nodiscard]] GuardPage& page() noexcept { return *page_; }
 
-  /// Shares the journal of the run that begins with the guard, see GuardProcess::hold.
+  /// Shares the journal of a new run with the guard, see GuardProcess::hold.
   void hold(const os::FileDescriptor& journal) noexcept {
     if (guard_) guard_->hold(journal);
   }

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Fewer differences give a figure that jumps about.
+/// With fewer differences the figure would fluctuate.
 constexpr std::size_t kFewestForNoise = 10;
 
 struct LinesOfRig {

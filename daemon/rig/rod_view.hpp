@@ -13,19 +13,19 @@
 
 namespace eha {
 
-/// Readings of a rig that is not driven, for people: the last one, and the sensor's noise over the last kKept.
-/// Thread-safe: one thread reads the rig and adds, any thread asks.
+/// Displayed readings of an undriven rig: the last one, and the sensor's noise over the last kKept. Thread-safe: one
+/// thread reads the rig and adds, any thread may ask.
 class RodView {
  public:
   static constexpr std::size_t kKept = 50;
 
-  /// Begins anew with a rig that has been opened.
+  /// Resets the view for a newly opened rig.
   void begin(const hal::RigCapabilities& rig);
   void add(const hal::RigReading& reading);
-  /// The rig could not be read.
+  /// Reports that the rig could not be read.
   void fail(hal::RigStatus status);
 
-  /// The member `rod` of ehad-protocol(7) from the last reading; null before the first.
+  /// Returns the member `rod` of ehad-protocol(7) from the last reading; null before the first.
   [[nodiscard]] nlohmann::ordered_json describe(const config::RigLimits& limits) const;
 
   /// The same from a reading during a run, without the noise.
@@ -34,7 +34,7 @@ class RodView {
                                                 double travel_share) const;
 
  private:
-  /// From successive differences, so that a rod that creeps adds nothing (von Neumann, Ann. Math. Statist. 12, 1941).
+  /// From successive differences, so that a creeping rod adds nothing (von Neumann, Ann. Math. Statist. 12, 1941).
   [[nodiscard]] std::optional<double> noise_in() const;
 
   mutable std::mutex mutex_;
@@ -46,7 +46,7 @@ class RodView {
   std::string error_;  ///< empty: the last reading succeeded
 };
 
-/// Share of the way from mid-travel to a travel limit of a rod at rest; over 1 beyond the limit.
+/// Returns the share of the way from mid-travel to a travel limit for a rod at rest; over 1 beyond the limit.
 [[nodiscard]] double travel_share_at_rest(const config::RigLimits& limits, double displacement_in) noexcept;
 
 }  // namespace eha

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSiteFolder = "/etc/ehad";
 
-/// Whether uid 0 is somebody else outside, user_namespaces(7): the machine's own namespace maps every uid to itself.
+/// Whether uid 0 is another user outside, user_namespaces(7): the machine's own namespace maps every uid to itself.
 bool is_in_user_namespace() {
   std::istringstream map(os::read_file("/proc/self/uid_map"));
   std::uint64_t inside = 1;
@@ -35,8 +35,8 @@ bool is_in_user_namespace() {
   return inside != 0 || outside != 0 || count < 0xFFFFFFFFU;
 }
 
-/// A rig file in its folder, both open: what is asked of one and of the other cannot be of two, whatever becomes of the
-/// links in the path meanwhile.
+/// A rig file and its folder, both open, so that all checks concern the same file and folder even if links in the path
+/// change meanwhile.
 class OpenRigFile {
  public:
   explicit OpenRigFile(const config::RigConfig& rig)
@@ -60,7 +60,7 @@ class OpenRigFile {
                       "because its limits protect the machine; as root: chown root {1} && chmod go-w {1}",
                       rig_.file_name, shell_word(rig_.file_name)));
     }
-    // The owner just checked is that of the file there now; the limits may have been read from another one.
+    // The checked owner is that of the present file; the limits may have been read from another one.
     if (os::read_file(fmt::format("/proc/self/fd/{}", file_.get())) != rig_.text) {
       throw PermissionError(fmt::format("{}: the file changed while it was read; try again", rig_.file_name));
     }

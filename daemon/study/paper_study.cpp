@@ -62,20 +62,20 @@ FittedModel by_paper(const ident::Record& record, bool fractional) {
 FittedModel by_default(const ident::Record& record, bool fractional, bool with_bias) {
   ident::StructureOptions asked = structure(fractional);
   if (!with_bias) {
-    // An initial state could take the place of the bias.
+    // An initial state could replace the bias.
     asked.initial_state = ident::InitialState::none;
     asked.parameters.push_back({ident::input_bias_key().name, true, 0.0, {}, {}});
   }
   return summary(ident::fit(record, asked, options_of(ident::Procedure::standard)));
 }
 
-/// What was fitted to one record, and why not all of it.
+/// Models fitted to one record, and the reasons for missing ones.
 struct Treated {
   std::vector<StudyRow> rows = {};
   std::vector<std::string> reasons = {};
 };
 
-/// The four treatments of one record. One that finds no model leaves the others.
+/// Fits by the four treatments of one record. If one gives no model, the others are kept.
 Treated treated(std::size_t plant, std::uint64_t seed) {
   const ident::Record record = plant_kinds()[plant].record(seed);
   Treated all;

@@ -15,8 +15,8 @@ namespace eha::study {
 
 /// Treatment of the input bias and of the history before each part of the record.
 enum class Treatment {
-  published,  ///< the paper's procedure to the letter: neither
-  bias,       ///< the same after the bias that the default procedure estimates is added to the input
+  published,  ///< the paper's procedure exactly: neither
+  bias,       ///< the same, with the bias that the default procedure estimates added to the input
   history,    ///< the default procedure with the bias held at 0: simulated from the record's first row
   both,       ///< the default procedure
 };
@@ -38,7 +38,7 @@ struct FittedModel {
   double input_bias_V = 0.0;
 };
 
-/// Both models of one record by one treatment.
+/// Both models of one record, by one treatment.
 struct StudyRow {
   std::size_t plant = 0;  ///< of plant_kinds()
   std::uint64_t seed = 0;
@@ -46,7 +46,7 @@ struct StudyRow {
   FittedModel io;
   FittedModel fo;
 
-  /// R2 of FO less that of IO on the part that estimated nothing [points].
+  /// R2 of FO less that of IO on the validation part [points].
   [[nodiscard]] double gain() const { return fo.validation_r2_percent - io.validation_r2_percent; }
 };
 
@@ -67,7 +67,7 @@ struct PaperStudy {
 using StudyProgress = std::function<void(std::size_t done, std::size_t records)>;
 
 /// Fits io and fo by every treatment to `seeds` records of each kind of plant. All use the rows of the paper: 10 s
-/// dropped, every 40th, the first half estimates. Results do not depend on the executor.
+/// discarded, every 40th row, the first half estimates. Results do not depend on the executor.
 /// Cost: some 5 s of processor time a record.
 [[nodiscard]] PaperStudy study_paper(int seeds, const ident::Executor& executor, const StudyProgress& progress = {});
 

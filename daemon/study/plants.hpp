@@ -13,7 +13,7 @@ namespace eha::study {
 /// A kind of plant whose records are studied. Each seed gives another plant of the kind and other sensor noise.
 struct PlantKind {
   std::string_view name;                  ///< in tables: "rig_with_friction"
-  std::string_view title;                 ///< for people
+  std::string_view title;                 ///< displayed name
   std::string_view what;                  ///< one sentence
   std::optional<double> true_order = {};  ///< highest order of G; none: the plant is no transfer function
   ident::Record (*record)(

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMostShown = 20.0;  // points of R2 to both sides of 0
 
-/// The treatments side by side, a bar from the lower to the upper quartile around each median.
+/// Draws the treatments side by side, with a bar from the lower to the upper quartile around each median.
 plot::Panel treatments_panel(const std::vector<Cell>& cells, std::size_t plant, const std::string& y_label,
                              Quartiles Cell::*value) {
   plot::Panel panel{.x_label = "", .y_label = y_label};

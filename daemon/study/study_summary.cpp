@@ -10,7 +10,7 @@
 namespace eha::study {
 namespace {
 
-constexpr double kNoGain = 0.1;  // points of R2 that are not worth a word
+constexpr double kNoGain = 0.1;  // points of R2 too small to report
 
 const Cell* find(const std::vector<Cell>& cells, std::size_t plant, Treatment treatment) {
   const auto at = std::find_if(cells.begin(), cells.end(),
@@ -22,7 +22,7 @@ std::string described(const Quartiles& q, const char* unit) {
   return fmt::format("{:+.2f} {} (quartiles {:+.2f} .. {:+.2f})", q.median, unit, q.lower, q.upper);
 }
 
-/// How much of the gain by the paper's procedure a treatment leaves.
+/// Describes the part of the paper procedure's gain that a treatment leaves.
 std::string share_left(const Cell& published, const Cell& treated) {
   const double share = treated.gain.median / published.gain.median;
   if (published.gain.median <= kNoGain || !(share >= 0.0 && share <= 1.0)) return {};
@@ -57,7 +57,7 @@ std::string about_order(const std::vector<Cell>& cells, const Cell& published) {
       both->fo_order.median, both->fo_order.lower, both->fo_order.upper);
 }
 
-/// Where a gain of the printed size appears.
+/// Describes the plants with a gain of the printed size.
 std::string about_bias(const std::vector<Cell>& cells) {
   std::size_t fits[2] = {0, 0};
   std::size_t gains[2] = {0, 0};

@@ -12,7 +12,7 @@ namespace eha::study {
 /// R2 of FO less that of IO, as printed in the paper's table 2: 88.68 % and 82.35 % [points].
 inline constexpr double kPrintedGain = 6.33;
 
-/// The middle of several values.
+/// Quartiles of several values.
 struct Quartiles {
   double lower = 0.0;
   double median = 0.0;
@@ -39,10 +39,10 @@ struct Cell {
 /// By plant and treatment; those without records are left out.
 [[nodiscard]] std::vector<Cell> cells_of(const PaperStudy& study);
 
-/// What the figures say, one sentence each, and the limits of that.
+/// Returns the conclusions from the figures, one sentence each, and their limits.
 [[nodiscard]] std::vector<std::string> conclusions(const std::vector<Cell>& cells);
 
-/// One line a row of the study, with a header.
+/// Writes one line a row of the study, with a header.
 [[nodiscard]] std::string to_csv(const PaperStudy& study);
 
 }  // namespace eha::study

@@ -25,7 +25,8 @@ constexpr double kMean_s = 0.05;
 constexpr double kBeforeFault_s = 0.5;
 constexpr double kExtremes = 5.0;  // standard deviations that the greatest of some 10^5 values of noise reaches
 
-/// Of a rod that rests or moves smoothly, from how far each reading is from the middle of its neighbours.
+/// Estimates the noise of a rod that rests or moves smoothly, from the deviation of each reading from the mean of its
+/// neighbours.
 double noise_of(const TrackRows& rows, std::size_t from) {
   double sum = 0.0;
   double count = 0.0;
@@ -54,7 +55,7 @@ std::vector<double> means(const std::vector<double>& values, std::size_t width) 
   return result;
 }
 
-constexpr double kSpeed_s = 0.1;  // over which speeds are differences
+constexpr double kSpeed_s = 0.1;  // rows over which speeds are differences
 constexpr double kMoving_in_per_s = 0.03;
 constexpr double kChangeShare = 0.07;  // of a gain
 constexpr const char* kGainUnit = "in/(V s)";
@@ -105,14 +106,14 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
   return changes;
 }
 
-/// The first row of the sweep; behind the last where there is none.
+/// Returns the first row of the sweep; the number of rows if there is none.
 std::size_t sweep_begin(const TrackRows& rows, const ident::TrialMotion& motion) {
   std::size_t first = 0;
   while (first < rows.rod_in.size() && motion.part(first + 1) != ident::TrialMotion::Part::sweep) ++first;
   return first;
 }
 
-/// Margins from the sweep's ways, whose rows begin at `first`, in the direction that has less of them.
+/// Returns the margins from the sweep's ways, whose rows begin at `first`, in the direction of smaller phase margin.
 std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, std::size_t first,
                                                  const ident::MarginSweep& sweep, const ident::AxisSettings& settings,
                                                  bool& is_retracting) {
@@ -130,14 +131,14 @@ std::optional<ident::MeasuredMargins> margins_of(const TrackRows& rows, std::siz
     if (!measured.margins.is_stable) return std::nullopt;
     if (least && measured.margins.phase_deg >= least->margins.phase_deg) continue;
     least = std::move(measured);
-    // The first way leads as the step does, or back where there is no room.
+    // The first way goes in the step's direction, or back if there is no room.
     const std::size_t middle = first + direction * sweep.way_rows() + sweep.lead_rows;
     is_retracting = rows.rod_in[middle + sweep.measured_rows() - 1] < rows.rod_in[middle];
   }
   return least;
 }
 
-/// @throws DataError  it is no run of [track]
+/// @throws DataError  it is not a run of [track]
 config::ExperimentConfig tracked_experiment(const record::LoadedRun& run) {
   config::ExperimentConfig experiment =
       config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string());
@@ -186,7 +187,7 @@ std::vector<std::string> changes_until_fault(const std::filesystem::path& folder
   const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
   const ident::AxisSettings& settings = experiment.tracking()->track.controller.settings;
   const auto first = static_cast<Eigen::Index>(first_tracked_row(rig.limits, settings.tick_s));
-  // What the rod did about the fault is not the valve's.
+  // The motion due to the fault says nothing about the valve.
   const Eigen::Index rows = run.record.output.size() - first - std::lround(kBeforeFault_s / settings.tick_s);
   if (rows <= 0) return {};
   TrackRows moved;
@@ -209,7 +210,7 @@ TrackResult played(const record::LoadedRun& run, const config::ExperimentConfig&
   result.controller = experiment.tracking()->track.controller;
   const ident::AxisCoefficients c = ident::coefficients(result.controller.settings);
   const Eigen::VectorXd& y = run.record.output;
-  // The row before the controller's first: its reading is what the controller begins from.
+  // The row before the controller's first: the controller starts from its reading.
   const auto before = static_cast<Eigen::Index>(first_tracked_row(rig.limits, c.settings.tick_s)) - 1;
   if (y.size() < before + 2) throw DataError(fmt::format("{}: it has no row of the controller", run.folder.string()));
   const ident::TrialMotion motion(c.settings, experiment.tracking()->track.plan, y[before + 1]);
@@ -258,7 +259,7 @@ TrackResult track_result(const std::filesystem::path& folder) {
   const ident::TrialMotion motion(c.settings, experiment.tracking()->track.plan, rows.rod_in.front());
   ident::TrialScore score(motion);
   std::size_t hold = rod.size();
-  // The means of the first and last rows are of few values.
+  // Excludes the first and last rows, whose means have few values.
   for (std::size_t i = width; i + width < rod.size(); ++i) {
     score.take(i + 1, reference[i], rod[i]);
     if (motion.part(i + 1) == ident::TrialMotion::Part::hold) hold = std::min(hold, i);
@@ -294,7 +295,7 @@ TrackResult track_result(const std::filesystem::path& folder) {
         margin_figure("delay margin", "s", m.margins.delay_s, m.delay_std_s, p.delay_margin_s, Bound::least));
   }
   result.valve = valve_of(rows, rod, c.settings.tick_s);
-  // Set points of one's own need not have the speeds that tell a valve.
+  // A user's set points need not have the speeds that determine a valve.
   result.shows_valve = !is_own;
   return result;
 }

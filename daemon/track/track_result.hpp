@@ -17,25 +17,25 @@ namespace eha::track {
 inline constexpr const char* kTrackFile = "track.json";
 inline constexpr const char* kTrackRows = "track.csv";
 
-/// Which way a promised figure is broken.
+/// Direction in which a promised figure is broken.
 enum class Bound {
-  most,   ///< by more than the promise's upper value
-  least,  ///< by less than its lower one: a margin
+  most,   ///< by exceeding the promise's upper value
+  least,  ///< by falling below its lower value: a margin
 };
 
-/// A figure that was promised, and what the rig did.
+/// A promised figure and its measured value.
 struct KeptFigure {
   std::string name;
   std::string unit;
   double measured = 0.0;
-  double noise = 0.0;  ///< what the sensor's noise, and the means over 50 ms, can have added to it
+  double noise = 0.0;  ///< greatest contribution of the sensor's noise and of the means over 50 ms
   config::PromisedFigure promised;
   Bound bound = Bound::most;
   [[nodiscard]] double limit() const noexcept { return bound == Bound::most ? promised.upper : promised.lower; }
-  /// Whether the noise leaves it to be seen that the promise is kept or not.
+  /// Whether the noise is small enough to decide if the promise is kept.
   [[nodiscard]] bool is_decided() const noexcept { return beyond() <= 0.0 || beyond() > noise; }
   [[nodiscard]] bool is_kept() const noexcept { return beyond() <= noise; }
-  /// By how much it is worse than the limit.
+  /// Returns the amount by which it is worse than the limit.
   [[nodiscard]] double beyond() const noexcept {
     return bound == Bound::most ? measured - limit() : limit() - measured;
   }
@@ -49,7 +49,7 @@ struct TrackRows {
   std::vector<double> command_V;
 };
 
-/// The valve as the moving rod shows it, by least squares over the rows in which it moves:
+/// Valve from the rod's motion, by least squares over the rows in which the rod moves:
 ///   u = null + d dead_band + v / gain(d) + T v'   d the direction of the speed v
 struct SeenValve {
   double null_V = 0.0;
@@ -58,27 +58,27 @@ struct SeenValve {
   double gain_negative_in_per_V_s = 0.0;
 };
 
-/// What a run of [track] shows.
+/// Results of a run of [track].
 struct TrackResult {
   std::filesystem::path folder;
-  std::string units;  ///< of the rig file, for people; empty: inches
+  std::string units;  ///< of displayed lengths, from the rig file; empty: inches
   config::ControllerConfig controller;
   std::vector<KeptFigure> figures;
   double noise_in = 0.0;  ///< standard deviation of a reading
   TrackRows rows;
   std::vector<double> mean_reference_in;  ///< over 50 ms about each row
   std::vector<double> mean_rod_in;        ///< the same
-  double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from set points of one's own
+  double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from the user's set points
   SeenValve valve;
   std::optional<std::pair<double, double>> sweep_s = {};  ///< of the rows: from, to; none without a sweep
   bool margins_retracting = false;                        ///< direction of `margins`
   std::optional<ident::MeasuredMargins> margins = {};     ///< none: the trial has no sweep, or the loop was not steady
-  bool shows_valve = true;                                ///< the trial has the speeds that tell it
+  bool shows_valve = true;                                ///< the trial has the speeds that determine it
   [[nodiscard]] bool is_kept() const noexcept;            ///< no figure is broken
 };
 
-/// Computes the figures of a completed run of [track]. Errors are means over 50 ms, because a reading's noise is no
-/// error of the rod. The reference is generated again from the readings.
+/// Computes the figures of a completed run of [track]. Errors are means over 50 ms, which reduces the readings' noise.
+/// Generates the reference again from the readings.
 /// @throws DataError  the run is none of [track], or is not complete
 /// @throws IoError, PermissionError  as record::read_run
 [[nodiscard]] TrackResult track_result(const std::filesystem::path& folder);
@@ -88,10 +88,10 @@ struct TrackResult {
 /// @throws IoError, PermissionError  as record::read_run
 [[nodiscard]] TrackResult played_track(const std::filesystem::path& folder);
 
-/// What the moving rod shows of the valve against the controller's, a phrase each.
+/// Compares the valve that the rod's motion shows with the controller's, a phrase each.
 [[nodiscard]] std::vector<std::string> changes_of(const TrackResult& result, const DisplayUnit& unit);
 
-/// The same of a trial that ended early; nothing where the rod moved too little.
+/// The same for a trial that ended early; nothing if the rod moved too little.
 /// @throws DataError, IoError, PermissionError  as track_result()
 [[nodiscard]] std::vector<std::string> changes_until_fault(const std::filesystem::path& folder,
                                                            const DisplayUnit& unit);
@@ -101,7 +101,7 @@ struct TrackResult {
 /// "5 of 7 figures are kept, 2 are hidden by the sensor's noise".
 [[nodiscard]] std::string kept_text(const TrackResult& result);
 
-/// Measured beside promised, for people.
+/// Writes the measured and the promised figures, for display.
 [[nodiscard]] std::string track_text(const TrackResult& result, const DisplayUnit& unit);
 [[nodiscard]] nlohmann::ordered_json to_json(const TrackResult& result);
 

@@ -12,7 +12,8 @@ using acquisition::Fault;
 
 namespace {
 
-/// Those of a placing, but for the growth of the command: a reference changes it as fast as the slew lets it.
+/// Limits of a placing, except for the growth of the command: a reference may change it as fast as the slew limit
+/// allows.
 place::LoopBounds bounds_of(const config::RigLimits& limits, const ident::AxisSettings& settings) {
   place::LoopBounds bounds = place::loop_bounds(limits, settings.reference.velocity);
   bounds.most_V = config::closed_loop_most_V(limits);

@@ -11,17 +11,17 @@
 
 namespace eha::track {
 
-/// The row in which the controller begins: the first one after the rise of the pressure.
+/// Returns the controller's first row: the first one after the pressure has risen.
 [[nodiscard]] inline std::uint32_t first_tracked_row(const config::RigLimits& limits, double tick_s) {
   const double delay_s = limits.following ? limits.following->pressure_delay_s : 0.0;
   return 1 + static_cast<std::uint32_t>(std::ceil(delay_s / tick_s * (1.0 - 1e-12)));
 }
 
-/// Plays a controller's trial in closed loop, from where the rod stands. The first rows ask for the valve's null; the
-/// controller begins without a bump. Ends the run where the rod follows worse, or the command swings more often, than
-/// the controller's file allows; loop_speed, no_motion and wrong_speed as in a placing, but for a command that may
-/// change as fast as the slew. The command stays within closed_loop_most_V() of the null. Range and slew of the rig
-/// come after it. Real-time safe. Not thread-safe. Cost: about 0.3 us a tick.
+/// Plays a controller's trial in closed loop, from the rod's present position. The first rows request the valve's null;
+/// the controller starts without a bump. Ends the run if the rod follows worse, or the command swings more often, than
+/// the controller's file allows. Checks loop_speed, no_motion and wrong_speed as in a placing, but with a command that
+/// may change as fast as the slew limit. The command stays within closed_loop_most_V() of the null. Range and slew
+/// limit of the rig are applied afterwards. Real-time safe. Not thread-safe. Cost: about 0.3 us a tick.
 class TrackSource final : public acquisition::CommandSource {
  public:
   /// @param limits  of the rig

@@ -16,7 +16,8 @@ struct TrialTrace {
   std::vector<double> command_V;
 };
 
-/// Plays the plan on one simulated rig, converters and noise included, at its seed. Figures are of the true rod.
+/// Plays the plan on one simulated rig with its seed, converters and noise included. The figures use the rod's true
+/// position.
 /// @param trace  receives the rows up to the hold's tenth second, if not null
 /// Precondition: hal::check(options) is empty. Cost: about 0.6 us a tick; 0.05 s for 80 s.
 [[nodiscard]] ident::TrialFigures axis_trial(const hal::SimOptions& options, const ident::AxisCoefficients& controller,

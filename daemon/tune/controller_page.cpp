@@ -19,10 +19,10 @@ using Complex = std::complex<double>;
 using report::Column;
 
 constexpr double kAtEnd = 1e-6;        // of the step, as TrialScore
-constexpr double kBeyondBand = 0.025;  // of the draws, above as below
+constexpr double kBeyondBand = 0.025;  // of the draws, on each side
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-/// Every n-th value, so that a plot stays small.
+/// Returns every n-th value, so that a plot stays small.
 std::vector<double> thinned(const std::vector<double>& values, std::size_t every) {
   std::vector<double> result;
   for (std::size_t i = 0; i < values.size(); i += every) result.push_back(values[i]);
@@ -69,8 +69,8 @@ Curves curves(const ControllerSubject& subject) {
   return result;
 }
 
-/// A curve and the band that holds 95 % of the draws, over c.w.
-/// @param of  a response as numbers
+/// Draws a curve and the band that contains 95 % of the draws, over c.w.
+/// @param of  maps a response to numbers
 template <typename Numbers>
 void add_band(plot::Panel& panel, const Curves& c, const Numbers& of) {
   plot::Series band{.label = "95 % of the draws", .mark = plot::Mark::band, .style = 2};
@@ -104,7 +104,7 @@ auto each(const Number& of) {
 
 double decibels(Complex value) { return 20.0 * std::log10(std::abs(value)); }
 
-/// Phases without jumps, the first from 0 down to -360.
+/// Returns phases without jumps, the first between 0 and -360.
 std::vector<double> unwrapped_deg(const std::vector<Complex>& values) {
   std::vector<double> phases;
   for (const Complex value : values) {
@@ -310,7 +310,7 @@ std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfi
 
 namespace {
 
-/// Measured beside promised.
+/// Writes the measured and the promised figures.
 report::Section measured(const MeasuredTrial& trial, const config::ControllerPromise& promise,
                          const DisplayUnit& unit) {
   std::vector<std::vector<std::string>> rows;

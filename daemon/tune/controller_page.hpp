@@ -12,13 +12,13 @@
 
 namespace eha::tune {
 
-/// A figure of the promise as a rig kept it.
+/// A promised figure, measured on a rig.
 struct MeasuredFigure {
   std::string name;  ///< as in promise_rows()
   double value = 0.0;
   std::string unit;
   std::string kept;    ///< "yes", "no", or why it cannot be said
-  double noise = 0.0;  ///< what noise can have added
+  double noise = 0.0;  ///< greatest contribution of noise
   double limit = 0.0;
   bool is_least = false;  ///< the limit is a lower one: a margin
 };
@@ -32,38 +32,38 @@ struct MeasuredTrial {
   std::optional<std::pair<double, double>> sweep_s = {};  ///< from, to: the sweep that measures the margins
 };
 
-/// What the page shows beside the file itself.
+/// Contents of the page beside the controller's file.
 struct ControllerSubject {
   config::ControllerConfig controller;
-  std::optional<TuneInputs> inputs = {};  ///< none: the model or the rig file is no longer there, or has changed
-  std::optional<TrialTrace> trace = {};   ///< on the twin as it is
-  std::string why_without_plots = {};     ///< which file is gone or has changed, and what to type
+  std::optional<TuneInputs> inputs = {};  ///< none: the model or the rig file no longer exists, or has changed
+  std::optional<TrialTrace> trace = {};   ///< on the undrawn twin
+  std::string why_without_plots = {};     ///< names the missing or changed file, and the command to type
   std::optional<MeasuredTrial> measured = {};
   DisplayUnit unit = DisplayUnit("in");  ///< of lengths
   std::string title = "Controller";
-  std::string lead_html = {};            ///< stands first
-  std::vector<ComparedKind> kinds = {};  ///< none: the file does not keep them
+  std::string lead_html = {};            ///< first part of the page
+  std::vector<ComparedKind> kinds = {};  ///< none: the file does not store them
 };
 
 /// The controller as one HTML page: promise, step and tracking on the twin, Bode and Nyquist plots of the open loop
 /// with bands over the draws, sensitivity, settings. Cost: some 1 s, nearly all of it gnuplot's.
 [[nodiscard]] report::Page controller_page(const ControllerSubject& subject);
 
-/// Rod beside reference, error and command of a trial.
+/// Draws rod and reference, error and command of a trial.
 [[nodiscard]] plot::Figure motion_figure(const TrialTrace& trace, std::string title,
                                          const DisplayUnit& unit = DisplayUnit("in"));
-/// The first second and the step of it.
+/// Draws the first second of the trial's step.
 [[nodiscard]] plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller,
                                        const DisplayUnit& unit = DisplayUnit("in"));
 
-/// What the interval of each row holds, and how the step moves.
+/// Explains the interval of each row, and the motion of the step.
 [[nodiscard]] std::string promise_note(const ident::AxisSettings& settings, const DisplayUnit& unit);
 
-/// Rows for people: figure, value, interval, unit.
+/// Returns rows for display: figure, value, interval, unit.
 [[nodiscard]] std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromise& promise,
                                                                  const DisplayUnit& unit = DisplayUnit("in"));
 
-/// The same for the settings: what, value, unit.
+/// Returns such rows for the settings: name, value, unit.
 [[nodiscard]] std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfig& controller,
                                                                  const DisplayUnit& unit = DisplayUnit("in"));
 

@@ -13,7 +13,7 @@ namespace eha::tune {
 /// "PID".
 [[nodiscard]] std::string name_of(ident::FeedbackKind kind);
 
-/// The best candidate of each kind that does not hunt, all under the same step of load at the valve.
+/// Returns the best candidate of each kind that does not hunt, all with the same load step at the valve.
 /// @param fractional_gain  of ident::gain_of_fractional_orders(); none: not compared
 [[nodiscard]] std::vector<ComparedKind> kinds_compared(const std::vector<Candidate>& candidates,
                                                        const ident::AxisPlant& plant,
@@ -21,14 +21,14 @@ namespace eha::tune {
 
 /// Titles of kind_rows(), lengths in the unit.
 [[nodiscard]] std::vector<std::string> kind_titles(const DisplayUnit& unit);
-/// What the titles leave open.
+/// Explanation of the titles.
 inline constexpr const char* kKindNote =
     "Following and rest: short trials on four drawn rigs. After a load: RMS error of the linear loop after the same "
     "step of "
     "load, over the PID's; \"stays\" without an integral. Lasting: what remains of a load that would move the rod so "
     "fast.";
 
-/// Rows for people, one a kind; none where only one kind was tried.
+/// Returns rows for display, one a kind; none if only one kind was tried.
 [[nodiscard]] std::vector<std::vector<std::string>> kind_rows(const std::vector<ComparedKind>& kinds,
                                                               const DisplayUnit& unit);
 

@@ -21,12 +21,12 @@ constexpr std::size_t kTriedShares =
     3;  // of P and of a kind that was named; the others take the place of one that hunts
 constexpr int kFewTwins = 4;
 constexpr double kFewHold_s = 6.0;
-constexpr double kWiden = 0.25;        // of the twins' range, added on each side: 50 twins are not every rig
+constexpr double kWiden = 0.25;        // of the twins' range, added on each side: 50 twins do not cover every rig
 constexpr double kBetter = 0.8;        // an error below this share of another's counts as better
-constexpr double kFaultOfWorst = 4.0;  // following error that is a fault, over the worst promised
+constexpr double kFaultOfWorst = 4.0;  // following error that is a fault, over the greatest promised one
 constexpr double kFaultOfSwings = 2.0;
 constexpr double kFreeSwings = 4.0;
-constexpr double kSeenTurn = 0.03;  // phase at the crossover that lags too fast for the model take at most [rad]
+constexpr double kSeenTurn = 0.03;  // greatest phase at the crossover of lags too fast for the model [rad]
 
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -54,12 +54,12 @@ bool hunts(const ident::TrialFigures& trial, double most_in) { return trial.stan
 
 std::vector<FeedbackKind> kinds_of(const TuneTask& task, const ident::AxisPlant& plant) {
   if (task.kind) return {*task.kind};
-  // An integrating rod needs no integrator beside a known valve; another plant keeps an error without one.
+  // An integrating rod with a known valve needs no integrator; another plant keeps an error without one.
   if (plant.order_at_zero > 0.5) return {FeedbackKind::p, FeedbackKind::pi, FeedbackKind::pd, FeedbackKind::pid};
   return {FeedbackKind::p, FeedbackKind::pi, FeedbackKind::pid};
 }
 
-/// The least kind within a fifth of the best error, both following and at rest.
+/// Picks the simplest kind within a fifth of the best error, both following and at rest.
 std::size_t chosen(const std::vector<Candidate>& candidates, double rest_allowed_in) {
   double least = std::numeric_limits<double>::infinity();
   const auto cost = [&](const Candidate& c) {
@@ -80,7 +80,7 @@ std::size_t chosen(const std::vector<Candidate>& candidates, double rest_allowed
   return best;
 }
 
-/// A PI is a PID without a derivative: where it has the less error, because of a shorter filter, it is the PID.
+/// A PI is a PID without a derivative: if its error is less, because of a shorter filter, it becomes the PID.
 std::optional<ident::AxisDesign> better_of(std::optional<ident::AxisDesign> pid, std::optional<ident::AxisDesign> pi) {
   if (!pi || (pid && pid->feedback.squared_error <= pi->feedback.squared_error)) return pid;
   pi->settings.kind = FeedbackKind::pid;
@@ -196,7 +196,7 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
   }
   for (const auto& design : found) {
     if (!design) continue;
-    // The kinds that are only compared are tried with their full gain.
+    // Kinds that are only compared are tried with their full gain.
     const bool is_compared = !task.kind && design->settings.kind != kinds.front();
     for (std::size_t i = 0; i < (is_compared ? 1 : kTriedShares); ++i) {
       Candidate c{.kind = design->settings.kind, .share = kShares.at(i)};
@@ -238,7 +238,7 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
       for (const ident::TrialFigures& trial : trials) best.standing_in = std::max(best.standing_in, trial.standing_in);
       tuned.remarks.push_back(fmt::format("{} with kp {:.3g} /s hunts on {} of {} drawn rigs: not offered.",
                                           name_of(best.kind), best.design.settings.feedback.kp, bad, trials.size()));
-      // One more with less gain, if this was the least of its kind.
+      // Tries one more with less gain, if this had the least gain of its kind.
       const auto next = std::find_if(kShares.begin(), kShares.end(), [&](double share) { return share < best.share; });
       const bool is_last = std::none_of(tuned.candidates.begin(), tuned.candidates.end(), [&](const Candidate& c) {
         return c.kind == best.kind && c.share < best.share;

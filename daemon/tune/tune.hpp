@@ -14,11 +14,11 @@
 
 namespace eha::tune {
 
-/// What a controller is searched for and tried on.
+/// Task of a controller search and of its trials.
 struct TuneTask {
   ident::AxisTask axis;
-  std::optional<ident::FeedbackKind> kind = {};  ///< none: the least that reaches the figures
-  hal::SimOptions twin;                          ///< about which twins are drawn
+  std::optional<ident::FeedbackKind> kind = {};  ///< none: the simplest one that reaches the figures
+  hal::SimOptions twin;                          ///< centre of the drawn twins
   TwinSpread spread;
   int twins = 50;
   double hold_s = 60.0;
@@ -26,7 +26,7 @@ struct TuneTask {
   DisplayUnit unit = DisplayUnit("in");  ///< of lengths in remarks and messages
 };
 
-/// What the rod will do: figures over all drawn twins, margins over all draws of the model.
+/// Promised behaviour of the rod: figures over all drawn twins, margins over all draws of the model.
 struct Promise {
   ident::Interval following_rms_in;
   ident::Interval following_worst_in;
@@ -42,14 +42,14 @@ struct Promise {
   ident::Interval delay_margin_s;
 };
 
-/// Bounds beyond which a run of the controller is a fault.
+/// Bounds whose violation in a run of the controller is a fault.
 struct ControllerFault {
-  double following_error_in = 0.0;  ///< size of reference less reading
+  double following_error_in = 0.0;  ///< absolute difference of reference and reading
   double swing_V = 0.0;             ///< of the command about its null, see ident::SwingCounter
-  double swings_per_s = 0.0;        ///< more in one second
+  double swings_per_s = 0.0;        ///< most swings in one second
 };
 
-/// A feedback that was tried on a few twins.
+/// A feedback tried on a few twins.
 struct Candidate {
   ident::FeedbackKind kind = ident::FeedbackKind::p;
   double share = 1.0;  ///< of the gain that the limits allow
@@ -57,20 +57,20 @@ struct Candidate {
   double following_rms_in = 0.0;  ///< median
   double rest_error_in = 0.0;     ///< greatest
   double standing_in = 0.0;       ///< greatest
-  bool hunts = false;             ///< on one of them
+  bool hunts = false;             ///< on at least one of them
 };
 
-/// A kind of feedback beside the others: the best that was tried of it.
+/// The best tried feedback of a kind, for a comparison of kinds.
 struct ComparedKind {
   ident::FeedbackKind kind = ident::FeedbackKind::p;
   std::optional<double> following_rms_in = {};  ///< none: not tried
   std::optional<double> rest_error_in = {};     ///< none: not tried
-  /// RMS error after a step of load, over that of the PID; none: the error stays, or there is no PID.
+  /// RMS error after a load step, over that of the PID; none: the error remains, or there is no PID.
   std::optional<double> load_error_of_pid = {};
-  double lasting_error_s = 0.0;  ///< of a load that would move the rod at 1 in/s: 1/kp without an integral [in/(in/s)]
+  double lasting_error_s = 0.0;  ///< for a load that would move the rod at 1 in/s: 1/kp without an integral [in/(in/s)]
 };
 
-/// A controller and what it promises.
+/// A controller and its promise.
 struct Tuned {
   ident::AxisDesign design = {};
   double share = 1.0;
@@ -79,18 +79,19 @@ struct Tuned {
   ident::TrialPlan plan;
   std::vector<ident::TrialFigures> trials;  ///< one a twin
   std::vector<Candidate> candidates;        ///< in the order of their trial
-  std::vector<ComparedKind> kinds;          ///< those that do not hunt, and FOPID where it was compared
-  std::vector<std::string> remarks;         ///< what limits it, and what more would have gained; a sentence each
+  std::vector<ComparedKind> kinds;          ///< those that do not hunt, and FOPID if it was compared
+  std::vector<std::string> remarks;         ///< limiting factors, and possible improvements; a sentence each
   TrialTrace trace;                         ///< on the twin itself
 };
 
-/// Peak to peak of a rod at rest from which on it hunts: three standard deviations of the readings and one LSB.
+/// Returns the peak to peak of a rod at rest above which it hunts: three standard deviations of the readings and one
+/// LSB.
 [[nodiscard]] double most_standing_in(const ident::AxisTask& task);
 
-/// Designs feedback of each kind that is asked for, tries it with less and less gain on a few twins, then the best on
-/// all of them. One that hunts on any twin is not offered: the next takes its place.
-/// @throws DataError  nothing keeps the limits, or every candidate hunts; says what limits
-/// Cost: about 80 s of simulated time a twin; 50 twins some 4 s of one processor. Deterministic, whatever the executor.
+/// Designs feedback of each requested kind, tries it with decreasing gain on a few twins, then tries the best on all of
+/// them. Rejects one that hunts on any twin and takes the next.
+/// @throws DataError  no feedback keeps the limits, or every candidate hunts; names the limiting factor
+/// Cost: about 80 s of simulated time a twin; 50 twins some 4 s of one processor. Deterministic for any executor.
 [[nodiscard]] Tuned tune(const ident::AxisPlant& plant, const TuneTask& task,
                          const ident::Executor& executor = ident::run_in_order);
 

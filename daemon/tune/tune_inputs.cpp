@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kStdsOf95Percent = 1.96;
 constexpr int kBitsOfACard = 16;
-constexpr double kLsbsOfNoise = 3.0;  // where nothing is known of the noise
+constexpr double kLsbsOfNoise = 3.0;  // if the noise is unknown
 
 ident::ValveNumbers numbers_of(const ident::ValveSheet& sheet) {
   const auto std_of = [](const ident::Measured& m) { return m.half_width / kStdsOf95Percent; };

@@ -12,13 +12,13 @@
 
 namespace eha::tune {
 
-/// What a controller is made from besides the model and the rig file.
+/// Choices for a controller beside the model and the rig file.
 struct TuneChoices {
   ident::AxisPurpose purpose = ident::AxisPurpose::track;
   std::optional<ident::FeedbackKind> kind = {};
   double sensitivity = 1.4;
   std::optional<double> tick_s = {};            ///< none: the rig's
-  std::optional<hal::SimOptions> twin = {};     ///< fitted to this rig; none: the rig's own where it is simulated, else
+  std::optional<hal::SimOptions> twin = {};     ///< fitted to this rig; none: the rig's own if it is simulated, else
                                                 ///< estimated from model and valve
   std::optional<ident::ValveSheet> sheet = {};  ///< of eha characterise
 };
@@ -27,14 +27,14 @@ struct TuneChoices {
 struct TuneInputs {
   ident::AxisPlant plant;
   TuneTask task;
-  std::string twin;  ///< how it was made, for people
+  std::string twin;  ///< origin of the twin, for display
 };
 
 /// @throws DataError  the model's units are not V and a length, or as ident::axis_plant()
 [[nodiscard]] TuneInputs tune_inputs(const ident::Model& model, const config::RigConfig& rig,
                                      const TuneChoices& choices);
 
-/// The content of a controller file.
+/// Returns the content of a controller file.
 [[nodiscard]] config::ControllerConfig controller_of(const Tuned& tuned, const TuneInputs& inputs,
                                                      config::ControllerProvenance provenance, std::string name);
 

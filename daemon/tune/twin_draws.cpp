@@ -13,7 +13,7 @@ namespace {
 constexpr double kPascalPerBar = 1e5;
 constexpr double kGravity_m_s2 = 9.80665;
 constexpr double kMetrePerInch = 0.0254;
-constexpr double kLeastStd_V = 0.005;  // of null and dead band: what varies between runs
+constexpr double kLeastStd_V = 0.005;  // variation of null and dead band between runs
 constexpr double kLeastGainShare = 0.02;
 constexpr double kFastestSpool_Hz = 120.0;
 constexpr double kSlowestSpool_Hz = 3.0;
@@ -40,7 +40,7 @@ TwinSpread spread_about_estimated(const ident::ValveNumbers& valve) {
 
 TwinGains gains_of(const hal::SimOptions& o) {
   // Steady motion: both edges pass the rod's flow, pressures carry load and friction. With v = o k sqrt q:
-  //   q (A1^3 + A2^3) = the force that the full supply has over.
+  //   q (A1^3 + A2^3) = the excess force of the full supply.
   const double cap = area_m2(o.bore_mm);
   const double ring = cap - area_m2(o.rod_mm);
   const double supply = o.supply_pressure_bar * kPascalPerBar;
@@ -60,7 +60,7 @@ hal::SimOptions estimated_twin(const ident::AxisPlant& plant, hal::SimOptions o)
   o.valve_null_offset_V = -valve.null;
   o.valve_dead_band_V = std::min(valve.dead_band, 0.9 * o.valve_full_scale_V);
   const double ratio = valve.gain_negative / valve.gain_positive;
-  // A thicker rod leaves less area to push back with: the ratio falls with it.
+  // A thicker rod leaves less area for retracting: the ratio falls with it.
   double thin = 0.05 * o.bore_mm;
   double thick = 0.9 * o.bore_mm;
   for (int i = 0; i < 50; ++i) {

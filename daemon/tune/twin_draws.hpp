@@ -9,7 +9,7 @@
 
 namespace eha::tune {
 
-/// How far a drawn twin may be from the one that it is drawn about: standard deviations.
+/// Standard deviations of drawn twins about their centre.
 struct TwinSpread {
   double null_V = 0.02;
   double dead_band_V = 0.02;
@@ -21,15 +21,16 @@ struct TwinSpread {
   double spool = 0.1;
 };
 
-/// For a twin that was fitted to a record, or is the rig itself: as daemon/replay/trial.hpp draws, and the valve by its
-/// uncertainty.
+/// Returns the spread about a twin that was fitted to a record, or is the rig itself: as in daemon/replay/trial.hpp,
+/// with the valve's uncertainty.
 [[nodiscard]] TwinSpread spread_about_fitted(const ident::ValveNumbers& valve);
-/// For one of which only valve and lag were measured: friction, oil, mass and leakage are not known.
+/// Returns the spread about a twin of which only valve and lag were measured: friction, oil, mass and leakage are
+/// unknown.
 [[nodiscard]] TwinSpread spread_about_estimated(const ident::ValveNumbers& valve);
 
-/// A simulated cylinder with the null, dead band, two gains and lag of a plant, else as `base`: rated flow, rod and
-/// spool are chosen for them.
-/// @param base  converters, sensor, travel and what no measurement tells
+/// Returns a simulated cylinder with the null, dead band, two gains and lag of a plant, otherwise like `base`; chooses
+/// rated flow, rod and spool accordingly.
+/// @param base  converters, sensor, travel and all quantities that no measurement determines
 [[nodiscard]] hal::SimOptions estimated_twin(const ident::AxisPlant& plant, hal::SimOptions base);
 
 /// Speed of the loaded rod over volts beyond the dead band at small openings, each way [in/(V s)].
@@ -39,7 +40,7 @@ struct TwinGains {
 };
 [[nodiscard]] TwinGains gains_of(const hal::SimOptions& options);
 
-/// `count` twins; their first positions are spread over the travel, less a twentieth at each end.
+/// Draws `count` twins; their first positions are spread over the travel, less a twentieth at each end.
 [[nodiscard]] std::vector<hal::SimOptions> drawn_twins(const hal::SimOptions& about, const TwinSpread& spread,
                                                        double lowest_in, double highest_in, int count,
                                                        std::uint64_t seed);

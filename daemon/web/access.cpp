@@ -24,7 +24,7 @@ bool is_name_character(char c) {
   return (std::isalnum(static_cast<unsigned char>(c)) != 0) || c == '-' || c == '.' || c == '_';
 }
 
-/// The name of "name:port", and whether there is a port.
+/// Returns the name of "name:port", and whether there is a port.
 struct SplitHost {
   std::string_view name;
   bool has_port = false;
@@ -58,7 +58,7 @@ bool is_host(std::string_view text) {
 AccessRules::AccessRules(std::uint16_t port, const std::vector<std::string>& allowed_hosts) {
   for (const char* name : {"127.0.0.1", "localhost", "[::1]"}) {
     hosts_.push_back(fmt::format("{}:{}", name, port));
-    // A browser leaves out the usual port.
+    // A browser omits the usual port.
     if (port == 80) hosts_.emplace_back(name);
   }
   for (const std::string& name : allowed_hosts) hosts_.push_back(lower(name));
@@ -68,7 +68,7 @@ bool AccessRules::is_allowed(std::string_view host) const {
   if (!is_host(host)) return false;
   const std::string asked = lower(host);
   const std::string name(split(asked).name);
-  // A name without a port stands for every port.
+  // A name without a port allows every port.
   return std::find(hosts_.begin(), hosts_.end(), asked) != hosts_.end() ||
          std::find(hosts_.begin(), hosts_.end(), name) != hosts_.end();
 }

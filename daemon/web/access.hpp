@@ -11,8 +11,8 @@
 
 namespace eha::web {
 
-/// The parts of a request's head that access control uses. Every header as sent, none where it is missing; a repeated
-/// one is joined.
+/// Parts of a request's head that access control uses. Every header as sent, none if it is missing; repeated ones are
+/// joined.
 struct RequestHead {
   std::string_view method;
   std::string_view target;  ///< path and query as sent, not decoded
@@ -22,7 +22,7 @@ struct RequestHead {
   std::vector<std::string> fetch_mode;  ///< Sec-Fetch-Mode
 };
 
-/// Why a request is refused.
+/// Refusal of a request.
 struct Denial {
   int status = 0;  ///< of HTTP
   std::string message;
@@ -31,7 +31,7 @@ struct Denial {
 /// Whether a text is NAME or NAME:PORT: letters, digits, '.', '-', or an address in brackets.
 [[nodiscard]] bool is_host(std::string_view text);
 
-/// The rules against DNS rebinding and against requests that other sites have a browser send:
+/// Rules against DNS rebinding and against requests that other sites make a browser send:
 /// - Host is 127.0.0.1:PORT, localhost:PORT, [::1]:PORT or one of the allowed names (without a port: any port);
 /// - Origin, if there is one, is http:// and that Host; a POST must have it;
 /// - Sec-Fetch-Site, if there is one, is same-origin or none, but anybody may link to the page itself;
@@ -40,7 +40,7 @@ class AccessRules {
  public:
   AccessRules(std::uint16_t port, const std::vector<std::string>& allowed_hosts);
 
-  /// @returns nothing when the request may be answered. Cost O(names).
+  /// @returns nothing if the request may be answered. Cost O(names).
   [[nodiscard]] std::optional<Denial> check(const RequestHead& head) const;
 
  private:

@@ -19,7 +19,7 @@ constexpr milliseconds kSlice{200};
 constexpr milliseconds kLinger{1000};
 constexpr std::size_t kMostLingering = 2u << 20;
 
-/// The address and the port at one end of a connection; nothing changes when they are not known.
+/// Sets the address and the port at one end of a connection; changes nothing if they are not known.
 void read_end(int socket, int (*name_of)(int, sockaddr*, socklen_t*), std::string& ip, int& port) {
   sockaddr_storage storage{};
   socklen_t size = sizeof storage;
@@ -122,7 +122,7 @@ ssize_t ClientStream::write(const char* bytes, size_t size) {
 }
 
 void ClientStream::send_at_once(const std::string& text) const {
-  // A client without room for a line gets none.
+  // A client without room for a line receives none.
   [[maybe_unused]] const ssize_t sent = send(socket_, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 

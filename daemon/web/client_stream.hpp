@@ -16,11 +16,11 @@ namespace eha::web {
 /// Limits on one connection.
 struct StreamLimits {
   std::size_t request_bytes = 16 * 1024;      ///< of a request, its body included
-  std::chrono::milliseconds idle{5'000};      ///< until a request begins
+  std::chrono::milliseconds idle{5'000};      ///< until the first byte of a request
   std::chrono::milliseconds request{5'000};   ///< from its first byte to its last
-  std::chrono::milliseconds answer{10'000};   ///< without a byte taken of an answer; all of it may take this and
-                                              ///< the time at least_bytes_per_s
-  std::size_t least_bytes_per_s = 16 * 1024;  ///< that a client must take of a long answer
+  std::chrono::milliseconds answer{10'000};   ///< longest pause in reading an answer; all of it may take this
+                                              ///< and the time at least_bytes_per_s
+  std::size_t least_bytes_per_s = 16 * 1024;  ///< least speed at which a client must read a long answer
 };
 
 /// A connection with limits on the bytes and the time of a request and on the time of an answer. Closes a client that
@@ -30,14 +30,15 @@ class ClientStream : public httplib::Stream {
   ClientStream(int socket, const StreamLimits& limits) : socket_(socket), limits_(limits) {}
   ClientStream(const ClientStream&) = delete;
   ClientStream& operator=(const ClientStream&) = delete;
-  /// Closes it; what a client still sends is read for a moment, because unread bytes would destroy the answer.
+  /// Closes the connection after reading the client's remaining bytes for a moment, because unread bytes would destroy
+  /// the answer.
   ~ClientStream() override;
 
   /// Waits for the first byte of a request, whose limits begin then.
-  /// @param goes_on  asked several times a second; false ends the wait
+  /// @param goes_on  called several times a second; false ends the wait
   [[nodiscard]] bool wait_for_request(const std::function<bool()>& goes_on);
 
-  /// Whether the request under way was longer than it may be, or slower.
+  /// Whether the present request exceeded its length or time.
   [[nodiscard]] bool is_too_long() const noexcept { return too_long_; }
   [[nodiscard]] bool is_too_slow() const noexcept { return too_slow_; }
 

@@ -58,16 +58,16 @@ enum class Found { socket, nothing, no_diagnosis };
 struct Diagnosis {
   Found found = Found::no_diagnosis;
   uid_t user = 0;
-  std::uint32_t inode = 0;  ///< 0: no process has the socket open any more
+  std::uint32_t inode = 0;  ///< 0: no process has the socket open any longer
 };
 
-/// sock_diag(7) of the socket whose own end is `own` and whose other end is `other`.
+/// Asks sock_diag(7) for the socket whose own end is `own` and whose other end is `other`.
 Diagnosis diagnose(const End& own, const End& other) {
   struct {
     nlmsghdr head;
     inet_diag_req_v2 question;
   } request{};
-  // Kept: a storm of connections is answered as fast as their owners are known.
+  // The socket is kept, so that a storm of connections is answered as fast as their owners are found.
   thread_local os::FileDescriptor netlink;
   thread_local std::uint32_t asked = 0;
   request.head.nlmsg_len = sizeof request;
@@ -85,7 +85,7 @@ Diagnosis diagnose(const End& own, const End& other) {
 
   if (!netlink) {
     netlink = os::FileDescriptor(socket(AF_NETLINK, SOCK_DGRAM | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
-    // Then it takes datagrams of the kernel alone.
+    // A connected socket accepts only datagrams of the kernel.
     const sockaddr_nl kernel{.nl_family = AF_NETLINK, .nl_pad = 0, .nl_pid = 0, .nl_groups = 0};
     if (netlink && connect(netlink.get(), reinterpret_cast<const sockaddr*>(&kernel), sizeof kernel) != 0) {
       netlink = os::FileDescriptor();
@@ -95,7 +95,7 @@ Diagnosis diagnose(const End& own, const End& other) {
   alignas(nlmsghdr) std::array<char, 2048> bytes{};
   const auto* answer = reinterpret_cast<const nlmsghdr*>(bytes.data());
   ssize_t count = 0;
-  // The kernel answers within send(); an answer of an earlier question is passed over.
+  // The kernel answers within send(); skips answers to earlier questions.
   do {
     count = recv(netlink.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (count < static_cast<ssize_t>(sizeof(nlmsghdr))) return {};

@@ -7,14 +7,14 @@
 
 namespace eha::web {
 
-/// Stands for a user whom the kernel does not tell: neither its socket diagnosis nor its table of connections is there.
+/// Stands for an unknown user, if the kernel has neither its socket diagnosis nor its table of connections.
 inline constexpr uid_t kUnknownUser = static_cast<uid_t>(-1);
 
-/// The user whose process made a connection over the loopback interface; one that comes through a tunnel is of the
-/// tunnel's user. The kernel knows it only while that process has the connection open: ask when it is accepted.
-/// Thread-safe. Cost: one question to the kernel, some 20 us.
+/// Returns the user whose process made a connection over the loopback interface; for a tunnel, the tunnel's user. The
+/// kernel knows it only while that process has the connection open: ask when it is accepted. Thread-safe. Cost: one
+/// question to the kernel, some 20 us.
 /// @param connection  accepted socket of TCP over IPv4 or IPv6
-/// @returns none when the other end is closed already
+/// @returns none if the other end is already closed
 [[nodiscard]] std::optional<uid_t> connection_owner(int connection);
 
 namespace detail {

@@ -22,9 +22,9 @@ constexpr auto kRetry = 500ms;
 constexpr auto kEventPatience = 200ms;
 constexpr auto kQueueInterval = 1s;
 constexpr auto kStateInterval = 100ms;
-/// Of the experiments that are over, the newest so many are handed on: an entry with its models has some kilobytes.
+/// Number of finished experiments that are passed on, the newest: an entry with its models has some kilobytes.
 constexpr int kMostOver = 50;
-/// An ehad that says nothing for this long is shown as lost.
+/// An ehad that is silent for this long is shown as lost.
 constexpr auto kSilence = 2s;
 
 std::string text_of(const Json& document) { return document.dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -108,7 +108,7 @@ void DaemonFeed::follow() {
 
 void DaemonFeed::follow_once() {
   control::Client events(socket_, kSilence);
-  // Another connection, because an answer on the first one would come instead of events.
+  // Uses another connection, because on the first one an answer would interrupt the events.
   control::Client questions(socket_, kSilence);
   if (on_runs_) on_runs_(questions.call("runs").at("folder").get<std::string>());
   events.call("watch", {{"rate_Hz", control::kFastestWatch_Hz}, {"samples", true}});

@@ -44,7 +44,7 @@ Address loopback(int family, std::uint16_t port) {
   return address;
 }
 
-/// Of a socket that is bound to a loopback address; none for another one.
+/// Returns the port of a socket that is bound to a loopback address; none for another one.
 std::optional<std::uint16_t> loopback_port(int socket) {
   sockaddr_storage storage{};
   socklen_t size = sizeof storage;
@@ -59,7 +59,7 @@ std::optional<std::uint16_t> loopback_port(int socket) {
   return std::nullopt;
 }
 
-/// @returns none where the kernel has no such family; errno says why an empty one could not listen
+/// @returns none if the kernel has no such family; errno gives the reason why an empty one could not listen
 std::optional<os::FileDescriptor> listen_at(int family, std::uint16_t port) {
   os::FileDescriptor opened(socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!opened && errno == EAFNOSUPPORT) return std::nullopt;
@@ -69,7 +69,7 @@ std::optional<os::FileDescriptor> listen_at(int family, std::uint16_t port) {
   setsockopt(opened.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   if (family == AF_INET6) {
     setsockopt(opened.get(), IPPROTO_IPV6, IPV6_V6ONLY, &yes, sizeof yes);
-    // Where the address is switched off now, it is taken all the same.
+    // Binds even if the address is switched off at present.
     setsockopt(opened.get(), IPPROTO_IPV6, IPV6_FREEBIND, &yes, sizeof yes);
   }
   const Address address = loopback(family, port);

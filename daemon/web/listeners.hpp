@@ -8,16 +8,16 @@
 
 namespace eha::web {
 
-/// Listening sockets on 127.0.0.1 and [::1]. A browser takes `localhost` for either address: whoever else listened on
-/// one of them could show another page there and ask for the token.
+/// Listening sockets on 127.0.0.1 and [::1]. Both are needed, because a browser resolves `localhost` to either address:
+/// another user listening on one of them could show another page there and ask for the token.
 class Listeners {
  public:
-  /// Those that the service manager opened and keeps through restarts (sd_listen_fds(3)); empty without any.
+  /// Returns the sockets that the service manager keeps through restarts (sd_listen_fds(3)); may be empty.
   /// @throws ConfigError  one of them is no listening TCP socket of the loopback interface, or their ports differ
   [[nodiscard]] static Listeners inherited();
 
   /// Opens both at one port. @param port  0: any that is free on both
-  /// A kernel without IPv6 has the first alone, and nobody can listen on the second.
+  /// On a kernel without IPv6 opens the first only; nobody can listen on the second then.
   /// @throws DeviceError  the port is taken on one of them   @throws PermissionError, IoError
   [[nodiscard]] static Listeners on_port(std::uint16_t port);
 

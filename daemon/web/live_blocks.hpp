@@ -9,7 +9,7 @@
 
 namespace eha::web {
 
-/// The last 60 s of ehad's sample stream under numbers of its own, which go on when ehad starts anew. Not thread-safe.
+/// The last 60 s of ehad's sample stream, with numbers that continue after a restart of ehad. Not thread-safe.
 /// Memory: at most kMost blocks.
 class LiveBlocks {
  public:
@@ -22,13 +22,13 @@ class LiveBlocks {
 
   struct Part {
     std::int64_t first = 0;    ///< number of the first block
-    std::int64_t next = 0;     ///< the number to ask for next
-    std::int64_t dropped = 0;  ///< blocks between the number asked for and `next` that are missing
+    std::int64_t next = 0;     ///< number to request next
+    std::int64_t dropped = 0;  ///< missing blocks between the requested number and `next`
     std::string blocks;  ///< JSON: [[run_s, displacement_min_in, displacement_max_in, applied_min_V, applied_max_V,
                          ///< utc_ns], ...]
   };
-  /// The kept blocks from number `since` on. A number below 0, or one that this process has not given yet, stands for
-  /// all that is kept, of which none is dropped.
+  /// Returns the kept blocks from number `since` on. A number below 0, or one that this process has not given yet,
+  /// means all kept blocks, with none dropped.
   [[nodiscard]] Part since(std::int64_t since) const;
 
  private:

@@ -33,12 +33,12 @@ constexpr double kDecibelsPerRelative = 20.0 / std::numbers::ln10;
 constexpr double kFlatShare = 0.25;
 /// Distortion is measured up to this many harmonics beside a line.
 constexpr double kHarmonicsBeside = 14.0;
-/// Of an experiment without lines of its own: samples of a thinned period.
+/// Samples of a thinned period, for an experiment without lines of its own.
 constexpr double kLeastPeriod = 4096.0;
 /// Lines of an answer are at least this far apart.
 constexpr double kLeastRatio = 1.01;
 
-/// The greatest divisor of `number` that is at most `limit`.
+/// Returns the greatest divisor of `number` that is at most `limit`.
 std::size_t greatest_divisor(std::size_t number, double limit) {
   for (std::size_t divisor = static_cast<std::size_t>(std::max(limit, 1.0)); divisor > 1; --divisor) {
     if (number % divisor == 0) return divisor;
@@ -68,7 +68,7 @@ class Thinning {
     kept_.push_back(sum);
   }
 
-  /// Rows before the first kept one, which lies in the middle of the filter.
+  /// Number of rows before the first kept one, which lies in the middle of the filter.
   [[nodiscard]] std::size_t delay() const { return taps_.size() / 2; }
   [[nodiscard]] Eigen::VectorXd take() {
     return Eigen::Map<const Eigen::VectorXd>(kept_.data(), static_cast<Eigen::Index>(kept_.size()));
@@ -90,13 +90,14 @@ std::complex<double> hold_of(double frequency_Hz, double step_s) {
 
 double std_dB(const ident::LineResponse& line) { return kDecibelsPerRelative * line.std / std::abs(line.response); }
 
-/// The greater of both distortions; none where neither was measured.
+/// Returns the greater of both distortions; none if neither was measured.
 Json distortion_of(const ident::LineResponse& line) {
   if (!line.even_distortion_dB && !line.odd_distortion_dB) return nullptr;
   return std::max(line.even_distortion_dB.value_or(-INFINITY), line.odd_distortion_dB.value_or(-INFINITY));
 }
 
-/// The valve of a rig file; none without [following], or where an earlier version wrote a file that is refused now.
+/// Returns the valve of a rig file; none without [following], or if an earlier version wrote a file that is now
+/// refused.
 std::optional<ident::ValveMap> valve_of(const std::string& rig_text, const std::string& source) {
   try {
     const config::RigConfig rig = config::parse_rig(rig_text, source);
@@ -110,7 +111,7 @@ std::optional<ident::ValveMap> valve_of(const std::string& rig_text, const std::
   }
 }
 
-/// What a valve passes on of each excited line: the rod's response is the measured one divided by it.
+/// Returns the valve's response at each excited line; the rod's response is the measured one divided by it.
 std::vector<std::complex<double>> valve_response(const ident::ValveMap& valve, ident::Record record,
                                                  const ident::Periods& periods,
                                                  const std::vector<ident::LineResponse>& lines) {
@@ -119,12 +120,12 @@ std::vector<std::complex<double>> valve_response(const ident::ValveMap& valve, i
   record.output = ident::mapped(valve, record.input);
   std::vector<std::complex<double>> passed;
   for (const ident::LineResponse& line : ident::measure_frequency_response(record, periods, lines_Hz).lines) {
-    passed.push_back(line.response * hold_of(line.frequency_Hz, record.step_s));  // volts to volts: nothing is held
+    passed.push_back(line.response * hold_of(line.frequency_Hz, record.step_s));  // from volts to volts: no hold
   }
   return passed;
 }
 
-/// The longest run of neighbouring lines that are known; null without one.
+/// Returns the longest run of neighbouring lines of known gain; null without one.
 Json usable_band(const std::vector<ident::LineResponse>& lines) {
   std::size_t begin = 0;
   std::size_t best_begin = 0;
@@ -226,7 +227,7 @@ LiveResponse measure_live_response(const std::filesystem::path& journal, const P
   const std::size_t ahead = plan.discard > input.delay() ? plan.discard - input.delay() : 0;
   std::size_t discard = (ahead + plan.thinning - 1) / plan.thinning;
   if (result.rows < plan.discard + 2 * plan.period || samples < 2 * period) return result;
-  // The filter costs half its length at either end: without more rows the two periods begin that much earlier.
+  // The filter uses half its length at either end: without more rows the two periods begin that much earlier.
   discard = std::min(discard, samples - 2 * period);
   const ident::Periods periods = ident::last_periods(samples, period, discard);
   ident::FrequencyResponse measured = ident::measure_frequency_response(record, periods, plan.lines_Hz);

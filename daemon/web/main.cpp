@@ -41,7 +41,7 @@ sigset_t block_ends() {
 
 void serve(const eha::web::Options& options) {
   namespace web = eha::web;
-  // Each of many threads would get a heap of its own.
+  // Otherwise each of many threads would get its own heap.
   mallopt(M_ARENA_MAX, 2);
   const sigset_t ends = block_ends();
   web::StopToken token(options.token_file ? web::StopToken::read(*options.token_file) : web::StopToken::random());
@@ -63,7 +63,7 @@ void serve(const eha::web::Options& options) {
   if (!options.token_file) std::cout << fmt::format("token for Stop, until this ends: {}\n", token.text());
   std::cout << std::flush;
   auto served = std::async(std::launch::async, [&] {
-    // An end of itself ends the program.
+    // Ends the program if serve() fails.
     try {
       server.serve(web::AccessRules(server.port(), options.allowed_hosts));
     } catch (...) {

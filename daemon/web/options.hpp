@@ -20,7 +20,7 @@ struct Options {
   std::vector<std::string> allowed_hosts = {};           ///< NAME or NAME:PORT, beside the loopback names
 };
 
-/// @param text  gets help or version for standard output, when that was asked for; then nothing is returned
+/// @param text  receives help or version for standard output, if that was requested; then nothing is returned
 /// @throws UsageError
 [[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, std::string& text);
 

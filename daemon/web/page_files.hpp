@@ -13,7 +13,7 @@ struct PageFile {
   std::string_view content;
 };
 
-/// Every file of the page; page_files.cpp is made from the folder by embed.cmake.
+/// Returns every file of the page; embed.cmake makes page_files.cpp from the folder.
 [[nodiscard]] std::span<const PageFile> page_files() noexcept;
 
 }  // namespace eha::web

@@ -25,11 +25,11 @@ using Json = nlohmann::ordered_json;
 using std::chrono::steady_clock;
 
 constexpr auto kInterval = 1s;
-/// Somebody who asked within this time is still there.
+/// A client is present if it asked within this time.
 constexpr auto kInterest = 3s;
 
 void take_lowest_priority() noexcept {
-  // What is refused here is given by the unit (Nice=, CPUSchedulingPolicy=).
+  // If it is refused, the unit's settings apply (Nice=, CPUSchedulingPolicy=).
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19);
   const sched_param none{};
   sched_setscheduler(0, SCHED_BATCH, &none);
@@ -108,7 +108,7 @@ void ResponseMeter::measure(const std::string& run, const RunFile& journal) {
   run_.clear();
   modified_ns_ = journal.modified_ns;
   response_ = measure_live_response(journal.path(), plan_);
-  // Without two periods the next ones to wait for are the second.
+  // Without two periods waits for the second one.
   const std::size_t periods = std::max<std::size_t>(response_.periods, 1);
   const std::size_t needed = plan_.discard + (periods + 1) * plan_.period;
   const std::size_t missing = needed > response_.rows ? needed - response_.rows : 0;

@@ -16,9 +16,8 @@
 
 namespace eha::web {
 
-/// Measures the response of the run that is being driven, otherwise of the last one, in one thread of the lowest
-/// priority: at most once a second, only while somebody asks, and only when another period can be complete.
-/// Thread-safe.
+/// Measures the response of the present run, otherwise of the last one, in one thread of the lowest priority: at most
+/// once a second, only while somebody asks, and only if another period may be complete. Thread-safe.
 class ResponseMeter {
  public:
   ResponseMeter(const RunStore& store, const DaemonFeed& feed);
@@ -26,7 +25,7 @@ class ResponseMeter {
   ResponseMeter& operator=(const ResponseMeter&) = delete;
   ~ResponseMeter();
 
-  /// The answer to /api/response; {"run": null} until a run is known. Waits for nothing.
+  /// Returns the answer to /api/response; {"run": null} until a run is known. Does not wait.
   [[nodiscard]] std::shared_ptr<const std::string> ask();
 
  private:
@@ -43,11 +42,11 @@ class ResponseMeter {
   std::chrono::steady_clock::time_point asked_{};
   std::shared_ptr<const std::string> text_;
 
-  // Of the thread.
+  // Used by the thread only.
   std::string run_;  ///< that has been measured
   PeriodPlan plan_;
   LiveResponse response_;
-  std::uint64_t next_size_ = 0;  ///< of the journal, from which on another period can be complete [bytes]
+  std::uint64_t next_size_ = 0;  ///< size of the journal at which another period may be complete [bytes]
   std::int64_t modified_ns_ = 0;
   std::thread thread_;
 };

@@ -31,7 +31,7 @@ bool is_name(std::string_view text) noexcept {
          std::all_of(text.begin(), text.end(), is_allowed);
 }
 
-/// Opens a file below a folder, one name of the path after the other and no link among them. Not openat2, which
+/// Opens a file below a folder, one name of the path after the other, none of them a link. Not by openat2, which
 /// systemd's RestrictSUIDSGID= forbids.
 /// @returns none for a name that does not pass is_name, such as ".."
 os::FileDescriptor open_beneath(os::FileDescriptor folder, std::string_view path) {
@@ -42,12 +42,12 @@ os::FileDescriptor open_beneath(os::FileDescriptor folder, std::string_view path
     path.remove_prefix(slash + 1);
   }
   if (!folder || !is_name(path)) return {};
-  // O_NONBLOCK: a pipe under that name must not hold the thread.
+  // O_NONBLOCK: a pipe of that name must not block the thread.
   return os::FileDescriptor(
       openat(folder.get(), std::string(path).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
 }
 
-/// Of a run.json.
+/// Returns the text of a run.json.
 std::string content_of(const RunFile& file, std::string_view id) {
   if (file.size > RunStore::kLargestManifest) {
     throw DataError(
@@ -58,7 +58,7 @@ std::string content_of(const RunFile& file, std::string_view id) {
   return text;
 }
 
-/// The members that a manifest gives.
+/// Returns the members from a manifest.
 Json describe_manifest(const RunFile& file, const std::string& id) {
   const record::Manifest manifest = record::manifest_from_json(Json::parse(content_of(file, id)), id + "/run.json");
   Json said{{"id", id},
@@ -91,13 +91,13 @@ Json describe_manifest(const RunFile& file, const std::string& id) {
   return said;
 }
 
-/// The newest names of run folders, newest first: they begin with the time.
+/// Returns the newest names of run folders, newest first: they begin with the time.
 std::vector<std::string> newest_names(const fs::path& folder, std::size_t most) {
   std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator item(folder, error), end; !error && item != end; item.increment(error)) {
     std::string name = item->path().filename().string();
-    // Of a run folder; "latest" is a link.
+    // Accepts run folders only; "latest" is a link.
     if (is_run_id(name) && !item->is_symlink(error) && item->is_directory(error)) names.push_back(std::move(name));
   }
   std::sort(names.begin(), names.end(), std::greater<>());
@@ -149,7 +149,7 @@ std::string RunStore::manifest(std::string_view id) const {
 }
 
 std::string RunStore::newest() const {
-  // A run that is only prepared has none yet.
+  // A run in preparation has none yet.
   constexpr std::size_t kLookedAt = 20;
   for (std::string& id : newest_names(folder(), kLookedAt)) {
     if (open(id, record::kJournalFile)) return std::move(id);

@@ -25,9 +25,9 @@ namespace eha::web {
 /// A file of a run, open for reading.
 struct RunFile {
   os::FileDescriptor descriptor;
-  std::uint64_t size = 0;        ///< when it was opened [bytes]
+  std::uint64_t size = 0;        ///< size when it was opened [bytes]
   std::int64_t modified_ns = 0;  ///< [ns since 1970]
-  /// By which functions that take a path open the same file again, whatever its name stands for by then.
+  /// Returns a path with which other functions open the same file again, even if its name has come to mean another one.
   [[nodiscard]] std::filesystem::path path() const;
 };
 
@@ -35,28 +35,28 @@ struct RunFile {
 /// and no race leads outside. Thread-safe.
 class RunStore {
  public:
-  /// Reads runs from here on.
+  /// Sets the folder of the runs.
   void set_folder(std::filesystem::path folder);
   [[nodiscard]] std::filesystem::path folder() const;
 
-  /// A regular file of a run. @param path  from the run's folder
-  /// @returns nothing when there is none that may be read, or before set_folder()
+  /// Opens a regular file of a run. @param path  from the run's folder
+  /// @returns nothing if there is no readable one, or before set_folder()
   [[nodiscard]] std::optional<RunFile> open(std::string_view id, std::string_view path) const;
 
-  /// The text of a run's run.json.
-  /// @throws DataError  there is none that may be read, or it has more than kLargestManifest bytes
+  /// Returns the text of a run's run.json.
+  /// @throws DataError  there is no readable one, or it has more than kLargestManifest bytes
   [[nodiscard]] std::string manifest(std::string_view id) const;
   static constexpr std::uint64_t kLargestManifest = 16u << 20;  ///< [bytes]; two configuration files are far shorter
 
-  /// Name of the newest run with a journal; empty when there is none.
+  /// Returns the name of the newest run with a journal; empty if there is none.
   [[nodiscard]] std::string newest() const;
 
-  /// The newest runs, newest first: id, name, started, outcome, grade, recommended, reason, has_report, files; one that
-  /// cannot be read has id, outcome "unreadable" and error. Manifests are read again only when they changed.
+  /// Lists the newest runs, newest first: id, name, started, outcome, grade, recommended, reason, has_report, files; a
+  /// run that cannot be read has id, outcome "unreadable" and error. Reads manifests again only if they changed.
   [[nodiscard]] nlohmann::ordered_json list(std::size_t most);
 
  private:
-  /// What run.json of one run says, and of which state of that file.
+  /// Facts from run.json of one run, and the state of that file.
   struct Known {
     std::uint64_t size = 0;
     std::int64_t modified_ns = 0;
@@ -65,9 +65,9 @@ class RunStore {
 
   [[nodiscard]] nlohmann::ordered_json describe(const std::string& id);
 
-  mutable std::mutex mutex_;  ///< of folder_
+  mutable std::mutex mutex_;  ///< guards folder_
   std::filesystem::path folder_;
-  std::mutex list_mutex_;  ///< of known_
+  std::mutex list_mutex_;  ///< guards known_
   std::map<std::string, Known> known_;
 };
 

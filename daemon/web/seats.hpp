@@ -12,16 +12,17 @@ namespace eha::web {
 enum class Seat {
   none,   ///< the connection is refused
   any,    ///< every request is answered
-  spare,  ///< only a POST is: it may be a stop
+  spare,  ///< only a POST is answered: it may be a stop
 };
 
-/// Who may hold how many connections, so that no user can keep another one from Stop. Thread-safe. Cost O(log users).
+/// Limits the connections of each user, so that no user can prevent another one from using Stop. Thread-safe. Cost
+/// O(log users).
 class Seats {
  public:
   static constexpr std::size_t kOfOneUser = 64;
   static constexpr std::size_t kOfAll = 256;
-  static constexpr std::size_t kSpareOfOneUser = 8;  ///< beside kOfOneUser
-  static constexpr std::size_t kSpareOfAll = 64;     ///< beside kOfAll
+  static constexpr std::size_t kSpareOfOneUser = 8;  ///< in addition to kOfOneUser
+  static constexpr std::size_t kSpareOfAll = 64;     ///< in addition to kOfAll
 
   [[nodiscard]] Seat take(uid_t user) {
     const std::lock_guard lock(mutex_);
@@ -37,7 +38,7 @@ class Seats {
     return Seat::none;
   }
 
-  /// @param seat  what take() gave, not none
+  /// @param seat  result of take(), not none
   void leave(uid_t user, Seat seat) {
     const std::lock_guard lock(mutex_);
     Taken& own = of_[user];

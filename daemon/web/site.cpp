@@ -22,11 +22,11 @@ using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kJsonType = "application/json";
-/// Of the page: nothing but its own files, no script or style within the HTML.
+/// Content policy of the page: only its own files, no script or style within the HTML.
 constexpr const char* kPagePolicy =
     "default-src 'self'; img-src 'self' data:; object-src 'none'; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'";
-/// Of a report, one file with its plots and style: no script, no request.
+/// Content policy of a report, one file with its plots and style: no script, no request.
 constexpr const char* kReportPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'; sandbox";
@@ -34,7 +34,7 @@ constexpr std::string_view kRunsPath = "/runs/";
 constexpr std::string_view kStaticPath = "/static/";
 constexpr std::size_t kMostRuns = 200;
 constexpr auto kRunsInterval = 1s;
-/// With what the request takes besides it is 2 s at most.
+/// With the rest of the request's time it is 2 s at most.
 constexpr std::chrono::milliseconds kStopPatience{1800};
 
 void set_policy(httplib::Response& response, const char* policy) {
@@ -42,7 +42,7 @@ void set_policy(httplib::Response& response, const char* policy) {
   response.set_header("Content-Security-Policy", policy);
 }
 
-/// A query's whole number; `otherwise` without it or when it is none.
+/// Reads a query's whole number; `otherwise` if it is missing or none.
 std::int64_t number_of(const httplib::Request& request, const char* key, std::int64_t otherwise) {
   const std::string text = request.get_param_value(key);
   std::int64_t value = 0;
@@ -54,7 +54,7 @@ bool send_page_file(std::string_view name, httplib::Response& response) {
   for (const PageFile& file : page_files()) {
     if (file.name != name) continue;
     set_policy(response, kPagePolicy);
-    // Asked for again after an upgrade.
+    // Revalidated by the browser after an upgrade.
     response.headers.erase("Cache-Control");
     response.set_header("Cache-Control", "no-cache");
     response.set_content(file.content.data(), file.content.size(), std::string(file.content_type));
@@ -68,7 +68,7 @@ const char* type_of(std::string_view path) {
   return path.ends_with(".csv") ? "text/csv; charset=utf-8" : "application/octet-stream";
 }
 
-/// Sends a file in pieces, so that its size costs no memory. A file that shrinks meanwhile ends the connection.
+/// Sends a file in pieces, so that its size needs no memory. A file that shrinks meanwhile ends the connection.
 void send_file(RunFile file, const char* type, httplib::Response& response) {
   const auto shared = std::make_shared<RunFile>(std::move(file));
   response.status = 200;
@@ -158,7 +158,7 @@ std::string Site::runs(std::size_t most) {
   take_kept();
   const auto is_old = [&] { return !list || std::chrono::steady_clock::now() - listed >= kRunsInterval; };
   if (is_old()) {
-    // Who comes while a slow disk is read gets the list of before; there is none at the beginning.
+    // During a reading of a slow disk other requests receive the previous list; the first ones wait for it.
     std::unique_lock listing(listing_, std::defer_lock);
     if (list) {
       static_cast<void>(listing.try_lock());

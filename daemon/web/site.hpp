@@ -18,23 +18,23 @@
 
 namespace eha::web {
 
-/// The paths of the server: the page, /api and the files of the runs. Thread-safe.
+/// Serves the paths: the page, /api and the files of the runs. Thread-safe.
 class Site {
  public:
   Site(RunStore& store, const DaemonFeed& feed, ResponseMeter& meter, StopToken& token, std::filesystem::path socket);
 
-  /// Answers a request that AccessRules let pass. Every answer has a content policy and says whether it may be kept.
-  /// @param user  who asks; kUnknownUser: unknown
+  /// Answers a request that AccessRules accepted. Every answer has a content policy and says whether it may be cached.
+  /// @param user  of the request; kUnknownUser: unknown
   void answer(const httplib::Request& request, httplib::Response& response, uid_t user);
 
  private:
   void answer_api(const httplib::Request& request, httplib::Response& response);
   void answer_run(const std::string& path, httplib::Response& response) const;
-  /// Whether the request has the token; otherwise the answer is the refusal.
+  /// Whether the request has the token; otherwise sets the answer to the refusal.
   bool has_token(const httplib::Request& request, httplib::Response& response, uid_t user);
-  /// Lets a person find a mistyped token before it is needed. Tries count as those of stop().
+  /// Allows a user to find a mistyped token before it is needed. Tries count like those of stop().
   void check_token(const httplib::Request& request, httplib::Response& response, uid_t user);
-  /// Answers within kPatience, so that an ehad that hangs holds no thread for longer.
+  /// Answers within kPatience, so that a hanging ehad holds no thread for longer.
   void stop(const httplib::Request& request, httplib::Response& response, uid_t user);
   /// The list of the newest runs as text, listed at most once a second by one thread at a time.
   [[nodiscard]] std::string runs(std::size_t most);
@@ -45,7 +45,7 @@ class Site {
   StopToken& token_;
   std::filesystem::path socket_;
   std::mutex listing_;                                    ///< held while the folder is read
-  std::mutex runs_mutex_;                                 ///< of what follows
+  std::mutex runs_mutex_;                                 ///< guards the following members
   std::shared_ptr<const std::vector<std::string>> runs_;  ///< one text a run, newest first
   std::chrono::steady_clock::time_point runs_listed_{};
 };

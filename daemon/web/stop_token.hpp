@@ -15,13 +15,13 @@
 
 namespace eha::web {
 
-/// The secret that Stop on the page asks for. Thread-safe.
+/// The secret that Stop on the page requires. Thread-safe.
 class StopToken {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::size_t kShortest = 16;  ///< characters
   static constexpr std::size_t kLongest = 256;
-  static constexpr std::size_t kMostWrong = 5;  ///< of one user within kWindow; then his are refused until one is older
+  static constexpr std::size_t kMostWrong = 5;  ///< wrong tries of a user within kWindow; beyond, all are refused
   static constexpr std::chrono::seconds kWindow{10};
 
   enum class Answer { right, wrong, too_many };
@@ -30,17 +30,18 @@ class StopToken {
   /// @throws ConfigError  otherwise, with the length only
   explicit StopToken(std::string text);
 
-  /// The first line of a file that others than its owner and group cannot read and that its group cannot write.
+  /// Reads the first line of a file that is not readable for others than its owner and group and not writable for its
+  /// group.
   /// @throws ConfigError  the content, or the mode   @throws IoError, PermissionError
   [[nodiscard]] static std::string read(const std::filesystem::path& file);
 
-  /// 128 random bits of the kernel in hexadecimal. @throws IoError
+  /// Returns 128 random bits of the kernel in hexadecimal. @throws IoError
   [[nodiscard]] static std::string random();
 
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
 
-  /// Compares in constant time, and counts a wrong token. Refuses also the right token after too many wrong ones of the
-  /// same user, so that guessing gets one try in two seconds; other users can still stop.
+  /// Compares in constant time, and counts a wrong token. After too many wrong tokens of a user refuses even the right
+  /// one, so that guessing gets one try in two seconds; other users can still stop.
   /// @param user  at the other end of the connection; none: unknown, which counts as one user
   [[nodiscard]] Answer check(std::string_view text, std::optional<uid_t> user, Clock::time_point now);
 

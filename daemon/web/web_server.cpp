@@ -30,16 +30,16 @@ constexpr std::size_t kMostBody = 1024;
 constexpr const char* kTooMany =
     "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 5\r\nContent-Length: 0\r\n\r\n";
 
-/// When no further socket can be opened: until the next try.
+/// Pause before the next try if no further socket can be opened.
 constexpr int kPause_ms = 20;
-/// A spare seat is for somebody who knows what to ask.
+/// A spare seat requires a prompt request.
 constexpr std::chrono::milliseconds kSparePatience{1000};
 
 /// The connection of this thread.
 thread_local const ClientStream* current = nullptr;
 thread_local uid_t current_user = kUnknownUser;
 thread_local Seat current_seat = Seat::none;
-/// What this thread's connection sent was no request, so where the next one begins is unknown.
+/// Whether this thread's connection sent something that is no request, so that the start of the next one is unknown.
 thread_local bool is_garbled = false;
 
 std::vector<std::string> headers_of(const httplib::Request& request, const char* name) {
@@ -66,7 +66,7 @@ void refuse(httplib::Response& response, int status, const std::string& message)
   response.set_content(body.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "application/json");
 }
 
-/// The seat of a connection. Given back with it.
+/// The seat of a connection; the destructor gives it back.
 struct WebServer::Connection {
   Connection(WebServer& of, uid_t of_user, Seat taken) : server(of), user(of_user), seat(taken) {
     const std::lock_guard lock(server.mutex_);
@@ -78,7 +78,7 @@ struct WebServer::Connection {
     server.seats_.leave(user, seat);
     const std::lock_guard lock(server.mutex_);
     --server.connections_;
-    // Under the lock: the server may be gone right after it.
+    // Notifies under the lock: the server may be destroyed right after it.
     server.left_.notify_all();
   }
 
@@ -127,7 +127,7 @@ WebServer::WebServer(Listeners listeners, const StreamLimits& limits, Answerer a
 
 void WebServer::serve(AccessRules rules) {
   rules_.emplace(std::move(rules));
-  // The library ends a long answer when this is none.
+  // The library ends a long answer if svr_sock_ is invalid.
   svr_sock_ = wake_.get();
   std::vector<pollfd> waiting{{.fd = wake_.get(), .events = POLLIN, .revents = 0}};
   for (const os::FileDescriptor& listener : listeners_.sockets()) {
@@ -160,7 +160,7 @@ std::size_t WebServer::connections() const {
 }
 
 void WebServer::accept_waiting(int listener) {
-  // So many that a storm is accepted faster than it comes, and so few that the other address has its turn.
+  // Enough to accept a storm faster than it arrives, and few enough to serve the other address, too.
   constexpr int kAtOnce = 64;
   for (int i = 0; i < kAtOnce && !ending_; ++i) {
     os::FileDescriptor socket(accept4(listener, nullptr, nullptr, SOCK_CLOEXEC));
@@ -179,13 +179,13 @@ void WebServer::accept_waiting(int listener) {
 
 void WebServer::admit(os::FileDescriptor socket) {
   const std::optional<uid_t> user = connection_owner(socket.get());
-  // Nobody waits for an answer, and nobody could be blamed for what was asked.
+  // The client has gone, and its request could not be attributed to a user.
   if (!user) return;
   const Seat seat = seats_.take(*user);
   if (seat == Seat::none) return ClientStream(socket.release(), limits_).send_at_once(kTooMany);
   const int yes = 1;
   setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-  // The kernel would take megabytes for a client that does not read.
+  // By default the kernel would buffer megabytes for a client that does not read.
   setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
   StreamLimits limits = limits_;
   if (seat == Seat::spare) {
@@ -203,7 +203,7 @@ void WebServer::admit(os::FileDescriptor socket) {
       client.reset();
     }).detach();
   } catch (const std::system_error&) {
-    // No further thread: the connection is closed, as one too many.
+    // No further thread can be started: closes the connection, as one too many.
   }
 }
 
@@ -235,8 +235,8 @@ httplib::Server::HandlerResponse WebServer::route(const httplib::Request& reques
 void WebServer::serve_connection(ClientStream& stream) {
   bool may_have_body = false;
   const auto set_up = [&](httplib::Request& request) {
-    // Compressing what is asked for ten times a second costs more than it saves on the loopback interface; parts of a
-    // file may be asked for again and again in one request.
+    // Compressing answers that are requested ten times a second costs more than it saves on the loopback interface;
+    // parts of a file could be requested again and again in one request.
     request.headers.erase("Accept-Encoding");
     request.ranges.clear();
     // A body may be left unread when the request is refused.

@@ -35,13 +35,13 @@ class WebServer : private httplib::Server {
 
   [[nodiscard]] std::uint16_t port() const noexcept { return listeners_.port(); }
 
-  /// Serves until end() is called, and returns when the last connection is closed. @param rules  for this port
+  /// Serves until end() is called, and returns after the last connection is closed. @param rules  for this port
   /// @throws IoError  it cannot wait for connections
   void serve(AccessRules rules);
-  /// Ends serve(), also one that has not begun. Thread-safe.
+  /// Ends serve(), even if it has not begun. Thread-safe.
   void end();
 
-  /// That have a seat.
+  /// Number of connections with a seat.
   [[nodiscard]] std::size_t connections() const;
 
  private:
@@ -56,15 +56,15 @@ class WebServer : private httplib::Server {
   StreamLimits limits_;
   Answerer answer_;
   std::optional<AccessRules> rules_;
-  os::FileDescriptor wake_;  ///< readable when it ends
+  os::FileDescriptor wake_;  ///< becomes readable when serve() must end
   std::atomic<bool> ending_{false};
   Seats seats_;
-  mutable std::mutex mutex_;  ///< of what follows
+  mutable std::mutex mutex_;  ///< guards the following members
   std::condition_variable left_;
   std::size_t connections_ = 0;
 };
 
-/// Puts {"error": message} and a status into an answer.
+/// Writes {"error": message} and a status into an answer.
 void refuse(httplib::Response& response, int status, const std::string& message);
 
 }  // namespace eha::web

@@ -16,7 +16,7 @@
 
 namespace {
 
-constexpr int kFirstWord = 5;  // argv[5] is the program
+constexpr int kFirstWord = 5;  // program in argv[5]
 constexpr int kLowestPriority = 19;
 
 [[noreturn]] void fail(const char* what) {

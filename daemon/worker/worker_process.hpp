@@ -32,13 +32,13 @@ struct WorkerPrograms {
 /// The end of a worker.
 struct WorkerEnd {
   std::optional<int> exit_code;  ///< of eha; none: killed, or ended by a limit
-  std::string text;              ///< its last messages, or what ended it
-  std::string output = {};       ///< the end of its results, of what it printed to standard output
+  std::string text;              ///< its last messages, or the reason for its end
+  std::string output = {};       ///< the end of its standard output
 };
 
-/// A command of `eha` (fit RUN, check FILE) as a child process with limits on time and memory. It runs at the lowest
-/// priority, not on the tick loop's CPU, and is killed when the thread that started it ends (PR_SET_PDEATHSIG). Not
-/// thread-safe.
+/// Runs a command of `eha` (fit RUN, check FILE) as a child process with limits on time and memory. The child runs at
+/// the lowest priority, not on the tick loop's CPU, and is killed when the thread that started it ends
+/// (PR_SET_PDEATHSIG). Not thread-safe.
 class WorkerProcess {
  public:
   /// @param arguments  of eha
@@ -46,13 +46,13 @@ class WorkerProcess {
   WorkerProcess(const WorkerPrograms& programs, const std::vector<std::string>& arguments, const WorkerLimits& limits);
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
-  /// Kills it and waits for its end.
+  /// Kills the child and waits for its end.
   ~WorkerProcess();
 
   [[nodiscard]] pid_t pid() const noexcept { return process_.pid(); }
 
-  /// The worker's end, or nothing while it runs. Kills it when its wall time is over. Call on SIGCHLD and about every
-  /// second.
+  /// Returns the worker's end, or nothing while it runs. Kills the worker when its wall time is over. Call on SIGCHLD
+  /// and about every second.
   [[nodiscard]] std::optional<WorkerEnd> poll();
 
  private:

@@ -34,7 +34,7 @@
 //   std::unique_ptr<Rig> open_rig(const Options&, double safe_V);
 //
 // Members `seed`, `initial_displacement_in` and `enable` (optional: switches the hydraulics) are optional. Add it to
-// backend_list.hpp; nothing else asks for a backend's name.
+// backend_list.hpp; no other code depends on a backend's name.
 
 namespace eha::hal {
 
@@ -50,29 +50,29 @@ namespace eha::hal {
 /// Whether the hydraulics are off while nothing is driven: a machine without an enable line follows the safe voltage.
 [[nodiscard]] bool switches_hydraulics(const Backend& backend);
 
-/// For messages: "simulated", "/dev/comedi0 (pci1716)".
+/// Returns a description for messages: "simulated", "/dev/comedi0 (pci1716)".
 [[nodiscard]] std::string describe(const Backend& backend);
 
 [[nodiscard]] Conversion conversion_of(const Backend& backend);
 
-/// Seed of the backend's random numbers, where it has any.
+/// Returns the seed of the backend's random numbers, if it has any.
 [[nodiscard]] std::optional<std::uint64_t> seed_of(const Backend& backend);
 
-/// Where the rod stands when the rig is opened [in], where that is an option.
+/// Returns the rod's position when the rig is opened [in], if the backend has that option.
 [[nodiscard]] std::optional<double> initial_displacement_in(const Backend& backend);
 
-/// Has a rig opened from now on begin with its rod elsewhere, where that is an option; does nothing otherwise.
+/// Sets the rod's position of rigs opened from now on, if the backend has that option; does nothing otherwise.
 void begin_at(Backend& backend, double displacement_in);
 
-/// Every option that contradicts itself or another one, as far as that shows without the rig.
+/// Returns every option that contradicts itself or another one, as far as can be checked without the rig.
 [[nodiscard]] std::vector<OptionIssue> issues_of(const Backend& backend);
 
 /// Opens the rig and leaves it safe.
-/// @param safe_V  what make_safe() writes [V]
+/// @param safe_V  voltage that make_safe() writes [V]
 /// @throws DeviceError, PermissionError, ConfigError  as the backend's own open_rig
 [[nodiscard]] std::unique_ptr<Rig> open(const Backend& backend, double safe_V);
 
-/// How to make a rig safe whose process has died, from Rig::safe_snapshot().
+/// Returns the action that makes a rig safe after its process has died, from Rig::safe_snapshot().
 /// @param file_name  for messages
 /// @throws ConfigError  not a snapshot, or one of a backend that moves nothing
 [[nodiscard]] SafeAction safe_action(std::string_view snapshot, std::string_view file_name);

@@ -8,7 +8,7 @@
 
 namespace eha::hal {
 
-/// Every backend that a rig file can name; what each must provide stands in backend.hpp.
+/// Every backend that a rig file can name; backend.hpp lists what each must provide.
 using Backend = std::variant<SimOptions, ComediOptions>;
 
 }  // namespace eha::hal

@@ -155,7 +155,7 @@ const char* name(AnalogReference reference) noexcept {
 
 CardMatch match(const ComediOptions& options, const CardDescription& card) {
   Matcher matcher(options, card);
-  // The wrong board makes every further difference noise.
+  // On the wrong board further differences have no meaning.
   if (card.board != options.board) matcher.differ("board", '"' + options.board + '"', '"' + card.board + '"');
   if (card.driver != options.driver) matcher.differ("driver", '"' + options.driver + '"', '"' + card.driver + '"');
   matcher.finish();

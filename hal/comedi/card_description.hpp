@@ -22,7 +22,7 @@ struct SubdeviceDescription {
   SubdeviceKind kind = SubdeviceKind::other;
   unsigned channels = 0;
   unsigned last_code = 0;                   ///< of channel 0: 65535 for 16 bits
-  std::vector<AnalogReference> references;  ///< that its channels take
+  std::vector<AnalogReference> references;  ///< supported by its channels
   std::vector<VoltageRange> ranges;         ///< of channel 0; those in volts only
 };
 
@@ -33,7 +33,7 @@ struct CardDescription {
   std::vector<SubdeviceDescription> subdevices;
 };
 
-/// The card's own numbers for what the options name by volts.
+/// The card's indices of the ranges and lines that the options name.
 struct CardMatch {
   unsigned feedback_range = 0;
   unsigned command_range = 0;
@@ -45,10 +45,10 @@ struct CardMatch {
 };
 
 /// Finds the channels, ranges and lines of `options` on the card.
-/// @throws DeviceError  anything differs; one line a difference, each with what the card offers instead
+/// @throws DeviceError  anything differs; one line a difference, each with the card's alternatives
 [[nodiscard]] CardMatch match(const ComediOptions& options, const CardDescription& card);
 
-/// The card in words, one line a subdevice: "subdevice 1: analog output, 2 channels, 16 bit, -5..5, -10..10 V".
+/// Describes the card, one line a subdevice: "subdevice 1: analog output, 2 channels, 16 bit, -5..5, -10..10 V".
 [[nodiscard]] std::string to_lines(const CardDescription& card);
 
 [[nodiscard]] const char* name(AnalogReference reference) noexcept;

@@ -41,7 +41,7 @@ SubdeviceDescription describe_subdevice(comedi_t* device, unsigned index) {
   if (flags & SDF_COMMON) description.references.push_back(AnalogReference::common);
   if (flags & SDF_DIFF) description.references.push_back(AnalogReference::diff);
   if (flags & SDF_OTHER) description.references.push_back(AnalogReference::other);
-  // Where every channel has ranges of its own, those of channel 0 say nothing about the others: none are offered.
+  // If each channel has its own ranges, those of channel 0 say nothing about the others: lists none.
   if (comedi_range_is_chan_specific(device, index) > 0 || comedi_maxdata_is_chan_specific(device, index) > 0) {
     return description;
   }

@@ -10,8 +10,8 @@
 
 namespace eha::hal {
 
-/// An open comedi device. The descriptor is close-on-exec: a child that kept it would keep the locks, and the safe
-/// write from another process would be refused.
+/// An open comedi device. The descriptor is close-on-exec: a child that inherited it would keep the locks, and another
+/// process could not write the safe voltage.
 class ComediDevice {
  public:
   /// @throws DeviceError, PermissionError
@@ -27,10 +27,10 @@ class ComediDevice {
   comedi_t* handle_ = nullptr;
 };
 
-/// What the last failed call of this thread came to. Real-time safe.
+/// Returns the status of this thread's last failed call. Real-time safe.
 [[nodiscard]] RigStatus last_comedi_status() noexcept;
 
-/// The last failed call of this thread in words.
+/// Returns the message of this thread's last failed call.
 [[nodiscard]] std::string last_comedi_error();
 
 /// Sets one digital line. Real-time and signal safe: uses nothing but its stack.

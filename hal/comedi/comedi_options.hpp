@@ -50,7 +50,7 @@ struct DigitalLine {
   unsigned subdevice = 0;
   unsigned channel = 0;  ///< 0..31
   /// Emergency stop: the level of the closed, healthy circuit. Enable: the level that powers the hydraulics.
-  /// Heartbeat: the level first written, without consequence.
+  /// Heartbeat: the level first written; either level works.
   ActiveLevel active = ActiveLevel::high;
 
   static void visit_keys(auto& self, auto& keys) {
@@ -76,8 +76,8 @@ struct ContactLine {
   [[nodiscard]] DigitalLine line() const { return {.subdevice = subdevice, .channel = channel, .active = active}; }
 };
 
-/// Device and wiring of a card, `[comedi]`. open_rig() refuses a card that differs in anything and lists what the card
-/// offers.
+/// Device and wiring of a card, `[comedi]`. open_rig() refuses a card with any difference and lists the card's
+/// properties.
 struct ComediOptions {
   static constexpr std::string_view kName = "comedi";
   static constexpr bool kMovesMachine = true;
@@ -95,7 +95,7 @@ struct ComediOptions {
   std::optional<DigitalLine> enable;     ///< hydraulics on; none only when the file says so
   std::optional<DigitalLine> heartbeat;  ///< toggles with every command; none only when the file says so
 
-  std::optional<ContactLine> enable_contact;  ///< none: nothing shows whether the contactor follows
+  std::optional<ContactLine> enable_contact;  ///< none: the contactor's position is not checked
 
   // displacement_in = offset_in + scale_in_per_V * feedback_V
   double scale_in_per_V = 0.0;   ///< displacement sensor, not zero [in/V]
@@ -133,7 +133,8 @@ struct ComediOptions {
   [[nodiscard]] static SafeAction safe_action(std::string_view snapshot, std::string_view file_name);
 };
 
-/// Every option that contradicts itself or another one, as far as that shows without the card; empty when all is well.
+/// Returns every option that contradicts itself or another one, as far as can be checked without the card; empty if
+/// there is none.
 [[nodiscard]] std::vector<OptionIssue> check(const ComediOptions& options);
 
 }  // namespace eha::hal

@@ -64,7 +64,7 @@ class CardRig final : public Rig {
     open_safely();
   }
 
-  // The locks go when the device is closed.
+  // Closing the device releases the locks.
   ~CardRig() override { make_safe(); }
 
   [[nodiscard]] const RigCapabilities& capabilities() const noexcept override { return capabilities_; }
@@ -200,8 +200,8 @@ class CardRig final : public Rig {
   }
 
   void lock() {
-    // No subdevice of an output line: another process must be able to switch the hydraulics off while this one stands
-    // still, and a write to one line leaves the others alone.
+    // Locks no subdevice of an output line: another process must be able to switch the hydraulics off while this one
+    // has stalled, and a write to one line does not change the others.
     std::set<unsigned> used = {options_.feedback.subdevice, options_.command.subdevice};
     if (options_.emergency_stop) used.insert(options_.emergency_stop->subdevice);
     for (const auto* line : {&options_.enable, &options_.heartbeat}) {
@@ -225,7 +225,7 @@ class CardRig final : public Rig {
                           std::to_string(line->channel) + ": cannot set its direction: " + last_comedi_error());
       }
     };
-    // The level first, so that the line does not start on when it becomes an output.
+    // Writes the level first, so that the line is not on when it becomes an output.
     if (match_.enable_is_bidirectional) require(set_enable(false), "switch the enable line off");
     set(options_.emergency_stop, match_.emergency_stop_is_bidirectional, COMEDI_INPUT);
     if (options_.enable_contact) {
@@ -256,7 +256,7 @@ class CardRig final : public Rig {
   comedi_range command_range_{};
   unsigned command_chanspec_ = 0;
   lsampl_t safe_code_ = 0;
-  // What the prebuilt instruction lists point at; the object never moves.
+  // Buffers of the prebuilt instruction lists, which point at them; the object never moves.
   lsampl_t sample_ = 0;
   lsampl_t settling_ns_ = 0;
   lsampl_t code_ = 0;

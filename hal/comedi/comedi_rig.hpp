@@ -11,13 +11,14 @@
 namespace eha::hal {
 
 /// Opens a card through libcomedi, locks its inputs and the analogue output (not the output lines, so that the guard
-/// can switch the hydraulics off) and leaves it safe: enable line off, then the output at the safe voltage (the first
-/// write to a range may pass through its lower end, so it comes second).
+/// can switch the hydraulics off) and leaves it safe: enable line off, then the output at the safe voltage (second,
+/// because the first write to a range may pass through its lower end).
 ///
 /// read() samples the feedback (select, settle, convert) and the digital inputs in one instruction list; command()
-/// writes the output and the toggled heartbeat in another. One kernel call may take up to a second when the card does
-/// not answer: the caller must look at the time.
-/// @param safe_V  what make_safe() writes [V], inside the command range. Its safe_snapshot() is a SafeSnapshot as text.
+/// writes the output and the toggled heartbeat in another. One kernel call may take up to a second if the card does not
+/// answer: the caller must check the time.
+/// @param safe_V  voltage that make_safe() writes [V], in the command range
+/// Its safe_snapshot() is a SafeSnapshot as text.
 /// @throws DeviceError      no device, another board, driver, subdevice, range or resolution than `options` say (the
 ///                          message lists what the card offers), in use or locked by another process, or built without
 ///                          comedi
@@ -26,7 +27,7 @@ namespace eha::hal {
 /// Not thread-safe, except make_safe(), see there.
 [[nodiscard]] std::unique_ptr<Rig> open_rig(const ComediOptions& options, double safe_V);
 
-/// What the card at a device node says of itself; changes nothing on it.
+/// Reads the description of the card at a device node; changes nothing on it.
 /// @throws DeviceError, PermissionError  as open_rig
 [[nodiscard]] CardDescription describe_card(const std::string& device);
 

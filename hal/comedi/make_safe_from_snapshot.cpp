@@ -18,7 +18,7 @@ constexpr std::chrono::milliseconds kPause{10};
 
 /// One of the two steps, tried until it succeeds.
 struct Step {
-  const char* failing;  ///< message as long as it has not succeeded
+  const char* failing;  ///< message until it succeeds
   RigStatus status = RigStatus::io_error;
   std::string cause = {};
 
@@ -68,7 +68,7 @@ bool SafeCard::switch_off() noexcept {
     if (status == RigStatus::removed) device_.reset();
     return status == RigStatus::ok;
   } catch (const std::exception&) {
-    // It does not open: the guard tries again.
+    // The device cannot be opened: the guard tries again.
     return false;
   }
 }
@@ -87,8 +87,8 @@ void SafeCard::make_safe(std::chrono::milliseconds patience) {
     } catch (const ConfigError& error) {
       throw DeviceError(error.what());
     } catch (const Error&) {
-      // Whatever the cause: the program that wrote the snapshot had it open, and a node that comes back has other
-      // rights until udev has set them.
+      // Retries after any cause: the program that wrote the snapshot had the device open, and a node that reappears has
+      // other rights until udev has set them.
       if (is_over()) throw;
       continue;
     }
@@ -98,7 +98,7 @@ void SafeCard::make_safe(std::chrono::milliseconds patience) {
       output.take(write_code(card, snapshot_.subdevice, chanspec, snapshot_.safe_code));
     }
     if (output.status == RigStatus::ok && enable.status == RigStatus::ok) return;
-    // A card that is gone does not come back to this descriptor.
+    // A removed card does not return to this descriptor.
     if (output.status == RigStatus::removed || enable.status == RigStatus::removed) device_.reset();
     if (is_over()) break;
   }

@@ -16,7 +16,7 @@ constexpr const char* kSchema = "eha-safe/1";
 
 unsigned number(const Json& object, const char* key) {
   const Json& value = object.at(key);
-  // get<unsigned> would take -1 and 1.5 without a word.
+  // get<unsigned> would accept -1 and 1.5 without an error.
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffffffffU) {
     throw ConfigError(std::string(key) + ": expected a whole number from 0 to 4294967295, got " + value.dump());
   }

@@ -9,14 +9,13 @@
 
 namespace eha::hal {
 
-/// Everything needed to make an opened card safe without its rig file, in the card's own numbers as found when it was
-/// opened.
+/// All data needed to make an opened card safe without its rig file: the card's own numbers, found when it was opened.
 struct SafeSnapshot {
   struct Line {
     unsigned subdevice = 0;
     unsigned channel = 0;
     unsigned off_level = 0;         ///< 0 or 1: the level that switches the hydraulics off
-    bool is_bidirectional = false;  ///< the subdevice must be told that the line is an output
+    bool is_bidirectional = false;  ///< the subdevice must be set to output
   };
   std::string device;      ///< "/dev/comedi0"
   std::string board;       ///< the card at `device` must report this name
@@ -37,7 +36,7 @@ struct SafeSnapshot {
 
 class ComediDevice;
 
-/// The card of a snapshot. Once open it stays open, until the kernel says that it was removed; then it is opened anew.
+/// The card of a snapshot. Once open it stays open until the kernel reports its removal; then it is opened again.
 /// Not thread-safe.
 class SafeCard {
  public:
@@ -48,17 +47,17 @@ class SafeCard {
 
   [[nodiscard]] const SafeSnapshot& snapshot() const noexcept { return snapshot_; }
 
-  /// @returns whether it is open and the snapshot's board
+  /// @returns whether the card is open and is the snapshot's board
   bool keep_open() noexcept;
 
-  /// Switches the enable line off and writes the safe code, trying again every 10 ms for at most `patience`,
-  /// whatever the cause. One that fails does not keep the other from being tried.
-  /// @throws DeviceError      still not safe, or the board is another one; says which line is not safe
+  /// Switches the enable line off and writes the safe code; retries every 10 ms for at most `patience` after any
+  /// failure. A failure of one does not prevent the other from being tried.
+  /// @throws DeviceError      still not safe, or the board is another one; names the line that is not safe
   /// @throws PermissionError  the device node may not be opened
   void make_safe(std::chrono::milliseconds patience);
 
-  /// Switches the enable line off in one try. The driving process locks no output line's subdevice, so that this works
-  /// beside it; it waits for a call of that process which is under way in the kernel.
+  /// Switches the enable line off in one try. Works while the driving process runs, which locks no output line's
+  /// subdevice; waits for a call of that process in the kernel to return.
   /// @returns whether the line is off; false also without one
   bool switch_off() noexcept;
 

@@ -52,8 +52,7 @@ RigStatus FaultRig::read(std::int64_t elapsed_ns, RigReading& reading) noexcept 
 
   falsify(actual);
   if (active(FaultKind::rail)) {
-    // The scale of the wrapped rig is not known here; all ones is full scale, and the flag is what a rig reports with
-    // it.
+    // The scale of the wrapped rig is not known here. All ones is full scale, and a rig reports the flag with it.
     actual.feedback_code = static_cast<std::uint32_t>(
         std::llround((capabilities().feedback_max_V - capabilities().feedback_min_V) / capabilities().feedback_lsb_V));
     actual.feedback_V = capabilities().feedback_max_V;

@@ -21,26 +21,26 @@ enum class FaultKind {
   output_timed_out,   ///< every write to the output takes `amount` [s] and times out: command()'s and make_safe()'s
   removed,            ///< every call returns removed from then on, make_safe() too
   not_finite,         ///< the displacement is NaN
-  stuck_sensor,       ///< the reading stays at the last good one, give or take `noise_LSB`
-  open_sensor,        ///< the sensor's input reads `amount` [V], give or take `noise_LSB`
-  reversed_sensor,    ///< the sensor's voltage moves the wrong way from where it was at the last good reading
-  scaled_sensor,      ///< it moves by `amount` times what it should from where it was at the last good reading
-  lagging_sensor,     ///< it passes a first-order lag of `amount` ticks
+  stuck_sensor,       ///< the reading stays at the last good one, with noise of `noise_LSB`
+  open_sensor,        ///< the sensor's input reads `amount` [V], with noise of `noise_LSB`
+  reversed_sensor,    ///< the sensor's voltage moves in the wrong direction from the last good reading
+  scaled_sensor,      ///< the sensor's voltage moves by `amount` times the right change from the last good reading
+  lagging_sensor,     ///< the sensor's voltage passes a first-order lag of `amount` ticks
   rail,               ///< the converter reads all ones, as a dead card does
   spike,              ///< `amount` [in] is added to the displacement
   slow_read,          ///< read() takes `amount` [s] longer
   slow_command,       ///< command() takes `amount` [s] longer
   emergency_stop,     ///< the emergency-stop circuit is open
-  contact_open,       ///< the enable contactor's auxiliary contact reads open: it does not pull in, or has dropped out
-  contact_closed,     ///< it reads closed: the contactor is welded
+  contact_open,       ///< the enable contactor's auxiliary contact reads open: not pulled in, or dropped out
+  contact_closed,     ///< the contact reads closed: the contactor is welded
 };
 
-/// An injected fault and its ticks. Tick k is the k-th read() since the rig was wrapped, from 0, with the command()
-/// after it.
+/// An injected fault and its ticks. Tick k is the k-th read() since the rig was wrapped, counted from 0, with the
+/// command() after it.
 struct InjectedFault {
   FaultKind kind = FaultKind::read_timed_out;
   std::int64_t first_tick = 0;
-  std::int64_t ticks = 1;  ///< for how many; kAlways for ever
+  std::int64_t ticks = 1;  ///< number of faulty ticks; kAlways for ever
   double amount = 0.0;     ///< spike [in]; slow_read, slow_command and output_timed_out [s]; open_sensor [V];
                            ///< scaled_sensor factor; lagging_sensor [ticks]
   double noise_LSB = 0.0;  ///< standard deviation of the noise of stuck_sensor and open_sensor, converter steps
@@ -48,14 +48,14 @@ struct InjectedFault {
   static constexpr std::int64_t kAlways = std::numeric_limits<std::int64_t>::max();
 };
 
-/// Lets time pass inside a call: a virtual clock's advance, or spin_for.
+/// Passes time inside a call: advances a virtual clock, or calls spin_for.
 using Stall = std::function<void(std::int64_t duration_ns)>;
 
 /// Busy-waits on CLOCK_MONOTONIC. Real-time safe.
 void spin_for(std::int64_t duration_ns) noexcept;
 
-/// Injects faults into the calls on the rig that it wraps, and otherwise passes them on. A read that fails still moves
-/// the wrapped rig's time on: a plant moves under the command it holds.
+/// Injects faults into the calls on the wrapped rig, and otherwise passes them on. A failing read still advances the
+/// wrapped rig's time: the plant moves under the command it holds.
 class FaultRig final : public Rig {
  public:
   /// @param rig         wrapped, must outlive this
@@ -67,7 +67,7 @@ class FaultRig final : public Rig {
   RigStatus read(std::int64_t elapsed_ns, RigReading& reading) noexcept override;
   RigStatus command(double command_V, AppliedCommand& applied) noexcept override;
   RigStatus set_enable(bool on) noexcept override;
-  /// While the output times out, the wrapped rig's enable line is still switched off, and the voltage stays.
+  /// While the output times out, still switches the wrapped rig's enable line off, and keeps the voltage.
   RigStatus make_safe() noexcept override;
   [[nodiscard]] std::string safe_snapshot() const override { return rig_.safe_snapshot(); }
 

@@ -36,19 +36,20 @@ class Cylinder {
   /// pressures equal, and on the rod's area they carry the weight. Precondition: check(options) is empty.
   explicit Cylinder(const SimOptions& options) noexcept;
 
-  /// Moves on by `duration_s` with the command held at `command_V`.
+  /// Advances the plant by `duration_s` with the command held at `command_V`.
   void advance(double command_V, Ports ports, double duration_s) noexcept;
 
-  /// The same in equal steps of at most `step_s` by a linearly implicit method of second order that no stiffness of
-  /// friction, oil or end stop makes unstable (ROS2; Verwer et al., SIAM J. Sci. Comput. 20, 1456 (1999)): for trials
-  /// of many minutes. At 0.5 ms a rod that was moved 7 in is within 3e-5 in of advance(). Cost: about 0.15 us a step.
+  /// Does the same in equal steps of at most `step_s` by a linearly implicit method of second order (ROS2; Verwer et
+  /// al., SIAM J. Sci. Comput. 20, 1456 (1999)). It stays stable for any stiffness of friction, oil or end stop, and
+  /// serves trials of many minutes. At 0.5 ms a rod that was moved 7 in is within 3e-5 in of advance(). Cost: about
+  /// 0.15 us a step.
   void advance_implicitly(double command_V, Ports ports, double duration_s, double step_s = 0.0005) noexcept;
 
   [[nodiscard]] const CylinderState& state() const noexcept { return state_; }
 
  private:
   [[nodiscard]] CylinderState derivative(const CylinderState& state, double spool_target_V, Ports ports) const noexcept;
-  /// Solves (1 - g J) k = f for k, with J the derivative's Jacobian but for the spool.
+  /// Solves (1 - g J) k = f for k, with J the derivative's Jacobian without the spool.
   [[nodiscard]] CylinderState implicit(const CylinderState& f, const CylinderState& at, double g,
                                        Ports ports) const noexcept;
   [[nodiscard]] double opening(double spool_V) const noexcept;

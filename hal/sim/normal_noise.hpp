@@ -6,8 +6,8 @@
 namespace eha::hal {
 
 /// Independent, nearly Gaussian numbers of mean 0 and standard deviation 1, equal on every machine for one seed: the
-/// sum of twelve uniform numbers less 6 (Irwin-Hall), drawn from SplitMix64 (Steele, Lea, Flood 2014). Integers up to
-/// the last division, so no mathematical library takes part. The tails end at +-6. Real-time safe.
+/// sum of twelve uniform numbers less 6 (Irwin-Hall), drawn from SplitMix64 (Steele, Lea, Flood 2014). Uses integers up
+/// to the last division, so no mathematical library affects the result. The tails end at +-6. Real-time safe.
 class NormalNoise {
  public:
   explicit NormalNoise(std::uint64_t seed) noexcept : state_(seed) {}

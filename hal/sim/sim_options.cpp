@@ -9,8 +9,8 @@
 namespace eha::hal {
 namespace {
 
-/// Largest product of sub-step and fastest rate that is let through. Classical Runge-Kutta is stable up to 2.78 on the
-/// negative real axis; the test of convergence pins the accuracy at the shipped 1.0.
+/// Largest accepted product of sub-step and fastest rate. Classical Runge-Kutta is stable up to 2.78 on the negative
+/// real axis; the test of convergence pins the accuracy at the shipped 1.0.
 constexpr double kLargestStepTimesRate = 1.5;
 
 class Checker {

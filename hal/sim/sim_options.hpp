@@ -52,7 +52,7 @@ struct SimOptions {
   double valve_natural_frequency_Hz = 40.0;  ///< of the spool [Hz]
   double valve_damping_ratio = 0.8;          ///< of the spool, 1 is critical
   double valve_dead_band_V = 0.15;           ///< half width: the spool's overlap to either side of its null [V]
-  double valve_null_offset_V = 0.2;          ///< the spool stands at its null when the command is minus this [V]
+  double valve_null_offset_V = 0.2;          ///< the spool is at its null when the command is minus this [V]
 
   // Converters and sensor. displacement_in = offset_in + scale_in_per_V * feedback_V.
   double command_min_V = -10.0;  ///< range of the output converter [V]
@@ -69,7 +69,7 @@ struct SimOptions {
 
   bool operator==(const SimOptions&) const = default;
 
-  /// The values that make sense are stated by check().
+  /// check() defines the sensible values.
   static void visit_keys(auto& self, auto& keys) {
     const auto number = [&](std::string_view key, auto& value) {
       keys.number(key, value, Range::any(), Need::optional);
@@ -123,7 +123,7 @@ struct SimOptions {
   }
 };
 
-/// Every parameter that makes no physical sense or that the integration cannot follow; empty when all is well.
+/// Returns every parameter that makes no physical sense or that the integration cannot follow; empty if there is none.
 [[nodiscard]] std::vector<OptionIssue> check(const SimOptions& options);
 
 }  // namespace eha::hal

@@ -13,7 +13,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Of the fractional filters, below the frequency of the tick: five decades.
+/// Width of the fractional filters' band below the frequency of the tick: five decades.
 constexpr double kBandShare = 1e-5;
 constexpr double kLeast = 1e-9;
 constexpr double kMost = 1e9;
@@ -27,7 +27,7 @@ void require(bool holds, const char* what, double value) {
 FractionalFilter fractional_filter(double order, double low_rad_s, double high_rad_s, double tick_s) {
   FractionalFilter filter;
   if (std::abs(order) < 1e-12) return filter;
-  // s^order by n zeros and poles of equal ratio, then partial fractions: all poles are real and apart.
+  // Approximates s^order by n zeros and poles of equal ratio, then partial fractions: all poles are real and distinct.
   constexpr auto n = FractionalFilter::kLags;
   std::array<double, n> zero{};
   std::array<double, n> pole{};
@@ -43,8 +43,8 @@ FractionalFilter fractional_filter(double order, double low_rad_s, double high_r
   for (std::size_t i = 0; i < n; ++i) {
     double residue = direct;
     for (std::size_t j = 0; j < n; ++j) residue *= (zero[j] - pole[i]) / (j == i ? 1.0 : pole[j] - pole[i]);
-    // Each lag sees the mean of this reading and the last: a lag that sees only the last is late by half a tick, which
-    // beside the large direct part of a positive order is an error of tens of percent.
+    // The input of each lag is the mean of the last two readings. With the last one alone a lag would be late by half a
+    // tick, which beside the large direct part of a positive order is an error of tens of percent.
     const double q = std::exp(-pole[i] * tick_s);
     const double gain = residue / pole[i];
     filter.pole[i] = q;
@@ -55,7 +55,7 @@ FractionalFilter fractional_filter(double order, double low_rad_s, double high_r
 }
 
 AxisCoefficients coefficients(const AxisSettings& s) {
-  // No product or quotient of a tick leaves the range of doubles: the command would be no number.
+  // Checks that no product or quotient of a tick leaves the range of doubles: the command would not be a number.
   const auto positive = [](double value) { return value >= kLeast && value <= kMost; };
   const auto not_negative = [](double value) { return value >= 0.0 && value <= kMost; };
   const auto finite = [](double value) { return std::abs(value) <= kMost; };

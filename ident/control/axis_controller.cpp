@@ -9,8 +9,8 @@ namespace {
 
 double sign(double value) noexcept { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
-/// Acceleration that takes (x1, x2) of x1' = x2, x2' = a to zero in least time with |a| <= most, without chatter at
-/// the step h (Han's fhan).
+/// Returns the acceleration that takes (x1, x2) of x1' = x2, x2' = a to zero in least time with |a| <= most, without
+/// chatter at the step h (Han's fhan).
 double approach(double x1, double x2, double most, double h) noexcept {
   const double d = most * h * h;
   const double way = h * x2;
@@ -66,7 +66,7 @@ void AxisController::generate(double set_point, AxisOutput& out) noexcept {
   const ReferenceLimits& limits = c_.settings.reference;
   const double h = c_.settings.tick_s;
   const double target = std::clamp(std::isfinite(set_point) ? set_point : set_point_, limits.lowest, limits.highest);
-  // A set point that jumps has no speed to be followed.
+  // A jump of the set point has no speed to follow.
   double speed = (target - set_point_) / h;
   if (std::abs(speed) > limits.velocity) speed = 0.0;
   set_point_ = target;
@@ -127,7 +127,7 @@ AxisOutput AxisController::step(double set_point, double measured) noexcept {
   const double in_range = std::clamp(wanted, s.command_min, s.command_max);
   out.command = std::clamp(in_range, command_ - step, command_ + step);
   command_ = out.command;
-  const double lost = s.inverse.speed(out.command) - asked;  // speed that the limits take away
+  const double lost = s.inverse.speed(out.command) - asked;  // speed that the limits remove
   out.is_limited = out.command < wanted || out.command > wanted || w < asked || w > asked;
 
   if (s.feedback.ki > 0.0) {

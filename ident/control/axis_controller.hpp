@@ -10,7 +10,7 @@
 
 namespace eha::ident {
 
-/// The command of a valve by the speed that it is to give:
+/// Maps a speed to the valve command that gives it:
 ///   u = null + w / gain + dead_band clamp(w / smoothing, +-1),   gain that of the sign of w.
 /// The smoothing makes the command continuous across the dead band.
 struct InverseMap {
@@ -23,7 +23,7 @@ struct InverseMap {
   bool operator==(const InverseMap&) const = default;
 
   [[nodiscard]] double command(double w) const noexcept;
-  /// The speed that asks for a command: the inverse of command().
+  /// Returns the speed that gives a command: the inverse of command().
   [[nodiscard]] double speed(double command) const noexcept;
   /// Greatest slope of command() [V s/in].
   [[nodiscard]] double steepest() const noexcept;
@@ -56,9 +56,9 @@ struct AxisSettings {
   double tick_s = 0.001;
   FeedbackKind kind = FeedbackKind::p;
   Feedback feedback;        ///< from the error [in] to the speed [in/s]
-  double rest_error = 0.0;  ///< the integrator stands while the filtered error is smaller [in]
-  double tracking_s = 0.0;  ///< time in which the back-calculation takes the integrator back; used where ki > 0
-  double most_speed = 0.0;  ///< bound of the speed that is asked for [in/s]
+  double rest_error = 0.0;  ///< the integrator is held while the filtered error is smaller [in]
+  double tracking_s = 0.0;  ///< time constant of the anti-windup back-calculation; used if ki > 0
+  double most_speed = 0.0;  ///< greatest speed that the controller requests [in/s]
   InverseMap inverse;
   FeedForward feed_forward;
   ReferenceLimits reference;
@@ -79,12 +79,12 @@ struct FractionalFilter {
   std::array<double, kLags> pole{};
   std::array<double, kLags> gain{};
 };
-/// Within 6 % of s^order two decades below high_rad_s for orders to 0.5, 12 % at 0.7: what lies above
-/// high_rad_s is missing. Margins are computed with the filter, not with the power.
+/// Within 6 % of s^order two decades below high_rad_s for orders to 0.5, 12 % at 0.7: the filter has
+/// no poles above high_rad_s. Margins are computed with the filter, not with the power.
 /// @param order  -1 .. 1
 [[nodiscard]] FractionalFilter fractional_filter(double order, double low_rad_s, double high_rad_s, double tick_s);
 
-/// The numbers that a tick of the controller needs, for this class and for its exports.
+/// Coefficients of one tick of the controller, for this class and for its exports.
 struct AxisCoefficients {
   AxisSettings settings;
   double filter_gain = 1.0;  ///< b of b (1 + 2/z + 1/z^2) / (1 + a1/z + a2/z^2); has_filter false: none
@@ -103,7 +103,7 @@ inline constexpr std::size_t kMostTaps = 512;
 /// C(z) of the sampled feedback at w, as the controller computes it: the same filter, integrator and difference.
 [[nodiscard]] std::complex<double> sampled_feedback(const AxisCoefficients& c, double w_rad_s);
 
-/// What a tick gave.
+/// Result of one tick.
 struct AxisOutput {
   double command = 0.0;       ///< within range and slew [V]
   double reference = 0.0;     ///< generated [in]
@@ -125,10 +125,10 @@ class AxisController {
  public:
   explicit AxisController(const AxisCoefficients& coefficients) noexcept : c_(coefficients) {}
 
-  /// Begins without a bump: the reference where the rod is, the command where it stands.
+  /// Starts without a bump: the reference at the rod's position, the command at its present value.
   void start(double measured, double command) noexcept;
 
-  /// One tick. A set point or a reading that is not finite counts as the one before.
+  /// Computes one tick. Replaces a set point or a reading that is not finite by the one before.
   [[nodiscard]] AxisOutput step(double set_point, double measured) noexcept;
 
  private:

@@ -15,23 +15,23 @@ constexpr double kSpeedShare = 0.7;       // of the speed that the command range
 constexpr double kOfVelocityLimit = 0.5;  // of the rig
 constexpr double kJerkLags = 6.0;         // time to full acceleration, in lags of the plant
 constexpr double kLeastJerk_s = 0.04;     // the same at least [s]
-constexpr double kSpeedReserve = 1.5;     // of the speed that the loop may ask for, over the reference's
+constexpr double kSpeedReserve = 1.5;     // greatest speed of the loop over the reference's
 constexpr double kNoiseInTick = 2.5;      // standard deviations of the command's change that the slew must pass
 constexpr double kTrackNoise = 0.02;      // of the command range, RMS
 constexpr double kHoldNoise = 0.005;      // the same when holding
 constexpr double kRestNoise = 3.0;        // standard deviations of a reading within which the rod counts as at rest
 constexpr double kRestLsb = 2.0;
-// Share of rest_error over which the inverse crosses the dead band. With all of it the rod follows a third worse, with
-// half of it the command is noisier than the gain is worth.
+// Share of rest_error over which the inverse crosses the dead band. A share of 1 raises the following error by a third;
+// a share of a half adds more noise to the command than the gain is worth.
 constexpr double kSmoothedRest = 0.65;
 constexpr double kLeastSmoothing = 0.01;  // of the reference's velocity
 constexpr int kNoisePoints = 96;
 constexpr double kLeastShare = 0.2;  // of the gain that the model itself allows
 constexpr int kShareBisections = 6;
-constexpr std::size_t kComparedEvery = 3;  // point of the grid, where only errors are compared
+constexpr std::size_t kComparedEvery = 3;  // takes every third point of the grid if only errors are compared
 constexpr double kBeyondBound = 0.05;      // share of the draws beyond each bound of a margin
 
-/// What follows from the gains.
+/// Completes the settings that follow from the gains.
 void complete(AxisSettings& s, const AxisTask& task) {
   s.rest_error = std::max(kRestNoise * task.noise, kRestLsb * task.lsb);
   s.inverse.smoothing = std::max(kSmoothedRest * s.feedback.kp * s.rest_error, kLeastSmoothing * s.reference.velocity);
@@ -67,7 +67,7 @@ double quantile(const std::vector<double>& sorted, double share) {
 Interval interval(double value, std::vector<double> draws, double beyond) {
   if (draws.empty()) return {value, value, value};
   std::sort(draws.begin(), draws.end());
-  // The draws have a dead time that the model as it is lacks: it may lie at their edge.
+  // The draws add a dead time to the model's, so that the model's value may lie at the edge of theirs.
   return {value, std::min(value, quantile(draws, beyond)), std::max(value, quantile(draws, 1.0 - beyond))};
 }
 
@@ -91,7 +91,8 @@ CommandNoise command_noise(const AxisSettings& settings, double noise) {
   const AxisCoefficients c = coefficients(fast);
   const double slope = settings.inverse.steepest();
   CommandNoise result;
-  // White readings: int |C|^2 dtheta / pi over 0..pi, with theta = pi x^2 to be denser at low frequencies.
+  // The readings' noise is white: int |C|^2 dtheta / pi over 0..pi, with theta = pi x^2 to be denser at low
+  // frequencies.
   for (int i = 0; i < kNoisePoints; ++i) {
     const double x = (i + 0.5) / kNoisePoints;
     const double theta = std::numbers::pi * x * x;
@@ -202,7 +203,7 @@ std::optional<AxisDesign> design_axis(const AxisPlant& plant, const AxisTask& ta
     complete(design.settings, task);
     design.margins = margin_intervals(design.settings, plant);
     if (design.margins.peak95 > task.sensitivity) {
-      // The draws are worse than the model: the largest share of the gain that 95 % of them bear.
+      // The draws are worse than the model: finds the largest share of the gain that 95 % of them tolerate.
       double low = kLeastShare;
       double high = 1.0;
       const AxisDesign whole = design;

@@ -21,20 +21,20 @@ namespace {
 constexpr int kGridPoints = 160;
 constexpr double kBelowBand = 1.0 / 3.0;  // of the lowest usable frequency
 constexpr double kGridBelow = 1e-5;       // of the Nyquist frequency
-constexpr int kTries = 20;                // of a draw, for one that is a plant
-// A model file without a covariance.
+constexpr int kTries = 20;                // tries of a draw until it is a valid plant
+// For a model file without a covariance.
 constexpr double kAssumedGainStd = 0.05;
 constexpr double kAssumedLagStd = 0.1;
-// Beyond the covariance, which holds for a plant of exactly this structure. A valve's curvature and friction, in a
-// model with straight gains, showed as lags that were wrong by up to half of the time between compared samples.
+// Errors beyond the covariance, which holds only for a plant of exactly this structure. In models with straight gains
+// the curvature and friction of a valve made lags wrong by up to half of the time between compared samples.
 constexpr double kGainStd = 0.015;
-constexpr double kUnseenDelayShare = 0.25;  // of that time: standard deviation of a dead time that the model lacks
+constexpr double kUnseenDelayShare = 0.25;  // of that time: standard deviation of an unmodelled dead time
 
 void sort_terms(std::vector<Term>& terms) {
   std::stable_sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
 }
 
-/// Adds what a draw changes a parameter by, if it is one of G.
+/// Adds a draw's change of a parameter to G, if it is one of G.
 void add(TransferFunction& g, const ParameterKey& key, double change) {
   const auto term = [&](std::vector<Term>& terms) -> Term* {
     return key.index < terms.size() ? &terms[key.index] : nullptr;
@@ -73,7 +73,7 @@ TransferFunction scaled(TransferFunction g, double factor) {
   return g;
 }
 
-/// G with its lags slower by a share: s becomes s (1 + share), the velocity gain kept.
+/// Slows the lags of G by a share: s becomes s (1 + share), the velocity gain is kept.
 TransferFunction slowed(TransferFunction g, double share) {
   const double f = 1.0 + share;
   double lowest = 0.0;
@@ -130,7 +130,7 @@ std::vector<TransferFunction> drawn(const Model& model, const AxisTask& task, do
         g = slowed(scaled(g, 1.0 + kAssumedGainStd * random.normal()),
                    std::max(-0.9, kAssumedLagStd * random.normal()));
       }
-      // The two gains of the valve enter the inverse by their own errors.
+      // The errors of the valve's two gains in the inverse scale the plant.
       if (task.valve) g = scaled(g, 1.0 + task.valve->gain_std_share * random.normal());
       g = scaled(g, 1.0 + kGainStd * random.normal());
       g.delay_s += unseen_delay_s * std::abs(random.normal());
@@ -174,8 +174,8 @@ AxisPlant axis_plant(const Model& model, const AxisTask& task) {
   plant.inverse.position /= factor;
   plant.inverse.velocity = 1.0;
   plant.inverse.acceleration /= factor;
-  // A pole far below the record's band: the record does not tell it from an integrator, nor how it is elsewhere in the
-  // travel. The feedback bears it.
+  // A pole far below the record's band cannot be distinguished from an integrator, and may differ elsewhere in the
+  // travel. The feedback compensates it.
   if (std::abs(plant.inverse.position) < kBelowBand * 2.0 * std::numbers::pi * band_of(model).lowest_Hz) {
     plant.inverse.position = 0.0;
   }

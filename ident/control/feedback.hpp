@@ -8,7 +8,7 @@
 
 namespace eha::ident {
 
-/// Kinds of feedback, from the least on.
+/// Kinds of feedback, the simplest first.
 enum class FeedbackKind { p, pi, pd, pid, fopid };
 
 inline constexpr std::array<std::pair<std::string_view, FeedbackKind>, 5> kFeedbackKinds{
@@ -22,7 +22,7 @@ inline constexpr std::array<std::pair<std::string_view, FeedbackKind>, 5> kFeedb
 [[nodiscard]] bool differentiates(FeedbackKind kind);
 
 /// C(s) = F(s) (kp + ki / s^lambda + kd s^mu), F(s) = 1 / (1 + s filter_s + (s filter_s)^2 / 2).
-/// Output of C in [w], its input in [e]; what w and e are is the caller's affair.
+/// C maps [e] to [w]; the caller defines w and e.
 struct Feedback {
   double kp = 0.0;                ///< [w/e]
   double ki = 0.0;                ///< [w/(e s^lambda)]
@@ -34,7 +34,7 @@ struct Feedback {
   bool operator==(const Feedback&) const = default;
 };
 
-/// C at s, s != 0.
+/// Returns C(s), s != 0.
 [[nodiscard]] std::complex<double> frequency_response(const Feedback& c, std::complex<double> s);
 
 }  // namespace eha::ident

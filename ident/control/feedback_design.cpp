@@ -13,7 +13,7 @@ using Complex = std::complex<double>;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kPoor = 1e3;           // objective where no gain keeps the limits
-constexpr int kScanned = 48;            // crossovers that are tried before the bisection
+constexpr int kScanned = 48;            // crossovers tried before the bisection
 constexpr int kBisections = 22;         // to 1e-6 of the gain
 constexpr double kSafetyOfPeak = 1e-6;  // of the sensitivity, so that rounding does not exceed the limit
 constexpr int kEvaluationsEach = 90;    // of a search over one shape parameter more
@@ -46,7 +46,7 @@ class Search {
   Search(const PlantResponse& plant, const DesignLimits& limits, DesignCriterion criterion)
       : plant_(plant), limits_(limits), criterion_(criterion) {}
 
-  /// The largest gain on a shape that keeps the limits, 0: none.
+  /// Returns the largest gain on a shape that keeps the limits, 0: none.
   [[nodiscard]] double largest_gain(const Shape& shape) {
     const std::size_t n = plant_.w_rad_s.size();
     const Feedback one = shape.feedback(1.0);
@@ -62,7 +62,7 @@ class Search {
       }
     }
     order_ = order_at_zero(plant_, one);
-    // Gains whose crossover lies on the grid, the fastest first.
+    // The gains whose crossover lies on the grid, the fastest first.
     double good = 0.0;
     double bad = 0.0;
     for (int i = kScanned - 1; i >= 0; --i) {
@@ -90,7 +90,7 @@ class Search {
     return good;
   }
 
-  /// What is to be least, on a logarithmic scale.
+  /// Returns the minimised quantity, on a logarithmic scale.
   [[nodiscard]] double cost(const Shape& shape) {
     const double k = largest_gain(shape);
     if (!(k > 0.0)) return kPoor;
@@ -112,7 +112,7 @@ class Search {
     }
     scaled_.resize(l_.size());
     for (std::size_t i = 0; i < l_.size(); ++i) scaled_[i] = k * l_[i];
-    // Stability first: a gain that no controller may have passes the test above where the loop is large everywhere.
+    // Stability first: if the loop gain is large everywhere, the test above passes even an unstable gain.
     if (!(sensitivity_peak(plant_.w_rad_s, scaled_, order_) <= limits_.sensitivity * (1.0 - kSafetyOfPeak)))
       return false;
     return !limits_.noise_share || !(limits_.noise_share(shape.feedback(k)) > 1.0);
@@ -227,7 +227,7 @@ double order_at_zero(const PlantResponse& plant, const Feedback& feedback) {
 }
 
 double squared_load_error(const PlantResponse& plant, const Feedback& feedback) {
-  // The error stays unless the loop gains on the load's 1/s before the plant.
+  // The integral is finite only with an integrating feedback of order above 0.5.
   if (!(feedback.ki > 0.0 && feedback.integral_order > 0.5)) return kInfinite;
   const std::vector<Complex> l = open_loop(plant, feedback);
   double sum = 0.0;

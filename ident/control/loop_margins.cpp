@@ -12,8 +12,8 @@ using Complex = std::complex<double>;
 
 constexpr double kPi = std::numbers::pi;
 
-/// Whether arg(1 + L) turns as that of a stable closed loop does. A pair of unstable poles adds 2 pi, so half of that
-/// tells them apart, whatever the ends of the grid leave out.
+/// Whether arg(1 + L) turns as that of a stable closed loop. A pair of unstable poles adds 2 pi, so half of that
+/// distinguishes the two, regardless of the grid's ends.
 bool is_stable(std::span<const Complex> open_loop, double order_at_zero) {
   double turn = 0.0;
   for (std::size_t i = 1; i < open_loop.size(); ++i) {
@@ -22,7 +22,7 @@ bool is_stable(std::span<const Complex> open_loop, double order_at_zero) {
   return std::abs(turn - 0.5 * kPi * order_at_zero) < kPi;
 }
 
-/// The top of a parabola through three points of equal distance, the middle one the greatest: its height.
+/// Returns the height of a parabola's top through three points of equal distance, the middle one the greatest.
 double refined(double left, double middle, double right) {
   const double curvature = left - 2.0 * middle + right;
   if (!(curvature < 0.0)) return middle;

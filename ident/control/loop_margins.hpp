@@ -9,16 +9,16 @@
 
 namespace eha::ident {
 
-/// How far a loop is from instability, read off the open loop L(j w).
+/// Stability margins of a loop, from its open loop L(j w).
 struct LoopMargins {
-  bool is_stable = false;                                      ///< closed; the other members hold only then
+  bool is_stable = false;  ///< closed loop is stable; only then are the other members valid
   double ms = std::numeric_limits<double>::infinity();         ///< greatest |1 / (1 + L)|
   double mt = std::numeric_limits<double>::infinity();         ///< greatest |L / (1 + L)|
   double ms_rad_s = 0.0;                                       ///< frequency of ms [rad/s]
   double phase_deg = std::numeric_limits<double>::infinity();  ///< least, over the crossings |L| = 1; infinite: none
-  double gain = std::numeric_limits<double>::infinity();       ///< least factor on L that makes it unstable
-  double delay_s = std::numeric_limits<double>::infinity();    ///< least further delay that makes it unstable [s]
-  double crossover_rad_s = 0.0;                                ///< highest w with |L| = 1 [rad/s]; 0: none
+  double gain = std::numeric_limits<double>::infinity();       ///< least factor on L that destabilises the loop
+  double delay_s = std::numeric_limits<double>::infinity();  ///< least additional delay that destabilises the loop [s]
+  double crossover_rad_s = 0.0;                              ///< highest w with |L| = 1 [rad/s]; 0: none
 };
 
 /// Frequencies of equal ratio, both ends included. @param points  at least 2

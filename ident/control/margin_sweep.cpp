@@ -14,7 +14,7 @@ using Complex = std::complex<double>;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr std::size_t kTones = MarginSweep::kHarmonics.size();
-/// Of the lowest peak among some thousand draws: 1.99 of the amplitude of a tone with weight 1.
+/// Phases of lowest peak among some thousand draws: 1.99 of the amplitude of a tone with weight 1.
 constexpr std::array<double, kTones> kPhases_rad{0.8, 1.46, 5.63, 1.56, 0.11, 5.98};
 constexpr std::array<double, kTones> kWeights{0.6, 1.0, 1.0, 0.7, 0.4, 0.2};  // of the speed
 constexpr double kLowestTone = 0.4;                                           // of the crossover
@@ -25,7 +25,7 @@ constexpr double kWaySpeed = 0.6;    // of the fastest reference
 constexpr double kSweptSpeed = 0.8;  // of the way's speed: the valve stays open
 constexpr double kSweptSlew = 0.6;
 
-/// Of an integrating plant with the lag that the feed-forward knows.
+/// Response of an integrating plant with the lag of the feed-forward.
 Complex plant(const AxisSettings& s, double w) {
   return 1.0 / Complex(s.feed_forward.position_rate, w) * std::polar(1.0, -w * s.feed_forward.acceleration_s);
 }
@@ -39,7 +39,7 @@ double crossover_rad_s(const AxisCoefficients& c) {
   return last;
 }
 
-/// Greatest size over a period of the tones behind a response.
+/// Returns the greatest absolute value over a period of the tones behind a response.
 double peak(const MarginSweep& sweep, const std::array<Complex, kTones>& response) {
   constexpr int kPoints = 400;
   double most = 0.0;
@@ -54,7 +54,7 @@ double peak(const MarginSweep& sweep, const std::array<Complex, kTones>& respons
   return most;
 }
 
-/// The tones beside a straight line over the measured rows of a way.
+/// Regression basis of the tones and a straight line over the measured rows of a way.
 Eigen::HouseholderQR<Eigen::MatrixXd> tones_of(const MarginSweep& sweep) {
   const auto rows = static_cast<Eigen::Index>(sweep.measured_rows());
   Eigen::MatrixXd a(rows, 2 + 2 * static_cast<Eigen::Index>(kTones));
@@ -71,7 +71,7 @@ Eigen::HouseholderQR<Eigen::MatrixXd> tones_of(const MarginSweep& sweep) {
   return Eigen::HouseholderQR<Eigen::MatrixXd>(a);
 }
 
-/// Rod over injection at each tone, of one way.
+/// Returns rod over injection at each tone, of one way.
 std::array<Complex, kTones> response_of(const Eigen::HouseholderQR<Eigen::MatrixXd>& tones, const SweepWay& way) {
   const auto rows = static_cast<Eigen::Index>(way.rod.size());
   Eigen::MatrixXd b(rows, 2);
@@ -102,7 +102,7 @@ std::vector<Complex> loop_of(const std::vector<std::array<Complex, kTones>>& way
   return loop;
 }
 
-/// a, -c, -b, d of the smooth loop through the tones, for frequencies over the highest tone.
+/// Fits a, -c, -b, d of the smooth loop through the tones, for frequencies over the highest tone.
 Eigen::Vector4d smooth_through(const MarginSweep& sweep, const AxisCoefficients& c, const std::vector<double>& w,
                                const std::vector<Complex>& loop) {
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * static_cast<Eigen::Index>(kTones), 4);
@@ -140,7 +140,7 @@ LoopMargins margins_of(const AxisCoefficients& c, const std::vector<double>& w, 
   return loop_margins(grid, smooth, order);
 }
 
-/// The mean and Student's interval of the mean.
+/// Returns the mean and its Student interval.
 SweptValue mean_of(const std::vector<double>& values) {
   const auto count = static_cast<double>(values.size());
   SweptValue mean;
@@ -221,7 +221,7 @@ MeasuredMargins measured_margins(const MarginSweep& sweep, const AxisSettings& s
   double mt = 0.0;
   double delay = 0.0;
   for (std::size_t i = 0; i < responses.size(); ++i) {
-    // Pseudo-values of the jackknife: the logarithm's bias is not in their mean.
+    // Pseudo-values of the jackknife: their mean is free of the logarithm's bias.
     const Eigen::Vector4d without = smooth_through(sweep, c, measured.w_rad_s, loop_of(responses, i));
     const Eigen::Vector4d s = count * whole - (count - 1.0) * without;
     gains.push_back(s[0]);

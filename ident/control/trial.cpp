@@ -18,7 +18,7 @@ std::size_t ticks(double duration_s, double tick_s) {
   return static_cast<std::size_t>(std::ceil(duration_s / tick_s * (1.0 - 1e-12)));
 }
 
-/// How long a move of the reference takes at most [s].
+/// Returns the longest duration of a move of the reference [s].
 double move_s(const ReferenceLimits& limits, double way) {
   return std::abs(way) / limits.velocity + limits.velocity / limits.acceleration +
          2.0 * std::sqrt(std::abs(way) / limits.acceleration) + 4.0 * limits.acceleration / limits.jerk;
@@ -105,7 +105,7 @@ double TrialMotion::set_point(std::size_t row) const noexcept {
   if (i == kSweep) {
     const std::size_t k = since(row);
     const double share = static_cast<double>(k % sweep_->way_rows()) / static_cast<double>(sweep_->way_rows());
-    // Further on where there is room, else back.
+    // Continues in the same direction if there is room, else returns.
     const double way = std::copysign(sweep_->way(), way_);
     const bool has_room = centre + way >= lowest_ && centre + way <= highest_;
     return centre + (has_room ? way : -way) * (k / sweep_->way_rows() % 2 == 0 ? share : 1.0 - share);

@@ -13,49 +13,49 @@
 
 namespace eha::ident {
 
-/// A set point at a time; between two the set point is on the line that joins them.
+/// A set point at a time, interpolated linearly between two of them.
 struct SetPoint {
   double time_s = 0.0;
   double position = 0.0;  ///< [in]
 };
 
-/// What is played in a trial of a controller.
+/// Set points of a trial of a controller.
 struct TrialPlan {
   double step = 0.5;  ///< of the set point [in]
   double sine = 0.2;  ///< amplitude [in]
   double sine_Hz = 0.2;
-  int trapezoids = 2;                     ///< forth and back, as fast as the reference may move
+  int trapezoids = 2;                     ///< pairs of moves, as fast as the reference may move
   std::optional<MarginSweep> sweep = {};  ///< after the trapezoids; none: the margins are not measured
   double hold_s = 60.0;
   double lowest = 0.0;   ///< travel [in]
   double highest = 0.0;  ///< [in]
-  /// Set points of one's own instead of step, trapezoids, sine and hold; the first at 0 s, times rising.
+  /// User's set points in place of step, trapezoids, sine and hold; the first at 0 s, times rising.
   std::vector<SetPoint> reference = {};
 };
 
-/// Step and sine that suit travel and limits of a controller.
+/// Returns step and sine that suit travel and limits of a controller.
 [[nodiscard]] TrialPlan trial_plan(const AxisSettings& settings);
 
-/// The set points of a trial, one a tick: rest, step, trapezoids, sweep, sine, rest, hold; or rest, one's own in the
-/// place of the trapezoids, rest. The step leads towards the middle of the travel. Real-time safe.
+/// Generates the set points of a trial, one a tick: rest, step, trapezoids, sweep, sine, rest, hold; or rest, the
+/// user's set points in place of the trapezoids, rest. The step leads towards the middle of the travel. Real-time safe.
 class TrialMotion {
  public:
-  /// @param plan  outlives this where it has set points of its own or a sweep
-  /// @param home  where the rod is at first [in]
+  /// @param plan  outlives this if it has a reference or a sweep
+  /// @param home  initial position of the rod [in]
   TrialMotion(const AxisSettings& settings, const TrialPlan& plan, double home) noexcept;
 
   enum class Part { rest, step, trapezoids, sweep, sine_lead, sine, hold_lead, hold, over };
 
-  /// The same whatever the home.
+  /// Independent of the home position.
   [[nodiscard]] std::size_t rows() const noexcept { return ends_.back(); }
   [[nodiscard]] Part part(std::size_t row) const noexcept;
   [[nodiscard]] double set_point(std::size_t row) const noexcept;
-  /// Taken from the reading before the controller gets it; 0 but in the sweep [in].
+  /// Returns the value that is subtracted from the controller's reading; 0 outside the sweep [in].
   [[nodiscard]] double injected(std::size_t row) const noexcept;
   [[nodiscard]] double home() const noexcept { return home_; }
-  [[nodiscard]] double way() const noexcept { return way_; }  ///< of the step, with its sign [in]
+  [[nodiscard]] double way() const noexcept { return way_; }  ///< travel of the step, signed [in]
   [[nodiscard]] double tick_s() const noexcept { return tick_s_; }
-  /// Ticks since the row's part began.
+  /// Returns the ticks since the part of the trial at this row began.
   [[nodiscard]] std::size_t since(std::size_t row) const noexcept;
 
  private:
@@ -88,7 +88,7 @@ class TrialMotion {
   double highest_;  ///< [in]
 };
 
-/// What a rod did in a trial. Errors are of the generated reference less the rod.
+/// Results of a trial. An error is the generated reference less the rod's position.
 struct TrialFigures {
   double following_rms_in = 0.0;  ///< over the trapezoids, rests included
   double following_worst_in = 0.0;
@@ -96,14 +96,14 @@ struct TrialFigures {
   double overshoot_in = 0.0;     ///< beyond the step's end
   double settling_s = 0.0;       ///< after the reference has ended, until the error stays within 2 % of the step
   double rest_error_in = 0.0;    ///< greatest size, in the hold after its first 2 s
-  double standing_in = 0.0;      ///< peak to peak of the rod, the same time
+  double standing_in = 0.0;      ///< peak to peak of the rod over the same time
   double limited_percent = 0.0;  ///< ticks in which range or slew changed the command
   double swings_per_s = 0.0;     ///< most in any second of the command across its null, see SwingCounter
-  double travelled_in = 0.0;     ///< way of the rod in the hold: grows with each oscillation
+  double travelled_in = 0.0;     ///< path length of the rod in the hold: grows with each oscillation
   bool has_left = false;         ///< the rod left its travel by 0.5 in
 };
 
-/// Adds up the figures of a trial row by row.
+/// Accumulates the results of a trial row by row.
 class TrialScore {
  public:
   explicit TrialScore(const TrialMotion& motion) noexcept : motion_(motion) {}
@@ -125,7 +125,7 @@ class TrialScore {
   double last_ = 0.0;
 };
 
-/// Counts how often the command goes from beyond null + width to beyond null - width or back, over the last second.
+/// Counts the command's swings between above null + width and below null - width over the last second.
 /// Real-time safe. Not thread-safe.
 class SwingCounter {
  public:
@@ -133,7 +133,7 @@ class SwingCounter {
       : null_V_(null_V), width_V_(width_V), tick_s_(tick_s) {}
   /// @returns swings in the last second
   int step(double command_V) noexcept;
-  /// Swings that are remembered; more in a second count as so many.
+  /// Most swings that are remembered; more in a second count as kMost.
   static constexpr int kMost = 256;
 
  private:
@@ -147,7 +147,7 @@ class SwingCounter {
   std::size_t count_ = 0;
 };
 
-/// Width of a swing [V]: half the dead band and what noise and speed need at rest.
+/// Returns the width of a swing [V]: half the dead band plus the command needed for noise and speed at rest.
 [[nodiscard]] double swing_width_V(const AxisSettings& settings);
 
 }  // namespace eha::ident

@@ -31,7 +31,7 @@ enum class CoordinateRole {
 };
 
 struct Coordinate {
-  ParameterKey key;  ///< of the parameter it stands for; its name alone for a section's coordinates
+  ParameterKey key;  ///< of its parameter; for a section's coordinates only its name
   CoordinateRole role;
   std::size_t index = 0;
   double start = 0.0;
@@ -59,8 +59,8 @@ class Parametrisation {
   /// @throws ConfigError  a request names no parameter of the structure or contradicts itself
   [[nodiscard]] static Parametrisation search(const StructureOptions& asked, const Scale& scale);
 
-  /// Coordinates to report: coefficients, orders and delay of a normalised g as they are, its terms by rising order;
-  /// what is not estimated is left out.
+  /// Coordinates to report: coefficients, orders and delay of a normalised g unchanged, its terms by rising order.
+  /// Parameters that are not estimated are left out.
   /// @param valve  of a structure that has one
   [[nodiscard]] static Parametrisation plain(const StructureOptions& asked, const TransferFunction& g,
                                              const std::optional<ValveMap>& valve = {});
@@ -78,10 +78,10 @@ class Parametrisation {
   [[nodiscard]] TransferFunction transfer_function(const Eigen::VectorXd& theta,
                                                    const Eigen::VectorXd& numerator) const;
 
-  /// One a coordinate, at g = transfer_function(theta, numerator).
+  /// Returns one sensitivity a coordinate, at g = transfer_function(theta, numerator).
   [[nodiscard]] std::vector<Sensitivity> sensitivities(const Eigen::VectorXd& theta, const TransferFunction& g) const;
 
-  /// The same coefficients with denominator orders a twentieth lower: fewer models of lower order are unstable.
+  /// Returns theta with denominator orders a twentieth lower: fewer models of lower order are unstable.
   [[nodiscard]] Eigen::VectorXd with_lower_orders(const Eigen::VectorXd& theta) const;
 
   /// Greatest imaginary part of a pole [rad/s]; 0 when coefficients or a base order are coordinates.
@@ -93,9 +93,9 @@ class Parametrisation {
 
   /// Coordinates of a model of this structure or of a sub-structure. Missing terms get the smallest weight, missing
   /// poles the highest frequency that the coordinates allow. Gain and other linear quantities have no effect.
-  /// @param bias  of the input, for that coordinate; with a valve map in place of one, its null is -bias
-  /// @param map   of the model; none where it has none: no dead band then
-  /// @returns nothing when the model has no place here
+  /// @param bias  input bias of the model; without a map the null of a structure with one is -bias
+  /// @param map   valve map of the model; none: no dead band
+  /// @returns nothing if the model is not one of this structure or of a sub-structure
   [[nodiscard]] std::optional<Eigen::VectorXd> at_model(const TransferFunction& g, double bias,
                                                         const std::optional<ValveMap>& map) const;
 

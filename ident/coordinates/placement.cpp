@@ -16,7 +16,7 @@ using Complex = std::complex<double>;
 
 constexpr double kSameOrder = 1e-9;
 // A pole at 0 is placed at this share of the slowest frequency of the search box, a missing one at this multiple of the
-// fastest: neither then changes the output of the record by what counts.
+// fastest: neither then changes the output of the record noticeably.
 constexpr double kStill = 1e-5;
 constexpr double kFaster = 1e3;
 
@@ -27,7 +27,8 @@ std::vector<Term> by_rising_order(std::vector<Term> terms) {
 
 bool is_same(double a, double b) { return std::abs(a - b) <= kSameOrder * std::max(1.0, std::abs(b)); }
 
-/// Coefficients of D as a polynomial in s^q, the lowest power first and the highest not 0; empty when it is none.
+/// Returns the coefficients of D as a polynomial in s^q, the lowest power first and the highest not 0; empty if D is
+/// none.
 std::vector<double> in_powers(const std::vector<Term>& denominator, double q) {
   std::vector<double> a;
   for (const Term& term : denominator) {
@@ -105,7 +106,7 @@ std::optional<Eigen::VectorXd> Parametrisation::at_poles(std::vector<Complex> po
   return theta.cwiseMax(lower()).cwiseMin(upper());
 }
 
-/// Sections: D is a polynomial in s^q. @returns whether the denominator is one of at most that degree
+/// Places a model in sections: D is a polynomial in s^q. @returns whether the denominator is one of at most that degree
 bool Parametrisation::place_polynomial(const std::vector<Term>& denominator, Eigen::VectorXd& theta) const {
   double q = 1.0;
   const Coordinate* base_order = nullptr;
@@ -115,7 +116,7 @@ bool Parametrisation::place_polynomial(const std::vector<Term>& denominator, Eig
     if (c.role == CoordinateRole::section_frequency) frequency = &c;
     if (c.role != CoordinateRole::base_order) continue;
     base_order = &c;
-    // A model of integer orders is one in s; that of another base order has its second term at q.
+    // A model of integer orders is a polynomial in s; with another base order its second term has order q.
     if (in_powers(denominator, 1.0).empty() && denominator.size() > 1) q = denominator[1].order;
     if (!(q >= c.lower && q <= c.upper)) return false;
     theta[static_cast<Eigen::Index>(l)] = q;
@@ -141,7 +142,7 @@ bool Parametrisation::place_polynomial(const std::vector<Term>& denominator, Eig
   return true;
 }
 
-/// Coefficients and orders as coordinates: finds a place for each term of the denominator, in their order.
+/// Places coefficients and orders as coordinates: finds a place for each term of the denominator, in their order.
 bool Parametrisation::place_terms(const std::vector<Term>& denominator, Eigen::VectorXd& theta) const {
   const std::size_t places = base_.denominator.size();
   std::vector<const Coordinate*> order_at(places, nullptr);
@@ -156,7 +157,7 @@ bool Parametrisation::place_terms(const std::vector<Term>& denominator, Eigen::V
     if (order_at[place] == nullptr) return is_same(term.order, base_.denominator[place].order);
     return term.order >= order_at[place]->lower && term.order <= order_at[place]->upper;
   };
-  // Of the selections of places in which every term fits, the one nearest to the orders' starts.
+  // Picks the selection of places in which every term fits that is nearest to the orders' starts.
   std::vector<bool> taken(places, false);
   std::fill(taken.begin(), taken.begin() + static_cast<std::ptrdiff_t>(denominator.size()), true);
   std::vector<bool> chosen;
@@ -201,7 +202,7 @@ bool Parametrisation::place_terms(const std::vector<Term>& denominator, Eigen::V
   return true;
 }
 
-/// Orders of the numerator. @returns whether there is a place for each of its terms
+/// Places the orders of the numerator. @returns whether there is a place for each of its terms
 bool Parametrisation::place_numerator(std::vector<Term> numerator, Eigen::VectorXd& theta) const {
   if (numerator.size() > base_.numerator.size()) return false;
   numerator = by_rising_order(std::move(numerator));

@@ -17,7 +17,7 @@ namespace {
 
 using std::numbers::pi;
 
-// Bounds that no real rig comes near; they keep powers finite.
+// Bounds far beyond any real rig; they keep powers finite.
 constexpr double kLeastWeight = 1e-9;     // coordinate; a term of weight 0 would have no order
 constexpr double kGreatestWeight = 40.0;  // coordinate
 // The box of the global search.
@@ -54,10 +54,10 @@ void apply(const ParameterRequest* request, Coordinate& coordinate, double (*sca
 
 double as_is(double value) { return value; }
 
-/// The user's requests for the denominator's coefficients.
+/// Requests of the user for the denominator's coefficients.
 struct CoefficientWishes {
   bool any = false;
-  bool limits = false;  ///< a coefficient is held, freed or bounded, not only started somewhere
+  bool limits = false;  ///< a coefficient is held, freed or bounded, not only given a start
 };
 
 CoefficientWishes coefficient_wishes(const StructureOptions& asked) {
@@ -71,14 +71,14 @@ CoefficientWishes coefficient_wishes(const StructureOptions& asked) {
   return wishes;
 }
 
-/// Whether a pole is held at 0 and at least two others are not: they may oscillate, which sections search well.
+/// Whether a pole is held at 0 and at least two others are free: they may oscillate, which suits sections.
 bool has_resonance_beside_integrator(const Structure& structure) {
   const StructureParameter& lowest = structure.denominator.front().coefficient;
   return has_finite_state(structure) && state_count(structure) > 2 && lowest.freedom == Freedom::constant &&
          std::abs(lowest.value) <= 0.0;
 }
 
-/// The structure's transfer function at its starts, coefficients 1 where they are estimated.
+/// Returns the structure's transfer function at its starts, with estimated coefficients 1.
 TransferFunction starting_point(const StructureOptions& asked) {
   const Structure& structure = asked.structure;
   const double q = structure.base_order ? requested(asked, *structure.base_order) : 1.0;

@@ -31,7 +31,7 @@ constexpr int kDraws = 200;  // of phases
 constexpr int kCrestRounds = 2;
 constexpr double kFirstCrest = 2.0;
 constexpr std::size_t kPointsInAPeriod = 32;   // of the highest tone, to find peaks
-constexpr std::array kDrives{0.0, 0.25, 0.5};  // shares of the power that move to the lowest tone
+constexpr std::array kDrives{0.0, 0.25, 0.5};  // shares of the power moved to the lowest tone
 constexpr double kTravelStep_s = 0.005;
 constexpr int kHalvings = 14;
 constexpr double kDecimals = 1e4;
@@ -54,7 +54,7 @@ struct Multitone {
   }
 };
 
-/// Voltage, slew and travel of an excitation, each over its limit, and the offset that stops a drift.
+/// Voltage, slew and travel of an excitation, each over its limit, and the offset that prevents a drift.
 struct Use {
   std::array<double, 3> share{};  ///< by BindingLimit
   double offset_V = 0.0;
@@ -65,8 +65,8 @@ struct Use {
   [[nodiscard]] double greatest() const { return *std::max_element(share.begin(), share.end()); }
 };
 
-/// The noise that the powers of the tones are optimal for. What friction and dead band leave of one experiment may be
-/// coloured unlike that of another.
+/// Noise that the powers of the tones are optimised for. The residual that friction and dead band cause may be coloured
+/// differently in another experiment.
 enum class NoiseShape { stored, white };
 
 class Designer {
@@ -114,11 +114,11 @@ class Designer {
     }
   }
 
-  /// Offset at which nothing drifts: what passes the map has no mean.
+  /// Returns the offset without a drift: the map's output has no mean.
   [[nodiscard]] double steady_offset(const Eigen::VectorXd& shape) const {
     if (!known_.model.input_map) return -known_.model.input_bias;
     const ValveMap& map = *known_.model.input_map;
-    // What stays within the dead band does not drift anywhere in it.
+    // A signal within the dead band does not drift at any offset there.
     if (shape.cwiseAbs().maxCoeff() <= map.dead_band) return map.null;
     double low = map.null - map.dead_band - shape.cwiseAbs().maxCoeff();
     double high = map.null + map.dead_band + shape.cwiseAbs().maxCoeff();
@@ -135,7 +135,7 @@ class Designer {
                     known_.model.initial_output - task_.limits.lowest_output - margin);
   }
 
-  /// Powers at the grid within the limits as the crest factors leave them.
+  /// Returns the powers at the grid within the limits, given the crest factors.
   [[nodiscard]] Eigen::VectorXd powers(NoiseShape shape, const std::array<double, 3>& crest) const {
     const auto tones = static_cast<Eigen::Index>(grid_Hz_.size());
     ToneProblem problem;
@@ -164,7 +164,7 @@ class Designer {
     return tone_powers(problem);
   }
 
-  /// The strongest tones of the grid, their phases still 0.
+  /// Returns the strongest tones of the grid, with phases 0.
   [[nodiscard]] Multitone chosen(Eigen::VectorXd power, double drive) const {
     // A drive at the lowest frequency carries the others over a dead band.
     const double moved = drive * power.sum();
@@ -187,7 +187,7 @@ class Designer {
     return tones;
   }
 
-  /// Draws phases, keeps those of the lowest peak over the three limits, and tells the crest factors then.
+  /// Draws phases, keeps those of the lowest peak over the three limits, and stores their crest factors.
   void draw_phases(Multitone& tones, std::array<double, 3>& crest) const {
     const std::array<double, 3> limit{task_.limits.highest_V, task_.limits.slew_V_per_s, travel_room()};
     const auto count = static_cast<Eigen::Index>(tones.frequency_Hz.size());
@@ -225,7 +225,7 @@ class Designer {
     }
   }
 
-  /// What an excitation takes of the limits. @param shape  volts at every tick without offset
+  /// Computes the shares of the limits that an excitation uses. @param shape  volts at every tick without offset
   [[nodiscard]] Use use_of(const Eigen::VectorXd& shape) const {
     const ExcitationLimits& limits = task_.limits;
     Use use;

@@ -61,7 +61,7 @@ double std_by(const KnownModel& known, const Eigen::Ref<const Eigen::VectorXd>& 
   }
   std::vector<std::string> names;
   for (const ParameterKey& key : known.covariance.parameters) names.push_back(key.name);
-  // As the model was estimated: with its noise model, or without and with the errors that the coloured residual leaves.
+  // As the model was estimated: with its noise model, or without one and with the errors due to the coloured residual.
   const Eigen::MatrixXd seen = known.noise.with_parameters ? whitened(all.topRows(rows), whitening_model(known.noise))
                                                            : Eigen::MatrixXd(all.topRows(rows));
   const Uncertainty expected = uncertainty(seen, names,

@@ -23,7 +23,7 @@ constexpr std::size_t kPointsWhileSearching = 8;  ///< in the shortest period
 constexpr std::size_t kPointsAtTheEnd = 32;
 constexpr int kMostEvaluations = 150;  ///< of one norm
 
-/// The signals over one period, and what their peaks are like.
+/// The signals over one period, and their peaks.
 class Peaks {
  public:
   Peaks(const std::vector<std::size_t>& harmonics, const std::vector<Eigen::VectorXcd>& signals, std::size_t points)
@@ -100,7 +100,7 @@ double evaluate(const std::vector<double>& phase, std::vector<double>& gradient,
   return task.peaks.norm(Eigen::Map<const Eigen::VectorXd>(phase.data(), size), task.p, gradient);
 }
 
-/// From one start through all norms.
+/// Minimises from one start through all norms.
 void minimise(Peaks& peaks, std::vector<double>& phase) {
   for (const double p : kNorms) {
     Task task{peaks, p};
@@ -112,7 +112,7 @@ void minimise(Peaks& peaks, std::vector<double>& phase) {
     try {
       search.optimize(phase, least);
     } catch (const std::exception&) {
-      // A line search that finds nothing lower leaves the best point in `phase`.
+      // A line search that finds no lower point leaves the best point in `phase`.
     }
   }
 }

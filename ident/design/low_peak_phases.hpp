@@ -14,7 +14,7 @@ namespace eha::ident {
 /// the other, from several random starts, by L-BFGS with the exact gradient (two FFTs of each signal an evaluation).
 /// Guillaume, Schoukens, Pintelon and Kollar, IEEE Trans. Instrum. Meas. 40(6), 1991. Thread-safe.
 /// @param harmonics  h_k, at least 1, rising
-/// @param signals    c_j, one amplitude for each harmonic, at least one signal; the volts, and what they cause
+/// @param signals    c_j, one amplitude for each harmonic, at least one signal: the volts and responses to them
 /// @param starts     at least 1; the best is kept
 /// @returns [rad], 0..2 pi, one a harmonic
 /// Cost: 30 harmonics and 12 starts take about 0.2 s a signal.

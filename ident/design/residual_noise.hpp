@@ -9,11 +9,11 @@
 
 namespace eha::ident {
 
-/// The residual of a record of so many compared rows: coloured as the noise is, or white as whitening leaves it.
+/// Residual of a record with a number of compared rows: coloured like the noise, or white after whitening.
 [[nodiscard]] ResidualModel coloured_residual(const ResidualNoise& noise, Eigen::Index rows);
 [[nodiscard]] ResidualModel white_residual(const ResidualNoise& noise, Eigen::Index rows);
 
-/// The noise as a model to whiten by.
+/// Returns the noise as an autoregressive model for whitening.
 [[nodiscard]] Autoregression whitening_model(const ResidualNoise& noise);
 
 /// Power of the noise at a frequency: |sum of its innovations' response|^2 variance, for a white noise its variance.

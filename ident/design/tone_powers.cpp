@@ -28,7 +28,7 @@ Eigen::VectorXd tone_powers(const ToneProblem& problem) {
     information.diagonal().array() += kRidge;
     const Eigen::VectorXd row =
         scale.cwiseProduct(information.ldlt().solve(Eigen::VectorXd::Unit(parameters, problem.target)));
-    // The worth of unit power: what it takes from the target's variance.
+    // Worth of unit power: the decrease of the target's variance.
     const Eigen::VectorXd worth = (problem.response * row).cwiseAbs2().cwiseQuotient(problem.noise);
     const Eigen::VectorXd use = problem.cost * power;
     multiplier = multiplier.array() * use.array().pow(kMultiplierRate);

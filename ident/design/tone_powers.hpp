@@ -10,7 +10,7 @@ struct ToneProblem {
   Eigen::MatrixXcd response;  ///< tones by parameters: derivative of G(j w_k) by each parameter
   Eigen::VectorXd noise;      ///< power of the noise at each tone
   Eigen::MatrixXd cost;       ///< limits by tones: share of a limit that unit power of a tone takes
-  Eigen::Index target = 0;    ///< the parameter whose variance is made small
+  Eigen::Index target = 0;    ///< the parameter whose variance is minimised
 };
 
 /// Minimises the target's element of M^-1, M = sum_k P_k Re(g_k* g_k') / v_k, under C P <= 1, P >= 0, by multiplicative

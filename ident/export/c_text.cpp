@@ -15,7 +15,7 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kShortestStep_s = 1e-4;  // that the delay's buffer holds unless it is made longer
+constexpr double kShortestStep_s = 1e-4;  // the delay's buffer suffices down to this step unless it is made longer
 constexpr double kLongestBuffer = 1e6;
 
 // The words in capitals are replaced, here and nowhere else in the file; braces stay C's own.

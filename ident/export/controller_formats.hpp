@@ -11,14 +11,14 @@
 
 namespace eha::ident {
 
-/// A controller for a program or a PLC elsewhere.
+/// A controller to export to a program or a PLC.
 struct ExportedController {
   AxisCoefficients coefficients;
   std::vector<std::string> notes;  ///< for the head of the file, plain text; see controller_notes()
   std::string length_unit = "in";  ///< of positions, in the names of arguments
 };
 
-/// The same controller for positions in another unit, of which `factor` make one of the present unit: 25.4 for mm.
+/// Converts a controller to positions in another unit; `factor` of the new unit make one of the old: 25.4 for mm.
 [[nodiscard]] AxisSettings in_length_unit(AxisSettings settings, double factor);
 
 /// An export format of a controller. A new one is a row of controller_formats() and a function.
@@ -39,16 +39,16 @@ struct ControllerFormat {
 [[nodiscard]] std::string controller_python_text(const ExportedController& controller, const std::string& function);
 [[nodiscard]] std::string controller_simulink_text(const ExportedController& controller, const std::string& function);
 
-/// What a file's head says: kind, gains, units, tick. The name is a stranger's text and passes code_text().
+/// Returns the notes for a file's head: kind, gains, units, tick. The name is untrusted text and passes code_text().
 [[nodiscard]] std::vector<std::string> controller_notes(const AxisCoefficients& coefficients, std::string_view name,
                                                         const std::string& length_unit);
 
-/// The controller's scalars by the names that the exported texts use, in a fixed order.
+/// Returns the controller's scalars by their names in the exported texts, in a fixed order.
 [[nodiscard]] std::vector<std::pair<std::string, double>> controller_numbers(const AxisCoefficients& coefficients);
 
-/// A number that every language takes for a real one.
+/// Formats a number so that every target language reads a real number.
 [[nodiscard]] std::string real_text(double value);
-/// The numbers of a fractional filter, at least one: "0.1, 0.2".
+/// Formats the numbers of a fractional filter, at least one: "0.1, 0.2".
 [[nodiscard]] std::string real_list(const std::array<double, FractionalFilter::kLags>& values, std::size_t count);
 /// Replaces each @NAME@ of a text.
 [[nodiscard]] std::string with_values(std::string text, const std::vector<std::pair<std::string, std::string>>& values);

@@ -5,7 +5,7 @@
 namespace eha::ident {
 namespace {
 
-// The numbers and the tick, which a function with a state of its own and one that is handed its state share.
+// Shares the numbers and the tick between the function with its own state and the one that is given its state.
 constexpr const char* kNumbersOfScript = R"(
 @CONSTANTS@  TAPS = @TAPS@;
   INTEGRAL_POLE = [@IP@];

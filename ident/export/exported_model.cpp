@@ -19,13 +19,14 @@ namespace {
 
 using std::numbers::pi;
 
-// The sections follow the model over two decades on either side of the band, so that a step is followed too.
+// The sections follow the model over two decades on either side of the band, so that its step response is accurate,
+// too.
 constexpr double kMargin = 100.0;
-constexpr double kWanted = 3e-4;  // relative error over all of it
+constexpr double kWanted = 3e-4;  // relative error over all of that range
 constexpr double kCrossingMargin = 10.0;
 constexpr double kMostSamples = 20000.0;
 
-/// Where two terms of the denominator are equally large.
+/// Returns the frequencies at which two terms of the denominator are equally large.
 FrequencyInterval crossings(const TransferFunction& g) {
   double from = 1e300;
   double to = 0.0;
@@ -50,7 +51,7 @@ std::optional<FrequencyInterval> shown_band(const Model& model) {
   return std::nullopt;
 }
 
-/// Greatest difference over the greatest exact value [%].
+/// Returns the greatest difference over the greatest exact value [%].
 double difference_percent(const Sections& sections, const TransferFunction& g, const Eigen::VectorXd& input,
                           double step_s) {
   const Eigen::VectorXd exact = simulate(g, input, step_s);
@@ -81,7 +82,7 @@ ApproximationError measured(const Sections& sections, const TransferFunction& g,
   return error;
 }
 
-/// The states that the windows before t = 0 leave.
+/// Returns the states that the input in the windows before t = 0 causes.
 void add_past(Sections& sections, std::vector<PastInput> windows) {
   std::sort(windows.begin(), windows.end(), [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
   for (Section& section : sections.list) {

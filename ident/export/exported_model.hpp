@@ -19,11 +19,11 @@ struct ApproximationError {
   FrequencyInterval band;
   double gain_percent = 0.0;       ///< greatest over the band
   double phase_deg = 0.0;          ///< greatest over the band
-  double step_percent = 0.0;       ///< of the response to a step, two of the band's longest periods, of its peak
-  double multisine_percent = 0.0;  ///< of the response to three tones over the band, of its peak
+  double step_percent = 0.0;       ///< of a step response over two of the band's longest periods, relative to its peak
+  double multisine_percent = 0.0;  ///< of the response to three tones over the band, relative to its peak
 };
 
-/// A model in the form that runs anywhere:
+/// A model in a form that needs no fractional operators:
 ///   y(t) = initial_output + sections(v)(t), v = map(u) from t = 0 on, or u + input_bias, 0 before.
 struct ExportedModel {
   std::string name;
@@ -35,7 +35,7 @@ struct ExportedModel {
   double initial_output = 0.0;
   std::string input_unit;
   std::string output_unit;
-  std::optional<FrequencyInterval> shown_band = {};  ///< in which the model's record shows it; none: not known
+  std::optional<FrequencyInterval> shown_band = {};  ///< band in which the model's record supports it; none: not known
   std::vector<std::string> rejected_for;             ///< reasons of a verdict that rejects it
 };
 
@@ -47,7 +47,7 @@ struct ExportedModel {
 /// Cost: some 0.1 s for fractional orders.
 [[nodiscard]] ExportedModel exported(const Model& model, const std::optional<FrequencyInterval>& band);
 
-/// Its output: N samples for N of the input, as simulate(Model) gives. Cost O(N states).
+/// Returns the output of an exported model: N samples for N of the input, as simulate(Model). Cost O(N states).
 [[nodiscard]] Eigen::VectorXd simulate(const ExportedModel& model, const Eigen::Ref<const Eigen::VectorXd>& input,
                                        double step_s);
 

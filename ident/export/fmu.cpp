@@ -250,7 +250,7 @@ void put(std::string& bytes, std::uint64_t value, int count) {
 constexpr std::uint32_t kVersion = 20;      // stored files in folders
 constexpr std::uint32_t kFirstDate = 0x21;  // 1980-01-01
 
-/// What a local header and an entry of the directory have in common.
+/// Fields that a local header and an entry of the directory share.
 void put_facts(std::string& bytes, const ArchivedFile& file) {
   put(bytes, kVersion, 2);
   put(bytes, 0, 2);  // flags

@@ -11,7 +11,7 @@ namespace eha::ident {
 
 /// A file in an archive.
 struct ArchivedFile {
-  std::string name;  ///< with folders, '/' between them
+  std::string name;  ///< with folders, separated by '/'
   std::string content;
 };
 

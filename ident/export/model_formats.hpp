@@ -30,8 +30,8 @@ struct ModelFormat {
 [[nodiscard]] std::string fmu_bytes(const ExportedModel& model, const std::string& function);
 [[nodiscard]] std::string json_text(const ExportedModel& model, const std::string& function);
 
-/// The description of the model in every format, line by line: equation, units, accuracy, verdict, and how FOMCON and
-/// the CRONE toolbox write G. What comes from the file went through eha::code_text().
+/// Describes the model line by line, for every format: equation, units, accuracy, verdict, and G as FOMCON and the
+/// CRONE toolbox write it. Text from the file has passed eha::code_text().
 [[nodiscard]] std::vector<std::string> notes(const ExportedModel& model);
 /// G for FOMCON: `fotf([..], [..], [..], [..], delay)`.
 [[nodiscard]] std::string fomcon_line(const TransferFunction& g);

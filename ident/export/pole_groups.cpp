@@ -13,7 +13,7 @@ using Complex = std::complex<double>;
 
 constexpr double kNear = 0.3;
 
-/// `numerator` in powers of sigma = s / rate, divided by rate^degree, with exactly `count` coefficients.
+/// Converts `numerator` to powers of sigma = s / rate, divided by rate^degree, with exactly `count` coefficients.
 std::vector<double> scaled(const Polynomial& numerator, std::size_t count, double rate, std::size_t degree) {
   std::vector<double> out(count, 0.0);
   for (std::size_t i = 0; i < numerator.size(); ++i) {

@@ -42,7 +42,7 @@ struct DiscreteSection {
 [[nodiscard]] Eigen::VectorXd respond(const Sections& sections, const Eigen::Ref<const Eigen::VectorXd>& input,
                                       double step_s);
 
-/// The sum without its delay at s, which is no pole.
+/// Returns the sum without its delay at s; s is not a pole.
 [[nodiscard]] std::complex<double> frequency_response(const Sections& sections, std::complex<double> s);
 
 /// x' = A x + B v(t - delay), y = C x + D v(t - delay), x(0) = x0: the sections as blocks on the diagonal of A.

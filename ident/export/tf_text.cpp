@@ -48,7 +48,7 @@ std::string vector(const std::vector<double>& values) {
   return fmt::format("[{}]", fmt::join(texts, " "));
 }
 
-/// A line for each pole that the record does not show, so that nobody builds on its place. Whole orders.
+/// Writes a line for each pole that the record does not support, as a warning against relying on it. Whole orders.
 std::string unseen_poles(const ExportedModel& model) {
   if (!model.shown_band) return {};
   constexpr double kFarOff = 3.0;  // times an end of the band; there a pole turns the phase by less than 20 degrees
@@ -89,7 +89,7 @@ std::string tf_text(const ExportedModel& model, const std::string& function) {
   if (!numerator.empty() && !denominator.empty()) {
     text += fmt::format("num = {};\nden = {};\n", vector(numerator), vector(denominator));
     text += fmt::format("{} = tf(num, den{});\n", function, delay(model.transfer_function.delay_s));
-    // K / (s^k (T s + 1)): gain and time constants as people write them, from the lowest power that is there.
+    // Writes K / (s^k (T s + 1)): gain and time constants, from the lowest power present.
     std::size_t last = denominator.size();
     while (last > 1 && denominator[last - 1] == 0.0) --last;
     const double unit = denominator[last - 1];

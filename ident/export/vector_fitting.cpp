@@ -27,7 +27,7 @@ constexpr int kFewestPoles = 4;
 constexpr int kMostPoles = 30;
 constexpr double kStaticWeight = 5.0;  // of the gain at s = 0 among the frequencies
 constexpr double kOrderTolerance = 1e-9;
-constexpr double kNoLoss = 1e-9;  // least share of a pole's size that its damping keeps
+constexpr double kNoLoss = 1e-9;  // least damping of a pole, as a share of its size
 
 double highest(const std::vector<Term>& terms) {
   double order = 0.0;
@@ -51,7 +51,7 @@ double coefficient_at(const std::vector<Term>& terms, double order) {
   return sum;
 }
 
-/// G at some points, weighed by 1/|G|; the last point may be s = 0.
+/// Values of G at some points, weighted by 1/|G|; the last point may be s = 0.
 struct Samples {
   std::vector<Complex> s;
   std::vector<Complex> g;
@@ -173,7 +173,7 @@ double error_of(const Samples& samples, const Rational& r) {
   return greatest;
 }
 
-/// The best of the iterations from real poles spread over the band.
+/// Returns the best of the iterations from real poles spread over the band.
 std::pair<Rational, double> fit_with(const Samples& samples, const AngularBand& band, int count) {
   std::vector<Complex> poles;
   for (int i = 0; i < count; ++i) {

@@ -17,7 +17,7 @@ using Complex = std::complex<double>;
 // The wrap-around is damped by rho^L; rounding errors are amplified by rho^-N = 10^5.5 at L = 2N.
 constexpr double kWrapAround = 1e-11;
 
-/// The delayed input, linear between samples.
+/// Returns the delayed input, linear between samples.
 Eigen::VectorXd delayed(const Eigen::Ref<const Eigen::VectorXd>& input, double delay) {
   const double whole = std::floor(delay);
   const double fraction = delay - whole;

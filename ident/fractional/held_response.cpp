@@ -69,7 +69,7 @@ void add_series(const std::vector<double>& a, std::size_t length, double negligi
   }
 }
 
-/// What the input rises by at each sample, times decay(n) = rho^n as on the contour; zeros from `samples` up to
+/// Returns the input's increment at each sample times decay(n) = rho^n as on the contour; zeros from `samples` up to
 /// `length`.
 template <typename Decay>
 std::vector<double> increments(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t samples, std::size_t length,

@@ -14,21 +14,21 @@
 
 namespace eha::ident {
 
-/// The outputs requested of a held-input simulation.
+/// Selects the outputs of a held-input simulation.
 struct OutputSelection {
   std::size_t samples = 0;  ///< N, inputs simulated
   double step_s = 0.0;      ///< sample period [s]
   std::size_t first = 0;    ///< first requested output
   std::size_t every = 1;    ///< distance of the requested outputs [samples]
   std::size_t count = 0;    ///< number of requested outputs
-  /// Symmetric filter applied to the output before it is picked: taps at -m..m, odd length; empty for none.
+  /// Symmetric filter applied to the output before rows are picked: taps at -m..m, odd length; empty for none.
   std::vector<double> filter_taps;
   /// Allowed error in the aliases of a sharp resonance, relative to the response's size. A coarse search allows more
   /// than a report.
   double resolved = 1e-11;
 };
 
-/// Spectrum of an input's increments as the selection sees it (filter, shift and contour included).
+/// Spectrum of an input's increments for one selection (filter, shift and contour included).
 using InputSpectrum = std::vector<std::complex<double>>;
 
 /// Value of a response at a jump: just before it (a held input that takes effect after the sample is read) or just
@@ -56,19 +56,20 @@ class HeldResponse {
   [[nodiscard]] std::size_t samples() const noexcept { return selection_.samples; }
   [[nodiscard]] double step_s() const noexcept { return selection_.step_s; }
   [[nodiscard]] double spacing_s() const noexcept { return selection_.step_s * static_cast<double>(selection_.every); }
-  /// Points at which a response is computed, to compare the cost of selections.
+  /// Returns the number of points at which a response is computed; serves to compare the cost of selections.
   [[nodiscard]] std::size_t effort() const noexcept { return bins_ + short_fft_.length(); }
-  /// The same of one that would select each of its samples.
+  /// Returns the same number for a selection of every sample.
   [[nodiscard]] static std::size_t effort_of(std::size_t samples, double guard);
 
   /// @param input  N samples, at rest before the first
   [[nodiscard]] InputSpectrum input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const;
-  /// The same to 1e-10 of the input's size; several times as fast where the filter leaves low frequencies only.
+  /// Returns the spectrum to 1e-10 of the input's size; several times as fast if the filter leaves low frequencies
+  /// only.
   [[nodiscard]] InputSpectrum quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const;
   /// A unit step at sample `at`.
   [[nodiscard]] InputSpectrum step_spectrum(std::size_t at = 0) const;
 
-  /// One column of count() values a request. @param delay_s  common transport delay [s]
+  /// Returns one column of count() values a request. @param delay_s  common transport delay [s]
   [[nodiscard]] Eigen::MatrixXd respond(const TransferColumns& columns, double delay_s,
                                         std::span<const ResponseRequest> requests) const;
 

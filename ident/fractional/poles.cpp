@@ -38,7 +38,7 @@ Complex newton_step(const std::vector<Term>& terms, Complex z) {
   return -value / slope;
 }
 
-/// The pole that Newton's method finds from z = ln s, with 0 <= arg s <= pi.
+/// Returns the pole that Newton's method finds from z = ln s, with 0 <= arg s <= pi.
 std::optional<Complex> pole_from(const std::vector<Term>& terms, Complex z) {
   for (int i = 0; i < kMostSteps; ++i) {
     Complex step = newton_step(terms, z);
@@ -53,7 +53,7 @@ std::optional<Complex> pole_from(const std::vector<Term>& terms, Complex z) {
   return std::nullopt;
 }
 
-/// Sizes ln|s| where two terms are equal: poles are near one of them.
+/// Returns the sizes ln|s| where two terms are equal: poles are near one of them.
 std::vector<double> crossings(const std::vector<Term>& terms) {
   std::vector<double> sizes;
   for (std::size_t i = 0; i < terms.size(); ++i) {

@@ -21,13 +21,14 @@ struct ReducedPolynomial {
 /// The coarsest order q that makes all orders whole multiples, if one of degree 24 or less exists. Cost O(terms).
 [[nodiscard]] std::optional<double> base_order(const ReducedPolynomial& polynomial);
 
-/// Roots of the polynomial in w = s^q, from the eigenvalues of its companion matrix. @param q  as base_order()
+/// Returns the roots of the polynomial in w = s^q, by the eigenvalues of its companion matrix.
+/// @param q  as base_order()
 [[nodiscard]] std::vector<std::complex<double>> commensurate_roots(const ReducedPolynomial& polynomial, double q);
 
-/// The poles of a transfer function, those at s = 0 aside.
+/// Poles of a transfer function, without those at s = 0.
 struct Poles {
-  /// The poles are roots in the plane of w = s^base_order: stable where |arg w| > base_order pi/2 (Matignon). 1 where
-  /// no base order exists, with the poles on the principal sheet of s.
+  /// The poles are roots in the plane of w = s^base_order: stable if |arg w| > base_order pi/2 (Matignon). 1 if no base
+  /// order exists: the poles then lie on the principal sheet of s.
   double base_order = 1.0;
   bool is_commensurate = true;
   std::vector<std::complex<double>> values;

@@ -17,7 +17,7 @@ using Complex = std::complex<double>;
 constexpr int kDeepestSplit = 60;
 constexpr double kRounding = 1e-15;
 constexpr double kAlikeOrders = 0.02;
-constexpr double kOutweighed = 0.5;  // sum of the other terms over the group that outweighs them
+constexpr double kOutweighed = 0.5;  // sum of the other terms over the dominant group
 
 /// D and s D'/D at s = exp(x + i phi), scaled by the largest term against overflow.
 struct Sample {
@@ -42,7 +42,7 @@ Sample sample(const std::vector<Term>& terms, double x, double phi) {
   return {x, value, std::abs(value) > 1e-300 ? slope / value : Complex(1e300), noise};
 }
 
-/// Whether one order, or a group of almost equal ones, outweighs the rest from a to b, and the change of that group's
+/// Whether one order, or a group of almost equal ones, dominates the rest from a to b, and the change of that group's
 /// argument. The ratio of two terms is a power of |s|, so it is largest at an end. Such an interval may span many
 /// decades.
 bool hardly_turns(const std::vector<Term>& terms, const Sample& a, const Sample& b) {
@@ -56,7 +56,7 @@ bool hardly_turns(const std::vector<Term>& terms, const Sample& a, const Sample&
         std::exp(std::min(1.0, std::max(size(term, a.x) - size(largest, a.x), size(term, b.x) - size(largest, b.x))));
   }
   if (others > kOutweighed * std::min(std::abs(a.value), std::abs(b.value))) return false;
-  // A constant power of s does not turn along a ray.
+  // A constant power of s has a constant argument along a ray.
   const double slope = std::max(std::abs(a.slope - largest.order), std::abs(b.slope - largest.order));
   return (b.x - a.x) * slope <= 1.0;
 }
@@ -86,13 +86,13 @@ int zeros_in_sector(const ReducedPolynomial& d, double phi) {
       least_gap = std::min(least_gap, gap);
     }
   }
-  // Where one term outweighs the rest a hundredfold the argument is within 0.01 rad of that term's.
+  // Where one term dominates the rest a hundredfold, the argument is within 0.01 rad of that term's.
   const double margin = std::log(100.0 * static_cast<double>(d.terms.size())) / least_gap;
   const double turned = turn(d.terms, sample(d.terms, low - margin, phi), sample(d.terms, high + margin, phi), phi, 0);
   return static_cast<int>(std::lround((d.terms.back().order * phi - turned) / pi));
 }
 
-/// Least |arg s| over the poles on the principal sheet, pi when there is none.
+/// Returns the least |arg s| over the poles on the principal sheet, pi if there is none.
 double least_angle_commensurate(const ReducedPolynomial& d, double q) {
   double angle = pi;
   for (const Complex& root : commensurate_roots(d, q)) angle = std::min(angle, std::abs(std::arg(root)) / q);
@@ -136,7 +136,7 @@ bool grows(const TransferFunction& g) {
   if (!decidable(d)) return true;
   if (d.terms.size() < 2 || plainly_stable(d)) return false;
   if (const auto q = base_order(d)) {
-    // Rounding may put a pole of the imaginary axis to either side; it does not grow.
+    // Rounding may put a pole on the imaginary axis to either side of it; such a pole does not grow.
     return least_angle_commensurate(d, *q) < 0.5 * pi - 1e-9;
   }
   return zeros_in_sector(d, 0.5 * pi) > 0;

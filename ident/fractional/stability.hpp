@@ -12,13 +12,13 @@ struct StabilityReport {
   bool stable = false;
   std::string test;         ///< "matignon" or "argument_principle"
   double margin_rad = 0.0;  ///< least |arg pole| - pi/2 on the principal sheet; at most pi/2
-  /// Order of the pole at 0 that the structure declares, 1 for an integrator; `stable` and `margin_rad` are then those
-  /// of the other poles.
+  /// Order of the pole at 0 that the structure declares, 1 for an integrator. `stable` and `margin_rad` then describe
+  /// the other poles.
   double integrator_order = 0.0;
 };
 
-/// Number of zeros of the denominator with |arg s| < half_angle_rad on the principal sheet, a factor s^n apart, by the
-/// argument principle along the ray arg s = half_angle_rad. Orders are never rounded.
+/// Counts the zeros of the denominator with |arg s| < half_angle_rad on the principal sheet, except a factor s^n. Uses
+/// the argument principle along the ray arg s = half_angle_rad. Orders are never rounded.
 /// @param half_angle_rad  (0, pi)
 /// Cost: some hundred evaluations of the denominator.
 [[nodiscard]] int zeros_in_sector(const std::vector<Term>& denominator, double half_angle_rad);
@@ -33,8 +33,8 @@ struct StabilityReport {
 /// Matignon, CESA'96 (1996); argument principle: Ahlfors, Complex Analysis, ch. 4.
 [[nodiscard]] StabilityReport stability(const TransferFunction& g);
 
-/// The same with a pole at 0 that a structure declares: stable and margin are those of the other poles, and
-/// integrator_order is the order of that one. As stability() where G has none.
+/// The same for a structure that declares a pole at 0: `stable` and `margin_rad` describe the other poles,
+/// integrator_order the declared one. Equals stability() if G has no pole at 0.
 [[nodiscard]] StabilityReport stability_beside_integrator(const TransferFunction& g);
 
 }  // namespace eha::ident

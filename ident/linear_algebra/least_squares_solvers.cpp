@@ -22,7 +22,7 @@ Eigen::VectorXd solve_ranked(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
   qr.setThreshold(threshold);
   qr.compute(a);
   if (orthonormal != nullptr) *orthonormal = qr.householderQ() * Eigen::MatrixXd::Identity(a.rows(), qr.rank());
-  // qr.solve() would divide by all pivots that are not 0, whatever the threshold.
+  // qr.solve() would divide by all pivots that are not 0, for any threshold.
   const Eigen::Index rank = qr.rank();
   const Eigen::VectorXd rotated = qr.householderQ().adjoint() * b;
   Eigen::VectorXd x = Eigen::VectorXd::Zero(a.cols());

@@ -14,10 +14,10 @@ void factorise_qr(Eigen::MatrixXd& a);
 /// min |a x - b| by Householder QR; a has full column rank and at least as many rows as columns.
 [[nodiscard]] Eigen::VectorXd solve_full_rank(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
-/// min |a x - b| for each column of b, by QR with column pivoting; directions of no rank get 0.
+/// min |a x - b| for each column of b, by QR with column pivoting; sets rank-deficient directions to 0.
 [[nodiscard]] Eigen::MatrixXd solve_pivoted(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-/// The same for one right side and a rank that `threshold` decides.
+/// The same for one right side, with the rank decided by `threshold`.
 /// @param threshold    a pivot below this share of the largest one does not count
 /// @param orthonormal  receives an orthonormal basis of the columns that count; null: not wanted
 [[nodiscard]] Eigen::VectorXd solve_ranked(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double threshold,

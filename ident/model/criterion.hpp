@@ -22,10 +22,10 @@ enum class CriterionKind : std::uint8_t {
   residual_drift,
   input_levels,  ///< distinct values of the record's input
   saturated,
-  far_saturated,  ///< the same, or stays on an end stop, where they are so many that the parameters are wrong
+  far_saturated,  ///< saturated, or on an end stop, in so many samples that the parameters are wrong
   extrapolated,
   error_over_noise,
-  far_error_over_noise,  ///< the same where the error is so great that the model is wrong
+  far_error_over_noise,  ///< the same, with so great an error that the model is wrong
   error_over_refit,      ///< on another record: against the same structure fitted to it
   stability_margin,
   excitation_order,
@@ -50,7 +50,7 @@ struct CriterionTraits {
   std::string_view suffix = {};
   CriterionUnit unit = CriterionUnit::none;
   CriterionWeight weight = CriterionWeight::lowers;
-  std::string_view words = {};  ///< for people; a part or parameter follows
+  std::string_view words = {};  ///< displayed name; a part or parameter follows
 };
 
 /// One comparison by which a model is judged.
@@ -60,7 +60,7 @@ struct Criterion {
   double value = 0.0;
   double limit = 0.0;
   bool passed = false;
-  bool judged = true;  ///< false: the record holds too little to tell; then `value` may be NaN
+  bool judged = true;  ///< false: the record does not suffice to judge it; then `value` may be NaN
 };
 
 /// Every kind, in the order in which a verdict lists them.

@@ -18,7 +18,7 @@ bool estimates(const Model& model, ParameterRole role) {
                      [&](const ParameterEstimate& p) { return p.role == role && !p.fixed; });
 }
 
-/// Orders 0, 1, 2, ... without a gap, in any sequence.
+/// Whether the orders are 0, 1, 2, ... without a gap, in any sequence.
 bool has_all_whole_orders(std::vector<Term> terms) {
   std::sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
   for (std::size_t k = 0; k < terms.size(); ++k) {
@@ -27,7 +27,7 @@ bool has_all_whole_orders(std::vector<Term> terms) {
   return true;
 }
 
-/// The family that a file was named after, or that its terms and estimates fit.
+/// Finds the family that the file's name gives, or that its terms and estimates fit.
 std::string_view family_of(const Model& model) {
   std::string_view name = model.name;
   for (const InputMapKind& kind : input_map_kinds()) {

@@ -24,7 +24,7 @@ bool is_whole(const std::vector<Term>& terms) {
                      [](const Term& term) { return std::abs(term.order - std::round(term.order)) <= kWhole; });
 }
 
-/// By rising order, without terms of no size.
+/// Sorts terms by rising order and drops those of coefficient 0.
 std::vector<Term> present(std::vector<Term> terms) {
   std::erase_if(terms, [](const Term& term) { return !(std::abs(term.coefficient) > 0.0); });
   std::sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
@@ -44,7 +44,7 @@ std::string gain_unit(const Model& model, double power) {
 
 constexpr double kAboveBand = 3.0;  // times the highest usable frequency
 
-/// " (above the band that the record shows, to 0.65 Hz)" behind a root that is far above it.
+/// " (not observed: above the band, to 0.65 Hz)" for a root far above the usable band, else empty.
 std::string unseen_text(const Model& model, double root_rad_s) {
   if (!model.verdict || !model.verdict->usable_band) return {};
   const double highest_Hz = model.verdict->usable_band->highest_Hz;
@@ -52,7 +52,7 @@ std::string unseen_text(const Model& model, double root_rad_s) {
   return fmt::format(" (not observed: above the band, to {:.3g} Hz)", highest_Hz);
 }
 
-/// Behind a dead time that within the band turns the phase as a lag of as much does, and lowers the gain as little.
+/// Note for a dead time that within the band has the phase of an equal lag and attenuates as little, else empty.
 std::string or_lag_text(const Model& model) {
   if (!model.verdict || !model.verdict->usable_band) return {};
   const double highest_Hz = model.verdict->usable_band->highest_Hz;
@@ -80,7 +80,7 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
   return text;
 }
 
-/// Time constant of a real pole so slow that the record shows an integrator instead; none.
+/// Returns the time constant of a real pole so slow that the record shows an integrator instead; none if there is none.
 std::optional<double> slow_pole_s(const Model& model, const std::vector<Term>& denominator) {
   if (!model.verdict || !model.verdict->usable_band) return std::nullopt;
   const ReducedPolynomial polynomial = reduced(denominator);

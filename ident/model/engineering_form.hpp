@@ -7,8 +7,8 @@
 
 namespace eha::ident {
 
-/// A model of whole orders in the figures of an engineer's equation: gain K of the lowest power of s, a time constant T
-/// [s] for each real pole and TD for each real zero, natural frequency f0 [Hz] and damping D for each pair, dead time.
+/// Writes a model of whole orders in engineering terms: gain K of the lowest power of s, a time constant T [s] for each
+/// real pole and TD for each real zero, natural frequency f0 [Hz] and damping D for each pair, dead time.
 ///   "K = 0.1479 in/(V s), integrating; T = 0.0056 s; f0 = 12.1 Hz, D = 0.31; dead time 6.3 ms"
 /// A root in the right half plane has a negative T or D.
 /// @returns empty for a model with a fractional order, or without a gain

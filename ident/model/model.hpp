@@ -18,7 +18,7 @@
 
 namespace eha::ident {
 
-/// One estimated (or fixed) quantity of a model with its 95 % interval.
+/// One estimated or fixed quantity of a model with its 95 % interval.
 struct ParameterEstimate {
   std::string name;  ///< "a2", "n2", "K", "delay_s", "input_bias", "null", "initial_output", ...
   double value = 0.0;
@@ -47,18 +47,18 @@ struct Correlation {
   double bound99 = 0.0;
 };
 
-/// The rise of the criterion when a free order's term is left out and the rest is estimated anew.
+/// Rise of the criterion when a free order's term is left out and the rest is estimated again.
 struct LeftOut {
   std::string order;  ///< name of the order: "n2"
   double rise = 0.0;  ///< AR-BIC of the smaller structure less that of this one
 };
 
 /// Criteria that weigh a structure's error against its number of parameters; lower is better. Structures are compared
-/// by AR-BIC alone: it has no unit, does not depend on what else was fitted, and holds for a coloured residual. With
-/// AR(m) the autoregressive model of the residual that BIC chooses and s^2 the variance that it leaves over n rows
-/// (all but the first 10, which are its past),
+/// by AR-BIC alone: it has no unit, does not depend on the other fits, and holds for a coloured residual. With AR(m)
+/// the autoregressive model of the residual that BIC chooses and s^2 its innovation variance over n rows (all but the
+/// first 10, which are its past),
 ///   ar_bic = n ln(s^2 / var y) + (p + m) ln n.
-/// The others take the residual for `effective_samples` independent values of mean square V:
+/// The others treat the residual as `effective_samples` independent values of mean square V:
 ///   aic = n ln V + 2 p, aicc = aic + 2 p (p + 1)/(n - p - 1), bic = n ln V + p ln n, fpe = V (n + p)/(n - p).
 /// Akaike, IEEE Trans. AC 19 (1974); Hurvich and Tsai, Biometrika 76 (1989); Schwarz, Ann. Stat. 6 (1978).
 struct InformationCriteria {
@@ -69,9 +69,9 @@ struct InformationCriteria {
   double bic = 0.0;
   double fpe = 0.0;  ///< [output unit^2]
   double ar_bic = 0.0;
-  std::size_t ar_order = 0;       ///< m
-  std::size_t samples = 0;        ///< n of ar_bic
-  std::string record;             ///< identity of the rows compared: AR-BIC compares where n and record agree
+  std::size_t ar_order = 0;  ///< m
+  std::size_t samples = 0;   ///< n of ar_bic
+  std::string record;        ///< identity of the compared rows: AR-BIC values are comparable only if n and record agree
   std::vector<LeftOut> left_out;  ///< one a free order; empty where it was not determined
 };
 
@@ -79,19 +79,19 @@ struct InformationCriteria {
 struct ParameterCorrelation {
   std::vector<std::string> names;
   std::vector<std::vector<double>> matrix;     ///< one row a name
-  std::vector<std::string> indistinguishable;  ///< parameters that the record cannot tell apart
+  std::vector<std::string> indistinguishable;  ///< parameters that the record cannot distinguish
 };
 
-/// Noise in the compared samples of a record, as a model leaves it: autoregressive, e_k = sum_j c_j e_{k-j} + w_k.
+/// Autoregressive model of the noise in the compared samples, from a model's residual e: e_k = sum_j c_j e_{k-j} + w_k.
 struct ResidualNoise {
   double power = 0.0;                        ///< mean square of e [output unit^2]
   double variance = 0.0;                     ///< mean square of w [output unit^2]
   std::vector<double> coefficients = {};     ///< c_1, c_2, ...; empty for white
   std::vector<double> autocorrelation = {};  ///< of e at lags 0 .. order
-  bool with_parameters = false;              ///< the parameters were estimated beside a model of the noise
+  bool with_parameters = false;              ///< the parameters were estimated together with a noise model
 };
 
-/// Result of an estimation beside its parameters.
+/// Result of an estimation, without its parameters.
 struct EstimationReport {
   Score score;
   std::optional<InformationCriteria> information;
@@ -101,7 +101,7 @@ struct EstimationReport {
   std::string termination;  ///< "converged", "evaluation limit", ...
   bool converged = false;
   std::optional<double> compared_step_s = {};  ///< time between compared samples
-  std::optional<ResidualNoise> noise = {};     ///< none by the paper's procedure
+  std::optional<ResidualNoise> noise = {};     ///< none after the paper's procedure
 };
 
 /// A joint test of the residual, whitened by its autoregressive model.
@@ -111,86 +111,86 @@ struct ResidualTest {
   double p = 1.0;  ///< probability of a statistic at least as large
 };
 
-/// A line through a residual.
+/// A straight line fitted to a residual.
 struct ResidualDrift {
-  double change = 0.0;    ///< of the line from first to last sample, its size [output unit]
-  double expected = 0.0;  ///< the most that noise and the parameters' errors make of it [output unit]
+  double change = 0.0;    ///< absolute change of the line from the first sample to the last [output unit]
+  double expected = 0.0;  ///< greatest change that noise and the parameters' errors explain [output unit]
 };
 
-/// How a plant may differ from a linear one, see nonlinear_effects().
+/// Kinds of deviation of a plant from a linear one, see nonlinear_effects().
 enum class NonlinearKind { level, direction, motion, position };
 
 /// "level", "direction", "motion" or "position", as in model files.
 [[nodiscard]] std::string_view text(NonlinearKind kind);
 
-/// The residual's dependence on what only a nonlinear plant does.
+/// Test of the residual for effects of a nonlinear plant.
 struct NonlinearityTest {
   ResidualTest test;                          ///< all kinds together
-  NonlinearKind kind = NonlinearKind::level;  ///< the one of which the residual holds most
+  NonlinearKind kind = NonlinearKind::level;  ///< the kind that explains most of the residual
 };
 
-/// Root mean square of the noise-free output less the model's on a fresh input of the same kind, as far as this part of
-/// the record tells, over the output's standard deviation [%].
+/// Predicted RMS error of the model's output on a fresh input of the same kind, without noise, over the output's
+/// standard deviation [%]. Estimated from this part of the record.
 struct PredictedError {
-  double lower = 0.0;  ///< what input and nonlinear effects explain of the residual
-  double upper = 0.0;  ///< that and what they may hide, or all of a residual that need not be noise
+  double lower = 0.0;  ///< the part of the residual that input and nonlinear effects explain
+  double upper = 0.0;  ///< that and the effects that noise may hide, or the whole residual if it need not be noise
 };
 
-/// Joint tests in which the errors of the estimated parameters are allowed for.
+/// Joint tests of the residual that account for the errors of the estimated parameters.
 struct ResidualTests {
   std::size_t ar_order = 0;  ///< of the residual's model
   ResidualTest input;        ///< no correlation with the input at lags 0..20
-  ResidualTest whiteness;    ///< no correlation of what the model leaves at lags 1..20
+  ResidualTest whiteness;    ///< no correlation of the noise model's innovations at lags 1..20
   std::optional<ResidualDrift> drift = {};
-  std::optional<NonlinearityTest> nonlinearity = {};  ///< none where it was not asked for
+  std::optional<NonlinearityTest> nonlinearity = {};  ///< none: not requested
   std::optional<ResidualTest> future_input = {};      ///< no correlation with the input at lags -1..-10
   std::optional<PredictedError> error = {};
 };
 
-/// The values of an input that takes two at most [input unit].
+/// The values of an input with at most two of them [input unit].
 struct InputLevels {
   double lower = 0.0;
-  double upper = 0.0;  ///< as lower for a constant input
+  double upper = 0.0;  ///< equals lower for a constant input
 };
 
-/// The output stood at its greatest or least value while the input asked for more: a rod on its end stop.
+/// The output stayed at its greatest or least value while the input demanded motion beyond it: a rod on its end stop.
 struct EndStop {
-  double level = 0.0;    ///< where it stood [output unit]
-  double from_s = 0.0;   ///< begin of the first stay, time of the record
+  double level = 0.0;    ///< position of the stop [output unit]
+  double from_s = 0.0;   ///< start of the first stay, time of the record
   double percent = 0.0;  ///< rows of all stays
-  /// The longest stretch without a stay; none: from the beginning, to the end.
+  /// Bounds of the longest stretch without a stay; none: it starts at the record's start, or ends at its end.
   std::optional<double> clean_from_s = {};
   std::optional<double> clean_to_s = {};
 };
 
-/// A sudden change of the error that stays.
+/// A sudden lasting change of the error.
 struct ErrorJump {
   double time_s = 0.0;  ///< of the record
   double change = 0.0;  ///< [output unit]
 };
 
-/// The model held against the part of the record that did not estimate.
+/// Comparison of the model with the part of the record that was not used for estimation.
 struct ValidationReport {
   Score score;                              ///< bias and offset kept
-  std::optional<Score> offset_reestimated;  ///< initial_output fitted anew on the scored part
+  std::optional<Score> offset_reestimated;  ///< initial_output refitted to the scored part
   Correlation acf;                          ///< of the residual, lags 0..20
   Correlation ccf;                          ///< residual against input, lags -20..20
   double ljung_box_p = 0.0;                 ///< p value of the portmanteau test on 20 lags
   std::optional<ResidualTests> tests;       ///< none where the samples are too few
-  /// Samples whose input lies outside what the estimating part saw by half its range, by a tenth behind a map [%]; none
-  /// on another record.
+  /// Samples whose input exceeds the range of the estimating part by half of that range, or by a tenth behind a map
+  /// [%]; none on another record.
   std::optional<double> extrapolated_percent;
-  /// Samples, estimating ones included, at which the output stays at its greatest or least value while the model goes
-  /// on beyond it [%].
+  /// Samples, estimating ones included, at which the output stays at its greatest or least value while the model's
+  /// output goes beyond it [%].
   std::optional<double> saturated_percent = {};
   std::optional<EndStop> end_stop = {};  ///< of all compared samples
   std::optional<ErrorJump> jump = {};    ///< of all compared samples
-  /// The order of the input to G at all compared samples, see excitation_order(); none for a constant input.
+  /// Excitation order of the input to G at all compared samples, see excitation_order(); none for a constant input.
   std::optional<std::size_t> excitation_order = {};
-  std::optional<InputLevels> input_levels = {};  ///< none where the input takes more than two values
+  std::optional<InputLevels> input_levels = {};  ///< none if the input takes more than two values
 };
 
-/// A statistic of one number by its name in model files, whose reader and writer take all of them from this list.
+/// A scalar statistic and its name in model files. The reader and the writer of the files use this list.
 struct NamedStatistic {
   const char* name;
   double ValidationReport::*value;
@@ -206,7 +206,7 @@ struct BodeCurve {
   std::vector<double> phase_std_deg;
 };
 
-/// Trust in a model.
+/// Grade of confidence in a model.
 enum class Grade {
   rejected,  ///< not stable, not identified, or the limits are not met
   usable,    ///< only residual tests or extrapolation fail, or a criterion could not be judged
@@ -226,17 +226,18 @@ struct Verdict {
   bool accepted = false;                  ///< not rejected
   std::vector<std::string> reasons = {};  ///< why it is rejected, then notes; one sentence each
   Grade grade = Grade::rejected;
-  std::vector<Criterion> criteria = {};  ///< every one that applied
-  /// The record's input moved there and the model's response is known; see usable_band(). None: nowhere, or unknown.
+  std::vector<Criterion> criteria = {};  ///< every applicable one
+  /// Band in which the record's input excites the plant and the model's response is accurate; see usable_band(). None:
+  /// there is no such band, or it is unknown.
   std::optional<FrequencyInterval> usable_band = {};
-  bool beside_ladder = false;  ///< every structure of the ladder was fitted to the record too
+  bool beside_ladder = false;  ///< every structure of the ladder was fitted to the record, too
 };
 
 /// One window of the estimated input before t = 0, added to its value at rest: constant over from_s <= t < to_s <= 0.
 struct PastInput {
   double from_s = 0.0;
   double to_s = 0.0;
-  double value = 0.0;  ///< [input unit]; what passes the map where there is one
+  double value = 0.0;  ///< [input unit]; behind the map if there is one
 };
 
 /// y(t) = initial_output + G(v)(t) + free response, at rest before t = 0 and before the past input, if any;

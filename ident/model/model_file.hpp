@@ -13,10 +13,10 @@ namespace eha::ident {
 [[nodiscard]] std::string to_text(const Model& model);
 
 /// Reads what to_text() writes. Only `transfer_function` is needed; everything else has Model's defaults.
-/// @param file_name  used in messages, and its stem as the name of a model that has none
+/// @param file_name  for messages; its stem names a model without a name
 /// @throws ConfigError  names the file and the place: line and column where the text is not JSON, else the JSON path
 ///                      ("transfer_function.denominator[1].order") of a missing, misspelt or wrong field
-/// Never trusts the text: size, depth and encoding are safe whatever they are. Cost O(length).
+/// Safe for untrusted text of any size, depth and encoding. Cost O(length).
 [[nodiscard]] Model model_from_text(std::string_view text, const std::string& file_name);
 
 }  // namespace eha::ident

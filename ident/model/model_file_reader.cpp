@@ -111,7 +111,7 @@ InformationCriteria read_information(const Node& node) {
     LeftOut& target = criteria.left_out.emplace_back();
     left_out.at("order").read(target.order);
     left_out.at("rise").read(target.rise);
-    // A term without which there is no model costs without limit, which JSON writes as null.
+    // If a model is impossible without the term, the rise is infinite, which JSON writes as null.
     if (std::isnan(target.rise)) target.rise = std::numeric_limits<double>::infinity();
   }
   return criteria;
@@ -315,7 +315,7 @@ Verdict read_verdict(const Node& node) {
   return verdict;
 }
 
-/// @param begin_s  where the window after it begins
+/// @param begin_s  start of the next window
 PastInput read_past_input(const Node& node, double begin_s) {
   const Node object = node.object({"from_s", "to_s", "value"});
   const PastInput window{object.at("from_s").number(), object.at("to_s").number(), object.at("value").number()};

@@ -29,9 +29,9 @@ class ModelNode {
   [[nodiscard]] bool has(const char* key) const { return value_->contains(key); }
   [[nodiscard]] bool is_null() const { return value_->is_null(); }
 
-  /// A member, which must be there.
+  /// Returns a member; throws if it is missing.
   [[nodiscard]] ModelNode at(const char* key) const;
-  /// This one, an object with no keys but these.
+  /// Returns this node; throws unless it is an object with no other keys than these.
   [[nodiscard]] ModelNode object(const std::vector<std::string_view>& keys) const;
   [[nodiscard]] std::vector<ModelNode> list() const;
   [[nodiscard]] double number() const;
@@ -46,13 +46,13 @@ class ModelNode {
   void read(std::vector<T>& target) const {
     for (const ModelNode& node : list()) node.read(target.emplace_back());
   }
-  /// Reads a member that may be missing; `target` stays then.
+  /// Reads a member that may be missing; leaves `target` unchanged then.
   template <typename T>
   void read(const char* key, T& target) const {
     if (has(key)) child(key, (*value_)[key]).read(target);
   }
 
-  /// A string as it is, anything else as JSON text.
+  /// Returns the members as texts: a string unchanged, anything else as JSON text.
   [[nodiscard]] std::map<std::string, std::string> texts() const;
 
  private:
@@ -65,7 +65,7 @@ class ModelNode {
 };
 
 /// Parses the text of a model file. Cost: linear in its length.
-/// @throws ConfigError  "FILE:LINE:COLUMN: ..." for what is no JSON, binary, empty or nested too deeply
+/// @throws ConfigError  "FILE:LINE:COLUMN: ..." for text that is not JSON, is binary or empty, or is nested too deeply
 [[nodiscard]] ModelNode::Json parse_model_json(std::string_view text, const std::string& file_name);
 
 }  // namespace eha::ident

@@ -17,7 +17,7 @@ namespace eha::ident {
 namespace {
 
 constexpr std::size_t kMostPast = 100;  // times the rows simulated; a transform of that length still fits
-// A column this small beside the others it depends on is not solved for.
+// A column this small beside the columns that it depends on is not solved for.
 constexpr double kOffsetRank = 1e-10;
 constexpr double kEndless_rows = 1e15;  // fits an index
 
@@ -33,7 +33,7 @@ Eigen::MatrixXd state_responses(const Model& model, const OutputSelection& selec
   return response.respond({model.transfer_function, numerators, {}}, 0.0, requests);
 }
 
-/// Responses to one unit of input in each window before t = 0, whose edges need not be sampling instants.
+/// Responses to one unit of input in each window before t = 0; the windows' edges need not be sampling instants.
 Eigen::MatrixXd past_responses(const Model& model, OutputSelection selection) {
   const auto rows_before = [&](double t_s) {
     return static_cast<std::size_t>(std::min(kEndless_rows, std::ceil(-t_s / selection.step_s - 1e-9)));
@@ -81,7 +81,7 @@ Eigen::VectorXd free_values(const Model& model) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-/// What drives G.
+/// Returns the input of G.
 Eigen::VectorXd driving(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& input) {
   if (model.input_map) return mapped(*model.input_map, input);
   return input.array() + model.input_bias;
@@ -123,7 +123,7 @@ ModelOutput OutputOnRecord::of(const Model& model) {
                                   comparison_.count,
                                   comparison_.taps};
   if (!response_) response_.emplace(selection);
-  // Where a filter leaves low frequencies only, a tenth of the memory serves as well.
+  // If a filter leaves low frequencies only, a tenth of the memory suffices.
   const auto spectrum_of = [&](const Eigen::Ref<const Eigen::VectorXd>& input) {
     return comparison_.taps.empty() ? response_->input_spectrum(input) : response_->quick_input_spectrum(input);
   };

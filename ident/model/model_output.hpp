@@ -20,12 +20,12 @@ namespace eha::ident {
 /// The parts of a model's output at the rows of a comparison, filtered like the data.
 struct ModelOutput {
   Eigen::VectorXd forced;  ///< G(v), count rows
-  Eigen::MatrixXd free;    ///< to each term of the initial state, then of the past input, unscaled; none for neither
+  Eigen::MatrixXd free;    ///< responses to unit terms of the initial state, then of the past input; none for neither
   [[nodiscard]] Eigen::VectorXd total(const Model& model) const;
 };
 
-/// Outputs of models at the rows of one comparison of one record. What depends on the record alone is computed once, at
-/// the first model that does not grow. Not thread-safe; record and comparison must outlive it.
+/// Outputs of models at the rows of one comparison of one record. The parts that depend on the record alone are
+/// computed once, at the first model that does not grow. Not thread-safe; record and comparison must outlive it.
 class OutputOnRecord {
  public:
   OutputOnRecord(const Record& record, const Comparison& comparison);
@@ -35,7 +35,7 @@ class OutputOnRecord {
   [[nodiscard]] const Record& record() const noexcept { return record_; }
   [[nodiscard]] const Comparison& comparison() const noexcept { return comparison_; }
 
-  /// A model that grows is simulated by the direct recursion and may overflow; one that does not, exactly.
+  /// Simulates a growing model by the direct recursion, which may overflow, any other exactly.
   /// Cost without a map: O(L log L) at the first call, then that of the compared rows; with a map O(L log L) a call.
   [[nodiscard]] ModelOutput of(const Model& model);
 
@@ -46,7 +46,7 @@ class OutputOnRecord {
   InputSpectrum input_;  ///< of the input as recorded; empty until it is needed
 };
 
-/// The model with initial_output and initial_state fitted anew to `measured` over the same rows.
+/// Returns the model with initial_output and initial_state refitted to `measured` over the same rows.
 [[nodiscard]] Model with_offset_fitted(const Model& model, const ModelOutput& output, const Eigen::VectorXd& measured);
 
 }  // namespace eha::ident

@@ -10,15 +10,15 @@ namespace eha::ident {
 
 inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval [standard errors]
 
-/// Half the width of the 95 % interval; not finite where the interval has no end. 0 when fixed.
+/// Returns half the width of the 95 % interval: 0 if fixed, not finite if the interval is unbounded.
 [[nodiscard]] double half_width95(const ParameterEstimate& parameter);
 
-/// A value with half the width of its 95 % interval, which "+-" means in all texts, both with the digits that the
-/// half width justifies: "0.1305 +- 0.0008". A value that is fixed or has no standard error stands alone.
+/// Formats a value with half the width of its 95 % interval: "0.1305 +- 0.0008". Both have the digits that the half
+/// width justifies; "+-" means this in all texts. A value that is fixed or has no standard error stands alone.
 /// @param sign  between them
 [[nodiscard]] std::string with_interval(const ParameterEstimate& parameter, std::string_view sign = "+-");
 
-/// The same of any value. @param half_width  more than 0
+/// Formats any value in the same way. @param half_width  more than 0
 [[nodiscard]] std::string with_half_width(double value, double half_width, std::string_view sign = "+-");
 
 }  // namespace eha::ident

@@ -8,11 +8,11 @@
 
 namespace eha::ident {
 
-/// The structure of a model as the member `structure` of its file: each parameter with value, freedom and bounds, and
-/// the requests that were made. Infinite bounds and what a structure lacks are left out.
+/// Writes the structure of a model as the member `structure` of its file: each parameter with value, freedom and
+/// bounds, and the user's requests. Infinite bounds and absent parts are left out.
 [[nodiscard]] nlohmann::ordered_json structure_to_json(const StructureOptions& asked);
 
-/// Reads what structure_to_json() writes; the name is left to the caller.
+/// Reads the output of structure_to_json(); the caller sets the name.
 /// @throws ConfigError  names file and path of a wrong member
 [[nodiscard]] StructureOptions read_structure(const ModelNode& node);
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kPastWindows = 8;
 
-/// How many rows before t = 0 each window of the past begins, the latest first.
+/// Returns the number of rows before t = 0 at which each window of the past begins, the latest window first.
 std::vector<std::size_t> past_edges(std::size_t rows) {
   std::vector<std::size_t> edges;
   for (int k = kPastWindows - 1; k >= 0; --k) {
@@ -53,7 +53,7 @@ ComparedRecord::ComparedRecord(const Record& record, const Comparison& compariso
       step_(response_.step_spectrum(edges.empty() ? 0 : edges.back())),
       measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {
   const std::size_t before = before_;
-  // Where a filter leaves low frequencies only, a tenth of the memory serves as well.
+  // If a filter leaves low frequencies only, a tenth of the memory suffices.
   const auto spectrum = [&](const Eigen::Ref<const Eigen::VectorXd>& input) {
     return comparison.taps.empty() ? response_.input_spectrum(input) : response_.quick_input_spectrum(input);
   };
@@ -66,7 +66,7 @@ ComparedRecord::ComparedRecord(const Record& record, const Comparison& compariso
   }
   if (options.keep_input) {
     const Eigen::VectorXd& fine = options.fine_input.size() > 0 ? options.fine_input : record.input;
-    // A map is not evaluated for rows that nothing compared depends on.
+    // A map is not evaluated for rows that no compared row depends on.
     const auto simulated = static_cast<Eigen::Index>(response_.samples() - before) * block_;
     fine_input_ = fine.head(std::min(fine.size(), simulated));
   }

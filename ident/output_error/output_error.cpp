@@ -12,8 +12,9 @@
 namespace eha::ident {
 namespace {
 
-// A column that differs by this little from others is not solved for: of the responses to a constant input, to a step
-// and of the free response one is the sum of the rest, but for the error of their simulation (1e-10 to 1e-9).
+// A column that differs by this little from a combination of others is not solved for. Of the responses to a constant
+// input, to a step and of the free response one is the sum of the rest, except for the error of their simulation (1e-10
+// to 1e-9).
 constexpr double kRankThreshold = 1e-8;
 constexpr double kNyquist = std::numbers::pi * (1.0 + 1e-9);  // [rad a sample]
 // G must fall off: the sampled response of a model with a direct part that moves is not differentiable.
@@ -111,8 +112,8 @@ InputSpectrum OutputError::driving(const std::shared_ptr<const Passed>& valve, c
   return valve ? valve->total(ratio_at(*valve, linear)) : biased(linear.input_bias);
 }
 
-/// What passes the map by its null, dead band and gain ratio. With A and B the indicators of the two sides:
-/// -(A + ratio B), -(A - ratio B), and what passes below for a ratio of 1.
+/// Derivatives of the map's output by its null, dead band and gain ratio. With A and B the indicators of the two sides:
+/// -(A + ratio B), -(A - ratio B), and the output below the dead band for a ratio of 1.
 std::vector<InputSpectrum> OutputError::input_derivatives(const Passed& valve, const LinearSolution& linear) const {
   const double ratio = ratio_at(valve, linear);
   const InputSpectrum on_above = record_.spectrum_of(is_above(valve.map, record_.fine_input()));
@@ -248,7 +249,7 @@ Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta
   const std::vector<InputSpectrum> by_map = valve ? input_derivatives(*valve, linear) : std::vector<InputSpectrum>{};
   std::vector<ResponseRequest> requests;
   for (std::size_t l = 0; l < sensitivities.size(); ++l) {
-    // Bias and map move the input, not G: a column is the model's response to how it moves, a step for the bias.
+    // Bias and map move the input, not G: a column is the model's response to the input's change, a step for the bias.
     const CoordinateRole role = parametrisation_.coordinates()[l].role;
     const InputSpectrum* moved = role == CoordinateRole::input_bias            ? &record_.step()
                                  : role == CoordinateRole::valve_null          ? &by_map[0]
@@ -281,7 +282,7 @@ std::optional<OutputError::Point> OutputError::evaluate(const Eigen::VectorXd& t
       top_order(g.denominator) - (parametrisation_.must_be_strictly_proper() ? kLeastExcess : 0.0))
     return {};
   if (grows(g)) return {};
-  // Samples cannot tell an oscillation above the Nyquist frequency from its alias below; the alias is reported.
+  // Samples do not distinguish an oscillation above the Nyquist frequency from its alias below; the alias is reported.
   if (parametrisation_.fastest_oscillation(theta) > kNyquist / record_.response().step_s()) return {};
   const double bias = bias_at(theta);
   const std::shared_ptr<const Passed> valve = passed(theta);

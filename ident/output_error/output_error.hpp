@@ -20,16 +20,16 @@ namespace eha::ident {
 class ComparedRecord {
  public:
   struct Options {
-    bool past = false;       ///< whether an input before t = 0 is wanted; doubles the length simulated
+    bool past = false;       ///< an input before t = 0 is estimated; doubles the simulated length
     double guard = 1.6;      ///< as in HeldResponse
     double resolved = 1e-9;  ///< as in OutputSelection
     /// Rows whose means over blocks of `block` are the record's input. A map before G applies to the rows, not to their
     /// means. Empty: the record's input itself.
     Eigen::VectorXd fine_input = {};
     Eigen::Index block = 1;
-    bool keep_input = true;  ///< whether fine_input() is wanted, which only a map before G needs
+    bool keep_input = true;  ///< keep fine_input(); only a map before G needs it
   };
-  /// @param rows  how many of the comparison's rows are used, from the first on
+  /// @param rows  number of the comparison's rows that are used, from the first on
   ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, const Options& options);
 
   [[nodiscard]] const HeldResponse& response() const noexcept { return response_; }
@@ -38,8 +38,9 @@ class ComparedRecord {
   /// Spectrum of a signal as long as fine_input().
   [[nodiscard]] InputSpectrum spectrum_of(const Eigen::VectorXd& fine) const;
   [[nodiscard]] const InputSpectrum& step() const noexcept { return step_; }  ///< of a unit step at t = 0
-  /// A unit pulse in each window of the past, the latest first. The windows double in length from a 128th of the
-  /// compared time on, and reach back as far as that time is long: an older input has the effect of a constant.
+  /// Spectra of a unit pulse in each window of the past, the latest window first. The windows double in length,
+  /// starting from a 128th of the compared time, and together span that time. An older input has the effect of a
+  /// constant.
   [[nodiscard]] const std::vector<InputSpectrum>& past() const noexcept { return past_; }
   [[nodiscard]] const std::vector<PastInput>& past_windows() const noexcept { return past_windows_; }  ///< no values
   [[nodiscard]] const Eigen::VectorXd& measured() const noexcept { return measured_; }  ///< filtered and picked
@@ -69,23 +70,24 @@ struct LinearQuantity {
 
 /// The linear quantities, solved exactly at every trial of the nonlinear coordinates.
 struct LinearPart {
-  std::vector<LinearQuantity> numerator;  ///< one a numerator term
-  bool solve_bias = false;                ///< input bias with the numerator; single numerator terms only
-  double fixed_bias = 0.0;                ///< when neither solved nor a coordinate [input unit]
-  /// Gain ratio of a valve map with the numerator, which is that above the dead band; single numerator terms only.
+  std::vector<LinearQuantity> numerator;  ///< one for each numerator term
+  bool solve_bias = false;                ///< solve the input bias with the numerator; single numerator terms only
+  double fixed_bias = 0.0;                ///< if neither solved nor a coordinate [input unit]
+  /// Solve the gain ratio of a valve map with the numerator, which is the gain above the dead band; single numerator
+  /// terms only.
   bool solve_ratio = false;
   LinearQuantity initial_output;
-  /// Terms of the free response: of the initial state, or of the past input when that is wanted (single numerator
+  /// Number of free-response terms: of the initial state, or of the past input if that is estimated (single numerator
   /// terms only).
   int initial_states = 0;
-  std::size_t past_shared = 0;  ///< neighbouring windows of the past that share one input; 0 for no past input
-  /// Power of s in the numerator of the first free response, an impulse response s^k/D: 0, or -1 for the step response
-  /// of 1/D. With that one added to the whole state the constant is among them, and they stay apart when D approaches
-  /// an integrator, where the constant itself and the last state run together.
+  std::size_t past_shared = 0;  ///< neighbouring windows of the past that share one value; 0 for no past input
+  /// Power k of s in the numerator of the first free response, an impulse response s^k/D: 0, or -1 for the step
+  /// response of 1/D. With -1 added to the whole state, the free responses span the constant. They stay independent as
+  /// D approaches an integrator, where the constant itself and the last state become collinear.
   int first_state = 0;
 };
 
-/// All of a model but its nonlinear coordinates.
+/// The parameters of a model except its nonlinear coordinates.
 struct LinearSolution {
   Eigen::VectorXd numerator;
   double input_bias = 0.0;
@@ -94,11 +96,11 @@ struct LinearSolution {
   Eigen::VectorXd initial_state;  ///< or the past input, window by window [input unit]
 };
 
-/// Output error of one structure on one record, the linear quantities eliminated (variable projection).
+/// Output error of one structure on one record, with the linear quantities eliminated (variable projection).
 ///   e = y - initial_output - G(v) - free response,  v = u + bias or valve(u),
-/// the free response being that to an initial state or to an input before t = 0.
-/// With a noise model, rows, residual and derivatives are whitened by it and have kHighestAutoregression rows less: the
-/// cost is then that of generalised least squares.
+/// where the free response is that to an initial state or to an input before t = 0.
+/// A noise model whitens rows, residual and derivatives, which lose kHighestAutoregression rows. The cost is then that
+/// of generalised least squares.
 /// Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973); Kaufman, BIT 15 (1975), for the Jacobian. Thread-safe.
 class OutputError {
  public:
@@ -118,23 +120,23 @@ class OutputError {
     Eigen::VectorXd residual;  ///< measured less simulated
     Eigen::MatrixXd jacobian;  ///< of the simulated output, projected; empty without complete()
     LinearSolution linear;
-    Eigen::MatrixXd orthonormal;           ///< spans what is solved for exactly
+    Eigen::MatrixXd orthonormal;           ///< basis of the linear quantities' columns
     std::shared_ptr<const Passed> passed;  ///< null without a map
   };
 
-  /// What evaluate() and complete() cost.
+  /// Work of evaluate() and complete().
   [[nodiscard]] Work evaluation_work(std::size_t times = 1) const;
   [[nodiscard]] Work jacobian_work() const;
 
-  /// Nothing when the model at theta grows or is not proper.
+  /// Returns nothing if the model at theta grows or is not proper.
   [[nodiscard]] std::optional<Point> evaluate(const Eigen::VectorXd& theta) const;
   /// Adds the Jacobian to the point at theta. @returns whether it is finite
   [[nodiscard]] bool complete(const Eigen::VectorXd& theta, Point& point) const;
 
   /// Exact derivatives of the simulated output by every free quantity at a given solution, not projected: the
-  /// coordinates first, then numerator, input_bias or negative_gain_ratio, initial_output and initial_state as far as
-  /// they are solved for.
-  /// @param parameters  receives what each column is a derivative by
+  /// coordinates first, then numerator, input_bias or negative_gain_ratio, initial_output and initial_state if they are
+  /// solved for.
+  /// @param parameters  receives the parameter of each column
   [[nodiscard]] Eigen::MatrixXd derivatives(const Eigen::VectorXd& theta, const LinearSolution& linear,
                                             std::vector<ParameterKey>& parameters) const;
 
@@ -144,7 +146,7 @@ class OutputError {
   /// Simulated output at a given solution.
   [[nodiscard]] Eigen::VectorXd simulated(const Eigen::VectorXd& theta, const LinearSolution& linear) const;
 
-  /// sum (y - mean y)^2 of the compared rows, to measure costs by.
+  /// Returns sum (y - mean y)^2 of the compared rows, the scale of costs.
   [[nodiscard]] double output_energy() const;
 
   [[nodiscard]] const Parametrisation& parametrisation() const noexcept { return parametrisation_; }
@@ -153,11 +155,11 @@ class OutputError {
  private:
   struct Basis {
     Eigen::MatrixXd numerator;  ///< response of each numerator term
-    Eigen::MatrixXd beside;     ///< the same to what is weighed beside the gain, if anything is
+    Eigen::MatrixXd beside;     ///< the same for the input that is solved for together with the gain, if any
     Eigen::MatrixXd states;     ///< free responses; to the past input for a gain of 1
   };
   [[nodiscard]] std::shared_ptr<const Passed> passed(const Eigen::VectorXd& theta) const;
-  /// @param beside  an input whose response is weighed beside the gain; null for none
+  /// @param beside  input that is solved for together with the gain; null for none
   [[nodiscard]] Basis basis(const TransferFunction& g, const InputSpectrum& input, const InputSpectrum* beside) const;
   [[nodiscard]] LinearSolution solve(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double bias,
                                      Eigen::MatrixXd* orthonormal) const;
@@ -177,7 +179,7 @@ class OutputError {
   Parametrisation parametrisation_;
   LinearPart linear_;
   std::optional<Autoregression> noise_;
-  Eigen::VectorXd measured_;  ///< as seen, as the constant
+  Eigen::VectorXd measured_;  ///< whitened like the constant
   Eigen::VectorXd constant_;
   bool bias_coordinate_ = false;
 };

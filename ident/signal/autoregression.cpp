@@ -28,7 +28,7 @@ void add_lagged_products(const Eigen::Ref<const Eigen::VectorXd>& c, Eigen::Matr
   sums += products;
 }
 
-/// R with R'R the matrix, which is not negative but for rounding.
+/// Returns R with R'R the matrix, which is positive semidefinite up to rounding.
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& matrix) {
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(matrix);
   const Eigen::MatrixXd upper = ldlt.matrixU();
@@ -40,7 +40,7 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& matrix) {
 Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken, Eigen::Index further) {
   const Eigen::Index n = residual.size() - kHighestAutoregression;
   const Eigen::Index highest = std::clamp<Eigen::Index>(n / 3, 0, kHighestAutoregression);
-  // The rows of the residual, then as few as have the lagged products of what was taken.
+  // The rows of the residual, then the fewest rows that have the lagged products of the columns `taken`.
   const Eigen::Index more = taken.cols() > 0 ? highest + 1 : 0;
   Eigen::VectorXd target(n + more);
   Eigen::MatrixXd past(n + more, highest);
@@ -55,7 +55,7 @@ Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::Matr
     target.tail(more) = root.col(0);
     past.bottomRows(more) = root.rightCols(highest);
   }
-  // One factorisation serves every order: what the first p columns leave of the target is the tail of Q'y.
+  // One factorisation serves every order: the part of the target that the first p columns leave is the tail of Q'y.
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(past);
   const Eigen::VectorXd rotated = qr.householderQ().adjoint() * target;
   const auto samples = static_cast<double>(n);
@@ -95,7 +95,7 @@ LevinsonModel levinson(const std::vector<double>& autocovariance, double samples
     double reflection = autocovariance[order];
     for (std::size_t j = 0; j < c.size(); ++j) reflection -= c[j] * autocovariance[order - 1 - j];
     reflection /= variance;
-    // Rounding, or a stored sequence that is no autocovariance.
+    // Due to rounding, or to a stored sequence that is no autocovariance.
     if (!(std::abs(reflection) < 1.0)) break;
     std::vector<double> next = c;
     for (std::size_t j = 0; j < c.size(); ++j) next[j] -= reflection * c[c.size() - 1 - j];

@@ -12,7 +12,7 @@ namespace {
 
 using std::numbers::pi;
 
-// Half length in new samples and Kaiser's beta: -120 dB with a transition of one new sampling rate over two.
+// Half length in new samples, and Kaiser's beta: -120 dB with a transition of one new sampling rate over two.
 constexpr std::size_t kHalfLength = 8;
 constexpr double kKaiserBeta = 12.265;
 

@@ -17,12 +17,12 @@ namespace eha::ident {
 /// Number of rows in the discarded time at the start of a record: the first kept row is the first one at or after
 /// discard_s. Cost O(1).
 [[nodiscard]] inline std::size_t discarded_rows(double discard_s, double step_s) noexcept {
-  // A quotient that exceeds a whole number by less than this has been rounded.
+  // A quotient that exceeds a whole number by less than this counts as that number.
   constexpr double kRounding = 1e-9;
   return static_cast<std::size_t>(std::ceil(discard_s / step_s - kRounding));
 }
 
-/// Rows kept of a record: each multiple of `every` from `first` on, itself one.
+/// The kept rows of a record: each multiple of `every` from `first` on; `first` is a multiple, too.
 struct KeptRows {
   std::size_t first = 0;
   std::size_t every = 1;
@@ -46,7 +46,7 @@ struct Comparison {
 /// @param discard  rows before this one are not compared
 [[nodiscard]] Comparison compare_every(std::size_t samples, std::size_t every, std::size_t discard);
 
-/// The filtered rows themselves: count values. Cost O(count taps).
+/// Returns the filtered rows: count values. Cost O(count taps).
 [[nodiscard]] Eigen::VectorXd picked(const Eigen::Ref<const Eigen::VectorXd>& signal, const Comparison& comparison);
 
 /// Autocovariance of white noise of variance 1 at the compared rows, behind the filter, at lags 0, 1, ..., 16; empty

@@ -94,8 +94,8 @@ Complex hold(double frequency_Hz, double step_s) {
   return (1.0 - std::exp(-turn)) / turn;
 }
 
-/// Variance of the mean output at a harmonic less what the input's own noise explains, from the spread of the periods
-/// at and around it.
+/// Variance of the mean output at a harmonic, less the part that the input's own noise explains, from the spread of the
+/// periods at and around it.
 double noise_power(const Spectra& output, const Spectra& input, Complex gain, std::size_t harmonic, std::size_t last) {
   const std::size_t from = harmonic > kNeighbours ? harmonic - kNeighbours : 1;
   const std::size_t to = std::min(harmonic + kNeighbours, last);

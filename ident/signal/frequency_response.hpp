@@ -16,8 +16,8 @@ struct LineResponse {
   double frequency_Hz = 0.0;
   std::size_t harmonic = 0;       ///< of the period
   std::complex<double> response;  ///< G(j 2 pi f) [output unit / input unit]
-  /// Deviation of the gain, sqrt(E |error|^2 / 2), by noise alone; of several realisations by noise and distortion
-  /// [output unit / input unit].
+  /// Standard deviation of the gain, sqrt(E |error|^2 / 2): by noise alone, or with several realisations by noise and
+  /// distortion [output unit / input unit].
   double std = 0.0;
   double input_amplitude = 0.0;   ///< of the cosine [input unit]
   double output_amplitude = 0.0;  ///< [output unit]
@@ -25,15 +25,15 @@ struct LineResponse {
   /// or an odd nonlinearity, noise included. Empty if there is no such line.
   std::optional<double> even_distortion_dB;
   std::optional<double> odd_distortion_dB;
-  double noise_dB = 0.0;  ///< noise at such a line, below the output: a distortion near it is noise
-  /// Distortion at the line itself: what differs between realisations and is no noise, below the output. Empty for a
-  /// single realisation, and where it cannot be told from the noise.
+  double noise_dB = 0.0;  ///< noise at such a line, below the output: a distortion near this level is noise
+  /// Distortion at the line itself, below the output: the difference between realisations that is not noise. Empty for
+  /// a single realisation, and if it cannot be distinguished from the noise.
   std::optional<double> distortion_dB = {};
 };
 
-/// Powers in the excited band, the mean of a line, relative to the mean output of an excited line [dB]; noise
-/// subtracted from the distortions, empty where they cannot be told from it. Noise is that of one realisation's mean
-/// period.
+/// Powers in the excited band, the mean of a line, relative to the mean output of an excited line [dB]. Noise is
+/// subtracted from the distortions; a distortion is empty if it cannot be distinguished from noise. Noise is that of
+/// one realisation's mean period.
 struct DistortionLevels {
   double noise_dB = 0.0;
   std::optional<double> excited_dB = {};  ///< at the excited lines

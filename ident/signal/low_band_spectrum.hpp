@@ -9,9 +9,9 @@
 
 namespace eha::ident {
 
-/// The lowest bins of long Fourier transforms, by transforms of a fraction of the length: binomial filters
-/// ((1 + z^-1)/2)^m, undone in the spectrum, let the signal be thinned to every second sample several times. What
-/// aliases into the wanted bins is below 1e-11 of its size. Immutable, thread-safe.
+/// Computes the lowest bins of long Fourier transforms by transforms of a fraction of the length. Binomial filters ((1
+/// + z^-1)/2)^m, undone in the spectrum, allow the signal to be thinned to every second sample several times. The
+/// aliases in the wanted bins are below 1e-11 of the signal's size. Immutable, thread-safe.
 /// Hogenauer, IEEE Trans. ASSP 29 (1981), for filters that are sharp where the aliases of a narrow band fall.
 class LowBandSpectrum {
  public:
@@ -23,7 +23,7 @@ class LowBandSpectrum {
 
  private:
   std::vector<std::vector<double>> filters_;  ///< taps of each halving
-  std::size_t length_;                        ///< of the transform that is left
+  std::size_t length_;                        ///< of the remaining transform
   std::vector<std::complex<double>> undo_;    ///< one a bin
 };
 

@@ -15,12 +15,12 @@ struct Periods {
 };
 
 /// Smallest number of samples that holds whole periods of every line.
-/// @param lines_Hz  rising, above 0   @param step_s  [s]   @param longest  samples, where the search ends
-/// @returns 0 where there are none up to `longest`, or no line
+/// @param lines_Hz  rising, above 0   @param step_s  [s]   @param longest  samples at which the search ends
+/// @returns 0 if there is no such number up to `longest`, or no line
 /// Cost O(lines longest lines_Hz[0] step_s).
 [[nodiscard]] std::size_t common_period(const std::vector<double>& lines_Hz, double step_s, std::size_t longest);
 
-/// The last whole periods of a record after its first `discard` rows, where the transient is smallest.
+/// Returns the last whole periods of a record after its first `discard` rows; the transient is smallest there.
 /// @throws DataError  fewer than two of them: noise and drift cannot be separated from the response
 [[nodiscard]] Periods last_periods(std::size_t samples, std::size_t length, std::size_t discard);
 
@@ -28,8 +28,8 @@ struct Periods {
 struct PeriodicSignal {
   Eigen::MatrixXd periods;  ///< length x count, drift removed
   Eigen::VectorXd mean;     ///< of the periods
-  Eigen::VectorXd drift;    ///< length count samples, mean 0; zeros where it was kept
-  /// Greatest less least drift over the periods, of a creeping rod or a remaining transient.
+  Eigen::VectorXd drift;    ///< length count samples, mean 0; zeros if it was kept
+  /// Range of the drift over the periods, as of a creeping rod or a remaining transient.
   double drift_range = 0.0;
   bool drift_detected = false;      ///< by an F test at 99.9 %, noise taken as white
   double noise_std = 0.0;           ///< of one sample, from the spread between periods

@@ -33,8 +33,8 @@ struct Powers {
   }
 };
 
-/// What noise does not explain of a power, below the output; none where chance may explain it.
-/// @param values, noise_values  independent complex values that `power` and the noise are means of
+/// Returns the part of a power that noise does not explain, below the output; none if chance may explain it.
+/// @param values, noise_values  numbers of independent complex values that `power` and the noise are means of
 std::optional<double> beyond_noise_dB(double power, const Powers& powers, double values, double noise_values) {
   const double chance = kChance * std::sqrt(1.0 / values + 1.0 / noise_values);
   if (!(power > powers.noise * (1.0 + chance))) return std::nullopt;
@@ -107,7 +107,8 @@ FrequencyResponse measure_realisations(const Record& record, const RealisationRo
   DistortionLevels levels;
   levels.noise_dB = level_of(band.noise / band.output);
   levels.excited_dB = beyond_noise_dB(band.spread, band, lines * (count - 1.0), lines * noise_values);
-  // The power of a silent line of each kind, over the realisations; times `lines` as the sums of `band`.
+  // Mean power of a silent line of each kind over the realisations. `band` holds sums over the lines, hence the factor
+  // `lines`.
   const auto mean = [&](std::optional<double> SilentPowers::*kind) -> std::optional<double> {
     if (!(result.silent.*kind)) return std::nullopt;
     double sum = 0.0;

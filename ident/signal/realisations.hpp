@@ -22,8 +22,8 @@ struct RealisationRows {
 /// periods, and n_m^2 the variance of G_m by noise, from the spread of its periods:
 ///   G = mean_m G_m,   s_total^2 = sum_m |G_m - G|^2 / (M - 1),   s_distortion^2 = s_total^2 - mean_m n_m^2
 /// G has the variance s_total^2 / M. Even and odd distortion beside the lines are mean powers over the realisations, as
-/// measure_frequency_response() gives each. A distortion is given where it exceeds twice its own standard error by
-/// chance.
+/// measure_frequency_response() gives each. A distortion is given only if it exceeds twice its standard error under
+/// chance alone.
 /// @param lines_Hz  excited frequencies, the same in every realisation
 /// @throws DataError  as measure_frequency_response(), or too few rows, periods or realisations
 /// Cost O(N log N). Thread-safe.

@@ -5,7 +5,7 @@
 
 namespace eha::ident {
 
-/// A valve as a static map from its input u to what passes:
+/// A valve as a static map from its input u to its effective input v:
 ///   v = 0                                            where |u - null| <= dead_band,
 ///   v = u - null - dead_band                         above,
 ///   v = negative_gain_ratio (u - null + dead_band)   below.

@@ -28,7 +28,7 @@ enum class ParameterRole {
 struct ParameterKey {
   std::string name;  ///< as in model files
   ParameterRole role = ParameterRole::denominator_coefficient;
-  std::size_t index = 0;  ///< which term, state or window; 0 where there is only one
+  std::size_t index = 0;  ///< index of the term, state or window; 0 if there is only one
 
   bool operator==(const ParameterKey&) const = default;
 };
@@ -42,10 +42,10 @@ struct ParameterKey {
 /// Whether a parameter describes the state at t = 0. It enters the output linearly and takes no request.
 [[nodiscard]] bool is_free_response(ParameterRole role);
 
-/// Whether a parameter shifts the record rather than shapes the plant: bias, the valve's null, offset, free response.
+/// Whether a parameter shifts the record rather than shapes the plant: bias, valve null, offset, free response.
 [[nodiscard]] bool is_offset(ParameterRole role);
 
-/// Least value that means anything: 0 for a dead band and a delay, else minus infinity.
+/// Returns the least physical value: 0 for a dead band and a delay, else minus infinity.
 [[nodiscard]] double least_value(ParameterRole role);
 
 /// The keys of model files, spelled here only. Denominator term i has coefficient "a<i>" and order "n<i>". One
@@ -65,7 +65,7 @@ struct ParameterKey {
 /// The latest window has index 0.
 [[nodiscard]] ParameterKey past_input_key(std::size_t index);
 
-/// The key of a name read from a model file. An unknown name counts as a coefficient of the denominator.
+/// Returns the key of a name read from a model file. An unknown name counts as a coefficient of the denominator.
 /// @param numerator_terms  of the model: "b0" is an order if there is one term, otherwise a coefficient
 [[nodiscard]] ParameterKey key_of(std::string_view name, std::size_t numerator_terms);
 

@@ -48,13 +48,13 @@ struct ValveParameters {
   StructureParameter negative_gain_ratio{.key = negative_gain_ratio_key(), .value = 1.0, .freedom = Freedom::free};
 };
 
-/// The static map between the input and G: v = u + bias, or the valve map, whose null does the work of the bias.
+/// The static map between the input and G: v = u + bias, or the valve map, whose null replaces the bias.
 struct InputMap {
-  StructureParameter bias{.key = input_bias_key(), .freedom = Freedom::free};  ///< constant 0 beside a valve map
+  StructureParameter bias{.key = input_bias_key(), .freedom = Freedom::free};  ///< constant 0 with a valve map
   std::optional<ValveParameters> valve = {};
 };
 
-/// Degrees of a structure whose family has them.
+/// Degrees of a structure, for families that have degrees.
 struct Degrees {
   int poles = 2;  ///< 1..10
   int zeros = 0;  ///< 0..poles
@@ -89,10 +89,10 @@ struct Structure {
 /// unknown past input instead of an initial state.
 [[nodiscard]] bool has_finite_state(const Structure& structure);
 
-/// States of a structure that has a finite state.
+/// Returns the number of states of a structure that has a finite state.
 [[nodiscard]] std::size_t state_count(const Structure& structure);
 
-/// K and s with names in place of values, for tables: "K/(a3 s^3+a2 s^2+a1 s)". Coefficients held at 0 are left out.
+/// Writes K and s with names in place of values, for tables: "K/(a3 s^3+a2 s^2+a1 s)". Leaves out zero coefficients.
 [[nodiscard]] std::string formula_of(const Structure& structure);
 
 /// Whether the orders of numerator and denominator may become equal during a search. A direct part that changes with
@@ -105,7 +105,7 @@ struct Structure {
 /// Parameters that a request may name, in the order of messages.
 [[nodiscard]] std::vector<const StructureParameter*> requestable_parameters(const Structure& structure);
 
-/// Parameters that a model file lists, in its order; the free response, which depends on the record, left out.
+/// Parameters that a model file lists, in its order; without the free response, which depends on the record.
 [[nodiscard]] std::vector<const StructureParameter*> listed_parameters(const Structure& structure);
 
 }  // namespace eha::ident

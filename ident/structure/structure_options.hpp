@@ -10,7 +10,7 @@
 
 namespace eha::ident {
 
-/// A user's request for one parameter; for unset members the structure's choice applies.
+/// A user's request for one parameter. For unset members the structure's choice applies.
 struct ParameterRequest {
   std::string name;           ///< as in Model::parameters: "n2", "a0", "K", "b0", "q", "delay_s", "input_bias"
   std::optional<bool> fixed;  ///< true holds it at `start`, false frees it
@@ -20,7 +20,7 @@ struct ParameterRequest {
 };
 
 /// Whether the model includes the response to input before t = 0. With a finite state it is the response of an unknown
-/// state, which `automatic` takes when the data support it. Otherwise it is the response to an unknown past input, with
+/// state; `automatic` includes it if the data support it. Otherwise it is the response to an unknown past input, with
 /// `estimated` only.
 enum class InitialState { automatic, none, estimated };
 

@@ -36,12 +36,12 @@ namespace structures {
 /// K / (a1 s^n1 + a0).
 [[nodiscard]] Structure lag();
 
-/// The structure with a valve map before G, in place of the input bias.
+/// Returns the structure with a valve map before G in place of the input bias.
 [[nodiscard]] Structure behind_valve(Structure structure);
 
 }  // namespace structures
 
-/// A name in files and on the command line, and the structure it stands for.
+/// The name of a family in files and on the command line, and its structure.
 struct StructureFamily {
   std::string_view name;
   bool has_degrees = false;                ///< poles and zeros are its keys
@@ -54,11 +54,11 @@ struct StructureFamily {
 /// @throws ConfigError  no family has this name
 [[nodiscard]] const StructureFamily& structure_family(std::string_view name);
 
-/// A static map before G that files and the command line know.
+/// A named static map before G, for files and the command line.
 struct InputMapKind {
   std::string_view name;
-  std::string_view suffix;                  ///< appended to the name of a model that was given no name
-  Structure (*put_before)(Structure) = {};  ///< the structure with this map in place of the one it has
+  std::string_view suffix;                  ///< appended to the name of a model without a name of its own
+  Structure (*put_before)(Structure) = {};  ///< returns the structure with this map in place of its own
 };
 
 /// Every kind, in the order of messages: "none", "valve".
@@ -88,15 +88,15 @@ struct TermFault {
   std::string got;
 };
 
-/// Every error for which structure_of_terms() would refuse these.
+/// Returns every error for which structure_of_terms() would refuse these terms.
 [[nodiscard]] std::vector<TermFault> faults_in_terms(const TermLists& lists);
 
 /// The family name of structures given term by term.
 inline constexpr std::string_view kTermsFamily = "terms";
 
-/// A structure of any number of terms. A free order stays within lower and upper; without them between the nearest
-/// orders that are not free, or within 0.05..3 if there are none. The coefficient of the second lowest order of the
-/// denominator is 1.
+/// Builds a structure of any number of terms. A free order stays within lower and upper. Without these it stays between
+/// the nearest orders that are not free, or within 0.05..3 if there are none. The coefficient of the second lowest
+/// order of the denominator is 1.
 /// @throws ConfigError  the first of faults_in_terms()
 [[nodiscard]] Structure structure_of_terms(const TermLists& lists);
 

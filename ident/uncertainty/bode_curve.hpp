@@ -21,7 +21,7 @@ struct ParameterCovariance {
 /// frequency of its compared samples, 40 points.
 [[nodiscard]] std::vector<double> bode_frequencies(double duration_s, double compared_step_s);
 
-/// G at a frequency and d ln G/dp by each parameter; 0 by a parameter that does not move G.
+/// G at a frequency, and d ln G/dp by each parameter; 0 for a parameter that does not affect G.
 struct GainSlope {
   std::complex<double> gain;
   Eigen::VectorXcd slope;

@@ -19,11 +19,11 @@ struct ResidualModel {
 
 /// Covariance and correlation of least-squares estimates.
 struct Uncertainty {
-  Eigen::MatrixXd covariance;                  ///< p by p; directions in which the output does not move are left out
+  Eigen::MatrixXd covariance;                  ///< p by p; without directions that do not move the output
   Eigen::MatrixXd correlation;                 ///< p by p
   Eigen::MatrixXd unit_covariance;             ///< p by p, (J'J)^-1 without those directions
   double interval_factor = 0.0;                ///< half width of a 95 % interval over the standard error (Student's t)
-  std::vector<std::string> indistinguishable;  ///< parameters in such a direction; their standard error is infinite
+  std::vector<std::string> indistinguishable;  ///< parameters in such directions; their standard errors are infinite
 };
 
 /// Covariance of least-squares estimates whose residual is coloured,
@@ -34,7 +34,7 @@ struct Uncertainty {
 [[nodiscard]] Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<std::string>& names,
                                       const ResidualModel& residual);
 
-/// Root R of a covariance C that may lack directions, R R' = C: p by p.
+/// Returns a root R of a covariance C that may be rank-deficient, R R' = C: p by p.
 [[nodiscard]] Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
 
 }  // namespace eha::ident

@@ -11,7 +11,7 @@ namespace eha::ident {
 /// The criteria of one fit; see InformationCriteria.
 /// @param measured           compared samples that estimate [output unit], as many as residuals
 /// @param effective_samples  for AIC, AICc, BIC and FPE
-/// Up to 10 rows are too few for AR-BIC, which is infinite then.
+/// AR-BIC is infinite for up to 10 rows, which are too few.
 [[nodiscard]] InformationCriteria information(const Eigen::VectorXd& residual, const Eigen::VectorXd& measured,
                                               std::size_t parameters, double effective_samples);
 

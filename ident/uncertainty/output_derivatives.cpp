@@ -9,10 +9,11 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kShareOfError = 1e-2;  // of the standard error, a step of the differences
-constexpr double kLongestStep = 1e-2;   // of an order, or of any other value
+constexpr double kShareOfError = 1e-2;  // step of the differences, of the standard error
+constexpr double kLongestStep = 1e-2;   // greatest step of an order, and relative step of any other value
 
-/// Where a model whose terms stand by rising order keeps a parameter's value; null where no single value is it.
+/// Returns the place of a parameter's value in a model whose terms have rising orders; null if no single value holds
+/// it.
 double* place_of(Model& model, const ParameterKey& key) {
   TransferFunction& g = model.transfer_function;
   switch (key.role) {

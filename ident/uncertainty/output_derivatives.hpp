@@ -8,7 +8,7 @@
 
 namespace eha::ident {
 
-/// The model with its terms by rising order, as parameter keys count them.
+/// Returns the model with its terms by rising order, the order of parameter keys.
 [[nodiscard]] Model with_rising_terms(Model model);
 
 /// Derivatives of a model's output at the rows of a comparison by the parameters of a covariance, by differences of

@@ -13,15 +13,15 @@ namespace eha::ident {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// The cost counts as a parabola while its rise differs by less than this share, which moves an end by a tenth.
+// The cost counts as a parabola if its rise differs by less than this share, which moves an end by a tenth.
 constexpr double kStraight = 0.2;
 constexpr double kEndTolerance = 0.05;  // of the root of the rise
-// Of the output's energy: a smaller rise drowns in the rounding of the simulation.
+// Of the output's energy: a smaller rise is lost in the rounding of the simulation.
 constexpr double kResolvedRise = 1e-14;
 constexpr int kMostTrials = 14;  // an end
 constexpr double kGreatestStretch = 3.0;
 constexpr Eigen::Index kMostRows = 5000;  // a profile would take minutes
-// The end is wanted to a few percent, not to the last digit.
+// An end is needed to a few percent only.
 constexpr LeastSquaresOptions kCoarse{.max_evaluations = 60, .cost_tolerance = 1e-7, .step_tolerance = 1e-6};
 
 double& named(std::vector<ParameterRequest>& requests, const std::string& name) {
@@ -30,7 +30,7 @@ double& named(std::vector<ParameterRequest>& requests, const std::string& name) 
   return at->start.emplace();
 }
 
-/// How far the search lets a parameter go.
+/// Returns the bounds of a parameter in the search.
 Interval admissible(const ReportedOptimum& optimum, const std::vector<Coordinate>& searched, const ParameterKey& key) {
   Interval reach{least_value(key.role), kInfinity};
   const auto at = std::find_if(searched.begin(), searched.end(), [&](const auto& c) { return c.key.name == key.name; });
@@ -48,7 +48,7 @@ Interval admissible(const ReportedOptimum& optimum, const std::vector<Coordinate
   return reach;
 }
 
-/// The optimum's parameters as one vector, and back.
+/// Converts the optimum's parameters to one vector, and back.
 class Reported {
  public:
   explicit Reported(const ReportedOptimum& optimum) : optimum_(optimum) {
@@ -70,7 +70,7 @@ class Reported {
   [[nodiscard]] const Eigen::VectorXd& values() const { return values_; }
   [[nodiscard]] const Interval& reach(std::size_t parameter) const { return reach_[parameter]; }
 
-  /// Sum of squares with the parameters at `values`; infinite for a model that grows or is out of the search's reach.
+  /// Sum of squares with the parameters at `values`; infinite for a model that grows or exceeds the search's bounds.
   [[nodiscard]] double cost(const Eigen::VectorXd& values) const {
     for (std::size_t i = 0; i < reach_.size(); ++i) {
       const double value = values[static_cast<Eigen::Index>(i)];
@@ -87,7 +87,7 @@ class Reported {
   }
 
  private:
-  /// The linear quantities that are free, in the order of OutputError::derivatives.
+  /// Returns the free linear quantities, in the order of OutputError::derivatives.
   template <typename Solution, typename Visit>
   void visit(Solution& solution, const Visit& visit) const {
     const LinearPart& linear = optimum_.plain.linear();
@@ -130,7 +130,7 @@ class Profile {
            std::abs(straight_rise(-1.0) / rise_ - 1.0) < kStraight;
   }
 
-  /// Where the profile has risen by rise_. @param side  -1 or 1
+  /// Finds where the profile has risen by rise_. @param side  -1 or 1
   [[nodiscard]] double end(double side) {
     const double room = side < 0.0 ? value_ - reach_.lower : reach_.upper - value_;
     double distance = std::min(half_width_, room);
@@ -168,8 +168,7 @@ class Profile {
     return reported_.cost(reported_.values() + side * half_width_ * direction_) - optimum_.cost;
   }
 
-  /// Least cost over all other parameters with this one held. @param others  where the search starts, then where it
-  /// ended
+  /// Minimises the cost over all other parameters with this one held. @param others  start of the search, then its end
   [[nodiscard]] double least_cost(double held, Eigen::VectorXd& others) {
     StructureOptions structure = optimum_.structure;
     LinearPart linear = optimum_.linear;

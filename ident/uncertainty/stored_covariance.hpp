@@ -5,8 +5,8 @@
 
 namespace eha::ident {
 
-/// The covariance that a model file holds: standard errors and correlation. Parameters that the record could not tell
-/// apart are left out; empty for a model without an estimation.
+/// Returns the covariance of a model file, from its standard errors and correlation. Leaves out parameters that the
+/// record could not distinguish; empty for a model without an estimation.
 [[nodiscard]] ParameterCovariance stored_covariance(const Model& model);
 
 }  // namespace eha::ident

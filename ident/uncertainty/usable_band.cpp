@@ -19,8 +19,8 @@ constexpr double kHalfLobe = 1.65;  // of a Hann window's main lobe where it fal
 constexpr std::size_t kPadding = 4;
 constexpr Eigen::Index kFewestRows = 8;
 constexpr std::size_t kBandPoints = 200;
-constexpr double kOfNyquist = 0.8;  // above it a held input and the filter leave too little to tell a response by
-constexpr double kFarAway = 100.0;  // how far beyond the band a resonance is looked for
+constexpr double kOfNyquist = 0.8;  // above it a held input and the filter leave too little response to measure
+constexpr double kFarAway = 100.0;  // factor beyond the band within which a resonance is searched
 
 std::vector<double> logarithmic(double lowest_Hz, double highest_Hz) {
   if (!(highest_Hz > lowest_Hz)) return {lowest_Hz};
@@ -33,7 +33,7 @@ std::vector<double> logarithmic(double lowest_Hz, double highest_Hz) {
   return grid;
 }
 
-/// The widest part of a grid, on a logarithmic scale, at whose points a predicate holds.
+/// Returns the widest part of a grid, on a logarithmic scale, at whose points a predicate holds.
 template <typename Holds>
 std::optional<FrequencyInterval> widest_part(const std::vector<double>& grid, const Holds& holds) {
   std::optional<FrequencyInterval> widest;
@@ -83,7 +83,7 @@ std::optional<FrequencyInterval> excited_band(const Eigen::Ref<const Eigen::Vect
   const double lobe_Hz = kHalfLobe * period_Hz;
   FrequencyInterval band{static_cast<double>(first) * bin_Hz + lobe_Hz,
                          static_cast<double>(behind - 1) * bin_Hz - lobe_Hz};
-  // A line's lobe that reaches down to 0 does not show its own middle.
+  // A line whose lobe reaches down to 0 does not show its own middle.
   if (first == 0) band.lowest_Hz = period_Hz;
   band.highest_Hz = std::max(band.highest_Hz, band.lowest_Hz);
   return band;

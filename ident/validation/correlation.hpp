@@ -19,8 +19,8 @@ namespace eha::ident {
 ///   r(k) = sum_t e(t) u(t-k) / sqrt(sum e^2 sum u^2);  k > 0: the input comes first, so a value out of bounds says
 ///   that the model misses a part of the plant; k < 0 shows feedback or drift and is no fault by itself.
 /// The bounds hold for coloured signals: if e and u are independent, N var r(k) = sum_j r_e(j) r_u(j) (Bartlett 1955;
-/// Brockwell, Davis, Time Series, theorem 11.2.2; with a given periodic u it holds conditionally on u). The sum is
-/// taken with Parzen's weights, so never negative, of the bandwidth of Andrews, Econometrica 59 (1991), eq. 6.2, 6.4.
+/// Brockwell, Davis, Time Series, theorem 11.2.2; with a given periodic u it holds conditionally on u). The sum uses
+/// Parzen's weights, so that it is never negative, with the bandwidth of Andrews, Econometrica 59 (1991), eq. 6.2, 6.4.
 /// For a white residual this is 1.96 / sqrt(N) and 2.576 / sqrt(N).
 /// @throws DataError  lengths differ, are 0, or a sample is not finite
 /// Cost O(N (max_lag + bandwidth)).

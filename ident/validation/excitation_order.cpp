@@ -25,7 +25,7 @@ std::optional<std::size_t> excitation_order(const Eigen::VectorXd& input) {
     const Eigen::Index start = i * (starts - 1) / (rows - 1);
     for (Eigen::Index k = 0; k < kCopies; ++k) copies(i, k) = input[start + k * shift];
   }
-  // Centred by columns, which takes an offset off whatever part of a period the input ends with.
+  // Centred by columns: this removes an offset even if the input ends within a period.
   copies.rowwise() -= copies.colwise().mean().eval();
   const Eigen::VectorXd values = thin_svd(copies).values;
   return static_cast<std::size_t>((values.array() > kIndependent * values[0]).count());

@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::size_t kFewest = 2;
 
-/// Without the one in which the plant leaves its rest: the transient differs from the other periods, and is no noise.
+/// Without the period in which the plant leaves its rest: its transient differs from the other periods, yet is no
+/// noise.
 Periods settled(Periods periods) {
   if (periods.count <= kFewest || periods.first >= periods.length) return periods;
   periods.first += periods.length;
@@ -24,7 +25,7 @@ Periods settled(Periods periods) {
 double measured_noise(const Eigen::Ref<const Eigen::VectorXd>& output, const Periods& all, int decimation) {
   const Periods periods = settled(all);
   const PeriodicSignal signal = average_periods(output, periods, Drift::remove);
-  // The mean period has taken a share of the noise.
+  // The mean period has absorbed a share of the noise.
   const auto count = static_cast<double>(periods.count);
   const Eigen::MatrixXd spread = (signal.periods.colwise() - signal.mean) * std::sqrt(count / (count - 1.0));
   const Eigen::VectorXd rows = spread.reshaped();

@@ -17,7 +17,7 @@ constexpr std::array<Eigen::Index, 3> kOutputLags = {0, 1, 3};
 
 Eigen::VectorXd about_mean(const Eigen::VectorXd& signal) { return signal.array() - signal.mean(); }
 
-/// The sign of the last change of a signal that was more than rounding; 0 before the first.
+/// Returns the sign of the last change of a signal beyond rounding; 0 before the first such change.
 Eigen::VectorXd direction(const Eigen::VectorXd& signal) {
   const double least = kChange * (signal.maxCoeff() - signal.minCoeff());
   Eigen::VectorXd sign = Eigen::VectorXd::Zero(signal.size());
@@ -46,7 +46,7 @@ class Columns {
     const Eigen::Index rows = compared.size() - first_;
     for (const Eigen::Index lag : lags) push(compared.segment(first_ - lag, rows));
   }
-  /// What the model's G makes of the signal.
+  /// Returns the response of the model's G to the signal.
   void add_through_plant(const Eigen::VectorXd& signal) {
     const Eigen::VectorXd output =
         picked(simulate(model_.transfer_function, about_mean(signal), record_.step_s), comparison_);

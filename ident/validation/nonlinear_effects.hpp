@@ -12,7 +12,7 @@
 
 namespace eha::ident {
 
-/// What a linear model lacks of a plant that is not linear, at the compared rows: n by m.
+/// Signals of one kind of nonlinear effect at the compared rows, which a linear model lacks: n by m.
 struct NonlinearEffects {
   NonlinearKind kind;
   Eigen::MatrixXd columns;
@@ -24,7 +24,7 @@ struct NonlinearEffects {
 ///   direction: G d, and d at lags 0, 1, 2: play, hysteresis, a limited rate;
 ///   motion:    the sign of y's change at lags 0, 1, 3: dry friction;
 ///   position:  G(v y), and y^2, y^3 at lags 0, 1, 3: a gain that changes with the position, a bent sensor.
-/// Lags are compared rows. Only the model's own output enters, so that noise does not.
+/// Lags count compared rows. Uses the model's output, not the measured one, which contains noise.
 /// @param first  first compared row wanted, at least 3
 [[nodiscard]] std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record& record,
                                                               const Comparison& comparison, std::size_t first);

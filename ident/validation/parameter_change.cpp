@@ -13,7 +13,7 @@ namespace eha::ident {
 namespace {
 
 constexpr double kFewestDegrees = 3.0;
-constexpr double kManyDegrees = 1e6;  // of a model that tells nothing of its samples
+constexpr double kManyDegrees = 1e6;  // for a model without information on its samples
 
 double degrees_of_freedom(const Model& model) {
   if (!model.estimation || !model.estimation->information) return kManyDegrees;
@@ -24,7 +24,7 @@ double degrees_of_freedom(const Model& model) {
   return std::isfinite(degrees) ? std::max(kFewestDegrees, degrees) : kFewestDegrees;
 }
 
-/// Whether a parameter says something of the plant rather than of a record's start.
+/// Whether a parameter describes the plant rather than a record's start.
 bool is_of_plant(ParameterRole role) {
   return role != ParameterRole::initial_output && role != ParameterRole::initial_state &&
          role != ParameterRole::past_input;
@@ -35,8 +35,8 @@ bool is_of_map(ParameterRole role) {
          role == ParameterRole::negative_gain_ratio;
 }
 
-/// What one more of `cause` makes of the estimate of `name`, all else following: their covariance over the variance of
-/// `cause`; 0 where the model does not know it.
+/// Returns the change of the estimate of `name` for a unit change of `cause`, the other parameters adapting: their
+/// covariance over the variance of `cause`; 0 if the model does not have them.
 double slope_in(const Model& model, const std::string& name, const std::string& cause) {
   if (!model.estimation || !model.estimation->correlation) return 0.0;
   const ParameterCorrelation& known = *model.estimation->correlation;

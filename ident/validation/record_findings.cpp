@@ -13,12 +13,12 @@ using Eigen::Index;
 
 constexpr Index kFewestRows = 60;
 constexpr Index kShortestWindow = 5;
-constexpr Index kWindows = 200;         // that a record is split into
-constexpr double kBandOfRange = 0.002;  // in which a rod on its end stop stays
+constexpr Index kWindows = 200;         // number of parts of a record
+constexpr double kBandOfRange = 0.002;  // band of a rod on its end stop, of the range
 constexpr double kBandOfNoise = 8.0;    // standard deviations, from least to greatest sample
 constexpr double kWidestBand = 0.02;    // of the range
-constexpr Index kFewestTouching = 3;    // rows at a stop that is known
-constexpr double kAskedOverBand = 3.0;  // motion that the input asks for beyond the stop
+constexpr Index kFewestTouching = 3;    // rows at a known stop
+constexpr double kAskedOverBand = 3.0;  // motion beyond the stop that the input demands
 constexpr double kSameInput = 0.1;      // of the input's range
 constexpr double kIntegrates = 0.6;     // R2 of the motion by the input
 constexpr std::size_t kFewestWindows = 20;
@@ -41,7 +41,7 @@ struct Window {
   double motion = 0.0;
 };
 
-/// Rows first .. last, in which the output stands at an extreme.
+/// Rows first .. last, at which the output stays at an extreme.
 struct Stay {
   Index first = 0;
   Index last = 0;
@@ -132,7 +132,7 @@ class Search {
     return *tenth;
   }
 
-  /// Stretches of at least so many rows at the greatest (side 1) or the least value.
+  /// Returns the stretches of at least so many rows at the greatest (side 1) or the least value.
   [[nodiscard]] std::vector<Stay> at_extreme(double side, Index fewest) const {
     std::vector<Stay> found;
     const Eigen::VectorXd y = side * rows_.measured;
@@ -146,7 +146,7 @@ class Search {
     return found;
   }
 
-  /// Whether the motion of the rows that move follows their input.
+  /// Whether the motion follows the input in the rows that move.
   [[nodiscard]] bool integrates() const {
     if (moving_.size() < kFewestWindows) return false;
     double u = 0.0;
@@ -166,7 +166,7 @@ class Search {
     return uu > 0.0 && yy > 0.0 && uy > 0.0 && uy * uy > kIntegrates * uu * yy;
   }
 
-  /// Motion of other rows with this input; none where there are too few.
+  /// Returns the motion of other rows with this input; none if there are too few.
   [[nodiscard]] std::optional<double> usual_motion(double input) const {
     std::vector<double> motions;
     for (const Window& w : moving_) {
@@ -176,7 +176,7 @@ class Search {
     return median_of(std::move(motions));
   }
 
-  /// Whether input and model ask for a motion beyond the stop.
+  /// Whether input and model demand a motion beyond the stop.
   [[nodiscard]] bool is_held(const Stay& stay) const {
     double asked = 0.0;
     double most = 0.0;

@@ -16,14 +16,14 @@ struct ComparedRows {
   const Eigen::VectorXd& simulated;
 };
 
-/// Finds a rod that stands on an end stop: the output of a plant that integrates stays within its noise of its greatest
-/// or least value, while the model goes on beyond it and while other rows with the same input, elsewhere, move.
-/// @returns none where no such stay is found, where the plant does not integrate, or on fewer than 60 rows. Cost
-/// O(N log N).
+/// Finds a rod on an end stop: the output of an integrating plant stays within its noise of its greatest or least
+/// value, while the model's output goes beyond it and while other rows with the same input, elsewhere, move.
+/// @returns none if no such stay is found, if the plant does not integrate, or on fewer than 60 rows.
+/// Cost O(N log N).
 [[nodiscard]] std::optional<EndStop> end_stop(const ComparedRows& rows);
 
-/// Finds one sudden change of the error (measured less simulated) that stays: within five rows more than eight times
-/// the usual change, and no other like it.
+/// Finds one sudden lasting change of the error (measured less simulated): more than eight times the usual change
+/// within five rows, and no other like it.
 /// @returns none on fewer than 60 rows. Cost O(N log N).
 [[nodiscard]] std::optional<ErrorJump> error_jump(const ComparedRows& rows);
 

@@ -24,11 +24,11 @@ constexpr Eigen::Index kLags = 20;
 constexpr double kDriftOverNoise = 3.0;
 constexpr double kDriftOverError = 2.0;
 constexpr Eigen::Index kFutureLags = 10;
-constexpr double kLeastBeside = 1e-4;  // of a column that is nearly a combination of others
+constexpr double kLeastBeside = 1e-4;  // of the norm; a smaller rest is nearly a combination of other columns
 constexpr double kEffectRank = 1e-3;   // weaker combinations explain noise
-// Between the errors of a model on two draws of the input: exceeded by 3 of 84 plants outside every structure.
+// Ratio of the errors of a model on two draws of the input: exceeded by 3 of 84 plants outside every structure.
 constexpr double kOtherDraw = 1.5;
-constexpr double kLagRank = 1e-6;  // lags of a slow input run together
+constexpr double kLagRank = 1e-6;  // lags of a slow input are nearly collinear
 
 Eigen::MatrixXd centred(const Eigen::MatrixXd& columns) { return columns.rowwise() - columns.colwise().mean(); }
 
@@ -45,7 +45,7 @@ ResidualTest judged(double statistic, Eigen::Index degrees) {
   return test;
 }
 
-/// An orthonormal basis of the columns, those left out that are nearly combinations of others.
+/// Returns an orthonormal basis of the columns, without those that are nearly combinations of others.
 Eigen::MatrixXd basis_of(const Eigen::MatrixXd& columns) {
   const Eigen::VectorXd norms = columns.colwise().norm();
   if (columns.cols() == 0 || !(norms.maxCoeff() > 0.0)) return Eigen::MatrixXd(columns.rows(), 0);
@@ -53,7 +53,7 @@ Eigen::MatrixXd basis_of(const Eigen::MatrixXd& columns) {
   return svd.left.leftCols((svd.values.array() > kLagRank * svd.values[0]).count());
 }
 
-/// Columns of unit norm without what lies along an orthonormal basis; none where hardly anything is left.
+/// Returns the columns' unit vectors orthogonal to a basis, without columns that lie in its span.
 Eigen::MatrixXd beside(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& basis) {
   Eigen::MatrixXd left(columns.rows(), columns.cols());
   Eigen::Index count = 0;
@@ -66,15 +66,15 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& ba
   return left.leftCols(count);
 }
 
-/// Innovations, and what is known of them.
+/// Innovations with their variance and the effect of the parameters' errors.
 struct Innovations {
   Eigen::VectorXd w;
-  Eigen::MatrixXd error;  ///< what the parameters' errors make of them, a root of its covariance
+  Eigen::MatrixXd error;  ///< a root of the covariance of the parameters' errors' effect
   double variance;        ///< of the noise
-  double freedom;         ///< rows that it was estimated from, less what was estimated beside it
+  double freedom;  ///< rows that the variance was estimated from, less the number of parameters estimated with it
 };
 
-/// Whether the innovations lie along an orthonormal basis more than noise and the parameters' errors do.
+/// Tests whether the innovations lie along an orthonormal basis more than noise and the parameters' errors explain.
 ResidualTest test_along(const Innovations& of, const Eigen::MatrixXd& q) {
   if (q.cols() == 0 || !(of.variance > 0.0)) return {};
   const Eigen::MatrixXd seen = q.transpose() * of.error;
@@ -110,12 +110,12 @@ ResidualTest whiteness_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& unk
 
 using Whiten = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
 
-/// @param past  an orthonormal basis of the input's lags, whose effect is another test's
+/// @param past  an orthonormal basis of the input's lags, whose effect another test covers
 NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& innovations, const Eigen::MatrixXd& past,
                                    const Whiten& white) {
   NonlinearityTest found;
   double most = -std::numeric_limits<double>::infinity();
-  // A model that is wrong has other parameters than a right one, which level and position would explain in part.
+  // A wrong model has wrong parameters; their errors would explain a part of level and position.
   Eigen::MatrixXd linear(past.rows(), past.cols() + innovations.error.cols());
   linear << past, innovations.error;
   const Eigen::MatrixXd linear_basis = basis_of(linear);
@@ -123,7 +123,7 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
   for (const NonlinearEffects& effects : part.effects) {
     const Eigen::MatrixXd columns = beside(white(effects.columns), past);
     const ResidualTest one = test_along(innovations, basis_of(beside(columns, linear_basis)));
-    // BIC of what each kind explains; the probabilities of strong effects are all 0.
+    // BIC of the effects of each kind; the p values of strong effects are all 0.
     const double gain = one.statistic - static_cast<double>(one.degrees) * std::log(innovations.freedom);
     if (one.degrees > 0 && gain > most) {
       most = gain;
@@ -152,16 +152,16 @@ struct NoiseBesideEffects {
   Eigen::Index effects = 0;  ///< independent ones
 };
 
-/// The noise's model when the residual may also hold what a test looks for. Estimated without that, the noise's model
-/// makes an effect that is stronger than the noise itself, and hides it.
-/// @param e, error  without the filter's colour   @param start  the noise's model without effects
+/// Estimates the noise's model together with the effects that the tests look for. Estimated alone, the noise model
+/// would absorb an effect stronger than the noise itself, and hide it.
+/// @param e, error  with the filter's colour removed   @param start  the noise's model without effects
 NoiseBesideEffects noise_beside_effects(const TestedPart& part, const Eigen::VectorXd& e, const Eigen::MatrixXd& error,
                                         const Autoregression& start) {
   const Eigen::MatrixXd columns = without_filter(all_effects(part), part.filter_correlation);
   const ThinSvd svd = thin_svd(columns);
   const Eigen::Index rank = (svd.values.array() > kEffectRank * svd.values[0]).count();
   Eigen::MatrixXd known(e.size(), error.cols() + rank);
-  // Any of these may make all of the residual.
+  // Any of these effects may cause the whole residual.
   known << error, e.norm() * svd.left.leftCols(rank);
   return {separated_noise(e, known, &start).model, rank};
 }
@@ -251,7 +251,7 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
 
   part.future_input.resize(rows, kFutureLags);
   for (Eigen::Index lag = 1; lag <= kFutureLags; ++lag) {
-    // Beyond the record its last input holds.
+    // Beyond the record its last input is held.
     const Eigen::Index known_rows = std::max<Eigen::Index>(0, rows - lag);
     part.future_input.col(lag - 1).setConstant(input[input.size() - 1]);
     part.future_input.col(lag - 1).head(known_rows) = input.segment(begin + lag, known_rows);

@@ -12,19 +12,19 @@
 
 namespace eha::ident {
 
-/// Part of a record that a model is tested on. All rows are compared ones.
+/// Part of a record that a model is tested on. All its rows are compared rows.
 struct TestedPart {
   Eigen::VectorXd residual;         ///< n samples [output unit]
   Eigen::MatrixXd past_input;       ///< n by lags, the input at lags 0, 1, ... of each sample
   Eigen::MatrixXd parameter_error;  ///< n by p: derivatives by the parameters times a root of their covariance
   std::vector<double> filter_correlation = {};  ///< as filtered_noise_correlation()
-  Eigen::MatrixXd future_input = {};            ///< n by lags, the input at lags -1, -2, ...; empty: not wanted
-  std::vector<NonlinearEffects> effects = {};   ///< empty: not wanted
-  double output_std = 0.0;                      ///< standard deviation of the output [output unit], beside effects
+  Eigen::MatrixXd future_input = {};            ///< n by lags, the input at lags -1, -2, ...; empty: not requested
+  std::vector<NonlinearEffects> effects = {};   ///< empty: not requested
+  double output_std = 0.0;                      ///< standard deviation of the output [output unit], needed with effects
 };
 
-/// Tests a residual e of a model whose parameters were estimated elsewhere, all lags at once. What the decimation
-/// filter does to white noise is undone first, in e as in all that follows. Then e = J z + noise, with z the
+/// Tests a residual e of a model whose parameters were estimated elsewhere, all lags at once. First undoes the
+/// decimation filter's colouring of white noise, in e and in all other signals. Then e = J z + noise, with z the
 /// parameters' errors of covariance P; z and the noise's autoregressive model A are estimated together. With w = A e, U
 /// and J the input's lags and the derivatives filtered alike, all without their means, and Q an orthonormal basis of U:
 ///   input:     (Q'w)' (s^2 I + Q'J P J'Q)^-1 Q'w, rank(U) times an F of rank(U) and as many degrees of freedom as
@@ -34,22 +34,22 @@ struct TestedPart {
 ///              covariance of z given e adds.
 ///   future input: as input, with the lags -1..-10 and what they have beside the lags 0..20;
 ///   nonlinearity: the same with the nonlinear effects.
-/// For all but whiteness A is estimated beside the input's lags and the effects, with which z has no bound: a model of
-/// the whole residual would take a strong effect for noise.
-/// The predicted error is what a regression of w on the input's lags and the effects makes of e.
-/// A line through e is a drift when it changes by more than three standard deviations of what it leaves and two of what
-/// the parameters' errors make of it; three hold for noise of a correlation time up to a 30th of the rows.
-/// A correct model alarms at the level, whatever autoregression of order up to 10 the noise is.
-/// @returns nothing where there are not three samples for each lag
+/// For all tests but whiteness A is estimated together with unbounded coefficients of the input's lags and the effects:
+/// a noise model of the whole residual would absorb a strong effect.
+/// The predicted error is the part of e that a regression of w on the input's lags and the effects explains.
+/// A line through e is a drift if it changes by more than three standard deviations of the rest of e and two of the
+/// parameters' errors' effect; three hold for noise of a correlation time up to a 30th of the rows.
+/// A correct model alarms at the nominal level for any autoregressive noise of order up to 10.
+/// @returns nothing if there are not three samples for each lag
 /// Bohlin, IEEE Trans. AC 16 (1971), for tests with the model's own covariance; Ljung and Box, Biometrika 65 (1978).
 [[nodiscard]] std::optional<ResidualTests> residual_tests(const TestedPart& part);
 
-/// Whether a part is to be tested for nonlinear effects, which takes five simulations.
+/// Whether to test a part for nonlinear effects, which takes five simulations.
 enum class Effects { leave_out, include };
 
-/// The part of a record from compared row `first` on, with what the parameters' errors do to the model there, by
-/// differences of simulations. A step of a difference is a hundredth of the standard error, at most 0.01 for an order
-/// and 1 % of any other value. Cost: a simulation a parameter.
+/// Returns the part of a record from compared row `first` on, with the effect of the parameters' errors on the model
+/// there, by differences of simulations. A difference's step is a hundredth of the standard error, at most 0.01 for an
+/// order and 1 % of any other value. Cost: a simulation a parameter.
 [[nodiscard]] TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t first,
                                      const Eigen::VectorXd& residual, const ParameterCovariance& known,
                                      Effects effects);

@@ -7,9 +7,9 @@
 
 namespace eha::ident {
 
-/// Scores a simulated output against a measured one, e = measured - simulated, with the mean of what is scored:
+/// Scores a simulated output against a measured one, e = measured - simulated, with the mean of the scored part:
 ///   R2 = 100 (1 - sum e^2 / sum (y - mean y)^2),  fit = 100 (1 - |e| / |y - mean y|),  MSE = mean e^2.
-/// R2 and fit are minus infinity where the measured part is constant and not met exactly, 100 where it is.
+/// For a constant measured part R2 and fit are 100 if the simulation equals it, else minus infinity.
 /// @param measured, simulated  N >= 1 samples each [output unit]
 /// @throws DataError  lengths differ or are 0
 /// Cost O(N). Source: Ljung, System Identification, 2nd ed., sec. 16.4.

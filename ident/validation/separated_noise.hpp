@@ -8,17 +8,17 @@
 
 namespace eha::ident {
 
-/// A residual without what the parameters' errors make of it.
+/// A residual without the effect of the parameters' errors.
 struct SeparatedNoise {
-  Eigen::VectorXd clean;    ///< the residual less the mean of their effect, given the residual
-  Eigen::MatrixXd unknown;  ///< a root of the covariance that their effect still has
+  Eigen::VectorXd clean;    ///< the residual less the conditional mean of the effect
+  Eigen::MatrixXd unknown;  ///< a root of the effect's conditional covariance
   Autoregression model;     ///< of the noise
-  /// With further orders: what BIC leaves out of a noise that is no autoregression, as behind a filter, is small at
-  /// each lag and yet alarms a test of all lags (5 % of records at 1 %; 1 % with these).
+  /// Model with further orders. If the noise is not autoregressive (as behind a filter), the orders that BIC leaves out
+  /// are small at each lag, yet alarm a test of all lags (5 % of records at 1 %; 1 % with these).
   Autoregression tested;
 };
 
-/// For e = error z + noise, z standard normal and the noise autoregressive, by expectation maximisation.
+/// Separates e = error z + noise, z standard normal and the noise autoregressive, by expectation maximisation.
 /// @param e      more than kHighestAutoregression rows
 /// @param error  as many rows, p columns
 /// @param start  of the noise's model; null: white, as a noise that could make the errors' effect itself would leave it
@@ -27,9 +27,9 @@ struct SeparatedNoise {
 [[nodiscard]] SeparatedNoise separated_noise(const Eigen::VectorXd& e, const Eigen::MatrixXd& error,
                                              const Autoregression* start = nullptr);
 
-/// Makes white noise that a filter has passed white again: each row less its prediction from those before it, over the
-/// prediction's standard deviation. Durbin's recursion. @param correlation  of that noise, at lags 0, 1, ...; empty: no
-/// filter, the columns as they are
+/// Whitens white noise that a filter has coloured: each row less its prediction from those before it, over the
+/// prediction's standard deviation. Durbin's recursion.
+/// @param correlation  of the filtered noise, at lags 0, 1, ...; empty: no filter, returns the columns unchanged
 [[nodiscard]] Eigen::MatrixXd without_filter(const Eigen::MatrixXd& columns, const std::vector<double>& correlation);
 
 }  // namespace eha::ident

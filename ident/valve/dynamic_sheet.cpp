@@ -15,13 +15,13 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr double kPi = std::numbers::pi;
-/// A natural frequency known worse than this share is not claimed.
+/// A natural frequency less accurate than this share is not reported.
 constexpr double kWorstShare = 0.25;
-/// Nor is one this far above the highest frequency that was played: the second order is not known to hold there.
+/// Nor is one this far above the highest frequency played: the second order may not hold there.
 constexpr double kFarthest = 1.25;
-/// A response needs points at so many frequencies to be fitted.
+/// A fit of a response needs points at this many frequencies.
 constexpr std::size_t kFewestPoints = 3;
-/// Relative standard deviation of a point beside the sensor's noise: pressures and friction on a biased valve.
+/// Relative standard deviation of a point in addition to the sensor's noise: pressures and friction on a biased valve.
 constexpr double kMethodShare = 0.01;
 constexpr double kPaced = 0.95;       // of the planned amplitude
 constexpr double kSignificant = 3.0;  // standard deviations
@@ -60,7 +60,7 @@ struct Point {
   double variance = 0.0;  ///< of its real or imaginary part
 };
 
-/// Of a sine, velocity over command, over the static gain of its direction; none: it entered the dead band.
+/// Returns velocity over command of a sine, over the static gain of its direction; none: it entered the dead band.
 std::optional<Point> point_of(const Record& record, const SineSegment& sine, const ValveSheet& sheet) {
   if (sine.first + sine.rows > record.output.size()) return std::nullopt;
   const double omega = 2.0 * kPi * sine.frequency_Hz;
@@ -143,8 +143,8 @@ SecondOrder second_order_of(const std::vector<Point>& points) {
   return fitted;
 }
 
-/// The lag p1/p0 where the play of a valve turns the phase by an angle that no frequency changes: the imaginary part of
-/// 1/G is q + p1 omega. None where q is not significant, so that p1 of the second order is the better one.
+/// Returns the lag p1/p0 for a valve whose play adds a phase independent of frequency: the imaginary part of 1/G is q +
+/// p1 omega. None if q is not significant; p1 of the second order is then more accurate.
 std::optional<double> lag_beside_play(const std::vector<Point>& points, double p0) {
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
@@ -162,7 +162,7 @@ std::optional<double> lag_beside_play(const std::vector<Point>& points, double p
 
 using Quantity = std::function<std::optional<double>(const Eigen::Vector3d&)>;
 
-/// A function of p with its interval, by the delta method; none where it has no value.
+/// Returns a function of p with its interval, by the delta method; none if it has no value.
 std::optional<Measured> with_interval(const SecondOrder& fitted, const Quantity& quantity) {
   const std::optional<double> value = quantity(fitted.p);
   if (!value) return std::nullopt;
@@ -178,7 +178,7 @@ std::optional<Measured> with_interval(const SecondOrder& fitted, const Quantity&
   return Measured{*value, kInterval95 * std::sqrt(gradient.dot(fitted.covariance * gradient))};
 }
 
-/// Where |p0 + p1 s + p2 s^2| is sqrt(2) times its value at `lowest_Hz`.
+/// Returns the frequency at which |p0 + p1 s + p2 s^2| is sqrt(2) times its value at `lowest_Hz`.
 std::optional<double> minus_3dB_Hz(const Eigen::Vector3d& p, double lowest_Hz) {
   const auto square = [&p](double omega) {
     const double real = p[0] - p[2] * omega * omega;

@@ -38,7 +38,7 @@ struct Planner {
     return guess.edge_V + amplitude_V + kBiasShare * half_range_V;
   }
 
-  /// Highest frequency that an amplitude is played at; 0: none.
+  /// Returns the highest frequency at which an amplitude can be played; 0: none.
   [[nodiscard]] double highest_Hz(double amplitude_V) const {
     const double peak_V = bias_V(amplitude_V) + amplitude_V;
     if (std::abs(guess.null_V) + peak_V > kMostShare * half_range_V) return 0.0;
@@ -49,7 +49,7 @@ struct Planner {
     return highest >= kLeastBand * kLowest_Hz ? highest : 0.0;
   }
 
-  /// The sines one after the other. @param first  row where they begin
+  /// Plans the sines one after the other. @param first  row where they begin
   [[nodiscard]] std::vector<SineSegment> sines(Eigen::Index first, int frequencies, Eigen::Index& end) const {
     std::vector<SineSegment> segments;
     Eigen::Index row = first;

@@ -32,15 +32,15 @@ struct SheetLimits {
 
 /// A sine about a bias outside the dead band.
 struct SineSegment {
-  std::size_t level = 0;   ///< of kSheetAmplitudes
-  Eigen::Index first = 0;  ///< row from which it is measured; it settles before
+  std::size_t level = 0;   ///< index into kSheetAmplitudes
+  Eigen::Index first = 0;  ///< first measured row; the response settles before
   Eigen::Index rows = 0;   ///< whole periods
   double frequency_Hz = 0.0;
   double amplitude_V = 0.0;
   double bias_V = 0.0;  ///< above the guessed null when the rod extends, else below
 };
 
-/// The volts of the measurement and where its parts are: a rest, triangles through the null, sines on either side of
+/// Command of the measurement and positions of its parts: a rest, triangles through the null, sines on either side of
 /// it.
 struct SheetPlan {
   Eigen::VectorXd table_V;       ///< one voltage a tick [V]
@@ -53,10 +53,10 @@ struct SheetPlan {
 };
 
 /// Plans the measurement of a valve sheet:
-///   2 s at the null; 60 s of triangles, 0.3 of half the command range (more where the guess asks for it), at most
+///   2 s at the null; 60 s of triangles of 0.3 of half the command range (more if the guess requires it), at most
 ///   20 s each and so fast that the rod moves a fifth of its travel at most; sines of three amplitudes, up to six
-///   frequencies from 0.8 Hz to where 0.9 of the slew limit ends them, each on a bias above and on one below the dead
-///   band, so that the rod comes back; rest.
+///   frequencies from 0.8 Hz to the frequency whose slew is 0.9 of the limit, each on a bias above and on one below the
+///   dead band, so that the rod comes back; rest.
 /// The same arguments give the same plan. Cost: some ms.
 [[nodiscard]] SheetPlan sheet_plan(const SheetLimits& limits, const ValveGuess& guess);
 

@@ -16,25 +16,26 @@ namespace eha::ident {
 namespace {
 
 constexpr double kBlock_s = 0.2;
-/// A block whose command turns has less than this of its range between the means of its halves; a ramp has a half.
+/// Least difference of the means of a block's halves over its range; below it the command turns within the block. A
+/// ramp has a half.
 constexpr double kRampShare = 0.4;
-constexpr double kFirstShare = 0.3;     // of the greatest speed, beyond which the first line is drawn
+constexpr double kFirstShare = 0.3;     // of the greatest speed; blocks beyond it give the first line
 constexpr double kBeyondEdge_V = 0.05;  // beyond the edge and half a block's range: the line is straight there
-/// Of the greatest opening. Below it a valve that opens still brings the cylinder's pressures from those of the other
-/// direction, and the rod lags.
+/// Of the greatest opening. Below it an opening valve has not yet moved the cylinder's pressures from those of the
+/// other direction, and the rod lags.
 constexpr double kOpeningShare = 0.5;
 constexpr double kBeyondPlay = 1.3;
 constexpr int kRounds = 8;
 constexpr std::size_t kFewestBlocks = 8;
-/// Creep: share of the dead band that is surely inside it, and what a crossing of it must have.
+/// Creep: share of the dead band that is surely inside it, and requirements on a crossing.
 constexpr double kInsideShare = 0.75;
 constexpr double kShortestCrossing_s = 0.05;
 constexpr double kFewestCrossings = 2.0;
 constexpr int kCreepRounds = 3;
 constexpr double kLeastNoise_in = 1e-6;
-/// Standard deviations of what the method is off by, friction, leakage and pressures being what they are; pinned by
-/// characterise_campaign_test.cpp on simulated rigs. Of the way that creep has moved an edge, a share that grows with
-/// it: the more a cylinder leaks, the quicker its pressures in the dead band leave those of the moving rod.
+/// Standard deviations of the method's error with the present friction, leakage and pressures; pinned by
+/// characterise_campaign_test.cpp on simulated rigs. The share of the edge's shift by creep grows with that shift: the
+/// more a cylinder leaks, the faster its pressures in the dead band depart from those of the moving rod.
 constexpr double kMethod_V = 0.0015;
 constexpr double kMethodShareOfCreep_per_V = 3.0;
 constexpr double kMostShareOfCreep = 0.4;
@@ -47,7 +48,7 @@ struct Block {
   double velocity_in_per_s = 0.0;
   double rise_V = 0.0;        ///< between the means of its halves
   double range_V = 0.0;       ///< highest less lowest command
-  double since_turn_V = 0.0;  ///< way of the command since it turned last
+  double since_turn_V = 0.0;  ///< travel of the command since its last turn
 };
 
 std::vector<Block> blocks_of(const Record& record, const SheetPlan& plan, double lag_s) {
@@ -114,7 +115,7 @@ Line line_through(const std::vector<Block>& blocks, double direction) {
   return line;
 }
 
-/// Both sweeps are needed, or the hysteresis and the edge cannot be parted.
+/// Both sweeps are needed to separate the hysteresis from the edge.
 bool has_both_sweeps(const std::vector<Block>& blocks, double direction) {
   std::size_t opening = 0;
   for (const Block& block : blocks) opening += opening_sign(block, direction) > 0.0 ? 1 : 0;
@@ -149,7 +150,7 @@ Line measured_line(const std::vector<Block>& blocks, double direction) {
       const double least_V = kBeyondEdge_V + 0.5 * block.range_V;
       const bool settled =
           opening_sign(block, direction) < 0.0 || opening_V > kOpeningShare * (highest_V - line.edge_V);
-      // A valve with play stands still for its width after each turn.
+      // After each turn a valve with play does not move until the command has crossed the play.
       const bool follows =
           block.since_turn_V - 0.5 * block.range_V > kBeyondPlay * 2.0 * std::max(0.0, line.half_width_V);
       if (opening_V > least_V && settled && follows) chosen.push_back(block);
@@ -191,7 +192,8 @@ void add_crossing(const Record& record, Eigen::Index first, Eigen::Index rows, d
   creep.crossings += 1.0;
 }
 
-/// Creep after extending and after retracting, from the crossings of the dead band that begin and end outside of it.
+/// Returns the creep after extending and after retracting, from the crossings of the dead band that begin and end
+/// outside it.
 std::array<Creep, 2> creeps_in(const Record& record, const SheetPlan& plan, double lag_s, const ValveSheet& sheet) {
   std::array<Creep, 2> creeps;
   const double noise = std::max(sheet.noise_in, kLeastNoise_in);
@@ -199,7 +201,7 @@ std::array<Creep, 2> creeps_in(const Record& record, const SheetPlan& plan, doub
   const auto lag = static_cast<Eigen::Index>(std::llround(lag_s / record.step_s));
   const auto fewest = static_cast<Eigen::Index>(std::llround(kShortestCrossing_s / record.step_s));
   const Eigen::Index end = plan.sweep_first + plan.sweep_rows;
-  double side = 0.0;  // of the dead band that the command was on last
+  double side = 0.0;  // last side of the dead band of the command
   Eigen::Index first = 0;
   bool is_inside = false;
   for (Eigen::Index k = std::max(plan.sweep_first, lag); k < end; ++k) {
@@ -218,7 +220,7 @@ std::array<Creep, 2> creeps_in(const Record& record, const SheetPlan& plan, doub
   return creeps;
 }
 
-/// A measured edge, its variance with the creep that it was moved by, which adds to the valve's flow.
+/// A measured edge with its variance, corrected for creep, which adds to the valve's flow.
 struct Edge {
   double at_V = 0.0;
   double variance = 0.0;
@@ -294,7 +296,7 @@ ValveSheet valve_sheet(const Record& record, const SheetPlan& plan) {
   sheet.noise_in = noise_at_rest(record, plan);
   measure_static_part(record, plan, sheet.lag_s, sheet);
   measure_dynamic_part(record, plan, sheet);
-  // Half the triangle's slope times what the lag was off by would pass for hysteresis.
+  // An error of the lag times half the triangle's slope would appear as hysteresis.
   if (std::abs(sheet.lag_s - kUsualLag_s) > 0.5 * record.step_s) measure_static_part(record, plan, sheet.lag_s, sheet);
   return sheet;
 }

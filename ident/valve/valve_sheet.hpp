@@ -36,23 +36,23 @@ struct AmplitudeResponse {
   bool is_played = false;
 };
 
-/// Characteristics of a valve in the terms of ISO 10770-1, as far as the rod's motion shows them.
+/// Characteristics of a valve in the terms of ISO 10770-1, as far as they can be measured by the rod's motion.
 struct ValveSheet {
-  Measured null_V;                                ///< middle of the dead band [V]
-  Measured dead_band_V;                           ///< half width, by extending the straight flow curve to zero [V]
-  Measured gain_positive_in_per_V_s;              ///< velocity gain extending [in/(V s)]
-  Measured gain_negative_in_per_V_s;              ///< retracting, positive [in/(V s)]
-  Measured hysteresis_V;                          ///< width between rising and falling command [V]
-  bool has_hysteresis = false;                    ///< it is greater than its interval and than what the method can tell
-  std::optional<Measured> creep_in_per_s = {};    ///< speed inside the dead band: load and leakage [in/s]
-  double noise_in = 0.0;                          ///< standard deviation of the sensor at rest [in]
-  double lag_s = 0.0;                             ///< by which the velocity follows the command [s]
-  std::vector<AmplitudeResponse> responses = {};  ///< one for each of kSheetAmplitudes
-  std::optional<Measured> natural_frequency_Hz = {};  ///< of the second order that fits; none: not observed
+  Measured null_V;                                    ///< middle of the dead band [V]
+  Measured dead_band_V;                               ///< half width, by extending the straight flow curve to zero [V]
+  Measured gain_positive_in_per_V_s;                  ///< velocity gain extending [in/(V s)]
+  Measured gain_negative_in_per_V_s;                  ///< retracting, positive [in/(V s)]
+  Measured hysteresis_V;                              ///< width between rising and falling command [V]
+  bool has_hysteresis = false;                        ///< it exceeds its interval and the resolution of the method
+  std::optional<Measured> creep_in_per_s = {};        ///< speed inside the dead band: load and leakage [in/s]
+  double noise_in = 0.0;                              ///< standard deviation of the sensor at rest [in]
+  double lag_s = 0.0;                                 ///< lag of the velocity behind the command [s]
+  std::vector<AmplitudeResponse> responses = {};      ///< one for each of kSheetAmplitudes
+  std::optional<Measured> natural_frequency_Hz = {};  ///< of the fitted second-order response; none: not observed
   std::optional<Measured> damping_ratio = {};
   double highest_Hz = 0.0;  ///< highest frequency of a measured sine [Hz]
 
-  // For figures: the blocks of the triangles that the static part is made of.
+  // For figures: the blocks of the triangles that give the static part.
   Eigen::VectorXd block_V = {};
   Eigen::VectorXd block_in_per_s = {};
 };
