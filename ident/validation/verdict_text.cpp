@@ -308,8 +308,7 @@ class Reasons {
       if (stop->clean_to_s) cut += fmt::format(" --to {:.4g}", *stop->clean_to_s);
       found.push_back(fmt::format(
           "The rod stands at {:.4g} {} from {:.4g} s, in {:.2g} % of the samples, while the input asks for more: an "
-          "end "
-          "stop, or the end of the sensor; no model follows it there; cut with{}, or record nearer to mid-travel.",
+          "end stop, or the end of the sensor; no model follows it there; cut with{}, or record nearer to mid-travel.",
           stop->level, unit, stop->from_s, stop->percent, cut));
     }
     if (const auto& jump = model_.validation->jump) {
