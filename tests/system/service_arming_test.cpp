@@ -88,7 +88,7 @@ TEST_F(ServiceArming, PlaysNothingButACharacterisationWithoutFollowing) {
   const std::vector<std::vector<std::string>> moves{{"goto", "3.2in", "--yes"},
                                                     {"jog", "+0.1in", "--yes"},
                                                     {"run", paper, "--yes"},
-                                                    {"submit", paper},
+                                                    {"run", paper, "--yes", "--detach"},
                                                     {"check", paper}};
   for (std::vector<std::string> words : moves) {
     words.insert(words.end(), {"--socket", daemon_.socket()});
