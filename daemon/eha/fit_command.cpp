@@ -228,7 +228,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   const Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
-  print_import(source.guess, source.repairs, console);
+  print_import(source.guess, source.remarks, source.repairs, console);
   if (source.experiment) {
     const auto other = [&](const auto& kind) { return computed_instead(kind, command, source, console); };
     if (const auto code = std::visit(other, source.experiment->kind)) return *code;

@@ -47,6 +47,7 @@ Json document_for(const ImportCommand& command, const importer::Imported& import
   Json document{{"schema", "eha-import/1"},
                 {"source", command.file},
                 {"guess", imported.guess},
+                {"remarks", imported.remarks},
                 {"rows", record.input.size()},
                 {"start_s", record.start_s},
                 {"step_s", record.step_s},
@@ -76,7 +77,7 @@ ExitCode execute(const ImportCommand& command, Console& console) {
   const importer::Imported imported =
       importer::import_record(command.file, command.import, console.progress_callback());
   console.end_progress();
-  print_import(imported.guess, imported.repairs, console);
+  print_import(imported.guess, imported.remarks, imported.repairs, console);
   if (!imported.filled.empty()) {
     console.warning(
         fmt::format("{} of {} rows were not measured and are filled; they are marked in the column `filled`",

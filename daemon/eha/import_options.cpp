@@ -51,11 +51,10 @@ void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options
       ->group(group);
 }
 
-void print_import(const std::string& guess, const std::vector<std::string>& repairs, const Console& console) {
-  // Behind the line of what was guessed stands what a person has to look at.
-  const std::size_t end = guess.find('\n');
-  if (!guess.empty()) console.info(guess.substr(0, end));
-  if (end != std::string::npos) console.warning(guess.substr(end + 1));
+void print_import(const std::string& guess, const std::vector<std::string>& remarks,
+                  const std::vector<std::string>& repairs, const Console& console) {
+  if (!guess.empty()) console.info(guess);
+  for (const std::string& remark : remarks) console.warning(remark);
   for (std::size_t i = 0; i < repairs.size(); ++i) {
     if (i < kRepairsShown) {
       console.info(repairs[i]);

@@ -20,7 +20,8 @@ enum class ImportedColumns { record, input_only };
 /// Adds --time, --input, --output, --delimiter, --decimal, --period, --from, --to and --resample.
 void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options& options, ImportedColumns columns);
 
-/// Prints the guesses about a file and its corrections.
-void print_import(const std::string& guess, const std::vector<std::string>& repairs, const Console& console);
+/// Prints what was guessed of a file, warns of its remarks and prints its corrections.
+void print_import(const std::string& guess, const std::vector<std::string>& remarks,
+                  const std::vector<std::string>& repairs, const Console& console);
 
 }  // namespace eha::cli

@@ -49,7 +49,7 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   const importer::ImportedInput imported =
       importer::import_input(command.input_file, command.import, model.input_unit, console.progress_callback());
   console.end_progress();
-  print_import(imported.guess, {}, console);
+  print_import(imported.guess, imported.remarks, {}, console);
   const record::InputSeries& input = imported.series;
   Eigen::VectorXd output;
   try {

@@ -75,7 +75,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const identify::Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
-  print_import(source.guess, source.repairs, console);
+  print_import(source.guess, source.remarks, source.repairs, console);
   warn_of_own_record(command.model_file, source, console);
   model = identify::in_units_of(source, std::move(model), command.model_file);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};

@@ -62,6 +62,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     source.record = std::move(imported.record);
     source.interpolated_rows = imported.filled.size();
     source.guess = std::move(imported.guess);
+    source.remarks = std::move(imported.remarks);
     source.repairs = std::move(imported.repairs);
     if (source.experiment) {
       const double samples = std::round(source.experiment->duration_s / source.record.step_s);

@@ -109,10 +109,8 @@ std::string remark_on_points(const Table& table, const Selection& selection, con
 }
 
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
-                       const ident::Record& record, std::optional<double> period_s, const std::string& points) {
-  std::string pace = remark_on_pace(record.step_s, path);
-  if (!points.empty()) pace += (pace.empty() ? "" : "\n") + points;
-  if (table.is_record_format()) return pace;
+                       const ident::Record& record, std::optional<double> period_s) {
+  if (table.is_record_format()) return {};
   const std::vector<Column>& columns = table.columns();
   const auto shown = [&](std::size_t i) {
     const std::string& unit = columns[i].unit;
@@ -125,8 +123,15 @@ std::string guess_text(const Table& table, const Roles& roles, const std::filesy
               : fmt::format("a row every {:.9g} s", *period_s);
   text += fmt::format(", input {}", shown(roles.input));
   if (roles.output) text += fmt::format(", output {}", shown(*roles.output));
-  text += fmt::format("; {} rows every {:.9g} s", record.input.size(), record.step_s);
-  return pace.empty() ? text : text + "\n" + pace;
+  return text + fmt::format("; {} rows every {:.9g} s", record.input.size(), record.step_s);
+}
+
+/// Remarks on how the rows were read: an unlikely pace, points that may separate thousands.
+std::vector<std::string> remarks_on_reading(const Table& table, const Selection& selection, const Rows& rows,
+                                            double step_s, const std::filesystem::path& path) {
+  std::vector<std::string> remarks = {remark_on_pace(step_s, path), remark_on_points(table, selection, rows, path)};
+  std::erase(remarks, "");
+  return remarks;
 }
 
 /// A clock of whole numbers, one or more a row, counts seconds or parts of a second; without a unit nobody can say.
@@ -249,26 +254,26 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   const Roles roles = find_record(*table, path, options);
   const Selection selection = selection_for(*table, roles, path, options);
   Rows rows = table->read(selection, progress);
-  const std::string points = remark_on_points(*table, selection, rows, path);
   Imported imported = assembled(rows, roles, path, options);
   const bool own = table->is_record_format();
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
   if (own) refuse_exchanged(imported.record, roles, path, options);
-  imported.guess = guess_text(*table, roles, path, imported.record, options.period_s, points);
   const ident::Record& record = imported.record;
+  imported.guess = guess_text(*table, roles, path, record, options.period_s);
+  imported.remarks = remarks_on_reading(*table, selection, rows, record.step_s, path);
   const std::string why = roles.by_order ? why_exchanged({record.input.begin(), record.input.end()},
                                                          {record.output.begin(), record.output.end()})
                                          : std::string();
   if (!why.empty()) {
-    imported.guess += fmt::format(
-        "\n{}: input and output are taken by their order, and may be exchanged: {}; the other way round: `{}`",
+    imported.remarks.push_back(fmt::format(
+        "{}: input and output are taken by their order, and may be exchanged: {}; the other way round: `{}`",
         path.string(), why,
-        command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1)));
+        command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1))));
   }
-  for (std::string& remark :
+  for (const std::string& remark :
        remarks_on_output({record.output.begin(), record.output.end()}, imported.held, record.start_s, record.step_s)) {
-    imported.guess += (imported.guess.empty() ? "" : "\n") + path.string() + ": " + remark;
+    imported.remarks.push_back(path.string() + ": " + remark);
   }
   return imported;
 }
@@ -280,7 +285,6 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   const Roles roles = find_input(*table, path, options, unit);
   const Selection selection = selection_for(*table, roles, path, options);
   Rows rows = table->read(selection, progress);
-  const std::string points = remark_on_points(*table, selection, rows, path);
   ImportedInput input;
   std::vector<double> time_s = roles.time ? rows.columns[0] : std::vector<double>();
   const Imported imported = assembled(rows, roles, path, options);
@@ -294,7 +298,8 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   input.series.values = record.input;
   input.series.step_s = record.step_s;
   input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
-  input.guess = guess_text(*table, roles, path, record, options.period_s, points);
+  input.guess = guess_text(*table, roles, path, record, options.period_s);
+  input.remarks = remarks_on_reading(*table, selection, rows, record.step_s, path);
   return input;
 }
 

@@ -29,6 +29,8 @@ struct Imported {
   std::vector<std::size_t> filled = {};  ///< rows (from 0) of which a value was not measured
   std::vector<std::size_t> held = {};    ///< of these, those whose input was not measured
   std::string guess = {};  ///< what was guessed, in one line; empty for a record as eha-record(5) describes it
+  std::vector<std::string> remarks =
+      {};  ///< for a person to look at: exchanged columns, a sensor at its end; a sentence each
   std::vector<std::string> repairs = {};  ///< gaps and jitter that --resample mended, one sentence each
 };
 
@@ -36,10 +38,11 @@ struct Imported {
 [[nodiscard]] Imported import_record(const std::filesystem::path& path, const Options& options,
                                      const Progress& progress = {});
 
-/// An input to simulate a model with, and what was guessed.
+/// An input to simulate a model with, and how it was read, as in Imported.
 struct ImportedInput {
   record::InputSeries series;
   std::string guess = {};
+  std::vector<std::string> remarks = {};
 };
 
 /// Reads an input. @param unit  of the model's input: of several columns the one in it is taken; empty: any

@@ -7,7 +7,6 @@
 namespace eha::place {
 namespace {
 
-constexpr double kLearningFilter_s = 0.05;
 constexpr double kSlow_V = 0.05;               ///< that the filter trails the command by: 1 V/s
 constexpr double kLearnt_s = 0.05;             ///< of slow motion in a step
 constexpr double kLongest_s = 1.0;             ///< then its speed stands
@@ -21,7 +20,7 @@ LearnedMonitor::LearnedMonitor(const config::RigLimits& limits, double period_s)
     : lowest_V_(limits.command_min_V),
       step_V_((limits.command_max_V - limits.command_min_V) / static_cast<double>(kSteps)),
       period_s_(period_s),
-      weight_(period_s / (kLearningFilter_s + period_s)) {}
+      motion_(period_s) {}
 
 std::size_t LearnedMonitor::step_of(double command_V) const noexcept {
   return static_cast<std::size_t>(
@@ -29,23 +28,13 @@ std::size_t LearnedMonitor::step_of(double command_V) const noexcept {
 }
 
 void LearnedMonitor::note(double command_V, double displacement_in) noexcept {
-  if (!has_begun_) {
-    has_begun_ = true;
-    once_V_ = command_V;
-    twice_V_ = command_V;
-    filtered_in_ = displacement_in;
-  }
-  once_V_ += weight_ * (command_V - once_V_);
-  twice_V_ += weight_ * (once_V_ - twice_V_);
-  const double moved_in = weight_ * (displacement_in - filtered_in_);
-  filtered_in_ += moved_in;
-  speed_in_per_s_ += weight_ * (moved_in / period_s_ - speed_in_per_s_);
-  check(speed_in_per_s_);
-  if (std::abs(once_V_ - twice_V_) < kSlow_V) learn(speed_in_per_s_);
+  motion_.note(command_V, displacement_in);
+  check(motion_.speed_in_per_s());
+  if (std::abs(motion_.trails_by_V()) < kSlow_V) learn(motion_.speed_in_per_s());
 }
 
 void LearnedMonitor::learn(double speed_in_per_s) noexcept {
-  Step& step = steps_[step_of(twice_V_)];
+  Step& step = steps_[step_of(motion_.command_V())];
   if (step.time_s > kLongest_s) return;
   step.time_s += period_s_;
   step.speed_in_per_s += period_s_ / step.time_s * (speed_in_per_s - step.speed_in_per_s);
@@ -53,7 +42,7 @@ void LearnedMonitor::learn(double speed_in_per_s) noexcept {
 
 void LearnedMonitor::check(double speed_in_per_s) noexcept {
   // The speed rises with the voltage: a step further in gives a bound.
-  const std::size_t here = step_of(twice_V_);
+  const std::size_t here = step_of(motion_.command_V());
   double extending = 0.0;
   double retracting = 0.0;
   for (std::size_t i = 0; i < here; ++i) {

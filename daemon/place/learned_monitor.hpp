@@ -6,6 +6,7 @@
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
+#include "daemon/place/slow_motion.hpp"
 
 namespace eha::place {
 
@@ -39,13 +40,8 @@ class LearnedMonitor {
   double lowest_V_;
   double step_V_;
   double period_s_;
-  double weight_;
+  SlowMotion motion_;
   std::array<Step, kSteps> steps_{};
-  bool has_begun_ = false;
-  double once_V_ = 0.0;
-  double twice_V_ = 0.0;
-  double filtered_in_ = 0.0;
-  double speed_in_per_s_ = 0.0;
   std::array<double, 2> missing_in_{};
   acquisition::Breach breach_;
 };

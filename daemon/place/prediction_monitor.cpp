@@ -11,7 +11,6 @@ using acquisition::Fault;
 
 // Pinned by dead_sensor_campaign_test.cpp.
 constexpr std::array<double, 2> kDirections{1.0, -1.0};
-constexpr double kFilter_s = 0.05;
 constexpr double kForgets_s = 20.0;  ///< of motion
 constexpr double kSlow_V = 0.02;     ///< that the filter trails the command by: 0.4 V/s
 constexpr double kLeast_in_per_s = 0.014;
@@ -30,30 +29,20 @@ constexpr double kExcess_in = 0.05;
 }  // namespace
 
 PredictionMonitor::PredictionMonitor(double period_s) noexcept
-    : period_s_(period_s), weight_(period_s / (kFilter_s + period_s)), kept_(1.0 - period_s / kForgets_s) {}
+    : period_s_(period_s), kept_(1.0 - period_s / kForgets_s), motion_(period_s) {}
 
 void PredictionMonitor::note(double command_V, double displacement_in) noexcept {
-  if (!has_begun_) {
-    has_begun_ = true;
-    once_V_ = command_V;
-    twice_V_ = command_V;
-    filtered_in_ = displacement_in;
-  }
-  once_V_ += weight_ * (command_V - once_V_);
-  twice_V_ += weight_ * (once_V_ - twice_V_);
-  const double moved_in = weight_ * (displacement_in - filtered_in_);
-  filtered_in_ += moved_in;
-  speed_in_per_s_ += weight_ * (moved_in / period_s_ - speed_in_per_s_);
+  motion_.note(command_V, displacement_in);
   if (learns_) learn();
   check(0);
   check(1);
 }
 
 void PredictionMonitor::learn() noexcept {
-  const std::size_t i = speed_in_per_s_ > 0.0 ? 0 : 1;
-  const double v = std::abs(speed_in_per_s_);
-  const double u = kDirections[i] * twice_V_;
-  if (v < kLeast_in_per_s || v > kMost_in_per_s || std::abs(once_V_ - twice_V_) > kSlow_V) return;
+  const std::size_t i = motion_.speed_in_per_s() > 0.0 ? 0 : 1;
+  const double v = std::abs(motion_.speed_in_per_s());
+  const double u = kDirections[i] * motion_.command_V();
+  if (v < kLeast_in_per_s || v > kMost_in_per_s || std::abs(motion_.trails_by_V()) > kSlow_V) return;
   Sums& sums = sums_[i];
   const auto add = [&](double& sum, double value) { sum = kept_ * sum + period_s_ * value; };
   add(sums.weight, 1.0);
@@ -85,8 +74,8 @@ void PredictionMonitor::stop_learning(const FlowLine& extending, const FlowLine&
 void PredictionMonitor::check(std::size_t i) noexcept {
   if (!lines_[i]) return;
   const FlowLine& line = *lines_[i];
-  const double outside_V = kDirections[i] * twice_V_ - line.edge_V;
-  const double speed = kDirections[i] * speed_in_per_s_;
+  const double outside_V = kDirections[i] * motion_.command_V() - line.edge_V;
+  const double speed = kDirections[i] * motion_.speed_in_per_s();
   if (const double due = kLeastShare * line.gain_in_per_V_s * (outside_V - kLate_V); due > 0.0) {
     missing_in_[i] = std::max(0.0, missing_in_[i] + (due - std::max(0.0, speed)) * period_s_);
     due_in_[i] = missing_in_[i] > 0.0 ? due_in_[i] + due * period_s_ : 0.0;

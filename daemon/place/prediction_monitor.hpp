@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "daemon/acquisition/limit_monitor.hpp"
+#include "daemon/place/slow_motion.hpp"
 
 namespace eha::place {
 
@@ -55,14 +56,9 @@ class PredictionMonitor {
   void trip(acquisition::Fault fault, double value, double limit) noexcept;
 
   double period_s_;
-  double weight_;  ///< of the low-pass filters
-  double kept_;    ///< of the sums, each tick of motion
-  bool has_begun_ = false;
+  double kept_;  ///< of the sums, each tick of motion
+  SlowMotion motion_;
   bool learns_ = true;
-  double once_V_ = 0.0;
-  double twice_V_ = 0.0;
-  double filtered_in_ = 0.0;
-  double speed_in_per_s_ = 0.0;
   std::array<Sums, 2> sums_{};
   std::array<std::optional<FlowLine>, 2> lines_{};
   std::array<double, 2> missing_in_{};

@@ -105,7 +105,7 @@ double Probe::offset_V(double place_in) noexcept {
       enter(Phase::pulse);
       break;
     case Phase::pulse:
-      drive(place_in);
+      drive();
       break;
     case Phase::settling:
       if (phase_s_ >= kSettling_s) enter(Phase::after);
@@ -119,7 +119,7 @@ double Probe::offset_V(double place_in) noexcept {
   return (is_return_ ? -direction_ : direction_) * offset_V_;
 }
 
-void Probe::drive(double) noexcept {
+void Probe::drive() noexcept {
   const double step_V = slope_V_per_s_ * period_s_;
   const double enough_in = std::max(kEnough_in, kDeviations * noise_in() * std::sqrt(period_s_ / (2.0 * kFilter_s)));
   if (std::abs(filtered_in_ - second_in_) > enough_in) is_falling_ = true;

@@ -17,7 +17,7 @@ namespace eha::place {
 ///   unseen     no pulse did that: the sensor is dead, the valve closed or without pressure
 ///   backwards  a pulse moved the rod the other way
 ///   drifts     the rod moves without a pulse, at more than 0.03 in/s
-/// Real-time safe. Not thread-safe.
+/// Real-time safe; cost: some thirty operations a tick. Not thread-safe.
 class Probe {
  public:
   enum class Result { none, seen, unseen, backwards, drifts };
@@ -44,7 +44,7 @@ class Probe {
 
   void begin_pulse() noexcept;
   void enter(Phase phase) noexcept;
-  void drive(double place_in) noexcept;
+  void drive() noexcept;
   void judge() noexcept;
   void refine() noexcept;
   [[nodiscard]] double noise_in() const noexcept;

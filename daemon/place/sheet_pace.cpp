@@ -8,12 +8,12 @@ namespace eha::place {
 
 SheetPace::SheetPace(const ident::SheetPlan& plan, double null_V) noexcept {
   const Eigen::ArrayXd sizes_V = (plan.table_V.array() - null_V).abs();
-  const auto peak_in = [&](Eigen::Index first, Eigen::Index end) {
+  const auto peak_V_of = [&](Eigen::Index first, Eigen::Index end) {
     return sizes_V.segment(first, end - first).maxCoeff();
   };
   parts_[count_++] = {.end = static_cast<std::uint32_t>(plan.sweep_first)};
   const Eigen::Index sweep_end = plan.sweep_first + plan.sweep_rows;
-  const double sweep_V = peak_in(plan.sweep_first, sweep_end);
+  const double sweep_V = peak_V_of(plan.sweep_first, sweep_end);
   parts_[count_++] = {.end = static_cast<std::uint32_t>(sweep_end), .bend_V = sweep_V, .peak_V = sweep_V};
   Eigen::Index from = sweep_end;
   for (std::size_t level = 0; level < ident::kSheetAmplitudes.size(); ++level) {
@@ -25,7 +25,7 @@ SheetPace::SheetPace(const ident::SheetPlan& plan, double null_V) noexcept {
       least_V = std::abs(sine.bias_V) - sine.amplitude_V;
     }
     if (end == from) continue;
-    parts_[count_++] = {.end = static_cast<std::uint32_t>(end), .bend_V = least_V, .peak_V = peak_in(from, end)};
+    parts_[count_++] = {.end = static_cast<std::uint32_t>(end), .bend_V = least_V, .peak_V = peak_V_of(from, end)};
     from = end;
   }
 }

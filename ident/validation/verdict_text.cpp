@@ -202,7 +202,8 @@ class Reasons {
         if (model_.validation && model_.validation->end_stop) return {};  // a note says it, with the time
         return fmt::format(
             "Sensor or actuator saturate: the output stays at its greatest or least value for {:.3g} % of the samples "
-            "while the model goes on, more than {:.3g} %; record with smaller amplitudes, or cut with --from and --to.",
+            "while the model goes on, more than {:.3g} %: an end stop, or the end of the sensor; record with smaller "
+            "amplitudes, or cut with --from and --to.",
             c.value, c.limit);
       case Kind::far_saturated:
         return fmt::format(

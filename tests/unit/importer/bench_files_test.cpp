@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Files as a technician has them: what is read, what is asked, and never a number that nothing said.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -47,6 +48,10 @@ class BenchFile : public testing::Test {
     } catch (const DataError& error) {
       return error.what();
     }
+  }
+
+  static std::string remarks_of(const std::filesystem::path& path) {
+    return fmt::format("{}", fmt::join(import_record(path, {}).remarks, "\n"));
   }
 
   /// What a refusal offers as the sample period.
@@ -205,7 +210,7 @@ TEST_F(BenchFile, InventsNoSamplePeriod) {
 TEST_F(BenchFile, SaysThatNoRigIsSampledSoFast) {
   std::string text = "time_s,voltage_V,displacement_in\n";
   for (int k = 0; k < 100; ++k) text += fmt::format("{},{},2.5\n", 1e-6 * k, k % 7);
-  EXPECT_NE(import_record(write("fast.csv", text), {}).guess.find("faster than any hydraulic rig"), std::string::npos);
+  EXPECT_NE(remarks_of(write("fast.csv", text)).find("faster than any hydraulic rig"), std::string::npos);
 }
 
 TEST_F(BenchFile, TakesASpreadsheetsErrorForAMissingValue) {
@@ -335,14 +340,14 @@ TEST_F(BenchFile, WarnsOnceWhereAPointMayBeDecimalOrSeparateThousands) {
     }
     return write("weg.txt", text);
   };
-  const std::string guess = import_record(with("0;0;74.989\n"), {}).guess;
+  const std::string remarks = remarks_of(with("0;0;74.989\n"));
   const std::size_t at =
-      guess.find("74.989 is read as the decimal number 74.989; if its point separates thousands (74989)");
-  ASSERT_NE(at, std::string::npos) << guess;
-  EXPECT_EQ(guess.find("separates thousands", at + 80), std::string::npos) << guess;
+      remarks.find("74.989 is read as the decimal number 74.989; if its point separates thousands (74989)");
+  ASSERT_NE(at, std::string::npos) << remarks;
+  EXPECT_EQ(remarks.find("separates thousands", at + 80), std::string::npos) << remarks;
   // One number whose point can only be decimal decides for the file.
-  EXPECT_EQ(import_record(with("0;0;0.989\n"), {}).guess.find("thousands"), std::string::npos);
-  EXPECT_EQ(import_record(with("0.0;0;74.989\n"), {}).guess.find("thousands"), std::string::npos);
+  EXPECT_EQ(remarks_of(with("0;0;0.989\n")).find("thousands"), std::string::npos);
+  EXPECT_EQ(remarks_of(with("0.0;0;74.989\n")).find("thousands"), std::string::npos);
 }
 
 /// As LabVIEW's "Write To Measurement File" makes it, with one column of times for all channels.

@@ -154,10 +154,13 @@ TEST(Columns, SeemExchangedWhereTheInputIsTheSmootherOne) {
   std::string text = "Time,CH1,CH2\n";
   for (std::size_t k = 0; k < kRodRows; ++k) text += fmt::format("{},{},{}\n", even_time(k), r.output[k], r.input[k]);
   const auto path = folder.write("scope.csv", text);
-  const std::string guess = import_record(path, {.command = "eha fit scope.csv"}).guess;
-  EXPECT_NE(guess.find("may be exchanged"), std::string::npos) << guess;
-  EXPECT_NE(guess.find("`eha fit scope.csv --input 3 --output 2`"), std::string::npos) << guess;
-  EXPECT_EQ(import_record(path, {.input = "3", .output = "2"}).guess.find("may be exchanged"), std::string::npos);
+  const Imported imported = import_record(path, {.command = "eha fit scope.csv"});
+  EXPECT_EQ(imported.guess.find('\n'), std::string::npos) << imported.guess;
+  ASSERT_EQ(imported.remarks.size(), 1U);
+  const std::string& remark = imported.remarks.front();
+  EXPECT_NE(remark.find("may be exchanged"), std::string::npos) << remark;
+  EXPECT_NE(remark.find("`eha fit scope.csv --input 3 --output 2`"), std::string::npos) << remark;
+  EXPECT_TRUE(import_record(path, {.input = "3", .output = "2"}).remarks.empty());
 }
 
 TEST(Columns, SeemExchangedWhereTheOutputComesBeforeTheInput) {

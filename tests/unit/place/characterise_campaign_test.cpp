@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "core/error.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "tests/unit/place/characterised_rig.hpp"
 
@@ -103,13 +104,19 @@ TEST(CharacteriseCampaign, FindsTheValvesOfTwentyPerturbedRigsThatNothingIsKnown
   fmt::print("null and dead band within {:.1f} mV, gains within {:.2f} %\n", 1e3 * worst_V, 100.0 * worst_gain);
 }
 
+/// The rig's simulated cylinder with a valve of so many times the flow.
+hal::SimOptions with_flow(const config::RigConfig& rig, double times) {
+  auto options = std::get<hal::SimOptions>(rig.backend);
+  options.valve_rated_flow_L_per_min *= times;
+  while (!hal::check(options).empty() && options.sub_step_us > 10.0) options.sub_step_us -= 2.0;
+  return options;
+}
+
 TEST(CharacteriseCampaign, FindsTheValveOfAFastRodThatNothingIsKnownOf) {
   const config::RigConfig rig = rig_without_following();
   const ident::SheetPlan plan = config::characterisation_plan(rig);
-  for (const double times : {3.0, 7.0, 14.0}) {
-    auto options = std::get<hal::SimOptions>(rig.backend);
-    options.valve_rated_flow_L_per_min *= times;
-    while (!hal::check(options).empty() && options.sub_step_us > 10.0) options.sub_step_us -= 2.0;
+  for (const double times : {3.0, 7.0}) {
+    const hal::SimOptions options = with_flow(rig, times);
     const CharacterisedRig played = characterised(rig, options);
     ASSERT_TRUE(played.is_in_place) << times;
     EXPECT_FALSE(played.trips_following) << times;
@@ -119,6 +126,22 @@ TEST(CharacteriseCampaign, FindsTheValveOfAFastRodThatNothingIsKnownOf) {
                sheet.gain_negative_in_per_V_s.value);
     EXPECT_NEAR(sheet.null_V.value, -options.valve_null_offset_V, 0.01) << times;
     EXPECT_NEAR(sheet.dead_band_V.value, options.valve_dead_band_V, 0.01) << times;
+  }
+}
+
+/// At 2 in/(V s) the volts that give 0.5 in/s hardly leave the dead band.
+TEST(CharacteriseCampaign, SaysWhatToDoWithARodThatIsTooFast) {
+  const config::RigConfig rig = rig_without_following();
+  const CharacterisedRig played = characterised(rig, with_flow(rig, 14.0));
+  ASSERT_TRUE(played.is_in_place);
+  EXPECT_FALSE(played.trips_following);
+  EXPECT_GT(played.lowest_in, rig.limits.travel_min_in + 0.5);
+  EXPECT_LT(played.highest_in, rig.limits.travel_max_in - 0.5);
+  try {
+    static_cast<void>(ident::valve_sheet(played.record, config::characterisation_plan(rig)));
+    FAIL() << "a sheet of what was hardly seen";
+  } catch (const DataError& error) {
+    EXPECT_NE(std::string(error.what()).find("give its dead band in [following]"), std::string::npos) << error.what();
   }
 }
 
