@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/control/socket_path.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
