@@ -81,11 +81,10 @@ struct Acquired {
 };
 
 /// Plays and records an experiment. The rig is idle or safe on return and after an exception.
+/// @param stop  lives since before the rig is opened and until after it is closed: a signal must not end the process
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
-                 Console& console) {
+                 StopOnSignals& stop, Console& console) {
   const config::PreparedExperiment& experiment = planned.experiment;
-  // Installed before the rig is opened: from then on a signal must not end the process.
-  StopOnSignals stop;
   OwnedRig local(rig_config);
   if (hal::moves_machine(rig_config.backend)) require_plausible_inputs(local.rig(), rig_config);
   if (local.is_unguarded())
@@ -143,7 +142,16 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
     console.warning(sentence);
   }
   for (const delays::Delay& delay : run.delays) console.warning(delays::sentence_of(delay));
-  return {std::move(run), was_guarded, stop.count() > 0};
+  return {std::move(run), was_guarded};
+}
+
+/// The same, with a stop that comes as late as while the rig is closed.
+Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
+                 Console& console) {
+  StopOnSignals stop;
+  Acquired acquired = acquire(command, rig_config, planned, stop, console);
+  acquired.was_stopped = stop.end() > 0;
+  return acquired;
 }
 
 /// Reports a run that did not complete or lost its guard: the cause, and the kept record.

@@ -36,8 +36,16 @@ void StopOnSignals::handle(int number, void (*handler)(int)) {
   before_.emplace_back(number, before);
 }
 
-StopOnSignals::~StopOnSignals() {
+StopOnSignals::~StopOnSignals() { give_back(); }
+
+void StopOnSignals::give_back() noexcept {
   for (const auto& [number, before] : before_) sigaction(number, &before, nullptr);
+  before_.clear();
+}
+
+int StopOnSignals::end() noexcept {
+  give_back();
+  return count();
 }
 
 acquisition::StopRequest& StopOnSignals::request() noexcept { return *stop_request; }

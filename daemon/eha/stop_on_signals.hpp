@@ -30,8 +30,13 @@ class StopOnSignals {
   /// Returns the number of requested stops.
   [[nodiscard]] int count() const noexcept;
 
+  /// Gives the signals back to what handled them before, and returns the number of stops that were requested: none is
+  /// lost between the two.
+  [[nodiscard]] int end() noexcept;
+
  private:
   void handle(int number, void (*handler)(int));
+  void give_back() noexcept;
 
   std::vector<std::pair<int, struct sigaction>> before_;
 };
