@@ -10,9 +10,10 @@ enum class Procedure { standard, paper };  ///< spelled "default" and "paper" in
 
 /// Starts of a fit.
 enum class Search {
-  global,  ///< over the structure's whole search box and at known models, then locally
-  known,   ///< at known models and guessed poles; over the search box if these give no model
-  local,   ///< at the requested start values, nowhere else
+  global,   ///< over the structure's whole search box and at known models, then locally
+  known,    ///< at known models and guessed poles; over the search box if these give no model
+  nearest,  ///< at the known model of least error alone, roughly: for a model that cannot be recommended
+  local,    ///< at the requested start values, nowhere else
 };
 
 /// Source of the 95 % intervals.

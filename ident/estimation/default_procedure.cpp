@@ -15,7 +15,9 @@
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/known_starts.hpp"
+#include "ident/estimation/nearest_fit.hpp"
 #include "ident/estimation/noise_fit.hpp"
+#include "ident/estimation/optimum_report.hpp"
 #include "ident/estimation/valve_starts.hpp"
 #include "ident/estimation/variants.hpp"
 #include "ident/fractional/stability.hpp"
@@ -69,6 +71,9 @@ class DefaultFit {
   }
 
   FitResult run(Reported what) {
+    if (options_.search == Search::nearest) {
+      if (const auto near = nearest()) return report(*near, what);
+    }
     std::vector<LocalOptimum> optima;
     const bool maps_known_models = behind_valve_ && options_.search == Search::known && has_known_behind_valve();
     for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
@@ -95,6 +100,17 @@ class DefaultFit {
   }
 
  private:
+  /// Roughly, from the known model of least error that is one of the structure; nothing without one.
+  std::optional<LocalOptimum> nearest() {
+    const StructureOptions& asked = behind_valve_ ? *behind_valve_ : asked_;
+    const NearestFit fit{compared_, asked, scale_, largest_input(), record_.input[0], rest_.has_value()};
+    auto optimum = nearest_optimum(fit, known_, work_["search"]);
+    if (!optimum) return {};
+    if (behind_valve_) asked_ = *behind_valve_;
+    check_map(*optimum);
+    return optimum;
+  }
+
   void check_map(const LocalOptimum& chosen) const {
     if (const auto map = valve_of(chosen)) {
       const auto discarded = static_cast<Eigen::Index>(rows_.discarded);
@@ -398,94 +414,18 @@ class DefaultFit {
     return chosen;
   }
 
-  /// Writes the linear quantities into the model.
-  void fill_linear(Model& model, const LinearPart& reported, const LinearSolution& solution) const {
-    model.input_bias = solution.input_bias;
-    model.initial_output = solution.initial_output;
-    if (!past_) {
-      model.initial_state.assign(solution.initial_state.begin(), solution.initial_state.end());
-      return;
-    }
-    const std::vector<PastInput>& windows = compared_.past_windows();
-    const std::size_t shared = reported.past_shared;
-    for (std::size_t k = 0; k < windows.size(); k += shared) {
-      const std::size_t oldest = std::min(k + shared, windows.size()) - 1;
-      model.past_input.push_back(
-          {windows[oldest].from_s, windows[k].to_s, solution.initial_state[static_cast<Eigen::Index>(k / shared)]});
-    }
-  }
-
-  void fill_provenance(Model& model, const LinearPart& reported) const {
-    const Structure& structure = asked_.structure;
-    const std::size_t scale = normalised_index(structure.denominator.size());
-    const StructureParameter& lowest = structure.denominator.front().order;
-    const bool lowest_is_0 = structure.base_order || (lowest.freedom == Freedom::constant && lowest.value <= 0.0);
-    model.provenance["normalisation"] = structure.denominator[scale].coefficient.key.name + " = 1" +
-                                        (lowest_is_0 ? ", lowest order of the denominator 0" : "");
-    if (behind_valve_) return;
-    if (rest_ && !bias_asked_) {
-      model.provenance["input_bias"] = options_.input_before ? "fixed: at rest at the input given for before the record"
-                                                             : "fixed: a step test that starts at rest at that level";
-    } else if (!bias_asked_ && !reported.solve_bias && reported.fixed_bias == 0.0) {
-      model.provenance["input_bias"] =
-          "fixed at 0: with an initial state a constant input cannot be told apart from offset and state";
-    }
-  }
-
-  /// What the optimum leaves of the output, not whitened.
-  [[nodiscard]] Eigen::VectorXd plain_residual(const LocalOptimum& chosen) const {
-    if (!chosen.noise) return chosen.best.point.residual;
-    return OutputError(compared_, chosen.parametrisation, chosen.variant.linear)
-        .residual(chosen.best.theta, chosen.best.point.linear);
-  }
-
   [[nodiscard]] FitResult report(const LocalOptimum& chosen, Reported what) const {
-    LinearSolution solution = chosen.best.point.linear;
-    const Normalised scaled =
-        normalised(chosen.parametrisation.transfer_function(chosen.best.theta, solution.numerator));
-    for (Eigen::Index j = 0; j < solution.numerator.size(); ++j) {
-      solution.numerator[j] = scaled.g.numerator[static_cast<std::size_t>(j)].coefficient;
-    }
-    if (!past_) solution.initial_state /= scaled.divisor;
-    const LinearPart reported = as_reported(chosen, scaled.g, solution);
-    const Termination end = chosen.best.termination;
-    FitResult result =
-        begin_report(record_, asked_.name, "default", scaled.g,
-                     {.work = work_, .termination = std::string(text(end)), .converged = has_converged(end)});
-    Model& model = result.model;
-    if (declares_integrator(asked_)) model.stability = stability_beside_integrator(scaled.g);
-    model.input_map = valve_of(chosen);
-    fill_linear(model, reported, solution);
-    fill_provenance(model, reported);
-    if (chosen.noise) {
-      model.provenance["noise_model"] =
-          fmt::format("autoregressive of order {}, estimated beside the parameters", chosen.noise->coefficients.size());
-    }
-    result.estimation_samples = rows_.estimating;
-    const ProfileSearch profile{scale_, largest_input(), executor_};
-    fill_parameters(
-        result, {.compared = compared_, .optimum = chosen, .linear = reported, .solution = solution, .asked = asked_},
-        options_.intervals == IntervalMethod::profile ? &profile : nullptr);
-    const double compared_step_s = record_.step_s * static_cast<double>(rows_.comparison.every);
-    model.estimation->compared_step_s = compared_step_s;
-    if (what == Reported::everything) {
-      model.bode = bode_curve(model, bode_frequencies(scale_.duration_s, compared_step_s), result.covariance);
-      fill_validation(result, record_, rows_.comparison,
-                      options_.intervals == IntervalMethod::profile ? Effects::include : Effects::leave_out);
-      fill_noise(result, chosen.noise.has_value());
-    } else {
-      const Eigen::VectorXd& measured = compared_.measured();
-      model.estimation->score = score(measured, measured - plain_residual(chosen));
-    }
-    // Highest order first, as transfer functions are written.
-    std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());
-    std::reverse(model.transfer_function.denominator.begin(), model.transfer_function.denominator.end());
-    auto fitted = std::make_shared<FittedOptimum>(FittedOptimum{given_, asked_, scale_, chosen});
-    fitted->optimum.best.point.jacobian.resize(0, 0);
-    fitted->optimum.best.point.orthonormal.resize(0, 0);
-    fitted->optimum.best.point.passed.reset();
-    result.fitted = std::move(fitted);
-    return result;
+    return report_of(chosen,
+                     {.prepared = prepared_,
+                      .compared = compared_,
+                      .options = options_,
+                      .executor = executor_,
+                      .given = given_,
+                      .asked = asked_,
+                      .scale = scale_,
+                      .rests_before = rest_ && !bias_asked_,
+                      .work = work_},
+                     what);
   }
 
   const PreparedRecord& prepared_;

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "ident/estimation/predicted_cost.hpp"
 #include "ident/estimation/valve_starts.hpp"
-#include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/signal/autoregression.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/covariance.hpp"
@@ -19,9 +19,6 @@ namespace {
 
 constexpr double kUnknownGain = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 4> kTriedSteps = {0.0, 1.0, 4.0, 16.0};
-constexpr double kIndependent = 1e-9;  // pivots below this share of the largest add nothing
-constexpr double kLeastPredicted = 1e-300;
-constexpr Eigen::Index kFewestRowsForDelay = 10 * kHighestAutoregression;
 
 /// The optimum's coordinates among those with a delay, which is left at 0; its index. Nothing where others differ too.
 std::optional<Eigen::Index> place(const LocalOptimum& optimum, const Parametrisation& with, Eigen::VectorXd& theta) {
@@ -43,14 +40,6 @@ std::optional<Eigen::Index> place(const LocalOptimum& optimum, const Parametrisa
     }
   }
   return from.size() + 1 == to.size() ? delay : std::nullopt;
-}
-
-/// The cost after one undamped step by those columns. @param step  of the columns
-double predicted_cost(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, Eigen::VectorXd& step) {
-  const Eigen::VectorXd scale = columns.colwise().norm().cwiseMax(kLeastPredicted).cwiseInverse();
-  Eigen::MatrixXd orthonormal;
-  step = scale.cwiseProduct(solve_ranked(columns * scale.asDiagonal(), residual, kIndependent, &orthonormal));
-  return std::max(residual.squaredNorm() - (orthonormal.transpose() * residual).squaredNorm(), kLeastPredicted);
 }
 
 /// The fall of samples ln(cost) less what one parameter more is charged. @param theta  with the delay at 0
@@ -92,7 +81,7 @@ double predicted_delay_gain(const PreparedRecord& prepared, const FittedOptimum&
   Eigen::VectorXd theta;
   const std::optional<Eigen::Index> delay = place(optimum, with, theta);
   const ComparedRecord& compared = prepared.compared({wants_past_input(asked), asked_behind_valve(asked).has_value()});
-  if (!delay || compared.measured().size() < kFewestRowsForDelay) return kUnknownGain;
+  if (!delay || compared.measured().size() < kFewestRowsToPredict) return kUnknownGain;
 
   const Eigen::VectorXd residual = OutputError(compared, optimum.parametrisation, optimum.variant.linear)
                                        .residual(optimum.best.theta, optimum.best.point.linear);

@@ -60,6 +60,9 @@ KnownStarts known_starts(const Parametrisation& parametrisation, const std::vect
   for (const double share : kDeadBands) dead_bands.push_back(share * range);
   std::vector<double> delays;
   for (const double steps : kDelaySteps) delays.push_back(steps * scale.step_s);
+  for (const Model* model : order) {
+    if (model->transfer_function.delay_s > 0.0) delays.push_back(model->transfer_function.delay_s);
+  }
   KnownStarts starts;
   for (const Model* model : order) {
     const auto at = parametrisation.at_model(model->transfer_function, equivalent_bias(*model), model->input_map);

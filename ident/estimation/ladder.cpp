@@ -7,6 +7,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -16,7 +17,9 @@
 #include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/left_out.hpp"
+#include "ident/estimation/rungs.hpp"
 #include "ident/estimation/sub_structures.hpp"
+#include "ident/estimation/valve_gain.hpp"
 #include "ident/structure/parameter_requests.hpp"
 
 namespace eha::ident {
@@ -28,35 +31,12 @@ constexpr int kMostProfiled = 3;        // rounds: a profile may reject the mode
 constexpr double kMissing = 0.001;  // level of the residual's test with past input, for a zero beside fractional orders
 constexpr int kMostZeroed = 2;      // coefficients of one model that are set to 0
 constexpr double kCoefficientCost = 10.0;  // more than AR-BIC charges for one
-
-/// A name and the structures that may bear it.
-struct Rung {
-  std::string name;
-  std::vector<Structure> structures;
-  Search search;
-};
-
-/// K/(a1 s): the lag is too fast for the record.
-Structure integrator() {
-  Structure structure = structures::integrator_lag();
-  structure.formula = "K/(a1 s)";
-  structure.denominator.pop_back();
-  return structure;
-}
-
-std::vector<Rung> rungs_of(const LadderOptions& wanted) {
-  using namespace structures;
-  // The basin of a fractional optimum need not hold a structure of integer order.
-  std::vector<Structure> two_poles = {io(wanted.io)};
-  if (wanted.io.poles == 2 && wanted.io.zeros == 0) two_poles.push_back(io({2, 1}));
-  return {{"integrator_lag", {integrator(), integrator_lag()}, wanted.search},
-          {"cylinder", {cylinder()}, wanted.search},
-          {"io1", {io1()}, wanted.search},
-          {"io", std::move(two_poles), wanted.search},
-          {"io3", {io3(0), io3(1)}, wanted.search},
-          {"lag", {lag()}, Search::global},
-          {"fo", {fo()}, Search::global}};
-}
+// A structure behind a map is worth a whole search if it could come that near to the best two models, were the map to
+// gain that many times what is predicted. Measured gains beyond 20 were at most 5 times those predicted.
+constexpr double kFarFromSecond = 50.0;  // of AR-BIC
+constexpr double kFarFromBest = 150.0;
+constexpr double kUnderestimated = 5.0;
+constexpr const char* kRoughly = "from one start: by AR-BIC the structure cannot come near the best ones";
 
 bool has(const Structure& structure, const std::string& parameter) {
   const auto all = requestable_parameters(structure);
@@ -79,6 +59,13 @@ const ParameterEstimate* most_compatible_with_0(const Model& model) {
   }
   return most;
 }
+
+/// A fit from which the one behind a map is predicted.
+struct Fitted {
+  std::shared_ptr<const FittedOptimum> optimum;
+  double ar_bic;
+  bool is_fractional;
+};
 
 class Climber {
  public:
@@ -139,9 +126,12 @@ class Climber {
                                      const std::vector<Model>& known) {
     fitted_.insert(signature(asked));
     try {
-      ClimbedModel climbed{asked, fit_structure_(asked, options, known)};
+      ClimbedModel climbed{asked, fit_structure_(asked, options, known), options.search == Search::nearest};
       add(climb_.work, climbed.result.work);
+      if (climbed.is_rough) climbed.result.model.provenance["search"] = kRoughly;
       judge_anew(climbed);
+      optima_.insert_or_assign(
+          signature(asked), Fitted{climbed.result.fitted, ar_bic(climbed), has_estimated_order(climbed.result.model)});
       return climbed;
     } catch (const DataError& error) {
       if (!first_failure_) first_failure_ = std::current_exception();
@@ -173,13 +163,51 @@ class Climber {
     return ar_bic(a) < ar_bic(b);
   }
 
-  void fit_rung(const Rung& rung, const InputMapKind& map) {
-    std::optional<ClimbedModel> best;
+  /// The AR-BIC beyond which a model can be neither recommended nor the runner-up. One of integer order has those of
+  /// integer order for rivals, which orders that are estimated need not displace.
+  [[nodiscard]] double end_of_reach(const ClimbedModel& climbed) const {
+    return end_of_reach(has_estimated_order(climbed.result.model));
+  }
+  [[nodiscard]] double end_of_reach(bool fractional) const {
+    std::vector<double> rivals(2, std::numeric_limits<double>::infinity());
+    for (const ClimbedModel& climbed : climb_.models) {
+      if (!fractional && has_estimated_order(climbed.result.model)) continue;
+      if (is_identified(climbed)) rivals.push_back(ar_bic(climbed));
+    }
+    std::sort(rivals.begin(), rivals.end());
+    return std::min(rivals[0] + kFarFromBest, rivals[1] + kFarFromSecond);
+  }
+
+  /// @param gain  predicted, of a change
+  [[nodiscard]] static bool is_beyond(double end, double ar_bic, double gain) {
+    return ar_bic - kUnderestimated * gain > end;
+  }
+
+  /// Whether the structure behind a map can be neither recommended nor the runner-up, whatever the map.
+  [[nodiscard]] bool is_out_of_reach(const StructureOptions& behind_map, const StructureOptions& plain) {
+    const auto found = optima_.find(signature(plain));
+    if (found == optima_.end() || !found->second.optimum) return false;
+    const double end = end_of_reach(found->second.is_fractional);
+    if (!is_beyond(end, found->second.ar_bic, 0.0)) return false;
+    const double gain = predicted_valve_gain(prepared_, *found->second.optimum, behind_map, climb_.work["search"]);
+    return is_beyond(end, found->second.ar_bic, gain);
+  }
+
+  [[nodiscard]] Search search_of(const Rung& rung, const Structure& structure, const StructureOptions& asked) {
     // Behind a map every structure starts from its own fit without one.
     const bool is_known = std::any_of(climb_.models.begin(), climb_.models.end(),
                                       [&](const ClimbedModel& m) { return m.structure.name == rung.name; });
+    if (!asked.structure.input_map.valve) return is_known ? Search::known : rung.search;
+    const StructureOptions plain = asked_for(rung, structure, input_map_kinds().front());
+    if (is_out_of_reach(asked, plain)) return Search::nearest;
+    return is_known ? Search::known : rung.search;
+  }
+
+  void fit_rung(const Rung& rung, const InputMapKind& map) {
+    std::optional<ClimbedModel> best;
     for (const Structure& structure : rung.structures) {
-      auto climbed = fitted(asked_for(rung, structure, map), quick(is_known ? Search::known : rung.search), known_);
+      const StructureOptions asked = asked_for(rung, structure, map);
+      auto climbed = fitted(asked, quick(search_of(rung, structure, asked)), known_);
       if (!climbed) continue;
       known_.push_back(climbed->result.model);
       if (!best || is_preferred(*climbed, *best)) best = std::move(climbed);
@@ -222,16 +250,16 @@ class Climber {
     }
   }
 
-  /// @returns whether the delay stays
-  bool try_delay(ClimbedModel& climbed) {
-    if (is_estimated(climbed.structure, climbed.structure.structure.delay)) return true;
+  /// @returns whether the delay stays, and is new
+  bool try_delay(ClimbedModel& climbed, Search search) {
+    if (is_estimated(climbed.structure, climbed.structure.structure.delay)) return false;
     StructureOptions asked = climbed.structure;
     asked.structure.delay.freedom = Freedom::free;
     std::vector<Model> known = delayed_;
     known.push_back(climbed.result.model);
-    auto delayed = fitted(asked, quick(Search::known), known);
+    auto delayed = fitted(asked, quick(search), known);
     if (!delayed || !(ar_bic(*delayed) <= ar_bic(climbed) - kDelayGain)) return false;
-    delayed_.push_back(delayed->result.model);
+    if (search != Search::nearest) delayed_.push_back(delayed->result.model);
     climbed = std::move(*delayed);
     return true;
   }
@@ -257,12 +285,16 @@ class Climber {
         best_of([](const ClimbedModel& m) { return !has_estimated_order(m.result.model); }),
         best_of([](const ClimbedModel& m) { return has_estimated_order(m.result.model); })};
     for (ClimbedModel* climbed : first) {
-      if (climbed == nullptr || !promises_a_delay(*climbed) || !try_delay(*climbed)) continue;
+      if (climbed == nullptr || !promises_a_delay(*climbed) || !try_delay(*climbed, Search::known)) continue;
       any = true;
       changes_the_best = changes_the_best || is_best_of_its_kind(*climbed);
     }
     if (!changes_the_best) return any;
-    for (ClimbedModel& climbed : climb_.models) try_delay(climbed);
+    for (ClimbedModel& climbed : climb_.models) {
+      if (try_delay(climbed, Search::nearest) && !is_beyond(end_of_reach(climbed), ar_bic(climbed), 0.0)) {
+        search_anew(climbed);
+      }
+    }
     return true;
   }
 
@@ -315,6 +347,14 @@ class Climber {
     return structures;
   }
 
+  /// Of a model that was out of reach before others were rejected.
+  void search_anew(ClimbedModel& climbed) {
+    std::vector<Model> known = known_;
+    known.insert(known.end(), delayed_.begin(), delayed_.end());
+    known.push_back(climbed.result.model);
+    if (auto anew = fitted(climbed.structure, quick(Search::known), known)) climbed = std::move(*anew);
+  }
+
   void add_profiles(ClimbedModel& climbed) {
     const FitResult& plain = climbed.result;
     if (plain.fitted == nullptr) return;
@@ -338,6 +378,7 @@ class Climber {
         const bool is_wanted = name == climb_.recommendation.model || name == climb_.recommendation.runner_up;
         if (!is_wanted || std::find(profiled.begin(), profiled.end(), name) != profiled.end()) continue;
         profiled.push_back(name);
+        if (climbed.is_rough) search_anew(climbed);
         add_profiles(climbed);
         any = true;
       }
@@ -366,7 +407,8 @@ class Climber {
   const Executor& executor_;
   Climb climb_;
   std::vector<Model> known_;
-  std::set<std::string> fitted_;  ///< signatures
+  std::set<std::string> fitted_;          ///< signatures
+  std::map<std::string, Fitted> optima_;  ///< by signature
   std::vector<Model> delayed_;
   std::exception_ptr first_failure_;
 };

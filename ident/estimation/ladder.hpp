@@ -27,7 +27,8 @@ struct LadderOptions {
 /// A structure of the ladder with its fit.
 struct ClimbedModel {
   StructureOptions structure;
-  FitResult result;  ///< its model has a verdict
+  FitResult result;       ///< its model has a verdict
+  bool is_rough = false;  ///< fitted from one start, because it cannot be recommended
 };
 
 /// A structure that the record does not allow.
@@ -58,10 +59,12 @@ using FitStructure =
 /// identified by the estimating part, otherwise the one of lower AR-BIC. Each starts from those fitted before it. Where
 /// the residual of the best depends on past input, fo is tried with a zero. A model that only a coefficient compatible
 /// with 0 keeps from being identified is replaced by the structure without that coefficient, which need not be on the
-/// ladder. A delay is estimated where it lowers AR-BIC by 10: tried with io1 and the best structures of integer and of
-/// fractional order, where predicted_delay_gain() is positive, and with every structure where one of the three is then
-/// the best of its kind. What leaving out a free order costs is taken from the ladder's own models. Profile intervals
-/// are computed for the recommended model and the runner-up; the intervals of the others come from standard errors.
+/// ladder. A structure that could not come near the two best of its kind, whatever map stood before it (see
+/// predicted_valve_gain()), is fitted from one start behind the map. A delay is estimated where it lowers AR-BIC by 10:
+/// tried with io1 and the best structures of integer and of fractional order, where predicted_delay_gain() is positive,
+/// and with every structure where one of the three is then the best of its kind. What leaving out a free order costs is
+/// taken from the ladder's own models. Profile intervals are computed for the recommended model and the runner-up; the
+/// intervals of the others come from standard errors.
 /// @param options  its intervals apply to these two
 /// @throws DataError    no structure could be fitted; the reason of the first one
 /// @throws ConfigError  no structure has a parameter of `wanted`, or a request for one makes no sense

@@ -19,10 +19,6 @@ bool is_of_valve(CoordinateRole role) {
          role == CoordinateRole::negative_gain_ratio;
 }
 
-bool treats_the_past_as(const LinearPart& a, const LinearPart& b) {
-  return a.initial_states == b.initial_states && a.first_state == b.first_state && a.past_shared == b.past_shared;
-}
-
 /// Whether the input is at 0 or on one side of it, and reaches 0.
 bool is_one_sided(const Eigen::Ref<const Eigen::VectorXd>& input) {
   const double near = kAtRest * (input.maxCoeff() - input.minCoeff());

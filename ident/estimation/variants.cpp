@@ -76,6 +76,10 @@ std::vector<Variant> variants(const StructureOptions& asked, std::size_t windows
   return {at_rest, variant_moving(asked)};
 }
 
+bool treats_the_past_as(const LinearPart& a, const LinearPart& b) {
+  return a.initial_states == b.initial_states && a.first_state == b.first_state && a.past_shared == b.past_shared;
+}
+
 std::size_t free_parameters(const Parametrisation& parametrisation, const LinearPart& linear) {
   std::size_t free = parametrisation.coordinates().size() + static_cast<std::size_t>(linear.initial_states);
   for (const LinearQuantity& q : linear.numerator) free += q.fixed ? 0 : 1;

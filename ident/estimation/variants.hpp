@@ -25,6 +25,9 @@ struct Variant {
 /// @param at_rest_before  whether the record is known to begin at rest
 [[nodiscard]] std::vector<Variant> variants(const StructureOptions& asked, std::size_t windows, bool at_rest_before);
 
+/// Whether both treat the history before t = 0 alike.
+[[nodiscard]] bool treats_the_past_as(const LinearPart& a, const LinearPart& b);
+
 /// Parameters that are estimated.
 [[nodiscard]] std::size_t free_parameters(const Parametrisation& parametrisation, const LinearPart& linear);
 

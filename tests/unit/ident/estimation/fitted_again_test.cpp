@@ -4,6 +4,7 @@
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/delay_gain.hpp"
 #include "ident/estimation/prepared_record.hpp"
+#include "ident/estimation/valve_gain.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -55,6 +56,44 @@ TEST(PredictedDelayGain, TellsRecordsWithADelayFromOthers) {
     EXPECT_GT(predicted_gain(0.1, seed), 10.0) << "seed " << seed;
     EXPECT_GT(predicted_gain(1.0, seed), 10.0) << "seed " << seed;
   }
+}
+
+double predicted_map_gain(const std::optional<ValveMap>& map, unsigned seed) {
+  Model plant = two_poles(0.0);
+  plant.input_map = map;
+  const Record record = record_of(plant, 0.05, 0.02, seed);
+  const PreparedRecord prepared(record, {});
+  const StructureOptions behind_map = asked_for(input_map_kinds().back().put_before(structures::io()));
+  Work work;
+  const double gain =
+      predicted_valve_gain(prepared, *quickly_fitted(prepared, structures::io()).fitted, behind_map, work);
+  EXPECT_GT(work.jacobians, 0U);
+  return gain;
+}
+
+TEST(PredictedValveGain, TellsRecordsWithAMapFromOthers) {
+  for (const unsigned seed : {3U, 4U, 5U}) {
+    EXPECT_LT(predicted_map_gain(std::nullopt, seed), 15.0) << "seed " << seed;
+    EXPECT_GT(predicted_map_gain(ValveMap{0.1, 0.3, 0.9}, seed), 20.0) << "seed " << seed;
+  }
+}
+
+TEST(Nearest, EndsNearTheWholeSearchFromTheRightModelAtAFractionOfItsWork) {
+  Model plant = two_poles(0.0);
+  plant.input_map = ValveMap{0.1, 0.3, 0.9};
+  const Record record = record_of(plant, 0.05, 0.02, 3);
+  const PreparedRecord prepared(record, {});
+  const std::vector<Model> known = {quickly_fitted(prepared, structures::io()).model};
+  const StructureOptions behind_map = asked_for(input_map_kinds().back().put_before(structures::io()));
+  FitOptions options;
+  options.intervals = IntervalMethod::straight;
+  options.search = Search::known;
+  const FitResult whole = fit(prepared, behind_map, options, run_in_order, known);
+  options.search = Search::nearest;
+  const FitResult near = fit(prepared, behind_map, options, run_in_order, known);
+  EXPECT_LT(near.model.estimation->score.mse, 1.02 * whole.model.estimation->score.mse);
+  EXPECT_NEAR(near.model.input_map->dead_band, 0.3, 0.02);
+  EXPECT_LT(3U * total(near.work).simulations(), total(whole.work).simulations());
 }
 
 TEST(Work, IsTheSameWhateverTheOrderOfTasks) {

@@ -82,6 +82,19 @@ TEST(Ladder, FindsTheIntegratorBeforeAResonanceOfACylinder) {
   EXPECT_EQ(model->stability->integrator_order, 1.0);
 }
 
+TEST(Ladder, SearchesRoughlyWhatCannotComeNearAndNeverItsAnswers) {
+  Model plant;
+  plant.transfer_function = {{{1.0, 0.0}}, {{0.5, 1.0}, {1.0, 0.0}}, 0.0};
+  const Climb found = climbed(moved_by_levels(plant, 0.01, 13));
+  EXPECT_EQ(found.recommendation.model, "io1") << sentence(found.recommendation);
+  std::vector<std::string> rough;
+  for (const ClimbedModel& model : found.models) {
+    EXPECT_EQ(model.is_rough, model.result.model.provenance.contains("search")) << model.result.model.name;
+    if (model.is_rough) rough.push_back(model.result.model.name);
+  }
+  EXPECT_EQ(rough, (std::vector<std::string>{"integrator_lag_valve", "cylinder_valve"}));
+}
+
 TEST(Ladder, FindsAZeroBesideTwoPolesInEitherHalfPlane) {
   for (const double zero : {0.9, -0.5}) {
     Model plant;
