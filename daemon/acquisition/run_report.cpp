@@ -107,7 +107,7 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
           value, limit);
     case Fault::no_motion:
       return fmt::format(
-          "the rod moved {0:.3f} {2} where {1:.3f} {2} were due; check the sensor, that the hydraulics are on, their "
+          "the rod moved {0:.2g} {2} where {1:.2g} {2} were due; check the sensor, that the hydraulics are on, their "
           "pressure "
           "and the valve's plug, that the rod is not at an end stop (calibration), then [following] in the rig file",
           shown_value, shown_limit, length);

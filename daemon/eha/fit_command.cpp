@@ -28,6 +28,7 @@
 #include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 #include "daemon/identify/identification.hpp"
+#include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/importer/table.hpp"
@@ -87,7 +88,8 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
   IdentificationTask task = identify::task_of(source);
   task.structures = structures_for(command.models, task.structures);
   task.ladder = ladder_for(command.models);
-  task.options = with(task.options, command.record);
+  task.options = with(task.options, command.record, identify::parts_of_a_row(source));
+  task.intersample = source.intersample;
   task.options.procedure = command.procedure.value_or(task.options.procedure);
   task.options.seed = command.seed.value_or(task.options.seed);
   if (task.options.procedure == ident::Procedure::paper &&
@@ -226,9 +228,10 @@ std::optional<ExitCode> computed_instead(const config::Tracking&, const FitComma
 }  // namespace
 
 ExitCode execute(const FitCommand& command, Console& console) {
-  const Source source =
+  Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
+  if (command.record.intersample == ident::Intersample::straight) identify::take_input_as_straight(source);
   print_import(source.guess, source.remarks, source.repairs, console);
   if (source.experiment) {
     const auto other = [&](const auto& kind) { return computed_instead(kind, command, source, console); };
@@ -257,6 +260,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
     return identify::identify(source, task, comparisons_for(command, source), console.progress_callback());
   });
   console.end_progress();
+  if (const auto advice = identify::intersample_advice(
+          source, task, identification, importer::command_with(command.import, command.source, "--intersample foh"))) {
+    console.warning(*advice);
+  }
   std::vector<fs::path> written = write(identification, command, source);
   const DisplayUnit unit = console.unit(source.units);
   if (source.run_folder && !command.output) write_report(*source.run_folder, unit, written, console);

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <string>
@@ -18,6 +19,9 @@
 
 namespace eha::cli {
 namespace {
+
+constexpr std::array kIntersample{Choice<ident::Intersample>{"zoh", ident::Intersample::held},
+                                  Choice<ident::Intersample>{"foh", ident::Intersample::straight}};
 
 using ident::ParameterRequest;
 using ident::Structure;
@@ -190,6 +194,10 @@ void add_record_options(CLI::App& app, RecordOptions& record) {
   app.add_option("--discard", record.discard_s, "Do not compare the first SECONDS (default 0, or the experiment's)")
       ->type_name("SECONDS")
       ->check(finite_number("seconds >= 0", [](double s) { return s >= 0.0; }));
+  add_choice(
+      app, "--intersample", record.intersample, kIntersample,
+      "The input of a file between its rows: zoh, held as a controller's output (default); foh, in straight lines as a "
+      "signal that was sampled");
 }
 
 std::vector<StructureOptions> structures_for(const ModelOptions& options,
@@ -221,8 +229,8 @@ ident::LadderOptions ladder_for(const ModelOptions& options) {
   return ladder;
 }
 
-ident::FitOptions with(ident::FitOptions options, const RecordOptions& record) {
-  options.decimation = record.decimation.value_or(options.decimation);
+ident::FitOptions with(ident::FitOptions options, const RecordOptions& record, int parts) {
+  options.decimation = parts * record.decimation.value_or(options.decimation);
   options.discard_s = record.discard_s.value_or(options.discard_s);
   options.split = record.split.value_or(options.split);
   if (record.input_before) options.input_before = record.input_before;

@@ -7,6 +7,7 @@
 
 #include "ident/estimation/ladder.hpp"
 #include "ident/fit_options.hpp"
+#include "ident/signal/intersample.hpp"
 #include "ident/structure/structure_options.hpp"
 
 namespace CLI {
@@ -21,9 +22,10 @@ struct RecordOptions {
   std::optional<double> discard_s = {};
   std::optional<double> split = {};
   std::optional<double> input_before = {};
+  ident::Intersample intersample = ident::Intersample::held;
 };
 
-/// Adds --decimate and --discard.
+/// Adds --decimate, --discard and --intersample.
 void add_record_options(CLI::App& app, RecordOptions& record);
 
 /// Options on the models to fit.
@@ -54,7 +56,8 @@ struct ModelOptions {
 /// @throws UsageError  as structures_for()
 [[nodiscard]] ident::LadderOptions ladder_for(const ModelOptions& options);
 
-/// Overrides the options that the command line sets. @returns the changed `options`
-[[nodiscard]] ident::FitOptions with(ident::FitOptions options, const RecordOptions& record);
+/// Overrides the options that the command line sets. @param parts  rows of the record for one of the file's
+/// @returns the changed `options`
+[[nodiscard]] ident::FitOptions with(ident::FitOptions options, const RecordOptions& record, int parts);
 
 }  // namespace eha::cli

@@ -194,7 +194,14 @@ ExitCode leave(const Json& entries, const RunCommand& command, const Console& co
 
 ExitCode run_through_service(const RunCommand& command, Console& console) {
   const std::vector<ExperimentFile> files = files_of(command);
-  Client client(command.socket);
+  std::optional<Client> connected;
+  try {
+    connected.emplace(command.socket);
+  } catch (const DeviceError& error) {
+    throw DeviceError(fmt::format(
+        "{}. Only where ehad drives no rig: eha run --local plays an experiment in this process", error.what()));
+  }
+  Client& client = *connected;
   const Json status = client.call("status");
   const Json& rig = status.at("rig");
   const std::string units = rig.value("units", "");

@@ -72,14 +72,15 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
 
 ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model model = read_model(command.model_file);
-  const identify::Source source =
+  identify::Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
+  if (command.record.intersample == ident::Intersample::straight) identify::take_input_as_straight(source);
   print_import(source.guess, source.remarks, source.repairs, console);
   warn_of_own_record(command.model_file, source, console);
   model = identify::in_units_of(source, std::move(model), command.model_file);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
-  options = with(options, command.record);
+  options = with(options, command.record, identify::parts_of_a_row(source));
   identify::ScoredModel scored_here;
   try {
     scored_here = identify::score_model(model, source, options);

@@ -95,8 +95,9 @@ void Supervisor::refuse(const Submission& submission) {
 }
 
 std::optional<double> Supervisor::place_at_start() const {
-  // A simulated rod starts each run at the same position; a real one where the previous experiment left it.
-  if (rig_.moves_machine() && (active_ || queue_.count(EntryState::waiting) > 0)) return std::nullopt;
+  // Where the rod is on its way says nothing of where it will stand. A simulated one stands still between runs, a real
+  // one where the previous experiment leaves it.
+  if (active_ || (rig_.moves_machine() && queue_.count(EntryState::waiting) > 0)) return std::nullopt;
   const Json rod = rig_.rod();
   const auto place = rod.is_object() ? rod.find("displacement_in") : rod.end();
   return place != rod.end() && place->is_number() ? std::optional<double>(*place) : std::nullopt;

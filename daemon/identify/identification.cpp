@@ -89,6 +89,10 @@ void judge(const IdentificationTask& task, ident::FitResult& result) {
   model.provenance["record"] = task.source_name;
   model.provenance["seed"] = fmt::format("{}", task.options.seed);
   model.provenance["decimation"] = fmt::format("{}", task.options.decimation);
+  if (task.intersample == ident::Intersample::straight) {
+    model.provenance["intersample"] =
+        fmt::format("straight (foh): {} rows for each of the record's", ident::kPartsOfARow);
+  }
   model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
   model.provenance["split"] = fmt::format("{}", task.options.split);
   model.provenance["work"] = work_text(result.work);

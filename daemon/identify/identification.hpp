@@ -33,7 +33,8 @@ struct IdentificationTask {
   std::optional<ident::FrequencyInterval> excited = {};
   /// Noise of a compared output sample, see ident::measured_noise() [output unit]; none if nothing repeats.
   std::optional<double> noise_std = {};
-  bool lacks_periods = false;  ///< as RecordFacts
+  bool lacks_periods = false;                                 ///< as RecordFacts
+  ident::Intersample intersample = ident::Intersample::held;  ///< how `record` was made
 };
 
 /// Returns the task of a source's own experiment. Without an experiment it has the defaults and no structures.

@@ -98,6 +98,24 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   return source;
 }
 
+int parts_of_a_row(const Source& source) {
+  return source.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1;
+}
+
+void take_input_as_straight(Source& source) {
+  if (source.run_folder) {
+    throw UsageError(
+        fmt::format("{}: the input of a run is held from tick to tick; leave out --intersample", source.name));
+  }
+  if (source.record.input.size() < 4) {
+    throw DataError(fmt::format("{}: {} rows; --intersample foh needs four", source.name, source.record.input.size()));
+  }
+  source.record = ident::in_parts(source.record, ident::Intersample::straight);
+  source.repetition_samples *= ident::kPartsOfARow;
+  source.interpolated_rows *= ident::kPartsOfARow;
+  source.intersample = ident::Intersample::straight;
+}
+
 double interpolated_percent(const Source& source) {
   if (source.interpolated_rows == 0) return 0.0;
   return 100.0 * static_cast<double>(source.interpolated_rows) / static_cast<double>(source.record.output.size());

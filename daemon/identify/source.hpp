@@ -11,6 +11,7 @@
 #include "daemon/importer/options.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/record.hpp"
+#include "ident/signal/intersample.hpp"
 
 namespace eha::identify {
 
@@ -29,7 +30,18 @@ struct Source {
   std::vector<std::string> remarks = {};  ///< of a file: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
   std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each
+  /// What the input does between rows. If it is straight, the record has ident::kPartsOfARow rows for each of the
+  /// file's.
+  ident::Intersample intersample = ident::Intersample::held;
 };
+
+/// The rows of the record for one of the file's.
+[[nodiscard]] int parts_of_a_row(const Source& source);
+
+/// Takes the input of a file for straight between its rows.
+/// @throws UsageError  the source is a run, whose input is held
+/// @throws DataError   fewer than four rows
+void take_input_as_straight(Source& source);
 
 /// Returns the share of the rows that are interpolated, not measured [%].
 [[nodiscard]] double interpolated_percent(const Source& source);

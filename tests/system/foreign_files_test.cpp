@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -179,6 +180,42 @@ TEST(SimulatedInput, IsPickedByTheModelsUnitAndRefusedInAnother) {
   EXPECT_EQ(refused.code, 10);
   EXPECT_NE(refused.err.find("is in kN, the model's input is in V"), std::string::npos) << refused.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.csv"));
+}
+
+/// Every 40th row of a lag of 0.3 s that is driven by tones every millisecond.
+std::string every_40th_row() {
+  const double decay = std::exp(-0.001 / 0.3);
+  std::string text = "time_s,voltage_V,displacement_mm\n";
+  double y = 0.0;
+  for (int k = 0; k < 40'000; ++k) {
+    const double t = 2.0 * std::numbers::pi * 0.001 * k;
+    const double u = 2.0 * std::cos(0.11 * t) + 1.5 * std::sin(0.37 * t) + std::cos(0.83 * t);
+    // A converter's steps.
+    if (k % 40 == 0) text += fmt::format("{:.2f},{:.6f},{:.3f}\n", 0.001 * k, u, y);
+    y = decay * y + (1.0 - decay) * 20.0 * u;
+  }
+  return text;
+}
+
+TEST(SampledInput, IsNoticedAndTakenAsStraightLines) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", every_40th_row());
+  std::vector<std::string> words{"fit", "r.csv", "--model", "io", "--poles", "1", "--json"};
+  const auto lag_s = [](const nlohmann::json& document) {
+    return document.at("models").at(0).at("transfer_function").at("denominator").at(0).at("coefficient").get<double>() /
+           document.at("models").at(0).at("transfer_function").at("denominator").at(1).at("coefficient").get<double>();
+  };
+  const Ended held = run_eha(words, folder.path());
+  EXPECT_NE(held.err.find("within half a row the input moves by"), std::string::npos) << held.err;
+  EXPECT_NE(held.err.find("--intersample foh"), std::string::npos) << held.err;
+  EXPECT_GT(std::abs(lag_s(nlohmann::json::parse(held.out)) - 0.3), 0.01) << "half a row of delay is somewhere";
+  words.insert(words.end(), {"--intersample", "foh"});
+  const Ended straight = run_eha(words, folder.path());
+  EXPECT_EQ(straight.err.find("within half a row"), std::string::npos) << straight.err;
+  const auto document = nlohmann::json::parse(straight.out);
+  EXPECT_NEAR(lag_s(document), 0.3, 0.002);
+  EXPECT_EQ(document.at("models").at(0).at("provenance").at("intersample"),
+            "straight (foh): 8 rows for each of the record's");
 }
 
 }  // namespace

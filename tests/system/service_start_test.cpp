@@ -115,6 +115,25 @@ TEST_F(ServiceStart, RehearsesAgainWhereAPlacingHasMovedTheRodMeanwhile) {
   EXPECT_EQ(state_of(after), "held") << "as after every refusal";
 }
 
+TEST_F(ServiceStart, DoesNotRehearseFromWhereAnotherExperimentHasTheRodOnItsWay) {
+  // Out by an inch and a half first: too far from where the rod is then.
+  const std::string out_and_back =
+      "schema = 1\nname = \"out\"\nduration_s = 20.0\n[excitation]\nkind = \"sine\"\n"
+      "tones = [{ frequency_Hz = 0.05, amplitude_V = 3.8 }]\n[record]\ndiscard_s = 0.0\n[[model]]\nname = \"io\"\n"
+      "structure = \"io\"\n";
+  client_->call("arm");
+  const std::int64_t first = submit(*client_, out_and_back, false);
+  ASSERT_TRUE(reaches(first, "running")) << daemon_.log();
+  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+  while (rod_in() < 4.5 && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  ASSERT_GE(rod_in(), 4.5);
+  EXPECT_NO_THROW(submit(*client_, out_and_back));
+  client_->call("stop");
+  follow(daemon_, first);
+}
+
 TEST_F(ServiceStart, RehearsesAgainInAnotherOrder) {
   client_->call("arm");
   const std::int64_t on = submit(*client_, quiet_experiment_text("on", 600.0), false);

@@ -91,9 +91,17 @@ ident::MeasuredMargins swept(hal::SimOptions rig, const ident::AxisSettings& set
   return ident::measured_margins(sweep, settings, ways);
 }
 
+/// How many to draw. @param name  of the environment variable that asks for more, as a campaign does
+int drawn(const char* name, int usual) {
+  const char* asked = std::getenv(name);
+  return asked != nullptr ? std::atoi(asked) : usual;
+}
+
+/// EHA_SWEEP_RIGS: how many rigs instead of 12; docs/axis.md speaks of 50.
 TEST(MarginSweep, MeasuresTheRigsOwnMargins) {
+  const int rigs = drawn("EHA_SWEEP_RIGS", 12);
   double worst_deg = 0.0;
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < rigs; ++i) {
     ident::PortableDraw draw(3000 + static_cast<std::uint64_t>(i));
     const hal::SimOptions truth = random_rig(draw);
     const double tick_s = std::vector{0.001, 0.002, 0.004}[draw.below(3)];
@@ -224,8 +232,7 @@ TEST(MarginSweep, IntervalsOfTheClosedLoopFitCover) {
 
 /// What docs/axis.md says of a fit of command and reading. EHA_SWEEP_TWINS: how many twins instead of 30.
 TEST(MarginSweep, ADirectFitOfAClosedLoopIsBiased) {
-  const char* asked = std::getenv("EHA_SWEEP_TWINS");
-  const int twins = asked != nullptr ? std::atoi(asked) : 30;
+  const int twins = drawn("EHA_SWEEP_TWINS", 30);
   const ident::AxisSettings settings = known_settings();
   ident::StructureOptions structure;
   structure.structure = ident::structures::integrator_lag();

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "daemon/identify/identification.hpp"
+
+namespace eha::identify {
+
+/// Whether the input of a file was taken as held between its rows although the record contradicts it: the recommended
+/// model, fitted again with an input that is straight between the rows, leaves far less error.
+/// @param command  fits the record with a straight input
+/// @returns a sentence with the two errors and the command; nothing where the input is held, or as good as held
+/// Cost: a fit from a known model.
+[[nodiscard]] std::optional<std::string> intersample_advice(const Source& source, const IdentificationTask& task,
+                                                            const Identification& identification,
+                                                            const std::string& command);
+
+}  // namespace eha::identify

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/signal/intersample.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace eha::ident {
+namespace {
+
+constexpr double kMovingRows = 0.7;  // share of all
+constexpr double kGoingOn = 0.5;     // correlation of a row's movement with that of the row before
+
+/// Lagrange's cubic through y[-1], y[0], y[1], y[2] at x in 0..1.
+double cubic(const double* y, double x) {
+  return -x * (x - 1.0) * (x - 2.0) / 6.0 * y[-1] + (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0 * y[0] -
+         (x + 1.0) * x * (x - 2.0) / 2.0 * y[1] + (x + 1.0) * x * (x - 1.0) / 6.0 * y[2];
+}
+
+}  // namespace
+
+Record in_parts(const Record& record, Intersample intersample) {
+  const double slope = intersample == Intersample::straight ? 1.0 : 0.0;
+  const Eigen::Index rows = record.input.size();
+  Record fine;
+  fine.step_s = record.step_s / kPartsOfARow;
+  fine.start_s = record.start_s;
+  fine.input_channel = record.input_channel;
+  fine.output_channel = record.output_channel;
+  fine.input.resize((rows - 1) * kPartsOfARow + 1);
+  fine.output.resize(fine.input.size());
+  for (Eigen::Index k = 0; k + 1 < rows; ++k) {
+    const Eigen::Index inner = std::clamp<Eigen::Index>(k, 1, rows - 3);
+    for (int part = 0; part < kPartsOfARow; ++part) {
+      const double along = static_cast<double>(part) / kPartsOfARow;
+      const Eigen::Index row = k * kPartsOfARow + part;
+      fine.input[row] =
+          record.input[k] + slope * (along + 0.5 / kPartsOfARow) * (record.input[k + 1] - record.input[k]);
+      fine.output[row] =
+          part == 0 ? record.output[k] : cubic(&record.output[inner], along + static_cast<double>(k - inner));
+    }
+  }
+  fine.input.tail<1>() = record.input.tail<1>();
+  fine.output.tail<1>() = record.output.tail<1>();
+  return fine;
+}
+
+double movement_within_half_a_row(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  if (input.size() < 4) return 0.0;
+  const Eigen::VectorXd moved = input.tail(input.size() - 1) - input.head(input.size() - 1);
+  const double spread = std::sqrt((input.array() - input.mean()).square().mean());
+  const double energy = moved.squaredNorm();
+  const auto moving = static_cast<double>((moved.array() != 0.0).count());
+  const double going_on = moved.tail(moved.size() - 1).dot(moved.head(moved.size() - 1));
+  const bool is_sampled = moving >= kMovingRows * static_cast<double>(moved.size()) && going_on >= kGoingOn * energy;
+  if (!is_sampled || !(spread > 0.0)) return 0.0;
+  return 0.5 * std::sqrt(energy / static_cast<double>(moved.size())) / spread;
+}
+
+}  // namespace eha::ident
