@@ -16,17 +16,21 @@ constexpr std::array kDelimiters{Choice<char>{"comma", ','}, Choice<char>{"semic
                                  Choice<char>{";", ';'}};
 constexpr std::array kDecimals{Choice<char>{"point", '.'}, Choice<char>{"comma", ','}, Choice<char>{".", '.'},
                                Choice<char>{",", ','}};
+constexpr std::array kThousands{Choice<char>{"comma", ','}, Choice<char>{"point", '.'},
+                                Choice<char>{"apostrophe", '\''}};
 /// Sentences about gaps that are printed without -v.
 constexpr std::size_t kRepairsShown = 20;
 
 }  // namespace
 
 void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options& options, ImportedColumns columns) {
+  // A refusal gives the command that goes on: what was typed, with options behind it, of which the last counts.
   options.command = line.as_given;
   const std::string group = "Files of other programs (each of these replaces a guess)";
   const auto column = [&](const char* name, std::optional<std::string>& target, const char* what) {
     app.add_option(name, target, fmt::format("Column of {}: name, struct.field, or number from 1", what))
         ->type_name("COLUMN")
+        ->take_last()
         ->group(group);
   };
   column("--time", options.time, "the time");
@@ -34,18 +38,22 @@ void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options
   if (columns == ImportedColumns::record) column("--output", options.output, "the output");
   add_choice(app, "--delimiter", options.delimiter, kDelimiters, "What separates columns")->group(group);
   add_choice(app, "--decimal", options.decimal, kDecimals, "The decimal sign")->group(group);
+  add_choice(app, "--thousands", options.thousands, kThousands, "What separates thousands")->group(group);
   app.add_option("--period", options.period_s, "The sample period; replaces the time column")
       ->type_name("SECONDS")
       ->check(finite_number("seconds above 0", [](double s) { return s > 0.0; }))
+      ->take_last()
       ->group(group);
   const auto any = finite_number("seconds", [](double) { return true; });
   app.add_option("--from", options.from_s, "Leave out rows before this time")
       ->type_name("SECONDS")
       ->check(any)
+      ->take_last()
       ->group(group);
   app.add_option("--to", options.to_s, "Leave out rows after this time")
       ->type_name("SECONDS")
       ->check(any)
+      ->take_last()
       ->group(group);
   app.add_flag("--resample", options.resample, "Fill gaps and missing values, and even out the times of the rows")
       ->group(group);

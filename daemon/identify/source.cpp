@@ -19,11 +19,11 @@ namespace {
 /// Of the import options a run accepts only --from and --to.
 void refuse_options(const std::string& name, const importer::Options& options) {
   const bool any = options.time || options.input || options.output || options.delimiter || options.decimal ||
-                   options.period_s || options.resample;
+                   options.thousands || options.period_s || options.resample;
   if (!any) return;
   throw UsageError(
       fmt::format("{}: a run's columns and times are known; leave out --time, --input, --output, --delimiter, "
-                  "--decimal, --period and --resample",
+                  "--decimal, --thousands, --period and --resample",
                   name));
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -12,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/header_facts.hpp"
 
 namespace eha::importer {
 namespace {
@@ -30,8 +32,9 @@ std::pair<std::string, std::string> name_and_unit_of_array(const std::string& la
 
 class ArrayTable final : public Table {
  public:
-  ArrayTable(std::filesystem::path path, std::string guess, std::vector<ArrayColumn> arrays)
-      : path_(std::move(path)), guesses_{std::move(guess)}, arrays_(std::move(arrays)) {
+  ArrayTable(std::filesystem::path path, std::string guess, std::vector<ArrayColumn> arrays,
+             std::optional<StatedPeriod> period)
+      : path_(std::move(path)), guesses_{std::move(guess)}, arrays_(std::move(arrays)), period_(std::move(period)) {
     for (const ArrayColumn& array : arrays_) {
       Column column;
       column.label = array.name;
@@ -48,6 +51,7 @@ class ArrayTable final : public Table {
   [[nodiscard]] const std::vector<std::string>& guesses() const override { return guesses_; }
 
   [[nodiscard]] std::string place() const override { return path_.string(); }
+  [[nodiscard]] std::optional<StatedPeriod> stated_period() const override { return period_; }
 
   [[nodiscard]] std::optional<RowPeriod> period_of_rows(std::size_t column) override {
     constexpr double kDay_s = 86400.0;
@@ -98,18 +102,34 @@ class ArrayTable final : public Table {
   std::vector<std::string> guesses_;
   std::vector<ArrayColumn> arrays_;
   std::vector<Column> columns_;
+  std::optional<StatedPeriod> period_;
 };
+
+/// The one number that a name such as Ts makes a sample period; none where two differ.
+std::optional<Table::StatedPeriod> stated_period_of(const std::vector<ArrayColumn>& arrays) {
+  constexpr double kSame = 1e-9;
+  std::optional<Table::StatedPeriod> found;
+  for (const ArrayColumn& array : arrays) {
+    if (array.values.size() != 1) continue;
+    const auto period_s = period_named(array.name.substr(array.name.find_last_of("./") + 1), array.values.front());
+    if (!period_s) continue;
+    if (found && std::abs(found->step_s - *period_s) > kSame * *period_s) return std::nullopt;
+    found = {*period_s, array.name};
+  }
+  return found;
+}
 
 }  // namespace
 
 std::unique_ptr<Table> table_of_arrays(const std::filesystem::path& path, Arrays arrays) {
+  std::optional<Table::StatedPeriod> period = stated_period_of(arrays.columns);
   std::erase_if(arrays.columns, [](const ArrayColumn& a) { return a.values.size() < 2; });
   if (arrays.columns.empty()) {
     throw DataError(
         fmt::format("{}: a {} without arrays of numbers; {}", path.string(), arrays.guess,
                     arrays.remark.empty() ? "expected one array a column: time, input, output" : arrays.remark));
   }
-  return std::make_unique<ArrayTable>(path, std::move(arrays.guess), std::move(arrays.columns));
+  return std::make_unique<ArrayTable>(path, std::move(arrays.guess), std::move(arrays.columns), std::move(period));
 }
 
 bool can_hold(std::uint64_t file_bytes, std::uint64_t elements, std::uint64_t element_bytes) {

@@ -36,7 +36,8 @@ struct Arrays {
   std::string remark;  ///< the reason why other contents are not offered; may be empty
 };
 
-/// A table of arrays. Those of one value are left out. @throws DataError  no array has two values
+/// A table of arrays. Those of one value are no columns; named Ts or so, one is the sample period. @throws DataError no
+/// array has two values
 [[nodiscard]] std::unique_ptr<Table> table_of_arrays(const std::filesystem::path& path, Arrays arrays);
 
 // The readers run in a process of their own (foreign_reader.hpp). `path` is what they open, `name` is for messages.

@@ -4,31 +4,75 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <ctime>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
+
+#include "daemon/importer/column_names.hpp"
 
 namespace eha::importer {
 namespace {
 
 constexpr std::size_t kLongest = 40;
+constexpr std::string_view kDigits = "0123456789";
 
-/// The digits after the seconds, "" or ".25" or ",25Z", or milliseconds as ":250".
+/// Seconds behind the whole ones: "", ".25" or ",25", milliseconds as ":250", and then perhaps a time zone, "Z" or
+/// "+01:00", which is passed over.
 std::optional<double> fraction_of(std::string_view rest) {
   constexpr std::size_t kMilliseconds = 4;
-  if (rest.empty() || rest == "Z") return 0.0;
-  const bool are_milliseconds = rest[0] == ':' && rest.size() == kMilliseconds;
-  if (rest[0] != '.' && rest[0] != ',' && !are_milliseconds) return std::nullopt;
   double fraction = 0.0;
-  double unit = 0.1;
-  for (const char c : rest.substr(1)) {
-    if (c < '0' || c > '9') break;
-    fraction += unit * (c - '0');
-    unit /= 10.0;
+  const bool are_milliseconds = rest.size() == kMilliseconds && rest[0] == ':';
+  if (are_milliseconds || rest.starts_with('.') || rest.starts_with(',')) {
+    const std::size_t end = std::min(rest.find_first_not_of(kDigits, 1), rest.size());
+    double unit = 0.1;
+    for (const char c : rest.substr(1, end - 1)) {
+      fraction += unit * (c - '0');
+      unit /= 10.0;
+    }
+    rest.remove_prefix(end);
   }
-  return fraction;
+  const bool is_zone = rest == "Z" || (rest.size() > 1 && (rest[0] == '+' || rest[0] == '-') &&
+                                       rest.find_first_not_of("0123456789:", 1) == std::string_view::npos);
+  return rest.empty() || is_zone ? std::optional(fraction) : std::nullopt;
+}
+
+/// Hours to be added to those before "AM" or "PM", which are cut off.
+struct HalfDay {
+  bool is_told = false;
+  bool is_afternoon = false;
+};
+HalfDay cut_half_day(std::string& text) {
+  if (text.size() < 4) return {};
+  const char half = static_cast<char>(text[text.size() - 2] & ~0x20);
+  if ((half != 'A' && half != 'P') || (text.back() & ~0x20) != 'M') return {};
+  text.erase(text.find_last_not_of(' ', text.size() - 3) + 1);
+  return {true, half == 'P'};
+}
+
+/// Minutes and a fraction of seconds as a spreadsheet shows them, "00:07,3", or seconds with their unit, "0.01 sec".
+std::optional<double> elapsed_seconds(std::string text) {
+  std::replace(text.begin(), text.end(), ',', '.');
+  const char* const end = text.data() + text.size();
+  double first = 0.0;
+  const auto [rest, error] = std::from_chars(text.data(), end, first);
+  if (error != std::errc() || rest == end) return std::nullopt;
+  const std::string_view behind(rest, static_cast<std::size_t>(end - rest));
+  if (behind.starts_with(' ')) {
+    const auto unit = known_unit(behind);
+    const auto seconds = unit ? seconds_in(*unit) : std::nullopt;
+    return seconds ? std::optional(first * *seconds) : std::nullopt;
+  }
+  double seconds = 0.0;
+  const auto [last, fault] = std::from_chars(std::min(rest + 1, end), end, seconds);
+  const bool has_fraction = behind.find('.') != std::string_view::npos;
+  if (behind.front() != ':' || fault != std::errc() || last != end || !has_fraction || !(seconds < 60.0)) {
+    return std::nullopt;
+  }
+  return 60.0 * first + seconds;
 }
 
 double middle_of(std::vector<double> values) {
@@ -40,8 +84,11 @@ double middle_of(std::vector<double> values) {
 }  // namespace
 
 std::optional<double> clock_seconds(std::string_view text) {
-  if (text.size() > kLongest) return std::nullopt;
-  const std::string whole(text);
+  if (text.size() > kLongest || text.find_first_of(":abcdefghijklmnopqrstuvwxyz") == std::string_view::npos) {
+    return std::nullopt;
+  }
+  std::string whole(text);
+  const HalfDay half = cut_half_day(whole);
   for (const char* form : {"%Y-%m-%d %H:%M:%S", "%Y-%m-%dT%H:%M:%S", "%d.%m.%Y %H:%M:%S", "%d/%m/%Y %H:%M:%S",
                            "%m/%d/%Y %H:%M:%S", "%Y/%m/%d %H:%M:%S", "%H:%M:%S"}) {
     std::tm parts{};
@@ -49,10 +96,35 @@ std::optional<double> clock_seconds(std::string_view text) {
     if (rest == nullptr) continue;
     const auto fraction = fraction_of(rest);
     if (!fraction) continue;
+    if (half.is_told) parts.tm_hour = parts.tm_hour % 12 + (half.is_afternoon ? 12 : 0);
     if (parts.tm_year == 0) return 3600.0 * parts.tm_hour + 60.0 * parts.tm_min + parts.tm_sec + *fraction;
     return static_cast<double>(timegm(&parts)) + *fraction;
   }
-  return std::nullopt;
+  return half.is_told ? std::nullopt : elapsed_seconds(whole);
+}
+
+double clock_quantum_s(std::string_view text) {
+  const std::size_t seconds = text.find_last_of(':');
+  const std::size_t blank = text.find(' ');
+  double unit_s = 1.0;
+  if (seconds == std::string_view::npos && blank != std::string_view::npos) {
+    unit_s = seconds_in(known_unit(text.substr(blank)).value_or("s")).value_or(1.0);
+  }
+  std::size_t point = text.find_first_of(".,", seconds == std::string_view::npos ? 0 : seconds);
+  if (std::count(text.begin(), text.end(), ':') == 3) point = seconds;  // 10:00:00:250
+  if (point == std::string_view::npos) return unit_s;
+  const std::size_t end = std::min(text.find_first_not_of(kDigits, point + 1), text.size());
+  return unit_s * std::pow(10.0, -static_cast<double>(end - point - 1));
+}
+
+bool is_clock_of_minutes(std::string_view text) {
+  if (text.size() > kLongest) return false;
+  std::string whole(text);
+  cut_half_day(whole);
+  const std::size_t colon = whole.find(':');
+  if (colon == std::string::npos || whole.find(':', colon + 1) != std::string::npos) return false;
+  // With seconds it is a clock; with a time in its place it is none.
+  return !clock_seconds(whole) && clock_seconds(whole + ":00");
 }
 
 void RowClock::add(double time_s, double quantum_s, bool wraps) {
@@ -131,25 +203,29 @@ void RowClock::set_bounds(RowPeriod& found, std::size_t first, std::size_t last,
 std::optional<RowPeriod> RowClock::period() const {
   if (changes_.size() < 2) return std::nullopt;
   RowPeriod found{.restart = restart_};
-  std::vector<std::size_t> parts = pauses(typical_period_s());
+  const double typical_s = typical_period_s();
+  const bool is_coarse = quantum_s_ > 1.5 * typical_s;
+  std::vector<std::size_t> parts = pauses(typical_s);
   found.pauses = parts.size();
   for (const std::size_t i : parts) {
     const double length_s = changes_[i].time_s - changes_[i - 1].time_s;
     if (found.longest_pause && found.longest_pause->length_s >= length_s) continue;
-    found.longest_pause = RowPeriod::Pause{changes_[i].row, length_s};
+    found.longest_pause = RowPeriod::Pause{changes_[i].row, length_s, is_coarse};
   }
-  // The longest part between two pauses.
+  // The longest part between two pauses. Of a clock that shows several rows alike the missing ones are somewhere within
+  // the time before the change, which no part has then.
   parts.push_back(changes_.size());
   std::size_t first = 0;
   std::size_t longest_first = 0;
   std::size_t longest_end = 0;
   std::size_t most_rows = 0;
   for (const std::size_t end : parts) {
-    const std::size_t rows = (end < changes_.size() ? changes_[end].row : rows_) - changes_[first].row;
-    if (rows > most_rows && end - first > 1) {
+    const std::size_t stop = is_coarse && end < changes_.size() ? end - 1 : end;
+    const std::size_t rows = (stop < changes_.size() ? changes_[stop].row : rows_) - changes_[first].row;
+    if (rows > most_rows && stop > first + 1) {
       most_rows = rows;
       longest_first = first;
-      longest_end = end;
+      longest_end = stop;
     }
     first = end;
   }
@@ -160,7 +236,9 @@ std::optional<RowPeriod> RowClock::period() const {
   constexpr int kMostRoundDigits = 12;
   for (int digits = 1; digits < kMostRoundDigits; ++digits) {
     const double round_s = std::stod(fmt::format("{:.{}e}", found.roundest_s, digits - 1));
-    if (round_s <= found.lowest_s || round_s >= found.highest_s) continue;
+    // A clock that rounds may show a row that is just between two of its digits as either.
+    constexpr double kRounding = 1e-9;
+    if (round_s < found.lowest_s * (1.0 - kRounding) || round_s > found.highest_s * (1.0 + kRounding)) continue;
     found.roundest_s = round_s;
     break;
   }

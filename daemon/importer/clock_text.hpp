@@ -9,9 +9,16 @@
 namespace eha::importer {
 
 /// Seconds of a date and time or a time of day in digits: "2024-03-01 10:00:00.25", "2024-03-01T10:00:00", "01.03.2024
-/// 10:00:00,25", "03/01/2024 10:00:00:250", "03/01/2024 10:00:00", "10:00:00.25"; none for other text. No time zone
-/// applies. Only for differences within a day: whether 01.03. is in January or in March does not matter then.
+/// 10:00:00,25", "03/01/2024 10:00:00:250", "03/01/2024 2:00:00 PM", "10:00:00.25", of minutes and seconds with a
+/// fraction, "00:07,3", or of a number with a unit of time, "0.01 sec"; none for other text. No time zone applies. Only
+/// for differences within a day: whether 01.03. is in January or in March does not matter then.
 [[nodiscard]] std::optional<double> clock_seconds(std::string_view text);
+
+/// Value of the last digit that a clock shows [s]. @param text  of which clock_seconds() is known
+[[nodiscard]] double clock_quantum_s(std::string_view text);
+
+/// Whether text is a clock that a spreadsheet shows without its seconds: "14:03", "25.11.2026 14:03".
+[[nodiscard]] bool is_clock_of_minutes(std::string_view text);
 
 /// How far apart rows are by a clock that shows whole units only: the step of the rows, or where it lies.
 struct RowPeriod {
@@ -26,6 +33,7 @@ struct RowPeriod {
   struct Pause {
     std::size_t row = 0;  ///< from 0, the first after it
     double length_s = 0.0;
+    bool is_within = false;  ///< of a clock that shows several rows alike: rows are missing somewhere in that time
   };
   std::optional<Pause> longest_pause = {};
   std::size_t pauses = 0;

@@ -199,6 +199,17 @@ std::pair<std::string, std::string> name_and_unit(std::string_view label) {
   return {std::string(label), ""};
 }
 
+std::vector<std::pair<std::string, std::string>> names_and_last_units(const std::vector<std::string>& labels) {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const std::string& label : labels) {
+    const std::size_t blank = label.rfind(' ');
+    const auto unit = blank == std::string::npos ? std::nullopt : known_unit(label.substr(blank));
+    if (!unit || trimmed(label.substr(0, blank)).empty()) return {};
+    all.emplace_back(trimmed(std::string_view(label).substr(0, blank)), *unit);
+  }
+  return all;
+}
+
 std::optional<double> seconds_in(std::string_view unit) {
   for (const auto& [name, seconds] : kTimeUnits) {
     if (unit == name) return seconds;

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace eha::importer {
 
@@ -21,6 +22,11 @@ namespace eha::importer {
 /// Splits a column's label into name and unit: "Spannung [V]", "Weg (mm)", "t / s", "Zeit in s", "u_V". A unit that is
 /// not in brackets must be a known one. No unit: empty.
 [[nodiscard]] std::pair<std::string, std::string> name_and_unit(std::string_view label);
+
+/// Splits "Zeit ms" and "Weg mm" where the last word of every label is a known unit; else empty, as "Channel A" is no
+/// current.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> names_and_last_units(
+    const std::vector<std::string>& labels);
 
 /// Seconds in one unit of time; none when it is no unit of time.
 [[nodiscard]] std::optional<double> seconds_in(std::string_view unit);

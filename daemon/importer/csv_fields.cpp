@@ -16,8 +16,8 @@ namespace {
 int is_blank(unsigned char c) { return c == ' ' || c == '\t' ? 1 : 0; }
 int is_blank_beside_tabs(unsigned char c) { return c == ' ' ? 1 : 0; }
 
-constexpr auto kMissingWords =
-    std::to_array<std::string_view>({"", "nan", "-nan", "na", "n/a", "null", "none", "-", "missing"});
+constexpr auto kMissingWords = std::to_array<std::string_view>(
+    {"", "nan", "-nan", "na", "n/a", "null", "none", "-", "missing", "\xE2\x88\x9E", "-\xE2\x88\x9E", "+\xE2\x88\x9E"});
 /// Of a spreadsheet, in English and in German.
 constexpr auto kErrors = std::to_array<std::string_view>(
     {"#n/a", "#value!", "#num!", "#div/0!", "#ref!", "#name?", "#null!", "#nv", "#wert!", "#zahl!", "#bezug!"});
@@ -30,6 +30,14 @@ bool is_one_of(std::string_view field, const Words& words) {
   std::transform(field.begin(), field.end(), lower.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   return std::find(words.begin(), words.end(), std::string_view(lower.data(), field.size())) != words.end();
+}
+
+/// Whether the digits before the decimal sign, and only they, are groups of three.
+bool has_groups(std::string_view text, NumberSigns signs) {
+  if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
+  const std::string_view whole = text.substr(0, std::min(text.find(signs.decimal), text.find_first_of("eE")));
+  return whole.find(signs.thousands) != std::string_view::npos && are_groups(whole, signs.thousands) &&
+         text.find(signs.thousands, whole.size()) == std::string_view::npos;
 }
 
 }  // namespace
@@ -79,15 +87,19 @@ bool CsvFields::split(std::string_view line) {
   }
 }
 
-NumberKind parse_number(std::string_view field, char decimal, double& value) {
+NumberKind parse_number(std::string_view field, NumberSigns signs, double& value) {
   value = std::numeric_limits<double>::quiet_NaN();
   std::string_view text = field;
   std::array<char, kLongestNumber> with_point{};
-  if (decimal != '.') {
-    if (text.size() > with_point.size() || text.find('.') != std::string_view::npos || text.ends_with(decimal)) {
+  if (signs.thousands != '\0' && text.size() <= with_point.size() && has_groups(text, signs)) {
+    const auto end = std::remove_copy(text.begin(), text.end(), with_point.begin(), signs.thousands);
+    std::replace(with_point.begin(), end, signs.decimal, '.');
+    text = std::string_view(with_point.data(), static_cast<std::size_t>(end - with_point.begin()));
+  } else if (signs.decimal != '.') {
+    if (text.size() > with_point.size() || text.find('.') != std::string_view::npos || text.ends_with(signs.decimal)) {
       return NumberKind::none;
     }
-    std::replace_copy(text.begin(), text.end(), with_point.begin(), decimal, '.');
+    std::replace_copy(text.begin(), text.end(), with_point.begin(), signs.decimal, '.');
     text = std::string_view(with_point.data(), text.size());
   }
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/importer/number_signs.hpp"
+
 namespace eha::importer {
 
 /// The fields of one line of delimited text, split by libcsv; at blanks (delimiter ' ') any number of them separates.
@@ -42,10 +44,11 @@ enum class NumberKind { finite, missing, not_finite, none };
 /// "#WERT!", "#N/A": what a spreadsheet shows instead of a number.
 [[nodiscard]] bool is_spreadsheet_error(std::string_view field);
 
-/// Reads a whole field as a number. No locale applies, and no thousands separator is taken.
-/// @param decimal  '.' or ','   @param value  set when finite, else NaN
-/// missing: empty, or a word that programs write for a missing value (NaN, NA, null, #N/A, -)
-[[nodiscard]] NumberKind parse_number(std::string_view field, char decimal, double& value);
+/// Reads a whole field as a number. No locale applies. A thousands sign is taken between groups of three digits only.
+/// @param value  set when finite, else NaN
+/// missing: empty, or what programs write for a missing value (NaN, NA, null, #N/A, -) or an overload (the sign of
+/// infinity)
+[[nodiscard]] NumberKind parse_number(std::string_view field, NumberSigns signs, double& value);
 
 /// Digits of a number that parse_number has taken.
 struct Precision {

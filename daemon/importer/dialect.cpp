@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
+#include "daemon/importer/header_rows.hpp"
 
 namespace eha::importer {
 namespace {
@@ -19,13 +20,10 @@ namespace {
 constexpr std::string_view kDelimiters = ",;\t| ";
 constexpr std::string_view kDecimals = ".,";
 
-/// What a line is under one dialect.
-struct Line {
-  std::size_t number = 0;  ///< from 1
-  std::vector<std::string> fields;
-  std::size_t numbers = 0;  ///< fields that are numbers or missing values, at least one of them a number
-  bool has_comma_number = false;
-};
+/// The other sign may separate thousands, an apostrophe too.
+NumberSigns with_thousands(char decimal, std::string_view field) {
+  return {decimal, field.find('\'') != std::string_view::npos ? '\'' : decimal == '.' ? ',' : '.'};
+}
 
 Line parsed(const std::string& text, std::size_t number, CsvFields& splitter, char decimal) {
   Line line;
@@ -35,7 +33,7 @@ Line parsed(const std::string& text, std::size_t number, CsvFields& splitter, ch
   for (std::size_t i = 0; i < splitter.size(); ++i) {
     line.fields.emplace_back(splitter[i]);
     double value = 0.0;
-    const NumberKind kind = parse_number(splitter[i], decimal, value);
+    const NumberKind kind = parse_number(splitter[i], with_thousands(decimal, splitter[i]), value);
     if (kind == NumberKind::finite) ++finite;
     if (kind == NumberKind::finite || (kind == NumberKind::missing && !splitter[i].empty())) ++line.numbers;
     if (kind == NumberKind::finite && decimal == ',' && splitter[i].find(',') != std::string_view::npos) {
@@ -46,23 +44,8 @@ Line parsed(const std::string& text, std::size_t number, CsvFields& splitter, ch
   return line;
 }
 
-/// The lines under one dialect, and how well it explains them.
-struct Reading {
-  char delimiter = ',';
-  char decimal = '.';
-  std::vector<Line> lines;
-  std::size_t fields = 0;
-  std::size_t numbers = 0;  ///< most in one of the lines that have `fields`
-  double score = 0.0;
-
-  /// Of "rate,1000" above rows of two numbers only half are numbers.
-  [[nodiscard]] bool is_data(const Line& line) const {
-    return line.fields.size() == fields && 2 * line.numbers > numbers;
-  }
-};
-
 Reading read_as(const std::vector<std::string>& texts, char delimiter, char decimal) {
-  Reading reading{.delimiter = delimiter, .decimal = decimal, .lines = {}};
+  Reading reading{.delimiter = delimiter, .signs = {.decimal = decimal}, .lines = {}};
   CsvFields splitter(delimiter);
   std::map<std::size_t, double> score_of_width;
   for (std::size_t i = 0; i < texts.size(); ++i) {
@@ -70,8 +53,9 @@ Reading read_as(const std::vector<std::string>& texts, char delimiter, char deci
     Line line = parsed(texts[i], i + 1, splitter, decimal);
     if (line.numbers > 0) {
       const auto numbers = static_cast<double>(line.numbers);
-      const bool ends_empty = line.fields.size() > 1 && line.fields.back().empty();
-      const auto width = static_cast<double>(line.fields.size() - (ends_empty ? 1 : 0));
+      const std::size_t empty_ends =
+          line.fields.size() < 3 ? 0 : (line.fields.front().empty() ? 1U : 0U) + (line.fields.back().empty() ? 1U : 0U);
+      const auto width = static_cast<double>(line.fields.size() - empty_ends);
       score_of_width[line.fields.size()] += numbers * numbers / width;
     }
     reading.lines.push_back(std::move(line));
@@ -106,100 +90,18 @@ std::vector<std::string> names_in_comment(const std::vector<std::string>& lines,
   return names;
 }
 
-/// Takes the header from the line or the two lines above the data.
-void take_header(const Reading& reading, std::size_t first, Dialect& dialect) {
-  const auto is_header = [&](const Line& line) {
-    // The names of R's write.table lack one for the row numbers; LabVIEW's have one for comments, which rows may lack.
-    const bool has_comment = line.fields.size() == reading.fields + 1 && line.fields.back() == "Comment";
-    return line.fields.size() == reading.fields || line.fields.size() + 1 == reading.fields || has_comment;
-  };
-  const auto is_empty = [](const Line& line) {
-    return std::all_of(line.fields.begin(), line.fields.end(), [](const std::string& f) { return f.empty(); });
-  };
-  // Delimiters alone separate a header from its rows in some programs' files.
-  std::size_t begin = first;
-  while (begin > 0 && is_empty(reading.lines[begin - 1])) --begin;
-  std::size_t name_row = begin;
-  if (begin > 0 && is_header(reading.lines[begin - 1])) {
-    name_row = begin - 1;
-    const Line& last = reading.lines[begin - 1];
-    // dSPACE names its rows: "unit,s,V,mm".
-    const bool says_unit = last.fields.front() == "unit" || last.fields.front() == "units";
-    const bool are_units = std::all_of(last.fields.begin() + (says_unit ? 1 : 0), last.fields.end(), may_be_unit);
-    if (begin > 1 && are_units && is_header(reading.lines[begin - 2])) {
-      dialect.units = last.fields;
-      if (says_unit) dialect.units.front().clear();
-      name_row = begin - 2;
-    }
-  }
-  dialect.skipped_lines = std::min(name_row, begin);
-  if (name_row == begin) return;
-  dialect.names = reading.lines[name_row].fields;
-  dialect.header_line = reading.lines[name_row].number;
-  if (dialect.names.size() + 1 == reading.fields) dialect.names.insert(dialect.names.begin(), "");
-  if (dialect.units.size() + 1 == reading.fields) dialect.units.insert(dialect.units.begin(), "");
-}
-
-/// Whether every field that is not empty is a unit, and some are.
-bool are_units(const std::vector<std::string>& fields) {
-  return std::all_of(fields.begin(), fields.end(), may_be_unit) &&
-         std::any_of(fields.begin(), fields.end(), [](const std::string& field) { return !field.empty(); });
-}
-
-/// Takes names and units from rows that are not just above the data: ControlDesk's, which are named in their first
-/// field
-/// ("path", "unit"), catman's, below whose units a row names the hardware, and LabVIEW's Y_Unit_Label.
-/// @param all_lines  of the file, what LabVIEW writes above its measurement among them
-void take_distant_header(const Reading& reading, std::size_t first, const std::vector<std::string>& all_lines,
-                         Dialect& dialect) {
-  const auto suits = [&](const Line& line) {
-    return line.fields.size() == reading.fields ||
-           (line.fields.size() == reading.fields + 1 && line.fields.back().empty());
-  };
-  const auto take = [&](std::vector<std::string>& into, const Line& line) {
-    into = line.fields;
-    into.resize(reading.fields);
-  };
-  for (std::size_t i = 0; i < first; ++i) {
-    const Line& line = reading.lines[i];
-    if (!suits(line)) continue;
-    const std::string& word = line.fields.front();
-    const bool has_more = std::any_of(line.fields.begin() + 1, line.fields.end(),
-                                      [](const std::string& field) { return !field.empty(); });
-    if (word == "path" && has_more) {
-      take(dialect.names, line);
-      dialect.names.front().clear();
-      dialect.header_line = line.number;
-    } else if ((word == "unit" || word == "units") && are_units({line.fields.begin() + 1, line.fields.end()})) {
-      take(dialect.units, line);
-      dialect.units.front().clear();
-    } else if (i > 0 && i + 2 == first && are_units(line.fields) && suits(reading.lines[i - 1]) &&
-               !are_units(reading.lines[i - 1].fields)) {
-      take(dialect.units, line);
-      take(dialect.names, reading.lines[i - 1]);
-      dialect.header_line = reading.lines[i - 1].number;
-    }
-  }
-  const auto labels = std::find_if(all_lines.begin(), all_lines.end(),
-                                   [](const std::string& line) { return line.starts_with("Y_Unit_Label"); });
-  CsvFields splitter(reading.delimiter);
-  if (!dialect.units.empty() || labels == all_lines.end() || !splitter.split(*labels)) return;
-  dialect.units.assign(reading.fields, "");
-  for (std::size_t i = 1; i < std::min(reading.fields, splitter.size()); ++i) dialect.units[i] = splitter[i];
-}
-
 /// Takes Yokogawa's rows of names and units, which have other rows between them.
-void take_trace_names(const Reading& reading, std::size_t first, Dialect& dialect) {
+void take_trace_names(const Reading& reading, std::size_t first, Header& header) {
   for (std::size_t i = 0; i < first; ++i) {
     const Line& line = reading.lines[i];
     if (line.fields.size() != reading.fields) continue;
     if (line.fields.front() == "TraceName") {
-      dialect.names = line.fields;
-      dialect.names.front().clear();
-      dialect.header_line = line.number;
+      header.names = line.fields;
+      header.names.front().clear();
+      header.line = line.number;
     } else if (line.fields.front() == "VUnit") {
-      dialect.units = line.fields;
-      dialect.units.front().clear();
+      header.units = line.fields;
+      header.units.front().clear();
     }
   }
 }
@@ -213,7 +115,9 @@ void name_channels(std::vector<std::string>& names) {
 
 /// eha-record(5): no guess is made, so that its rows are judged and not searched for.
 std::optional<Dialect> record_format(const std::vector<std::string>& lines, const Options& options) {
-  if (options.delimiter.value_or(',') != ',' || options.decimal.value_or('.') != '.') return std::nullopt;
+  if (options.delimiter.value_or(',') != ',' || options.decimal.value_or('.') != '.' || options.thousands) {
+    return std::nullopt;
+  }
   const auto first = std::find_if_not(lines.begin(), lines.end(), is_comment);
   if (first == lines.end()) return std::nullopt;
   CsvFields splitter(',');
@@ -223,6 +127,7 @@ std::optional<Dialect> record_format(const std::vector<std::string>& lines, cons
   if (row != lines.end() && row->find("\",\"") != std::string::npos) return std::nullopt;
   Dialect dialect;
   dialect.is_record_format = true;
+  dialect.are_signs_known = true;
   for (std::size_t i = 0; i < splitter.size(); ++i) dialect.names.emplace_back(splitter[i]);
   dialect.fields = dialect.names.size();
   dialect.header_line = static_cast<std::size_t>(first - lines.begin()) + 1;
@@ -252,6 +157,122 @@ std::optional<char> labview_separator(const std::vector<std::string>& lines) {
   return std::nullopt;
 }
 
+/// The rows of a reading and what stands above them.
+struct Layout {
+  std::size_t first = 0;  ///< of reading.lines, the first row
+  std::size_t width = 0;  ///< columns, without one that is empty in every row and has no name
+  Header header;
+
+  [[nodiscard]] bool is_named() const { return header.names.size() == width && are_names(header.names); }
+};
+
+/// Where the rows begin; none without any, or where most lines from there on are none.
+std::optional<std::size_t> first_row(const Reading& reading, bool& are_traces) {
+  const auto is_data = [&](const Line& line) { return reading.is_data(line); };
+  const auto end = reading.lines.end();
+  auto first = std::find_if(reading.lines.begin(), end, is_data);
+  if (first == end || 2 * std::count_if(first, end, is_data) < end - first) return std::nullopt;
+  // Names that are numbers, "x-axis,1,2", above a row of units are no row of data.
+  const auto is_units = [](const std::string& field) { return !field.empty() && may_be_unit(field); };
+  if (first + 1 != end && (first + 1)->fields.size() == reading.fields && !is_data(*(first + 1)) &&
+      std::all_of((first + 1)->fields.begin(), (first + 1)->fields.end(), is_units)) {
+    const auto later = std::find_if(first + 1, end, is_data);
+    if (later != end) first = later;
+  }
+  // Yokogawa's rows have an empty first field, and the lines above them a word there: "BlockNumber",1,1.
+  const auto bare = std::find_if(first, end, [&](const Line& line) { return is_data(line) && line.fields[0].empty(); });
+  const auto begins_with_word = [&](const Line& line) {
+    double ignored = 0.0;
+    return !is_data(line) || parse_number(line.fields[0], reading.signs, ignored) == NumberKind::none;
+  };
+  const auto is_bare = [&](const Line& line) { return !is_data(line) || line.fields[0].empty(); };
+  const auto names_traces = [](const Line& line) { return !line.fields.empty() && line.fields[0] == "TraceName"; };
+  are_traces = bare != end && std::any_of(reading.lines.begin(), bare, names_traces) &&
+               std::all_of(first, bare, begins_with_word) && std::all_of(bare, end, is_bare);
+  if (are_traces) first = bare;
+  return static_cast<std::size_t>(first - reading.lines.begin());
+}
+
+/// Whether a line above the rows has a word in their last field.
+bool is_last_named(const Reading& reading, std::size_t first) {
+  for (std::size_t i = first; i-- > 0 && reading.lines[i].fields.size() == reading.fields;) {
+    if (!reading.lines[i].fields.back().empty()) return true;
+  }
+  return false;
+}
+
+std::optional<Layout> layout_of(const Reading& reading, const std::vector<std::string>& all_lines) {
+  Layout layout;
+  bool are_traces = false;
+  const std::optional<std::size_t> first = first_row(reading, are_traces);
+  if (!first) return std::nullopt;
+  layout.first = *first;
+  layout.width = reading.fields;
+  const auto from = reading.lines.begin() + static_cast<std::ptrdiff_t>(*first);
+  const bool end_empty = reading.fields > 1 && std::all_of(from, reading.lines.end(), [&](const Line& line) {
+                           return !reading.is_data(line) || line.fields.back().empty();
+                         });
+  if (end_empty && !is_last_named(reading, *first)) --layout.width;
+  layout.header = header_above(reading, *first, layout.width, all_lines);
+  if (are_traces) take_trace_names(reading, *first, layout.header);
+  return layout;
+}
+
+bool has_number_with(const Line& line, NumberSigns signs) {
+  return std::any_of(line.fields.begin(), line.fields.end(), [&](const std::string& field) {
+    double ignored = 0.0;
+    return field.find(signs.thousands) != std::string::npos &&
+           parse_number(field, signs, ignored) == NumberKind::finite;
+  });
+}
+
+/// Rows such as "0,01,0,0000,0,048" below three names.
+void refuse_commas_for_both(const Reading& reading, const Layout& layout, const std::string& path) {
+  if (reading.delimiter != ',' || layout.is_named() || layout.first == 0) return;
+  const Line& above = reading.lines[layout.first - 1];
+  if (!are_names(above.fields) || 2 * above.fields.size() != reading.fields) return;
+  throw DataError(
+      fmt::format("{}:{}: {} names above rows of {} fields: commas stand between the columns and in the numbers, too. "
+                  "Export the file "
+                  "with semicolons between the columns, or with decimal points",
+                  path, above.number, above.fields.size(), reading.fields));
+}
+
+/// Takes the signs that the options say or the rows prove. Of numbers that may be read in two ways the sign is decimal
+/// until a later row proves something.
+void set_signs(const Reading& reading, std::size_t first, const Options& options, Dialect& dialect) {
+  SignEvidence evidence(reading.delimiter);
+  bool has_commas = false;
+  for (std::size_t k = first; k < reading.lines.size(); ++k) {
+    const Line& line = reading.lines[k];
+    if (!reading.is_data(line)) continue;
+    for (std::size_t i = 0; i < dialect.fields; ++i) evidence.add(i, line.fields[i]);
+    has_commas = has_commas || line.has_comma_number;
+  }
+  const std::optional<NumberSigns> proved = evidence.proved();
+  const auto other = [](char sign) { return sign == ',' ? '.' : ','; };
+  NumberSigns& signs = dialect.signs;
+  dialect.are_signs_known = true;
+  if (options.thousands && *options.thousands != '\'') {
+    signs = {other(*options.thousands), *options.thousands};
+  } else if (options.decimal || options.thousands) {
+    signs.decimal = options.decimal.value_or(proved ? proved->decimal : signs.decimal);
+    signs.thousands = options.thousands.value_or(other(signs.decimal));
+  } else if (proved) {
+    signs = *proved;
+  } else if (const auto ambiguous = evidence.ambiguous()) {
+    signs = {ambiguous->sign, other(ambiguous->sign)};
+    dialect.are_signs_known = false;
+  } else {
+    dialect.are_signs_known = false;
+  }
+  dialect.has_comma_numbers = has_commas && signs.decimal == ',';
+  for (std::size_t k = first; k < reading.lines.size() && signs.thousands != '\0'; ++k) {
+    const Line& line = reading.lines[k];
+    dialect.has_thousands = dialect.has_thousands || (reading.is_data(line) && has_number_with(line, signs));
+  }
+}
+
 }  // namespace
 
 Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& options, const std::string& path) {
@@ -263,64 +284,50 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
   std::fill(lines.begin(), end_of_header.base(), "");
   std::optional<char> told;
   if (end_of_header != lines.rend()) told = labview_separator(all_lines);
-  Reading best;
+  std::vector<Reading> readings;
   for (const char delimiter : kDelimiters) {
     if (options.delimiter.value_or(told.value_or(delimiter)) != delimiter) continue;
     for (const char decimal : kDecimals) {
-      if (options.decimal.value_or(decimal) != decimal) continue;
-      Reading reading = read_as(lines, delimiter, decimal);
-      if (reading.score > best.score) best = std::move(reading);
+      if (options.decimal.value_or(decimal) != decimal || options.thousands == decimal) continue;
+      readings.push_back(read_as(lines, delimiter, decimal));
     }
   }
-  auto first = std::find_if(best.lines.begin(), best.lines.end(), [&](const Line& line) { return best.is_data(line); });
-  if (first == best.lines.end()) {
+  // Blanks in a line of text above tabs make as many fields as there are columns, but name none.
+  constexpr double kAboutAsGood = 0.95;
+  double best_score = 0.0;
+  for (const Reading& reading : readings) best_score = std::max(best_score, reading.score);
+  const Reading* best = nullptr;
+  std::optional<Layout> layout;
+  for (const Reading& reading : readings) {
+    if (!(reading.score > 0.0) || reading.score < kAboutAsGood * best_score) continue;
+    std::optional<Layout> tried = layout_of(reading, all_lines);
+    if (!tried) continue;
+    const bool is_better = !layout || (tried->is_named() && !layout->is_named()) ||
+                           (tried->is_named() == layout->is_named() && reading.score > best->score);
+    if (!is_better) continue;
+    best = &reading;
+    layout = std::move(tried);
+  }
+  if (!layout) {
     throw DataError(fmt::format(
         "{}: no rows of numbers found; the first line is \"{}\". Expected columns of numbers, such as time_s,voltage_V,"
         "displacement_in and below it 0,0.5,2.951",
         path, first_text(lines)));
   }
-  // Names that are numbers, "x-axis,1,2", above a row of units are no row of data.
-  const bool is_above_units =
-      first + 1 != best.lines.end() && (first + 1)->fields.size() == best.fields && !best.is_data(*(first + 1)) &&
-      std::all_of((first + 1)->fields.begin(), (first + 1)->fields.end(),
-                  [](const std::string& field) { return !field.empty() && may_be_unit(field); });
-  const auto later =
-      is_above_units ? std::find_if(first + 1, best.lines.end(), [&](const Line& line) { return best.is_data(line); })
-                     : first;
-  if (later != best.lines.end()) first = later;
-  // Yokogawa's rows have an empty first field, and the lines above them a word there: "BlockNumber",1,1.
-  const auto bare = std::find_if(first, best.lines.end(),
-                                 [&](const Line& line) { return best.is_data(line) && line.fields.front().empty(); });
-  const auto begins_with_word = [&](const Line& line) {
-    double ignored = 0.0;
-    return !best.is_data(line) || parse_number(line.fields.front(), best.decimal, ignored) == NumberKind::none;
-  };
-  const auto is_bare = [&](const Line& line) { return !best.is_data(line) || line.fields.front().empty(); };
-  const auto names_traces = [&](const Line& line) {
-    return !line.fields.empty() && line.fields.front() == "TraceName";
-  };
-  const bool are_bare = bare != best.lines.end() && std::any_of(first, bare, names_traces) &&
-                        std::all_of(first, bare, begins_with_word) && std::all_of(bare, best.lines.end(), is_bare);
-  if (are_bare) first = bare;
+  refuse_commas_for_both(*best, *layout, path);
   Dialect dialect;
-  dialect.delimiter = best.delimiter;
-  dialect.decimal = best.decimal;
-  dialect.first_data_line = first->number;
-  take_header(best, static_cast<std::size_t>(first - best.lines.begin()), dialect);
-  if (dialect.units.empty()) {
-    take_distant_header(best, static_cast<std::size_t>(first - best.lines.begin()), all_lines, dialect);
-  }
-  if (are_bare) take_trace_names(best, static_cast<std::size_t>(first - best.lines.begin()), dialect);
-  if (is_above_units) name_channels(dialect.names);
-  if (dialect.names.empty()) dialect.names = names_in_comment(lines, first->number, best);
-  dialect.fields = best.fields;
-  const auto ends_empty = [&](const Line& line) { return !best.is_data(line) || line.fields.back().empty(); };
-  const bool named = !dialect.names.empty() && !dialect.names.back().empty();
-  if (best.fields > 1 && !named && std::all_of(first, best.lines.end(), ends_empty)) --dialect.fields;
+  dialect.delimiter = best->delimiter;
+  dialect.signs = best->signs;
+  dialect.first_data_line = best->lines[layout->first].number;
+  dialect.fields = layout->width;
+  dialect.header_line = layout->header.line;
+  dialect.skipped_lines = layout->header.skipped_lines;
+  dialect.names = std::move(layout->header.names);
+  dialect.units = std::move(layout->header.units);
+  name_channels(dialect.names);
+  if (dialect.names.empty()) dialect.names = names_in_comment(lines, dialect.first_data_line, *best);
   dialect.names.resize(std::min(dialect.names.size(), dialect.fields));
-  dialect.units.resize(std::min(dialect.units.size(), dialect.fields));
-  dialect.has_comma_numbers =
-      std::any_of(first, best.lines.end(), [](const Line& line) { return line.has_comma_number; });
+  set_signs(*best, layout->first, options, dialect);
   return dialect;
 }
 

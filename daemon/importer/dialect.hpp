@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/importer/number_signs.hpp"
 #include "daemon/importer/options.hpp"
 
 namespace eha::importer {
@@ -13,7 +14,7 @@ namespace eha::importer {
 /// How a text file writes its columns.
 struct Dialect {
   char delimiter = ',';
-  char decimal = '.';
+  NumberSigns signs = {};
   std::size_t fields = 0;               ///< of a row; one that is empty in every row and last is not counted
   std::size_t header_line = 0;          ///< from 1; 0: none
   std::size_t first_data_line = 0;      ///< from 1
@@ -21,15 +22,19 @@ struct Dialect {
   std::vector<std::string> units = {};  ///< of a row of units; empty without one
   bool is_record_format = false;        ///< a header that begins with time_s, commas and points: eha-record(5)
   bool has_comma_numbers = false;       ///< some field has a decimal comma
+  bool has_thousands = false;           ///< some field has signs.thousands
   std::size_t skipped_lines = 0;        ///< text before the header that is neither comment nor blank
+  /// Whether a number of these lines proves the signs, an option says them, or the file is of eha.
+  bool are_signs_known = false;
 };
 
 /// A line that holds no data: blank, or one that begins with # % or //, or Excel's "sep=;".
 [[nodiscard]] bool is_comment(std::string_view line);
 
 /// Guesses the dialect from a file's first lines: of each delimiter and decimal sign that `options` leave open, the
-/// pair under which most fields are numbers in lines of equal width. Those lines are the data; the line before them is
-/// the header, or the two lines before them, the second holding units, or a comment of the same width.
+/// pair under which most fields are numbers in lines of equal width; of pairs that are about as good one under which
+/// the lines above name all columns. Those lines are the data; header_above() finds the header, or a comment of the
+/// same width is it. Where numbers prove their signs (SignEvidence), these are taken.
 /// @param lines  as in the file   @param path  for messages
 /// @throws DataError  no two columns of numbers are found
 [[nodiscard]] Dialect guess_dialect(const std::vector<std::string>& lines, const Options& options,

@@ -11,14 +11,17 @@
 
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
 
 namespace eha::importer {
 namespace {
 
-constexpr std::array kPeriods = std::to_array<std::string_view>(
-    {"hresolution", "increment", "sampleinterval", "deltax", "deltat", "sampleperiod", "samplingperiod"});
-constexpr std::array kRates = std::to_array<std::string_view>({"samplerate", "samplingrate", "samplingfrequency"});
+constexpr std::array kPeriods =
+    std::to_array<std::string_view>({"hresolution", "increment", "sampleinterval", "samplinginterval", "deltax",
+                                     "deltat", "sampleperiod", "samplingperiod", "sampletime", "ts", "dt"});
+constexpr std::array kRates =
+    std::to_array<std::string_view>({"samplerate", "samplingrate", "samplingfrequency", "fs"});
 
 /// "Sample Interval:" as "sampleinterval".
 std::string plain(std::string_view text) {
@@ -45,13 +48,22 @@ std::vector<std::string> fields_of(const std::string& line, char delimiter) {
 }
 
 /// The positive number of a field; none for anything else.
-std::optional<double> number_at(const std::vector<std::string>& fields, std::size_t i, char decimal) {
+std::optional<double> number_at(const std::vector<std::string>& fields, std::size_t i, NumberSigns signs) {
   double value = 0.0;
-  if (i >= fields.size() || parse_number(fields[i], decimal, value) != NumberKind::finite) return std::nullopt;
+  if (i >= fields.size() || parse_number(fields[i], signs, value) != NumberKind::finite) return std::nullopt;
   return value > 0.0 ? std::optional(value) : std::nullopt;
 }
 
 }  // namespace
+
+std::optional<double> period_named(std::string_view name, double value) {
+  const auto [plain_name, unit] = name_and_unit(name);
+  const std::string word = plain(plain_name);
+  const bool is_period = is_one_of(kPeriods, word);
+  if (!(value > 0.0) || (!is_period && !is_one_of(kRates, word))) return std::nullopt;
+  const double period_s = is_period ? value * seconds_in(unit).value_or(1.0) : 1.0 / value;
+  return std::isfinite(period_s) ? std::optional(period_s) : std::nullopt;
+}
 
 std::optional<double> period_above_rows(const std::vector<std::string>& lines, const Dialect& dialect) {
   constexpr double kSame = 1e-6;
@@ -62,15 +74,11 @@ std::optional<double> period_above_rows(const std::vector<std::string>& lines, c
     const std::vector<std::string> below =
         k + 1 < end ? fields_of(lines[k + 1], dialect.delimiter) : std::vector<std::string>();
     for (std::size_t i = 0; i < fields.size(); ++i) {
-      const std::string name = plain(fields[i]);
-      const bool is_period = is_one_of(kPeriods, name);
-      if (!is_period && !is_one_of(kRates, name)) continue;
-      std::optional<double> value = number_at(fields, i + 1, dialect.decimal);
-      if (!value) value = number_at(below, i, dialect.decimal);
-      if (!value) continue;
-      const double said_s = is_period ? *value : 1.0 / *value;
-      if (!std::isfinite(said_s)) continue;
-      if (period_s && std::abs(said_s / *period_s - 1.0) > kSame) return std::nullopt;
+      std::optional<double> value = number_at(fields, i + 1, dialect.signs);
+      if (!value) value = number_at(below, i, dialect.signs);
+      const std::optional<double> said_s = value ? period_named(fields[i], *value) : std::nullopt;
+      if (!said_s) continue;
+      if (period_s && std::abs(*said_s / *period_s - 1.0) > kSame) return std::nullopt;
       period_s = said_s;
     }
   }

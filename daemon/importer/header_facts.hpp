@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/importer/dialect.hpp"
@@ -16,6 +17,11 @@ namespace eha::importer {
 /// line says one, or where two differ.
 /// @param lines  the file's first, of which those above dialect.first_data_line are looked at
 [[nodiscard]] std::optional<double> period_above_rows(const std::vector<std::string>& lines, const Dialect& dialect);
+
+/// The sample period that a number with such a name gives, "Ts", "dt", "SampleTime", or one over "fs", "SampleRate" in
+/// Hz [s]; none for other names and for numbers that are not positive. A unit of time behind the name counts:
+/// "SampleTime[ms]".
+[[nodiscard]] std::optional<double> period_named(std::string_view name, double value);
 
 /// Refuses a log that has one row for each variable and time, as WinCC writes it ("VarName";"TimeString";"VarValue"),
 /// with a command that writes a column for each variable. @throws DataError

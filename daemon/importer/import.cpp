@@ -29,13 +29,7 @@ Eigen::VectorXd taken(std::vector<double>& column) {
   return values;
 }
 
-void check(const Options& options, const std::filesystem::path& path) {
-  if (options.period_s && options.time && !options.resample) {
-    throw UsageError(
-        fmt::format("--period replaces the time column, and --time names one; leave out one of the two, or "
-                    "resample {} to that period: `{}`",
-                    path.string(), command_with(options, path, "--resample")));
-  }
+void check(const Options& options) {
   if (options.from_s && options.to_s && !(*options.from_s < *options.to_s)) {
     throw UsageError(fmt::format("--from {:g} --to {:g}: expected the first to be below the second", *options.from_s,
                                  *options.to_s));
@@ -52,7 +46,7 @@ Selection selection_for(const Table& table, const Roles& roles, const std::files
     selection.has_time = true;
     selection.time_unit_s = time_unit_s(columns[*roles.time], path, options);
   } else {
-    scale = 1.0 / *options.period_s;
+    scale = 1.0 / *roles.period_s;
   }
   selection.columns.push_back(roles.input);
   if (roles.output) selection.columns.push_back(*roles.output);
@@ -96,20 +90,8 @@ std::string remark_on_pace(double step_s, const std::filesystem::path& path) {
       path.string(), step_s, step_s < kShortest_s ? "faster" : "slower");
 }
 
-/// For a file whose points may be decimal or separate thousands.
-std::string remark_on_points(const Table& table, const Selection& selection, const Rows& rows,
-                             const std::filesystem::path& path) {
-  if (!rows.ambiguous) return {};
-  const auto& [place, number] = *rows.ambiguous;
-  std::string without = number;
-  std::erase(without, '.');
-  return fmt::format(
-      "{}: {}: {} is read as the decimal number {}; if its point separates thousands ({}), export without separators",
-      path.string(), described(table.columns(), selection.columns[place]), number, number, without);
-}
-
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
-                       const ident::Record& record, std::optional<double> period_s) {
+                       const ident::Record& record) {
   if (table.is_record_format()) return {};
   const std::vector<Column>& columns = table.columns();
   const auto shown = [&](std::size_t i) {
@@ -120,18 +102,11 @@ std::string guess_text(const Table& table, const Roles& roles, const std::filesy
   std::string text = fmt::format("{}: {}; ", path.string(), fmt::join(table.guesses(), ", "));
   text += roles.time
               ? fmt::format("time {}{}", shown(*roles.time), roles.time_unit_assumed ? " (taken as seconds)" : "")
-              : fmt::format("a row every {:.9g} s", *period_s);
+              : fmt::format("a row every {:.9g} s{}", *roles.period_s,
+                            roles.period_name.empty() ? "" : fmt::format(" (the file's {})", roles.period_name));
   text += fmt::format(", input {}", shown(roles.input));
   if (roles.output) text += fmt::format(", output {}", shown(*roles.output));
   return text + fmt::format("; {} rows every {:.9g} s", record.input.size(), record.step_s);
-}
-
-/// Remarks on how the rows were read: an unlikely pace, points that may separate thousands.
-std::vector<std::string> remarks_on_reading(const Table& table, const Selection& selection, const Rows& rows,
-                                            double step_s, const std::filesystem::path& path) {
-  std::vector<std::string> remarks = {remark_on_pace(step_s, path), remark_on_points(table, selection, rows, path)};
-  std::erase(remarks, "");
-  return remarks;
 }
 
 /// A clock of whole numbers, one or more a row, counts seconds or parts of a second; without a unit nobody can say.
@@ -173,7 +148,7 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
       throw DataError(fmt::format("{}: {} row{}; at least two are needed", path.string(), rows.count(),
                                   rows.count() == 1 ? "" : "s"));
     }
-    record.step_s = *options.period_s;
+    record.step_s = *roles.period_s;
     record.start_s = std::max(0.0, std::ceil(options.from_s.value_or(0.0) / record.step_s - 1e-9)) * record.step_s;
     if (options.resample) {
       std::vector<double> time_s(rows.count());
@@ -192,7 +167,7 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
   }
   if (roles.time && (is_even || !options.resample)) {
     try {
-      record.step_s = even_step_s(rows, path, mend);
+      record.step_s = even_step_s(rows, path, options);
       record.start_s = rows.columns[0].front();
       is_even = !options.period_s || std::abs(*options.period_s - record.step_s) <= 1e-9 * record.step_s;
     } catch (const DataError&) {
@@ -249,7 +224,7 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
 }  // namespace
 
 Imported import_record(const std::filesystem::path& path, const Options& options, const Progress& progress) {
-  check(options, path);
+  check(options);
   const std::unique_ptr<Table> table = open_table(path, options);
   const Roles roles = find_record(*table, path, options);
   const Selection selection = selection_for(*table, roles, path, options);
@@ -260,15 +235,15 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
   if (own) refuse_exchanged(imported.record, roles, path, options);
   const ident::Record& record = imported.record;
-  imported.guess = guess_text(*table, roles, path, record, options.period_s);
-  imported.remarks = remarks_on_reading(*table, selection, rows, record.step_s, path);
+  imported.guess = guess_text(*table, roles, path, record);
+  if (std::string remark = remark_on_pace(record.step_s, path); !remark.empty()) imported.remarks.push_back(remark);
   const std::string why = roles.by_order ? why_exchanged({record.input.begin(), record.input.end()},
                                                          {record.output.begin(), record.output.end()})
                                          : std::string();
   if (!why.empty()) {
     imported.remarks.push_back(fmt::format(
-        "{}: input and output are taken by their order, and may be exchanged: {}; the other way round: `{}`",
-        path.string(), why,
+        "{}: input and output {}may be exchanged: {}; the other way round: `{}`", path.string(),
+        options.input || options.output ? "" : "are taken by their order, and ", why,
         command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1))));
   }
   for (const std::string& remark :
@@ -280,7 +255,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
 
 ImportedInput import_input(const std::filesystem::path& path, const Options& options, const std::string& unit,
                            const Progress& progress) {
-  check(options, path);
+  check(options);
   const std::unique_ptr<Table> table = open_table(path, options);
   const Roles roles = find_input(*table, path, options, unit);
   const Selection selection = selection_for(*table, roles, path, options);
@@ -298,8 +273,8 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   input.series.values = record.input;
   input.series.step_s = record.step_s;
   input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
-  input.guess = guess_text(*table, roles, path, record, options.period_s);
-  input.remarks = remarks_on_reading(*table, selection, rows, record.step_s, path);
+  input.guess = guess_text(*table, roles, path, record);
+  if (std::string remark = remark_on_pace(record.step_s, path); !remark.empty()) input.remarks.push_back(remark);
   return input;
 }
 

@@ -144,7 +144,9 @@ class MatCollector {
     std::size_t columns = variable.dims[1];
     const bool lies = rows < columns;
     if (lies) std::swap(rows, columns);
-    if (rows < 2 || columns == 0 || columns > kMostMatrixColumns) return;
+    // Of single numbers one may be the sample period.
+    if (rows == 0 || columns == 0 || columns > kMostMatrixColumns) return;
+    if (rows == 1 && variable.class_type != MAT_C_DOUBLE) return;
     if (rows > kMostValues) return;
     const std::size_t values = rows * columns;
     if (variable.data_size <= 0 || variable.nbytes / static_cast<std::size_t>(variable.data_size) < values) return;

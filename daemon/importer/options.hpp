@@ -15,6 +15,7 @@ struct Options {
   std::optional<std::string> output = {};
   std::optional<char> delimiter = {};   ///< of text: ',' ';' '|' tab, or ' ' for any number of blanks
   std::optional<char> decimal = {};     ///< of text: '.' or ','
+  std::optional<char> thousands = {};   ///< of text, between groups of three digits: ',' '.' or '\''
   std::optional<double> period_s = {};  ///< [s]; replaces the time column
   std::optional<double> from_s = {};    ///< [s] of the file's time; earlier rows are left out
   std::optional<double> to_s = {};      ///< [s] of the file's time; later rows are left out

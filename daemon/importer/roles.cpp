@@ -18,6 +18,8 @@ namespace eha::importer {
 namespace {
 
 constexpr std::size_t kMostListed = 12;
+/// A column that counts this many rows or more numbers them, whatever its name.
+constexpr std::size_t kFewestCounted = 20;
 
 /// "/group/u", "group.u" and "group/u" are one name.
 std::string comparable(std::string_view name) {
@@ -60,8 +62,7 @@ class Finder {
     }
     const auto input = chosen("--input", options_.input);
     const auto output = chosen("--output", options_.output);
-    roles.time = time({input, output});
-    refuse_days(roles);
+    find_time(roles, {input, output});
     find_filled(roles);
     choose_pair(roles, input, output);
     roles.time_unit_assumed = roles.time && columns_[*roles.time].unit.empty();
@@ -71,8 +72,7 @@ class Finder {
   Roles input(const std::string& unit) {
     Roles roles;
     const auto input = chosen("--input", options_.input);
-    roles.time = time({input});
-    refuse_days(roles);
+    find_time(roles, {input});
     roles.time_unit_assumed = roles.time && columns_[*roles.time].unit.empty();
     if (input) {
       roles.input = *input;
@@ -173,6 +173,22 @@ class Finder {
     return columns_[a].rows == columns_[b].rows;
   }
 
+  static bool goes_on(const std::vector<double>& sample) { return std::is_sorted(sample.begin(), sample.end()); }
+
+  void find_time(Roles& roles, const std::vector<std::optional<std::size_t>>& taken) {
+    roles.period_s = options_.period_s;
+    roles.time = time(taken);
+    if (!roles.time && !roles.period_s) {
+      const auto stated = table_.stated_period();
+      roles.period_s = stated->step_s;
+      roles.period_name = stated->name;
+    }
+    replaced_time_ = roles.time;
+    // --period replaces the column; with --resample it is that of the new rows.
+    if (options_.period_s && !options_.resample) roles.time.reset();
+    refuse_days(roles);
+  }
+
   [[nodiscard]] std::optional<std::size_t> time(const std::vector<std::optional<std::size_t>>& taken) {
     if (options_.time) return chosen("--time", options_.time);
     if (options_.period_s) return std::nullopt;
@@ -199,15 +215,27 @@ class Finder {
         even.push_back(i);
       }
     }
+    // Beside times of day the milliseconds of each second may stand in a column of their own.
+    if (clock) std::erase_if(named, [&](std::size_t i) { return !goes_on(columns_[i].sample); });
     const std::vector<std::size_t> best = strongest(named, [&](std::size_t i) { return hints_[i].time; });
     if (best.size() == 1) return best.front();
     if (best.size() > 1) return first_of(best, "time");
     if (!even.empty()) return even.front();
     if (clock) {
-      fail(fmt::format("column {} holds dates or times of day such as \"{}\", which are not read as seconds; {}",
-                       described(columns_, *clock), readable(columns_[*clock].sampled_text, kLongestShown),
+      const std::string& text = columns_[*clock].sampled_text;
+      fail(fmt::format("column {} holds {} such as \"{}\", which are not read as {}; {}", described(columns_, *clock),
+                       text.find(':') == std::string::npos ? "times with their unit" : "dates or times of day",
+                       readable(text, kLongestShown), text.find(':') == std::string::npos ? "numbers" : "seconds",
                        told_by(*clock)));
     }
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (columns_[i].is_number || !is_clock_of_minutes(columns_[i].sampled_text)) continue;
+      fail(
+          fmt::format("column {} shows minutes only, such as \"{}\"; format its cells to show seconds and parts of "
+                      "them (hh:mm:ss.000) and export again, or {}",
+                      described(columns_, i), readable(columns_[i].sampled_text, kLongestShown), period_asked()));
+    }
+    if (table_.stated_period()) return std::nullopt;
     if (!counting.empty()) {
       const std::size_t i = counting.front();
       if (table_.told_period_s())
@@ -231,22 +259,8 @@ class Finder {
   /// What the rows of a clock tell of the sample period, with the command that takes it.
   [[nodiscard]] std::string told_by(std::size_t column) const {
     const std::optional<RowPeriod> period = table_.period_of_rows(column);
-    if (!period) return fmt::format("with the sample period in seconds: `{}`", command("--period SECONDS"));
-    const std::string until =
-        period->restart ? fmt::format(", until the clock goes back at row {}", *period->restart + 1) : "";
-    std::string extra = fmt::format("--period {:.9g}", period->roundest_s);
-    const auto time_of = [&](std::size_t row) { return period->roundest_s * static_cast<double>(row); };
-    if (period->first_row > 0) extra += fmt::format(" --from {:.9g}", time_of(period->first_row));
-    if (period->is_part) extra += fmt::format(" --to {:.9g}", time_of(period->end_row - 1));
-    std::string pause;
-    if (period->longest_pause) {
-      pause = fmt::format("; no row for {:.6g} s before row {}{}; the longest part without a pause",
-                          period->longest_pause->length_s, period->longest_pause->row + 1,
-                          period->pauses == 1 ? "" : fmt::format(", and {} more pauses", period->pauses - 1));
-    }
-    return fmt::format("its {} rows over {:.9g} s are one every {:.9g} s ({:.6g} to {:.6g} s){}{}: `{}`", period->rows,
-                       period->span_s, period->roundest_s, period->lowest_s, period->highest_s, until, pause,
-                       command(extra));
+    return period ? period_offer(*period, file_, options_)
+                  : fmt::format("with the sample period in seconds: `{}`", command("--period SECONDS"));
   }
 
   /// A spreadsheet's dates are days since 1899, MATLAB's since the year 0. As seconds such a record would be sampled
@@ -307,13 +321,14 @@ class Finder {
     std::vector<std::size_t> numbering;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const bool is_taken = std::find(taken.begin(), taken.end(), std::optional(i)) != taken.end();
-      if (is_taken || !columns_[i].is_number || roles.time == i || roles.filled == i) continue;
+      if (is_taken || !columns_[i].is_number || replaced_time_ == i || roles.filled == i) continue;
       if (roles.time && !belong_together(i, *roles.time)) continue;
       if (hints_[i].time > 0 && hints_[i].input == 0 && hints_[i].output == 0) continue;
-      const bool numbers_rows = hints_[i].index > 0 && counts_rows(columns_[i].sample);
+      const bool numbers_rows =
+          counts_rows(columns_[i].sample) && (hints_[i].index > 0 || columns_[i].sample.size() >= kFewestCounted);
       (numbers_rows ? numbering : found).push_back(i);
     }
-    // A nameless column that counts is no row number where it is needed: it may be a ramp.
+    // A column that counts is no row number where it is needed: it may be a ramp.
     if (found.size() < needed) {
       found.insert(found.end(), numbering.begin(), numbering.end());
       std::sort(found.begin(), found.end());
@@ -351,12 +366,12 @@ class Finder {
       if (!best_input && !best_output && are_silent) {
         best_input = left.front();
         best_output = left.back();
-        roles.by_order = true;
       }
     }
     if (!best_input || !best_output || *best_input == *best_output) ask(roles, left, best_input, best_output);
     roles.input = *best_input;
     roles.output = *best_output;
+    roles.by_order = input_strength(roles.input) <= input_strength(*roles.output);
   }
 
   [[nodiscard]] int strength_sum(const std::vector<std::size_t>& of) const {
@@ -427,6 +442,7 @@ class Finder {
   std::string path_;
   std::filesystem::path file_;
   const Options& options_;
+  std::optional<std::size_t> replaced_time_;  ///< the column of times, also where a period replaces it
   std::vector<Hints> hints_;
 };
 

@@ -48,7 +48,8 @@ std::unique_ptr<Table> open_workbook(const std::filesystem::path& path, const Op
   os::FileDescriptor text = read_workbook(path);
   if (text) return open_text(path, options, std::move(text), "workbook, first sheet");
   throw DataError(
-      fmt::format("{}: this is a workbook (.xlsx, .ods) or another archive; install xlsx2csv, which reads .xlsx, or {}",
+      fmt::format("{}: this is a workbook (.xlsx, .ods) or another archive; for .xlsx `sudo apt install xlsx2csv`, "
+                  "then once more; or {}",
                   path.string(), kSaveAsCsv));
 }
 
@@ -133,6 +134,25 @@ std::string command_with(const Options& options, const std::filesystem::path& pa
   const std::size_t end = options.command.find(" -- ");
   std::string command = options.command;
   return command.insert(std::min(end, command.size()), " " + extra);
+}
+
+std::string period_offer(const RowPeriod& period, const std::filesystem::path& path, const Options& options) {
+  const std::string until =
+      period.restart ? fmt::format(", until the clock goes back at row {}", *period.restart + 1) : "";
+  std::string extra = fmt::format("--period {:.9g}", period.roundest_s);
+  const auto time_of = [&](std::size_t row) { return period.roundest_s * static_cast<double>(row); };
+  if (period.first_row > 0) extra += fmt::format(" --from {:.9g}", time_of(period.first_row));
+  if (period.is_part) extra += fmt::format(" --to {:.9g}", time_of(period.end_row - 1));
+  std::string pause;
+  if (period.longest_pause) {
+    pause = fmt::format("; {} {:.6g} s before row {}{}; the longest part without a pause",
+                        period.longest_pause->is_within ? "rows are missing within the" : "no row for",
+                        period.longest_pause->length_s, period.longest_pause->row + 1,
+                        period.pauses == 1 ? "" : fmt::format(", and {} more pauses", period.pauses - 1));
+  }
+  return fmt::format("its {} rows over {:.9g} s are one every {:.9g} s ({:.6g} to {:.6g} s){}{}: `{}`", period.rows,
+                     period.span_s, period.roundest_s, period.lowest_s, period.highest_s, until, pause,
+                     command_with(options, path, extra));
 }
 
 }  // namespace eha::importer

@@ -48,9 +48,6 @@ struct Rows {
   int time_significant = 0;  ///< most significant digits of the time
   bool has_lines = false;    ///< the file is text
   std::size_t header_line = 0;
-  /// A column, in the order of the selection, and a number in it with a point that may separate thousands: 1, "74.989".
-  /// None where some point of the file can only be decimal.
-  std::optional<std::pair<std::size_t, std::string>> ambiguous = {};
   /// (row, line) where the distance between the two changes, ascending.
   std::vector<std::pair<std::size_t, std::size_t>> line_marks;
 
@@ -79,6 +76,12 @@ class Table {
   [[nodiscard]] virtual std::string place() const = 0;
   /// The sample period that stands above the rows [s]; none where nothing says it.
   [[nodiscard]] virtual std::optional<double> told_period_s() const { return std::nullopt; }
+  /// A period that is a number of the file itself, as a scalar Ts of a MAT-file.
+  struct StatedPeriod {
+    double step_s = 0.0;
+    std::string name;
+  };
+  [[nodiscard]] virtual std::optional<StatedPeriod> stated_period() const { return std::nullopt; }
   /// How far apart the rows of the whole file are by a column of dates or times of day, or of days of a spreadsheet.
   /// For a refusal: the file cannot be read after that. None when it does not tell.
   [[nodiscard]] virtual std::optional<RowPeriod> period_of_rows(std::size_t /*column*/) { return std::nullopt; }
@@ -95,5 +98,9 @@ class Table {
 /// "--input 2"
 [[nodiscard]] std::string command_with(const Options& options, const std::filesystem::path& path,
                                        const std::string& extra);
+
+/// What the rows of a clock tell of the sample period, with the command that takes it.
+[[nodiscard]] std::string period_offer(const RowPeriod& period, const std::filesystem::path& path,
+                                       const Options& options);
 
 }  // namespace eha::importer

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -12,11 +13,13 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
 #include "daemon/importer/dialect.hpp"
 #include "daemon/importer/header_facts.hpp"
+#include "daemon/importer/roles.hpp"
 #include "daemon/importer/text_lines.hpp"
 #include "daemon/record/record_csv.hpp"
 
@@ -30,17 +33,6 @@ constexpr std::size_t kMostRows = 30'000'000;
 constexpr std::size_t kLinesBetweenProgress = 1U << 17U;
 
 std::string quoted_for_message(std::string_view text) { return '"' + readable(text, kLongestShown) + '"'; }
-
-/// Digits of the fraction of a second in "10:00:00,25".
-int decimals_of_clock(std::string_view text) {
-  const std::size_t seconds = text.find_last_of(':');
-  if (std::count(text.begin(), text.end(), ':') == 3)
-    return static_cast<int>(text.size() - seconds) - 1;  // 10:00:00:250
-  const std::size_t point = text.find_first_of(".,", seconds == std::string_view::npos ? 0 : seconds);
-  if (point == std::string_view::npos) return 0;
-  const std::size_t end = std::min(text.find_first_not_of("0123456789", point + 1), text.size());
-  return static_cast<int>(end - point) - 1;
-}
 
 std::string delimiter_name(char delimiter) {
   switch (delimiter) {
@@ -62,9 +54,11 @@ class TextTable final : public Table {
   TextTable(const std::filesystem::path& path, const Options& options, os::FileDescriptor text, const std::string& kind)
       : path_(path), options_(options), lines_(path, std::move(text)) {
     if (!kind.empty()) guesses_.push_back(kind);
+    can_be_cut_ = kind.empty() && lines_.size() > 0 && lines_.encoding() != "UTF-16";
     const std::vector<std::string> first = lines_.first_lines(kLinesForGuess);
     refuse_unreadable(first);
     dialect_ = guess_dialect(first, options, path.string());
+    evidence_ = SignEvidence(dialect_.delimiter);
     if (dialect_.fields > kMostColumns) {
       throw DataError(fmt::format("{}:{}: more than {} columns", path.string(), dialect_.header_line, kMostColumns));
     }
@@ -74,6 +68,7 @@ class TextTable final : public Table {
     }
     name_columns();
     sample(first);
+    refuse_time_stamps();
     if (!dialect_.is_record_format) note_guesses();
   }
 
@@ -99,11 +94,11 @@ class TextTable final : public Table {
       if (columns_[column].is_clock) {
         const auto time_s = clock_seconds(field);
         const bool has_date = field.substr(0, field.find(':')).find_first_of("-/.") != std::string_view::npos;
-        if (time_s) clock.add(*time_s, std::pow(10.0, -decimals_of_clock(field)), !has_date);
-      } else if (parse_number(field, dialect_.decimal, days) == NumberKind::finite) {
+        if (time_s) clock.add(*time_s, clock_quantum_s(field), !has_date);
+      } else if (parse_number(field, dialect_.signs, days) == NumberKind::finite) {
         // A date in double precision is known to a few microseconds, however many digits are written.
         constexpr double kFinest_s = 1e-5;
-        const double digit_s = kDay_s * std::pow(10.0, -precision_of(field, dialect_.decimal).decimals);
+        const double digit_s = kDay_s * std::pow(10.0, -precision_of(field, dialect_.signs.decimal).decimals);
         clock.add(kDay_s * days, std::max(digit_s, kFinest_s), false);
       }
     }
@@ -118,6 +113,10 @@ class TextTable final : public Table {
     rows.columns.resize(selection.columns.size());
     std::size_t read = 0;
     std::vector<double> values(selection.columns.size());
+    double last_at = 0.0;
+    constexpr double kInside = 1e-9;  // twice what a selection adds, so that its limit itself is inside
+    const double last_wanted =
+        std::isfinite(selection.to) ? selection.to - kInside * std::max(1.0, std::abs(selection.to)) : selection.to;
     while (const auto line = lines_.next()) {
       if (lines_.line() < dialect_.first_data_line || is_comment(*line)) continue;
       if (selection.keep_missing && is_spreadsheet_error(*line)) {
@@ -128,8 +127,15 @@ class TextTable final : public Table {
         ++read;
         continue;
       }
-      split(*line, fields);
-      for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(fields, selection, i, rows);
+      // What follows the last row wanted need not be a row.
+      if (rows.count() > 0 && last_at >= last_wanted && !is_row(*line, fields, selection)) break;
+      try {
+        split(*line, fields);
+        if (!selection.has_time && is_word(fields[lead_])) refuse_number(lead_, fields[lead_], NumberKind::none, "");
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(fields, selection, i, rows);
+      } catch (const DataError& error) {
+        throw DataError(error.what() + parts_beside(std::string(*line), fields, selection, rows, last_at));
+      }
       if (selection.has_time) values[0] = in_seconds(values[0], selection.time_unit_s);
       const double at = selection.has_time ? values[0] : static_cast<double>(read);
       ++read;
@@ -137,6 +143,7 @@ class TextTable final : public Table {
         progress(lines_.share(), fmt::format("{}: {} rows", path_.filename().string(), read));
       }
       if (at > selection.to) break;
+      last_at = at;
       if (at < selection.from) continue;
       if (rows.count() == 0) reserve(rows, selection);
       if (rows.count() == kMostRows) {
@@ -146,12 +153,7 @@ class TextTable final : public Table {
       mark_line(rows);
       for (std::size_t i = 0; i < values.size(); ++i) rows.columns[i].push_back(values[i]);
     }
-    // One point that can only be decimal says what the others are.
-    const bool is_decided =
-        std::any_of(points_.begin(), points_.end(), [](const Points& points) { return !points.may_be_thousands; });
-    for (std::size_t i = 0; i < points_.size() && !is_decided && !rows.ambiguous; ++i) {
-      if (!points_[i].example.empty()) rows.ambiguous = {i, points_[i].example};
-    }
+    require_signs();
     if (std::abs(selection.time_unit_s - 1.0) > 0.0) {
       rows.time_decimals -= static_cast<int>(std::floor(std::log10(selection.time_unit_s)));
     }
@@ -203,6 +205,12 @@ class TextTable final : public Table {
       }
       if (i < dialect_.units.size() && column.unit.empty()) column.unit = unit_of(lines_.decoded(dialect_.units[i]));
     }
+    if (std::any_of(columns_.begin(), columns_.end(), [](const Column& column) { return !column.unit.empty(); }))
+      return;
+    std::vector<std::string> labels;
+    for (const Column& column : columns_) labels.push_back(column.label);
+    const auto split = names_and_last_units(labels);
+    for (std::size_t i = 0; i < split.size(); ++i) std::tie(columns_[i].name, columns_[i].unit) = split[i];
   }
 
   void sample(const std::vector<std::string>& first) {
@@ -214,7 +222,7 @@ class TextTable final : public Table {
       ++rows;
       for (std::size_t c = 0; c < columns_.size(); ++c) {
         double value = 0.0;
-        const NumberKind kind = parse_number(fields[c], dialect_.decimal, value);
+        const NumberKind kind = parse_number(fields[c], dialect_.signs, value);
         if (kind == NumberKind::none) {
           ++texts[c];
           if (columns_[c].sampled_text.empty()) columns_[c].sampled_text = lines_.decoded(fields[c]);
@@ -229,12 +237,34 @@ class TextTable final : public Table {
       columns_[c].is_number = 2 * texts[c] <= rows && (rows == 0 || !std::all_of(columns_[c].sample.begin(),
                                                                                  columns_[c].sample.end(), is_missing));
     }
+    const auto leads = [](const Column& column) { return column.is_number || column.is_clock; };
+    lead_ = static_cast<std::size_t>(std::find_if(columns_.begin(), columns_.end(), leads) - columns_.begin());
+    if (lead_ == columns_.size()) lead_ = 0;
+  }
+
+  /// The monitor of a serial port writes "14:03:07.300 -> 0.01" where the device sends "0.01".
+  void refuse_time_stamps() const {
+    constexpr std::string_view kArrow = " -> ";
+    for (const Column& column : columns_) {
+      const std::size_t arrow = column.sampled_text.find(kArrow);
+      if (arrow == std::string::npos || !clock_seconds(column.sampled_text.substr(0, arrow))) continue;
+      const std::string columns = shell_word(path_.stem().string() + "-columns" + path_.extension().string());
+      throw DataError(
+          fmt::format("{}: \"{}\" is a time and a value in one column; `sed 's/ -> /{}/' {} > {}` parts them, then: "
+                      "`eha import {}`",
+                      path_.string(), readable(column.sampled_text, kLongestShown),
+                      dialect_.delimiter == '\t' ? "\\t" : std::string(1, dialect_.delimiter),
+                      shell_word(path_.string()), columns, columns));
+    }
   }
 
   void note_guesses() {
     // Of a workbook the text is no file of the user's.
     if (guesses_.empty()) guesses_.push_back(delimiter_name(dialect_.delimiter));
     if (dialect_.has_comma_numbers) guesses_.emplace_back("decimal comma");
+    if (dialect_.has_thousands && dialect_.are_signs_known) {
+      guesses_.push_back(fmt::format("{}s between thousands", sign_name(dialect_.signs.thousands)));
+    }
     if (!lines_.encoding().empty()) guesses_.push_back(lines_.encoding());
     if (dialect_.skipped_lines > 0) {
       guesses_.push_back(
@@ -258,15 +288,59 @@ class TextTable final : public Table {
     lines_.fail(fmt::format("expected {} columns {}, got {}; {}", dialect_.fields, as, fields.size(), mend));
   }
 
+  /// Whether a field begins with a letter and is no missing value.
+  [[nodiscard]] bool is_word(std::string_view field) const {
+    if (field.empty()) return false;
+    const auto first = static_cast<unsigned char>(field[0]);
+    double ignored = 0.0;
+    return (std::isalpha(first) != 0 || first >= 0x80) &&
+           parse_number(field, dialect_.signs, ignored) == NumberKind::none;
+  }
+
+  /// Whether a line has the columns of a row, and numbers or missing values in those selected.
+  [[nodiscard]] bool is_row(std::string_view line, CsvFields& fields, const Selection& selection) const {
+    if (!fields.split(line) || fields.size() < dialect_.fields || fields.size() > dialect_.fields + 1) return false;
+    return !is_word(fields[lead_]) &&
+           std::all_of(selection.columns.begin(), selection.columns.end(), [&](std::size_t column) {
+             double ignored = 0.0;
+             const NumberKind kind = parse_number(fields[column], dialect_.signs, ignored);
+             return kind == NumberKind::finite || kind == NumberKind::missing;
+           });
+  }
+
+  /// Commands for the rows before and behind a line of words, such as a second header or "Minimum". None for a row with
+  /// a fault in it.
+  [[nodiscard]] std::string parts_beside(const std::string& line, CsvFields& fields, const Selection& selection,
+                                         const Rows& rows, double last_at) {
+    if (!fields.split(line) || fields.size() == 0 || rows.count() < 2) return {};
+    const bool is_other = fields.size() != dialect_.fields && fields.size() != dialect_.fields + 1;
+    if (!is_word(fields[is_other ? 0 : lead_])) return {};
+    const double unit_s = selection.has_time ? 1.0 : options_.period_s.value_or(1.0);
+    std::string text = fmt::format("; the rows before it: `{}`",
+                                   command_with(options_, path_, fmt::format("--to {:.12g}", last_at * unit_s)));
+    const std::size_t at = lines_.line();
+    if (!can_be_cut_) return text;
+    std::size_t count = 0;
+    while (const auto next = lines_.next()) {
+      double value = 0.0;
+      if (is_comment(*next) || !is_row(*next, fields, selection)) continue;
+      if (parse_number(fields[selection.columns.front()], dialect_.signs, value) == NumberKind::finite) ++count;
+    }
+    if (count < 2) return text;
+    const std::string rest = path_.stem().string() + "-rest" + path_.extension().string();
+    return text + fmt::format("; the {} rows behind it: `tail -n +{} {} > {}`, then `eha import {}`", count, at,
+                              shell_word(path_.string()), shell_word(rest), shell_word(rest));
+  }
+
   double number(const CsvFields& fields, const Selection& selection, std::size_t i, Rows& rows) {
     const std::size_t column = selection.columns[i];
     const std::string_view field = fields[column];
     double value = 0.0;
-    const NumberKind kind = parse_number(field, dialect_.decimal, value);
+    const NumberKind kind = parse_number(field, dialect_.signs, value);
     if (kind == NumberKind::finite) {
-      note_point(i, field);
+      if (!dialect_.are_signs_known) evidence_.add(column, field);
       if (i == 0) {
-        const Precision precision = precision_of(field, dialect_.decimal);
+        const Precision precision = precision_of(field, dialect_.signs.decimal);
         rows.time_decimals = std::max(rows.time_decimals, precision.decimals);
         rows.time_significant = std::max(rows.time_significant, precision.significant);
       }
@@ -276,19 +350,36 @@ class TextTable final : public Table {
     refuse_number(column, field, kind, selection.mend_missing);
   }
 
-  /// Notes whether all points of a column may separate thousands: one to three digits, no leading 0, then three. A file
-  /// with commas between its columns has points for decimals.
-  void note_point(std::size_t i, std::string_view field) {
-    if (dialect_.decimal != '.' || dialect_.delimiter == ',' || dialect_.is_record_format) return;
-    if (i >= points_.size()) points_.resize(i + 1);
-    Points& points = points_[i];
-    const std::size_t point = field.find('.');
-    if (!points.may_be_thousands || point == std::string_view::npos) return;
-    const std::string_view digits = field.substr(field.find_first_not_of("+-"));
-    const std::size_t before = digits.find('.');
-    points.may_be_thousands = before >= 1 && before <= 3 && digits[0] != '0' && digits.size() == before + 4 &&
-                              digits.find_first_not_of("0123456789.") == std::string_view::npos;
-    if (points.may_be_thousands && points.example.empty()) points.example = field;
+  /// Refuses rows whose numbers may be read in two ways, or were not read as a later one proves.
+  void require_signs() const {
+    if (dialect_.are_signs_known) return;
+    const std::string place = path_.string();
+    if (const auto proved = evidence_.proved(); proved && proved->decimal != dialect_.signs.decimal) {
+      throw DataError(fmt::format("{}: {} in one column: the {} separates thousands: `{}`", place,
+                                  evidence_.proof_by_whole_numbers(), sign_name(proved->thousands),
+                                  command_with(options_, path_, signs_option(*proved))));
+    }
+    const auto ambiguous = evidence_.ambiguous();
+    if (!ambiguous) return;
+    std::string without = ambiguous->number;
+    std::erase(without, ambiguous->sign);
+    std::string decimal = ambiguous->number;
+    std::replace(decimal.begin(), decimal.end(), ',', '.');
+    const char* name = sign_name(ambiguous->sign);
+    throw DataError(fmt::format(
+        "{}: {}: is {} {} or {}? Its {} may separate thousands or be the decimal sign, and no number says which. For "
+        "{}: `{}`; for {}: `{}`",
+        place, described(columns_, ambiguous->column), quoted_for_message(ambiguous->number), without, decimal, name,
+        without, command_with(options_, path_, fmt::format("--thousands {}", name)), decimal,
+        command_with(options_, path_, fmt::format("--decimal {}", name))));
+  }
+
+  static const char* sign_name(char sign) { return sign == ',' ? "comma" : sign == '.' ? "point" : "apostrophe"; }
+
+  /// The option that makes the reader take these signs.
+  static std::string signs_option(NumberSigns signs) {
+    return signs.thousands == '\0' ? fmt::format("--decimal {}", sign_name(signs.decimal))
+                                   : fmt::format("--thousands {}", sign_name(signs.thousands));
   }
 
   [[noreturn]] void refuse_number(std::size_t column, std::string_view field, NumberKind kind,
@@ -300,10 +391,25 @@ class TextTable final : public Table {
         fmt::format("{}: expected a {}number, got {}", name, is_word || kind == NumberKind::not_finite ? "finite " : "",
                     quoted_for_message(field));
     if (kind == NumberKind::missing && !mend.empty()) what += fmt::format("; `{}` fills missing values", mend);
-    if (kind == NumberKind::none && has_thousands_separator(field)) {
-      what += "; a thousands separator? Write the numbers without one";
-    }
+    if (kind == NumberKind::none) what += signs_mend(column, field);
     lines_.fail(what);
+  }
+
+  /// The way out for a number with other signs: the option that reads it where there is one.
+  [[nodiscard]] std::string signs_mend(std::size_t column, std::string_view field) const {
+    std::vector<NumberSigns> others;
+    SignEvidence evidence = evidence_;
+    evidence.add(column, field);
+    const auto proved = evidence.proved();
+    if (!dialect_.are_signs_known && proved) others.push_back(*proved);
+    for (const char thousands : {',', '.', '\''}) others.push_back({dialect_.signs.decimal, thousands});
+    for (const NumberSigns& signs : others) {
+      double ignored = 0.0;
+      if (signs.thousands == signs.decimal || parse_number(field, signs, ignored) != NumberKind::finite) continue;
+      return fmt::format("; {}? Then: `{}`", signs.thousands == '\0' ? "another decimal sign" : "a thousands separator",
+                         command_with(options_, path_, signs_option(signs)));
+    }
+    return has_thousands_separator(field) ? "; a thousands separator? Write the numbers without one" : "";
   }
 
   /// "1.234,5", "1,234.5", "1 234,5" with any blank, "1'234.5"
@@ -345,18 +451,14 @@ class TextTable final : public Table {
     for (auto& column : rows.columns) column.reserve(static_cast<std::size_t>(expected) + 1);
   }
 
-  /// Points in the numbers of one column.
-  struct Points {
-    bool may_be_thousands = true;
-    std::string example = {};  ///< the first number with one
-  };
-
-  std::vector<Points> points_;  ///< in the order of the selection
   std::filesystem::path path_;
+  bool can_be_cut_ = false;  ///< by lines, with tail(1)
   Options options_;
   TextLines lines_;
   Dialect dialect_;
+  SignEvidence evidence_{','};  ///< of the rows that are read, where the first lines do not tell the signs
   std::vector<Column> columns_;
+  std::size_t lead_ = 0;  ///< the first column of numbers or of a clock, in which a word marks a line that is no row
   std::vector<std::string> guesses_;
   std::optional<double> told_period_s_;
 };

@@ -4,12 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/shell_word.hpp"
+#include "daemon/importer/clock_text.hpp"
 
 namespace eha::importer {
 namespace {
@@ -21,8 +26,8 @@ constexpr double kSameStep = 1e-6;
 
 class Grid {
  public:
-  Grid(const Rows& table, const std::filesystem::path& path, const std::string& mend)
-      : table_(table), path_(path), mend_(mend), time_s_(table.columns.front()) {}
+  Grid(const Rows& table, const std::filesystem::path& path, const Options& options)
+      : table_(table), path_(path), options_(options), time_s_(table.columns.front()) {}
 
   double step_s() {
     const std::size_t rows = time_s_.size();
@@ -47,14 +52,32 @@ class Grid {
     const double near_step_s = roundest_step(mean_step_s);
     const std::size_t off = first_off_grid(near_step_s, 1.0, kOnGrid);
     if (off == rows) return near_step_s;
-    fail(off, fmt::format("time_s is {:.9g}, {:.3g} s off an even grid of {:.9g} s steps", time_s_[off],
-                          time_s_[off] - time_s_.front() - static_cast<double>(off) * near_step_s, near_step_s));
+    fail(off,
+         fmt::format("time_s is {:.9g}, {:.3g} s off an even grid of {:.9g} s steps", time_s_[off],
+                     time_s_[off] - time_s_.front() - static_cast<double>(off) * near_step_s, near_step_s),
+         drift(mean_step_s));
   }
 
  private:
-  [[noreturn]] void fail(std::size_t row, const std::string& what) const {
-    throw DataError(fmt::format("{}{}: {}; a record needs evenly spaced rows: `{}`, or cut it there", path_.string(),
-                                table_.where(row), what, mend_));
+  [[nodiscard]] std::string command(const std::string& extra) const { return command_with(options_, path_, extra); }
+
+  [[noreturn]] void fail(std::size_t row, const std::string& what, const std::string& other = "") const {
+    throw DataError(fmt::format("{}{}: {}; a record needs evenly spaced rows: `{}`, or cut it there{}", path_.string(),
+                                table_.where(row), what, command("--resample"), other));
+  }
+
+  /// For times that leave the grid smoothly, as added up in single precision: the mean step.
+  [[nodiscard]] std::string drift(double mean_step_s) const {
+    constexpr std::size_t kParts = 20;
+    constexpr double kSteady = 0.01;  // of the mean step
+    const std::size_t rows = time_s_.size() / kParts;
+    if (rows < 2) return {};
+    for (std::size_t k = 0; k + rows < time_s_.size(); k += rows) {
+      const double step_s = (time_s_[k + rows] - time_s_[k]) / static_cast<double>(rows);
+      if (std::abs(step_s - mean_step_s) > kSteady * mean_step_s) return {};
+    }
+    return fmt::format("; or, as the clock only drifts, steadily, take the rows as even, with their mean step: `{}`",
+                       command(fmt::format("--period {:.6g}", mean_step_s)));
   }
 
   /// Value of the last digit printed at a row [s].
@@ -66,27 +89,75 @@ class Grid {
   }
 
   void check_increasing() const {
+    refuse_coarse_clock();
+    refuse_newest_first();
     for (std::size_t k = 1; k < time_s_.size(); ++k) {
-      const bool goes_on = k + 1 < time_s_.size() && time_s_[k] < time_s_[k + 1] && time_s_[k + 1] < time_s_[k - 1];
-      if (goes_on && time_s_[k] < time_s_[k - 1] - typical_step()) restarted(k);
+      if (is_restart(k, 0.0) && is_restart(k, typical_step())) refuse_restarts();
       if (!(time_s_[k] > time_s_[k - 1])) {
         fail(k, fmt::format("time_s goes from {:.9g} to {:.9g}: it must increase", time_s_[k - 1], time_s_[k]));
       }
     }
   }
 
-  /// Two records in one file: a command for each.
-  [[noreturn]] void restarted(std::size_t row) const {
-    const double step_s = std::stod(fmt::format("{:.6g}", typical_step()));
-    std::string command = mend_;
-    if (const std::size_t at = command.find(" --resample"); at != std::string::npos) command.erase(at, 11);
-    const double between_s = (static_cast<double>(row) - 0.5) * step_s;  // rows are counted, not the clock
+  /// A clock that shows several rows alike: all rows together tell their period, and resampling would lose most.
+  void refuse_coarse_clock() const {
+    constexpr std::size_t kRowsPerRepeat = 10;
+    std::size_t repeats = 0;
+    for (std::size_t k = 1; k < time_s_.size(); ++k) {
+      if (!(time_s_[k] > time_s_[k - 1]) && !(time_s_[k] < time_s_[k - 1])) ++repeats;
+    }
+    if (kRowsPerRepeat * repeats < time_s_.size()) return;
+    RowClock clock;
+    for (const double time_s : time_s_) clock.add(time_s, quantum_s(time_s_.size() - 1), false);
+    const std::optional<RowPeriod> period = clock.period();
+    if (!period) return;
+    throw DataError(fmt::format("{}: the times repeat, as they are shown more coarsely than the rows follow; {}",
+                                path_.string(), period_offer(*period, path_, options_)));
+  }
+
+  void refuse_newest_first() const {
+    for (std::size_t k = 1; k < time_s_.size(); ++k) {
+      if (!(time_s_[k] < time_s_[k - 1])) return;
+    }
+    const std::string sorted = shell_word(path_.stem().string() + "-sorted" + path_.extension().string());
+    const std::size_t above = table_.has_lines ? table_.line_of(0) - 1 : 0;
+    const std::string mend =
+        table_.has_lines
+            ? fmt::format(": `(head -n {} {}; tail -n +{} {} | tac) > {}`, then `eha import {}`", above,
+                          shell_word(path_.string()), above + 1, shell_word(path_.string()), sorted, sorted)
+            : "";
+    throw DataError(fmt::format("{}: the newest row is the first; sort the rows by time{}", path_.string(), mend));
+  }
+
+  /// Whether the time goes back by more than `least_s` at a row and goes on from there.
+  [[nodiscard]] bool is_restart(std::size_t k, double least_s) const {
+    return k + 1 < time_s_.size() && time_s_[k] < time_s_[k + 1] && time_s_[k + 1] < time_s_[k - 1] &&
+           time_s_[k] < time_s_[k - 1] - least_s;
+  }
+
+  /// Several records in one file: a command for each.
+  [[noreturn]] void refuse_restarts() const {
+    constexpr std::array kNames = std::to_array<std::string_view>({"first", "second", "third", "fourth", "fifth"});
+    const double least_s = typical_step();
+    const double step_s = std::stod(fmt::format("{:.6g}", least_s));
+    std::vector<std::size_t> begins{0};
+    for (std::size_t k = 1; k < time_s_.size(); ++k) {
+      if (is_restart(k, least_s)) begins.push_back(k);
+    }
+    // Rows are counted, not the clock.
+    const auto before = [&](std::size_t row) { return (static_cast<double>(row) - 0.5) * step_s; };
+    std::string commands;
+    for (std::size_t i = 0; i < std::min(begins.size(), kNames.size()); ++i) {
+      std::string extra = fmt::format("--period {:.9g}", step_s);
+      if (i > 0) extra += fmt::format(" --from {:.9g}", before(begins[i]));
+      if (i + 1 < begins.size()) extra += fmt::format(" --to {:.9g}", before(begins[i + 1]));
+      commands += fmt::format("{}the {}: `{}`", i == 0 ? "" : ", ", kNames[i], command(extra));
+    }
+    const std::size_t row = begins[1];
     throw DataError(
-        fmt::format("{}{}: the time goes back from {:.9g} to {:.9g} s, so that another record begins there; the first: "
-                    "`{} --period "
-                    "{:.9g} --to {:.9g}`, the rest: `{} --period {:.9g} --from {:.9g}`",
-                    path_.string(), table_.where(row), time_s_[row - 1], time_s_[row], command, step_s, between_s,
-                    command, step_s, between_s));
+        fmt::format("{}{}: the time goes back from {:.9g} to {:.9g} s, so that another record begins there, "
+                    "{} in all; {}",
+                    path_.string(), table_.where(row), time_s_[row - 1], time_s_[row], begins.size(), commands));
   }
 
   [[nodiscard]] double typical_step() const {
@@ -139,15 +210,15 @@ class Grid {
 
   const Rows& table_;
   const std::filesystem::path& path_;
-  const std::string& mend_;
+  const Options& options_;
   const std::vector<double>& time_s_;
   double typical_step_s_ = 0.0;
 };
 
 }  // namespace
 
-double even_step_s(const Rows& rows, const std::filesystem::path& path, const std::string& mend) {
-  return Grid(rows, path, mend).step_s();
+double even_step_s(const Rows& rows, const std::filesystem::path& path, const Options& options) {
+  return Grid(rows, path, options).step_s();
 }
 
 }  // namespace eha::importer

@@ -20,9 +20,10 @@ inline constexpr int kMostStepDigits = 12;
 /// grid t_0 + k step. A step that is no whole number of such units (1/1024 s at six digits) shows as differences of two
 /// neighbouring values. Rows within kOnGrid of an even grid are even.
 /// @throws DataError  fewer than two rows, time that does not increase, a gap, or jitter: names the line, the
-///                    step found there and the step expected
-/// @param rows  the first column is the time [s]   @param mend  the command that resamples, for the message
+///                    step found there and the step expected, and a command that goes on: --resample; for a clock that
+///                    shows several rows alike or drifts steadily --period; for several records one for each
+/// @param rows  the first column is the time [s]
 /// Cost O(N).
-[[nodiscard]] double even_step_s(const Rows& rows, const std::filesystem::path& path, const std::string& mend);
+[[nodiscard]] double even_step_s(const Rows& rows, const std::filesystem::path& path, const Options& options);
 
 }  // namespace eha::importer

@@ -55,7 +55,7 @@ TEST(BadFile, HasDuplicateHeaders) {
 
 TEST(BadFile, HasThousandsSeparators) {
   std::string text = rows("t;u;y\n", "{:.2f};{};{:.1f}\n");
-  expect_refused_file("r.csv", text + "0.50;1;1,234.5\n", {"r.csv:52", "1,234.5", "thousands separator"});
+  expect_refused_file("r.csv", text + "0.50;1;1 234.5\n", {"r.csv:52", "1 234.5", "thousands separator"});
 }
 
 TEST(BadFile, HasWordsForMissingValues) {

@@ -5,13 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <random>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/importer/import.hpp"
 #include "daemon/record/confined_reader.hpp"
 #include "tests/unit/importer/damaged_fixtures.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -55,6 +58,28 @@ std::string with(std::string content, const std::string& what, const std::string
   const std::size_t at = content.find(what);
   if (at == std::string::npos) throw std::runtime_error("the fixture has no such bytes");
   return content.replace(at, what.size(), by);
+}
+
+TEST(ForeignReader, HandsOverASingleNumberNamedTsForThePeriod) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "ts.mat";
+  mat_t* file = Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5);
+  foreign::require(file != nullptr);
+  const std::vector<std::pair<const char*, std::vector<double>>> variables{
+      {"u", numbers(0.0, 0.01)}, {"y", numbers(2.0, 0.02)}, {"Ts", {0.002}}, {"gain", {3.0}}};
+  for (const auto& [name, values] : variables) {
+    std::array<std::size_t, 2> size{values.size(), 1};
+    matvar_t* column =
+        Mat_VarCreate(name, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, size.data(), const_cast<double*>(values.data()), 0);
+    foreign::require(Mat_VarWrite(file, column, MAT_COMPRESSION_NONE) == 0);
+    Mat_VarFree(column);
+  }
+  Mat_Close(file);
+  const Imported imported = import_record(path, {});
+  EXPECT_EQ(imported.record.input.size(), kRows);
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.002);
+  EXPECT_NE(imported.guess.find("a row every 0.002 s (the file's Ts)"), std::string::npos) << imported.guess;
+  EXPECT_DOUBLE_EQ(import_record(path, {.period_s = 0.01}).record.step_s, 0.01);
 }
 
 TEST(ForeignReader, MakesNamesReadableBeforeATerminalShowsThem) {

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Clocks: the ways in which programs write them, those that are coarser than the rows, that drift or go back. Every
+// command of a refusal is followed.
+#include "daemon/importer/clock_text.hpp"
+#include "tests/unit/importer/imported_file.hpp"
+
+namespace eha::importer {
+namespace {
+
+std::string cells(int k) { return fmt::format("{:.4f},{:.4f}", Rig::volts(k), Rig::place(k)); }
+
+/// Rows of a clock, a voltage and a place, between commas.
+std::string clock_rows(const std::function<std::string(int)>& clock, int count = Rig::kRows) {
+  return Rig::rows(
+      "Time,Valve (V),Rod (mm)\n", [&](int k) { return clock(k) + "," + cells(k); }, count);
+}
+
+TEST(ClockText, KnowsHalvesOfADayMinutesAndUnits) {
+  for (const auto& [early, late] :
+       {std::pair("11/25/2026 11:59:59 AM", "11/25/2026 12:00:00 PM"), std::pair("12:59:59 AM", "01:00:00 AM"),
+        std::pair("1:03:07 pm", "1:03:08 pm"), std::pair("00:59,3", "01:00,3"), std::pair("59:59.5", "60:00.5"),
+        std::pair("0 sec", "1 sec"), std::pair("500 ms", "1500 ms"),
+        std::pair("2026-11-25T14:03:07.3+01:00", "2026-11-25T14:03:08.3+01:00")}) {
+    ASSERT_TRUE(clock_seconds(early) && clock_seconds(late)) << early;
+    EXPECT_NEAR(*clock_seconds(late) - *clock_seconds(early), 1.0, 1e-6) << early;
+  }
+  EXPECT_DOUBLE_EQ(clock_quantum_s("0.01 sec"), 0.01);
+  EXPECT_DOUBLE_EQ(clock_quantum_s("500 ms"), 1e-3);
+  EXPECT_DOUBLE_EQ(clock_quantum_s("00:07,3"), 0.1);
+  EXPECT_DOUBLE_EQ(clock_quantum_s("25.11.2026 10:00:07"), 1.0);
+  for (const char* text : {"14:03:07.300 -> 0.01", "12 mm", "00:61,3", "10:00:00 Uhr"}) {
+    EXPECT_FALSE(clock_seconds(text)) << text;
+  }
+  for (const char* text : {"14:03", "11/25/2026 2:03 PM", "25.11.26 14:03"}) {
+    EXPECT_TRUE(is_clock_of_minutes(text)) << text;
+  }
+  for (const char* text : {"14:03:07", "14", "00:07,3"}) EXPECT_FALSE(is_clock_of_minutes(text)) << text;
+}
+
+TEST_F(ImportedFile, OffersThePeriodOfTheClocksOfOtherPrograms) {
+  const std::vector<std::function<std::string(int)>> clocks{
+      [](int k) { return fmt::format("11/25/2026 2:{:02}:{:02} PM", (k + 7) / 600, (k + 7) / 10 % 60); },
+      [](int k) { return fmt::format("02:{:02}:{:02} PM", (k + 7) / 600, (k + 7) / 10 % 60); },
+      [](int k) { return fmt::format("\"00:{:02},{}\"", k / 10, k % 10); },
+      [](int k) { return fmt::format("{:g} sec", 0.1 * k); }};
+  for (const auto& clock : clocks) {
+    const auto path = write("clock.csv", clock_rows(clock));
+    const std::string refusal = refusal_of(path);
+    ASSERT_NE(refusal.find("--period 0.1`"), std::string::npos) << refusal;
+    EXPECT_EQ(answered(path, refusal).record.input.size(), Rig::kRows);
+  }
+}
+
+TEST_F(ImportedFile, SaysThatAClockShowsMinutesOnly) {
+  for (const char* clock : {"25.11.2026 14:03", "11/25/2026 2:03 PM", "14:03"}) {
+    const std::string refusal = refusal_of(write("minutes.csv", clock_rows([&](int) { return clock; })));
+    EXPECT_NE(refusal.find("shows minutes only"), std::string::npos) << refusal;
+    EXPECT_NE(refusal.find("--period SECONDS`"), std::string::npos) << refusal;
+  }
+}
+
+TEST_F(ImportedFile, OffersThePeriodOfAllRowsWhereTimesRepeat) {
+  for (const double begin_s : {0.0, 0.037}) {
+    const auto path =
+        write("coarse.csv", clock_rows([&](int k) { return fmt::format("{:.1f}", begin_s + 0.01 * k); }, 3000));
+    const std::string refusal = refusal_of(path);
+    EXPECT_EQ(refusal.find("--resample"), std::string::npos) << "it would lose nine rows in ten: " << refusal;
+    const Imported imported = answered(path, refusal);
+    EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01);
+    EXPECT_EQ(imported.record.input.size(), 3000);
+  }
+  // One row that was written twice is something else.
+  const std::string once = refusal_of(
+      write("twice.csv", clock_rows([](int k) { return fmt::format("{:.2f}", 0.01 * (k < 100 ? k : k - 1)); })));
+  EXPECT_NE(once.find("--resample`"), std::string::npos) << once;
+}
+
+TEST_F(ImportedFile, OffersTheMeanStepOfAClockThatDrifts) {
+  float time_s = 0.0F;
+  const auto path = write("single.csv", clock_rows(
+                                            [&](int) {
+                                              const float now_s = time_s;
+                                              time_s += 0.001F;
+                                              return fmt::format("{:.9g}", now_s);
+                                            },
+                                            40'000));
+  const std::string refusal = refusal_of(path);
+  ASSERT_EQ(commands_of(refusal).size(), 2U) << refusal;
+  EXPECT_TRUE(options_of(commands_of(refusal)[0]).resample) << refusal;
+  const Imported imported = answered(path, refusal, 1);
+  EXPECT_EQ(imported.record.input.size(), 40'000);
+  EXPECT_NEAR(imported.record.step_s, 0.001, 2e-6);
+}
+
+TEST_F(ImportedFile, CutsBeforeTheSecondInWhichRowsAreMissing) {
+  // A hundred rows a second, of which forty are missing somewhere within the 21st.
+  const auto path = write("gap.csv", clock_rows(
+                                         [](int k) {
+                                           const int second = (k < 2030 ? k : k + 40) / 100;
+                                           return fmt::format("10:00:{:02}", second);
+                                         },
+                                         3500));
+  const std::string refusal = refusal_of(path);
+  EXPECT_NE(refusal.find("rows are missing within the 1 s before row 2061"), std::string::npos) << refusal;
+  const Imported imported = answered(path, refusal);
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01) << refusal;
+  EXPECT_EQ(imported.record.input.size(), 2000) << refusal;
+}
+
+TEST_F(ImportedFile, HasACommandForEachOfItsRecords) {
+  const auto path = write("three.csv", clock_rows([](int k) {
+                            return fmt::format("{:.2f}", 0.01 * (k < 120 ? k : k < 210 ? k - 120 : k - 210));
+                          }));
+  const std::string refusal = refusal_of(path);
+  EXPECT_NE(refusal.find("3 in all"), std::string::npos) << refusal;
+  ASSERT_EQ(commands_of(refusal).size(), 3U) << refusal;
+  const int begins[] = {0, 120, 210, 300};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Imported part = answered(path, refusal, i);
+    ASSERT_EQ(part.record.input.size(), begins[i + 1] - begins[i]);
+    EXPECT_NEAR(part.record.input[0], Rig::volts(begins[i]), 1e-4);
+  }
+}
+
+TEST_F(ImportedFile, IsSortedByACommandWhereTheNewestRowIsFirst) {
+  const auto path = write("newest.csv", clock_rows([](int k) { return fmt::format("{:.2f}", 0.01 * (299 - k)); }));
+  const std::string refusal = refusal_of(path);
+  ASSERT_FALSE(commands_of(refusal).empty()) << refusal;
+  ASSERT_TRUE(shell(commands_of(refusal)[0])) << refusal;
+  const Imported imported = import_record(folder_.path() / "newest-sorted.csv", {});
+  EXPECT_EQ(imported.record.input.size(), Rig::kRows);
+  EXPECT_NEAR(imported.record.input[0], Rig::volts(299), 1e-4);
+}
+
+TEST_F(ImportedFile, KeepsAColumnOfTimesApartThatAPeriodReplaces) {
+  const auto path = write("numbered.csv", Rig::rows("", [](int k) { return fmt::format("{},{}", k, cells(k)); }));
+  const Imported imported = import_record(path, {.time = "1", .period_s = 0.01});
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01);
+  EXPECT_NEAR(imported.record.output[3], Rig::place(3), 1e-4);
+}
+
+TEST_F(ImportedFile, IsOfTheMonitorOfASerialPort) {
+  const auto path =
+      write("serial.txt",
+            Rig::rows("", [](int k) { return fmt::format("14:03:{:02}.{}00 -> {}", k / 10, k % 10, cells(k)); }));
+  const std::string refusal = refusal_of(path);
+  ASSERT_FALSE(commands_of(refusal).empty()) << refusal;
+  ASSERT_TRUE(shell(commands_of(refusal)[0])) << refusal;
+  const auto columns = folder_.path() / "serial-columns.txt";
+  const std::string next = refusal_of(columns);
+  EXPECT_NEAR(answered(columns, next).record.output[5], Rig::place(5), 1e-4) << next;
+}
+
+}  // namespace
+}  // namespace eha::importer

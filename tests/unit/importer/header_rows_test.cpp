@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What stands above, between, beside and behind the rows.
+#include "tests/unit/importer/imported_file.hpp"
+
+namespace eha::importer {
+namespace {
+
+std::string tabs(int k) { return fmt::format("{:.5f}\t{:.5f}\t{:.5f}", 0.01 * k, Rig::volts(k), Rig::place(k)); }
+
+void expect_rig(const Imported& imported, const std::string& input = "V", const std::string& output = "mm") {
+  const ident::Record& record = imported.record;
+  ASSERT_EQ(record.input.size(), Rig::kRows) << imported.guess;
+  EXPECT_NEAR(record.step_s, 0.01, 1e-9) << imported.guess;
+  EXPECT_NEAR(record.input[20], Rig::volts(20), 1e-3) << imported.guess;
+  EXPECT_NEAR(record.output[20], Rig::place(20), 1e-3) << imported.guess;
+  EXPECT_EQ(record.input_channel.unit, input) << imported.guess;
+  EXPECT_EQ(record.output_channel.unit, output) << imported.guess;
+}
+
+TEST_F(ImportedFile, HasTabsWhereTheyNameItsColumns) {
+  // As many words between blanks as there are columns.
+  expect_rig(import_record(write("a.txt", Rig::rows("Post time: 0\nTime [s]\tVentil [V]\tWeg [mm]\n", tabs)), {}));
+  expect_rig(import_record(
+      write("b.asc", Rig::rows("Anzahl:\t3\nZeit 1 - schnell [s]\tCH_2 Ventil [V]\tCH_1 Weg [mm]\n\n\n", tabs)), {}));
+}
+
+TEST_F(ImportedFile, HasNamesAndUnitsAboveRowsOfHardwareAndDates) {
+  const std::string below = "schnell\tCH_2\tCH_1\n25.11.2026 14:03:07\t25.11.2026 14:03:07\t25.11.2026 14:03:07\n";
+  expect_rig(import_record(write("a.asc", Rig::rows("Zeit\tVentil\tWeg\ns\tV\tmm\n" + below, tabs)), {}));
+  expect_rig(import_record(
+      write("b.asc",
+            Rig::rows("Kanal:\tZeit\tVentil\tWeg\nEinheit:\ts\tV\tmm\nRate:\t1 Hz\t1 Hz\t1 Hz\nSensor:\t\tU10\tW9\n",
+                      [](int k) { return "\t" + tabs(k); })),
+      {}));
+}
+
+TEST_F(ImportedFile, HasUnitsInARowOfOtherWords) {
+  const std::string head =
+      "Vendor,X\nSampling interval,100ms\nNumber,Date&Time,ms,CH1,CH2,Alarm\nNO.,Time,ms,V,mm,A1\n";
+  const auto path = write("logger.csv", Rig::rows(head, [](int k) {
+                            return fmt::format("{},2026/11/25 14:03:{:02},{},{:+.4f},{:+.4f},LL", k + 1, k / 100,
+                                               10 * (k % 100), Rig::volts(k), Rig::place(k));
+                          }));
+  const std::string refusal = refusal_of(path);
+  expect_rig(answered(path, refusal));
+}
+
+TEST_F(ImportedFile, HasATimeBesideEachChannelAndItsPeriodAboveTheRows) {
+  const auto path =
+      write("scope.csv",
+            Rig::rows("Name\tScope\n\nName\tMAIN.fValve\tName\tMAIN.fPos\n"
+                      "SampleTime[ms]\t10\tSampleTime[ms]\t10\nUnit\tV\tUnit\tmm\n\n",
+                      [](int k) { return fmt::format("{}\t{:.5f}\t{}\t{:.5f}", k, Rig::volts(k), k, Rig::place(k)); }));
+  expect_rig(answered(path, refusal_of(path)));
+}
+
+TEST_F(ImportedFile, HasUnitsBehindABlankWhereAllColumnsHave) {
+  const auto rows = [](int k) { return fmt::format("{};{:.4f};{:.4f}", 10 * k, Rig::volts(k), Rig::place(k)); };
+  expect_rig(import_record(write("a.csv", Rig::rows("Zeit ms;Ventil V;Weg mm\n", rows)), {}));
+  const std::string refusal = refusal_of(write("b.csv", Rig::rows("Time [ms];Channel A;Channel V\n", rows)));
+  EXPECT_EQ(refusal.find("[A]"), std::string::npos) << refusal;
+}
+
+TEST_F(ImportedFile, EndsItsRowsWithADelimiterThatTheHeaderLacks) {
+  for (const char delimiter : {';', ','}) {
+    std::string text = Rig::rows("Zeit [s];Ventil [V];Weg [mm]\n", [](int k) { return tabs(k) + "\t"; });
+    std::replace(text.begin(), text.end(), '\t', delimiter);
+    std::replace(text.begin(), text.end(), ';', delimiter);
+    expect_rig(import_record(write("ends.csv", text), {}));
+  }
+}
+
+TEST_F(ImportedFile, EndsBeforeRowsOfStatistics) {
+  const auto path =
+      write("footer.csv", Rig::rows("Time [s]\tValve [V]\tRod [mm]\n", tabs) + "\nMinimum\t-4\t40\nMean\t0\t50\n");
+  const std::string refusal = refusal_of(path);
+  ASSERT_EQ(commands_of(refusal).size(), 1U) << refusal;
+  expect_rig(answered(path, refusal));
+  // Without the column of times rows are counted, and the same lines are none.
+  const std::string counted = refusal_of(path, {.period_s = 0.01});
+  Options options = options_of(commands_of(counted).at(0));
+  options.period_s = 0.01;
+  expect_rig(import_record(path, options));
+}
+
+TEST_F(ImportedFile, HasACommandForTheRowsBeforeAndBehindASecondHeader) {
+  for (const char* between : {"", "\n\nTest 2\n"}) {
+    const std::string part = Rig::rows("Time [s]\tValve [V]\tRod [mm]\n", tabs);
+    const auto path = write("two.txt", part + between + part);
+    const std::string refusal = refusal_of(path);
+    ASSERT_EQ(commands_of(refusal).size(), 3U) << refusal;
+    expect_rig(answered(path, refusal));
+    ASSERT_TRUE(shell(commands_of(refusal)[1])) << refusal;
+    expect_rig(import_record(folder_.path() / "two-rest.txt", {}));
+  }
+}
+
+TEST_F(ImportedFile, IsNoRecordWhereMostLinesAreWords) {
+  std::string text;
+  for (int k = 0; k < 5; ++k)
+    text += "Liste\n2 Dichtungen 35x45\n1 Fass HLP46\n3, 4, 5 Schrauben M8\nTel. 0711 / 123\n\n";
+  const std::string refusal = refusal_of(write("list.txt", text));
+  EXPECT_NE(refusal.find("no rows of numbers"), std::string::npos) << refusal;
+  EXPECT_EQ(refusal.find("--period"), std::string::npos) << refusal;
+}
+
+TEST_F(ImportedFile, HasCommasBetweenColumnsAndInNumbers) {
+  const std::string refusal = refusal_of(
+      write("both.csv", Rig::rows("Zeit (s),Ventil (V),Weg (mm)\n", [](int k) {
+              return with_commas(fmt::format("{:.2f},{:.4f},{:.3f}", 0.01 * k, Rig::volts(k), Rig::place(k)));
+            })));
+  EXPECT_NE(refusal.find("3 names above rows of 6 fields"), std::string::npos) << refusal;
+  EXPECT_EQ(refusal.find("--period"), std::string::npos) << refusal;
+}
+
+TEST_F(ImportedFile, HasYokogawasRowsWhereverTheTracesAreNamed) {
+  const std::string head =
+      "\"Header "
+      "Size\",\"8\",\"\"\n\"BlockNumber\",\"1\",\"\"\n\"TraceName\",\"CH1\",\"CH2\"\n\"BlockSize\",\"300\",\"300\"\n"
+      "\"VUnit\",\"V\",\"mm\"\n\"HResolution\",\"1.0E-02\",\"1.0E-02\"\n\"HUnit\",\"s\",\"s\"\n"
+      "\"Time\",\"14:03:07.1\",\"14:03:07.1\"\n\n";
+  const auto path = write(
+      "wave.csv", Rig::rows(head, [](int k) { return fmt::format(",{:.5E},{:.5E}", Rig::volts(k), Rig::place(k)); }));
+  expect_rig(answered(path, refusal_of(path)));
+}
+
+TEST_F(ImportedFile, HasTheSignOfInfinityForAnOverload) {
+  const auto path = write("pico.csv", Rig::rows("Time [s],A [V],B [mm]\n", [](int k) {
+                            return fmt::format("{:.2f},{:.4f},{}", 0.01 * k, Rig::volts(k),
+                                               k == 100 ? "\xE2\x88\x9E" : fmt::format("{:.4f}", Rig::place(k)));
+                          }));
+  const std::string refusal = refusal_of(path);
+  const Imported imported = answered(path, refusal);
+  expect_rig(imported);
+  EXPECT_EQ(imported.filled, std::vector<std::size_t>{100});
+}
+
+TEST_F(ImportedFile, IsSaidToBeExchangedAfterAnAnswerToo) {
+  double place = 0.0;
+  const auto path = write("ai.csv", Rig::rows("Time (s),AI0 (V),AI1 (V)\n", [&](int k) {
+                            const double volts = 4.0 * std::sin(0.9 * k) + 3.0 * std::sin(0.23 * k);
+                            place += 0.05 * (volts - place);
+                            return fmt::format("{:.2f},{:.4f},{:.4f}", 0.01 * k, place, volts);
+                          }));
+  const std::string refusal = refusal_of(path);
+  const Imported imported = answered(path, refusal);
+  const std::string remarks = fmt::format("{}", fmt::join(imported.remarks, "\n"));
+  EXPECT_NE(remarks.find("may be exchanged"), std::string::npos) << refusal << remarks;
+}
+
+}  // namespace
+}  // namespace eha::importer
