@@ -302,8 +302,10 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
     if (!(reading.score > 0.0) || reading.score < kAboutAsGood * best_score) continue;
     std::optional<Layout> tried = layout_of(reading, all_lines);
     if (!tried) continue;
+    // Of equal ones the first delimiter, and under it the better decimal sign.
     const bool is_better = !layout || (tried->is_named() && !layout->is_named()) ||
-                           (tried->is_named() == layout->is_named() && reading.score > best->score);
+                           (tried->is_named() == layout->is_named() && reading.delimiter == best->delimiter &&
+                            reading.score > best->score);
     if (!is_better) continue;
     best = &reading;
     layout = std::move(tried);

@@ -94,8 +94,8 @@ class Table {
 /// @throws IoError, PermissionError
 [[nodiscard]] std::unique_ptr<Table> open_table(const std::filesystem::path& path, const Options& options);
 
-/// The command that asked, by default `eha import FILE`, with further options at its end. @param extra  such as
-/// "--input 2"
+/// The command that asked, by default `eha import FILE`, with further options at its end, in place of the same ones
+/// before. @param extra  such as "--input 2"
 [[nodiscard]] std::string command_with(const Options& options, const std::filesystem::path& path,
                                        const std::string& extra);
 

@@ -7,6 +7,7 @@
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/import.hpp"
+#include "daemon/importer/table.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::importer {
@@ -84,6 +85,16 @@ TEST(Roles, AreAskedForWhereTwoColumnsMayBeTheInput) {
   EXPECT_NE(refusal.find("--time 1 --input 2 --output 4`"), std::string::npos) << refusal;
   EXPECT_EQ(columns_of(text, {.input = "b"}), "b/c");
   EXPECT_EQ(columns_of(text, {.input = "3", .output = "c [mm]"}), "b/c");
+}
+
+TEST(Command, HasEachOptionOnce) {
+  const auto with = [](const std::string& command, const std::string& extra) {
+    return command_with({.command = command}, "r.csv", extra);
+  };
+  EXPECT_EQ(with("", "--resample"), "eha import r.csv --resample");
+  EXPECT_EQ(with("eha fit r.csv --input 2 --output 3", "--input 3 --output 2"), "eha fit r.csv --input 3 --output 2");
+  EXPECT_EQ(with("eha fit --input 'a '\\''b' --to 5 -- -r.csv", "--input 3"), "eha fit --to 5 --input 3 -- -r.csv");
+  EXPECT_EQ(with("eha fit r.csv --resample --to 5", "--resample"), "eha fit r.csv --to 5 --resample");
 }
 
 TEST(Units, OfTimeAreConvertedAndOthersKept) {
