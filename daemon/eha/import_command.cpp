@@ -24,8 +24,8 @@ Reads a record of another program and writes it as CSV with the columns time_s, 
 FILE is text (commas, semicolons, tabs, bars or blanks; decimal point or comma; UTF-8, UTF-16, Latin-1; any line ends;
 with a header, with a row of units, or without), a MAT-file (version 4, 5, 7.3: arrays, structs of arrays) or HDF5.
 Missing facts are guessed, and the guess is printed in one line. An ambiguous file is refused; the message lists its
-columns and a command that chooses. "74,973" may be 74973 or 74.973: --thousands comma or --decimal comma says which. --resample fills gaps and lists each of them; filled rows are marked in a column
-`filled`.
+columns and a command that chooses. "74,973" may be 74973 or 74.973: --thousands comma or --decimal comma says which.
+--resample fills gaps and lists each of them; filled rows are marked in a column `filled`.
 
 Examples:
   eha import bench.csv -o record.csv

@@ -9,8 +9,9 @@ namespace {
 constexpr std::string_view kSigns = ",.";
 constexpr std::string_view kFigures = "0123456789";
 constexpr std::size_t kGroup = 3;
-/// Whole numbers of a decimal column that drops zeros at the end are rare: one in a thousand. One may be typed.
-constexpr std::size_t kEnoughWholeNumbers = 3;
+/// A decimal column that drops zeros at the end has one whole number in a thousand. A command of few levels may have
+/// some.
+constexpr std::size_t kEnoughWholeNumbers = 10;
 
 bool are_digits(std::string_view text) { return text.find_first_not_of(kFigures) == std::string_view::npos; }
 
@@ -44,10 +45,11 @@ void SignEvidence::add(std::size_t column, std::string_view field) {
   Numbers& numbers = columns_[column];
   const std::size_t at = digits.find_first_of(kSigns);
   if (at == std::string_view::npos) {
-    if (digits.size() > kGroup) numbers.has_larger = true;
-    std::vector<std::string>& below = numbers.below_thousand;
-    if (digits.size() > kGroup || digits.front() == '0' || below.size() == kEnoughWholeNumbers) return;
-    if (std::find(below.begin(), below.end(), digits) == below.end()) below.emplace_back(digits);
+    numbers.has_four_digits = numbers.has_four_digits || digits.size() == kGroup + 1;
+    numbers.has_five_digits = numbers.has_five_digits || digits.size() > kGroup + 1;
+    std::vector<std::string>& whole = numbers.whole;
+    if (digits.size() > kGroup + 1 || digits.front() == '0' || whole.size() == kEnoughWholeNumbers) return;
+    if (std::find(whole.begin(), whole.end(), digits) == whole.end()) whole.emplace_back(digits);
     return;
   }
   const std::size_t sign = kSigns.find(digits[at]);
@@ -56,6 +58,7 @@ void SignEvidence::add(std::size_t column, std::string_view field) {
     const bool may_be_grouped = are_groups(digits, digits[at]) && digits.front() != '0' && exponent == field.npos;
     if (!may_be_grouped) only_decimal_[sign] = true;
     if (may_be_grouped && numbers.grouped[sign].empty()) numbers.grouped[sign] = field;
+    if (may_be_grouped && at == 1) numbers.groups_four_digits[sign] = true;
   } else if (digits[last] != digits[at] && are_groups(digits.substr(0, last), digits[at])) {
     only_thousands_[sign] = true;
     only_decimal_[1 - sign] = true;
@@ -70,15 +73,14 @@ bool SignEvidence::is_grouped(std::size_t sign) const {
 }
 
 bool SignEvidence::is_decimal(std::size_t sign) const {
-  const auto is_no_group = [&](const Numbers& numbers) { return !numbers.grouped[sign].empty() && numbers.has_larger; };
-  if (only_decimal_[sign] || std::any_of(columns_.begin(), columns_.end(), is_no_group)) return true;
+  const auto lacks = [&](const Numbers& numbers) { return numbers.lack(sign); };
+  if (only_decimal_[sign] || std::any_of(columns_.begin(), columns_.end(), lacks)) return true;
   return kSigns[sign] == '.' && delimiter_ == ',' && is_grouped(sign) && !is_grouped(0) && !only_decimal_[0];
 }
 
 const SignEvidence::Numbers* SignEvidence::column_of_thousands(std::size_t sign) const {
   const auto found = std::find_if(columns_.begin(), columns_.end(), [&](const Numbers& numbers) {
-    return !numbers.grouped[sign].empty() && numbers.below_thousand.size() == kEnoughWholeNumbers &&
-           !numbers.has_larger;
+    return !numbers.grouped[sign].empty() && numbers.whole.size() == kEnoughWholeNumbers && !numbers.lack(sign);
   });
   return found == columns_.end() ? nullptr : &*found;
 }
@@ -112,7 +114,7 @@ std::optional<SignEvidence::Ambiguous> SignEvidence::ambiguous() const {
 std::string SignEvidence::proof_by_whole_numbers() const {
   for (const std::size_t sign : {std::size_t{0}, std::size_t{1}}) {
     const Numbers* numbers = column_of_thousands(sign);
-    if (numbers != nullptr) return numbers->below_thousand.back() + " and " + numbers->grouped[sign];
+    if (numbers != nullptr) return numbers->whole.back() + " and " + numbers->grouped[sign];
   }
   return {};
 }

@@ -23,8 +23,9 @@ struct NumberSigns {
 ///
 /// A sign before three digits and behind one to three that do not begin with 0 ("74,973") may be decimal or separate
 /// thousands. Any other number with one sign ("0,123", "12,5", "1234,567") has it for decimals. "1.234,5" and
-/// "1,234,567" have both or one for thousands. A column with whole numbers up to 999 beside such numbers ("998",
-/// "1,000"), and with no larger ones, has it for thousands.
+/// "1,234,567" have both or one for thousands. A column with ten different whole numbers beside such numbers
+/// ("998", "1,000") has it for thousands, unless whole numbers in it lack the sign: those of five digits, and beside
+/// "1,000" those of four, which Spanish or Polish leave as they are before "10.000".
 class SignEvidence {
  public:
   /// @param delimiter  of the columns: between commas a point is decimal unless commas are in numbers too
@@ -49,9 +50,16 @@ class SignEvidence {
  private:
   /// The whole numbers of a column, and those that may be grouped by either sign.
   struct Numbers {
-    std::vector<std::string> below_thousand = {};  ///< the first different ones, not 0
-    bool has_larger = false;
-    std::array<std::string, 2> grouped = {};  ///< the first for ',' and for '.'
+    std::vector<std::string> whole = {};  ///< the first different ones of up to four digits, not 0
+    bool has_four_digits = false;
+    bool has_five_digits = false;
+    std::array<std::string, 2> grouped = {};      ///< the first for ',' and for '.'
+    std::array<bool, 2> groups_four_digits = {};  ///< "1,000"
+
+    /// Whether a sign before three digits cannot separate thousands here.
+    [[nodiscard]] bool lack(std::size_t sign) const {
+      return !grouped[sign].empty() && (has_five_digits || (has_four_digits && groups_four_digits[sign]));
+    }
   };
 
   [[nodiscard]] bool is_decimal(std::size_t sign) const;

@@ -45,10 +45,16 @@ TEST(SignEvidence, IsAnyNumberThatHasOneReading) {
 }
 
 TEST(SignEvidence, IsAColumnOfWholeNumbers) {
-  EXPECT_EQ(signs_of({{"0", "980", "990", "998", "1,000"}}), ".,");
-  EXPECT_EQ(signs_of({{"980", "990", "998", "1.000"}}), ",.");
-  EXPECT_EQ(signs_of({{"0", "5", "-5", "2.125"}}), "ambiguous") << "volts that were typed";
-  EXPECT_EQ(signs_of({{"1000", "74.973"}}), ".") << "larger ones have no separator";
+  std::vector<std::string> numbers;
+  for (int k = 0; k < 12; ++k) numbers.push_back(std::to_string(900 + 9 * k));
+  numbers.back() = "1,000";
+  EXPECT_EQ(signs_of({numbers}), ".,");
+  numbers.back() = "1.000";
+  EXPECT_EQ(signs_of({numbers}), ",.");
+  EXPECT_EQ(signs_of({{"0", "5", "-5", "1", "2", "3", "2.125"}}), "ambiguous") << "volts that were typed";
+  EXPECT_EQ(signs_of({{"10000", "74.973"}}), ".") << "larger ones have no separator";
+  EXPECT_EQ(signs_of({{"1500", "1.466"}}), ".");
+  EXPECT_EQ(signs_of({{"9500", "10.250"}}), "ambiguous") << "as in Spanish";
 }
 
 TEST(SignEvidence, BetweenCommasPointsAreDecimal) {
