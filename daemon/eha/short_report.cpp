@@ -267,8 +267,11 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   for (const Model& model : models) rows.push_back(row_for(model, model.name));
   for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)"));
   const bool on_unseen = has_unseen((answer.models.empty() ? answer.paper : answer.models).front());
-  const bool has_not_needed =
-      std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.back() == ident::kNotNeeded; });
+  std::string words;
+  for (const std::string_view word : {ident::kNotNeeded, ident::kNotDetermined}) {
+    if (std::none_of(rows.begin(), rows.end(), [&](const auto& row) { return row.back() == word; })) continue;
+    words += fmt::format("{}: {}; in a run its file lies in models/rejected.\n", word, ident::meaning_of(word));
+  }
   return text + "\n" +
          text_table({{"model", Align::left},
                      {"fit %", Align::right},
@@ -279,9 +282,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
                     rows) +
          fmt::format("fit, R2, error: on {}. -v: every figure. Terms: eha(1)\n",
                      on_unseen ? "unseen data" : "the samples that estimated the model") +
-         (has_not_needed ? "not needed: describes the record, with a parameter more than the record shows; in a run "
-                           "its file lies in models/rejected.\n"
-                         : "");
+         words;
 }
 
 }  // namespace eha::cli

@@ -4,7 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
+
+#include "ident/validation/error_cause.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::report {
 namespace {
@@ -19,6 +23,15 @@ bool any_model(const Subject& subject, const Has& has) {
 
 bool has_valve_map(const Subject& subject) {
   return any_model(subject, [](const ident::Model& model) { return model.input_map.has_value(); });
+}
+
+bool misses_a_part(const ident::Model& model) {
+  using Kind = ident::CriterionKind;
+  return model.verdict &&
+         std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const ident::Criterion& c) {
+           return has_failed(c) && (c.kind == Kind::residual_input || c.kind == Kind::error_over_noise ||
+                                    c.kind == Kind::far_error_over_noise || c.kind == Kind::nonlinearity);
+         });
 }
 
 std::string what_to_try(const Subject& subject, const ident::Model& model) {
@@ -37,6 +50,34 @@ std::string what_to_try(const Subject& subject, const ident::Model& model) {
            "plant is nearer to linear, or use the model with this in mind.";
   }
   return fmt::format("Try {}.", fmt::join(untried, " or "));
+}
+
+std::string against_error(const Subject& subject, const ident::Model& model) {
+  using ident::ErrorCause;
+  if (!model.verdict) return {};
+  const std::string in_box = "see the note in the box above.";
+  switch (ident::error_cause(model, *model.verdict)) {
+    case ErrorCause::end_stop:
+      return "The output stands at an end, where no model follows it: cut that part as the box above says.";
+    case ErrorCause::jump:
+      return "The error jumps, which is no part of the plant: cut the record there as the box above says.";
+    case ErrorCause::other_plant:
+      return "The model is of another plant: fit a new one.";
+    case ErrorCause::missing_part:
+      return fmt::format("The model {} misses a part of the plant. {}", model.name, what_to_try(subject, model));
+    case ErrorCause::nonlinear:
+      return "The plant is not linear: " + in_box;
+    case ErrorCause::feedback:
+      return "The output moves the input: " + in_box;
+    case ErrorCause::drift:
+      return "What is left wanders: " + in_box;
+    case ErrorCause::white_noise:
+      return fmt::format("What is left is plain noise of {:.2g} {} rms, in which the input has no part: {}.",
+                         std::sqrt(model.validation->score.mse), model.output_unit, ident::kAgainstNoise);
+    case ErrorCause::unknown:
+      break;
+  }
+  return {};
 }
 
 }  // namespace eha::report

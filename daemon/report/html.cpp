@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "daemon/report/advice.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 
@@ -130,14 +131,23 @@ std::string equation(const Model& model) {
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {
     html += fmt::format(
-        "<br>behind a valve: null {} {}, dead band {} {}, negative gain ratio {} (± is half a 95 % interval)",
+        "<br>behind a valve: null {} {}, dead band {} {}, negative gain ratio {} (± is half a 95 % interval, of noise "
+        "alone{})",
         estimate_or(model, ident::ParameterRole::valve_null, model.input_map->null), input_unit,
         estimate_or(model, ident::ParameterRole::dead_band, model.input_map->dead_band), input_unit,
-        estimate_or(model, ident::ParameterRole::negative_gain_ratio, model.input_map->negative_gain_ratio));
+        estimate_or(model, ident::ParameterRole::negative_gain_ratio, model.input_map->negative_gain_ratio),
+        misses_a_part(model) ? ": what the model misses shifts null and dead band by more" : "");
   } else {
     html += fmt::format("<br>input bias {:.4g} {}", model.input_bias, input_unit);
   }
-  return html + fmt::format(", initial output {:.5g} {}</p>\n", model.initial_output, escaped(model.output_unit));
+  const std::string output_unit = escaped(model.output_unit);
+  if (model.initial_state.empty()) {
+    return html + fmt::format(", initial output {:.5g} {}</p>\n", model.initial_output, output_unit);
+  }
+  // The offset lies where the free response ends, which may be long after the record.
+  return html + fmt::format(", a free response that ends at {} {}</p>\n",
+                            estimate_or(model, ident::ParameterRole::initial_output, model.initial_output),
+                            output_unit);
 }
 
 }  // namespace eha::report

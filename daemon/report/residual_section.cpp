@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
@@ -10,7 +10,11 @@
 namespace eha::report {
 namespace {
 
-constexpr double kLevel = 0.01;  // of the joint tests
+/// Whether the verdict has more to say than that the model is good.
+bool has_note(const ident::Verdict& verdict) {
+  return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
+                     [](const ident::Criterion& c) { return has_failed(c); });
+}
 
 Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
   const ident::ValidationReport& validation = *model.validation;
@@ -20,9 +24,7 @@ Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
       "and more: {} of {}.",
       model.name, outside99(validation.acf, 1), validation.acf.lags.empty() ? 0 : validation.acf.lags.size() - 1,
       outside99(validation.ccf, 0), validation.ccf.lags.size() / 2 + 1);
-  bool misses_input = outside99(validation.ccf, 0) > 2;
   if (validation.tests) {
-    misses_input = validation.tests->input.p < kLevel;
     remark.seen += fmt::format(
         " Joint tests: p = {:.2g} for the input, p = {:.2g} for what an autoregressive model of "
         "order {} leaves of the residual.",
@@ -32,7 +34,9 @@ Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
       "The input's correlation stays within its bounds (p above 0.01): the model misses nothing that the input causes. "
       "A residual that is correlated with itself alone is coloured noise or drift and no fault of the model; the "
       "intervals allow for it.";
-  remark.to_do = misses_input ? "The model misses a part of the plant. " + what_to_try(subject, model) : "Nothing.";
+  const bool passes = model.verdict && !has_note(*model.verdict);
+  const std::string known = passes ? "" : against_error(subject, model);
+  remark.to_do = known.empty() ? "Nothing." : known;
   return remark;
 }
 

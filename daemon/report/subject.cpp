@@ -22,7 +22,8 @@ namespace eha::report {
 namespace {
 
 constexpr std::size_t kMostNamed = 3;            // models in a title
-constexpr const char* kTrackRows = "track.csv";  // daemon/track writes it
+constexpr const char* kTrackRows = "track.csv";  // daemon/track writes them
+constexpr const char* kTrackFile = "track.json";
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
@@ -61,6 +62,19 @@ identify::FitTable track_table(const fs::path& path) {
           .applied = *command,
           .measured = *rod,
           .models = {{"reference", *reference}}};
+}
+
+/// What a trial that ended early showed of the valve; empty where the file does not say.
+std::vector<std::string> changes_of_trial(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return {};
+  const Json document = Json::parse(os::read_file(path), nullptr, false);
+  if (!document.is_object() || !document.value("ended_early", false)) return {};
+  std::vector<std::string> changes;
+  for (const Json& change : document.value("changes", Json::array())) {
+    if (change.is_string()) changes.push_back(change.get<std::string>());
+  }
+  return changes;
 }
 
 /// Key by which models of one grade are ranked, the least first: AR-BIC if every model has it, else the validation R2.
@@ -155,6 +169,7 @@ Subject load_run(const fs::path& folder) {
     }
     try {
       subject.record = record::read_run(folder).record;
+      subject.trial_changes = changes_of_trial(folder / kTrackFile);
       if (const fs::path path = folder / kTrackRows; fs::exists(path, ignored)) subject.track = track_table(path);
     } catch (const DataError& error) {
       subject.notes.emplace_back(error.what());

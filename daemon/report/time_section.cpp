@@ -51,17 +51,6 @@ Errors errors_of(const identify::FitTable& table, const identify::FitColumn& col
   return errors;
 }
 
-/// Whether the verdict found an error far above the noise that differs between the record's periods.
-bool misses_more_than_noise(const ident::Model& model) {
-  return model.verdict &&
-         std::any_of(
-             model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const ident::Criterion& criterion) {
-               using Kind = ident::CriterionKind;
-               return (criterion.kind == Kind::error_over_noise || criterion.kind == Kind::far_error_over_noise) &&
-                      has_failed(criterion);
-             });
-}
-
 /// "is larger on the unseen part and follows the input"; empty for a noise-like error.
 std::string systematic_text(const ident::Model& model, bool grows) {
   using Kind = ident::CriterionKind;
@@ -72,6 +61,7 @@ std::string systematic_text(const ident::Model& model, bool grows) {
   };
   std::vector<std::string> found;
   if (grows) found.emplace_back("is larger on the unseen part");
+  if (fails(Kind::error_over_noise)) found.emplace_back("is far above the noise of the record");
   if (fails(Kind::residual_input)) found.emplace_back("follows the input");
   if (fails(Kind::nonlinearity)) found.emplace_back("depends on motion or level");
   return fmt::format("{}", fmt::join(found, " and "));
@@ -95,11 +85,6 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   remark.good =
       "The model's line covers the measured one. The error has the same size on both sides of the dashed line, no "
       "slope, and no oscillation at the input's frequencies.";
-  if (misses_more_than_noise(model)) {
-    remark.to_do = fmt::format("The error is far above the noise of the record: {} misses a part of the plant. {}",
-                               model.name, what_to_try(subject, model));
-    return remark;
-  }
   const bool drifts = has_unseen && std::abs(errors.mean_unseen) > kNotCentred * errors.rms_unseen;
   const bool grows = has_unseen && errors.rms_unseen > kMuchLarger * errors.rms_estimating;
   if (percent < kNegligible_percent) {
@@ -113,19 +98,18 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
                   "The error is small but not as good as it can be: it {}. Nothing, where {:.2g} {} (rms) does "
                   "not matter; else see the notes in the box above.",
                   systematic, has_unseen ? errors.rms_unseen : errors.rms_estimating, model.output_unit);
+  } else if (const std::string known = against_error(subject, model); !known.empty()) {
+    remark.to_do = known;
   } else if (drifts) {
     remark.to_do = fmt::format(
-        "The error of the unseen part keeps one sign (mean {:.2g} {}): bias or drift. Record longer or with slower "
-        "tones, let the rig warm up{}.",
-        errors.mean_unseen, model.output_unit, has_valve_map(subject) ? "" : ", and try --input-map valve");
+        "The error of the unseen part keeps one sign (mean {:.2g} {}), of a cause that no test shows: record longer or "
+        "with slower tones.",
+        errors.mean_unseen, model.output_unit);
   } else if (grows) {
     remark.to_do =
-        "The error is larger on unseen data: the model is overfitted. Use fewer parameters or a longer record.";
+        "The error is larger on unseen data, of a cause that no test shows: record longer, or use fewer parameters.";
   } else {
-    remark.to_do =
-        "The error is large on both parts: the model misses a part of the plant. See the residual's correlation "
-        "below. " +
-        what_to_try(subject, model);
+    remark.to_do = "The error is large, of a cause that no test shows: see the notes in the box above.";
   }
   return remark;
 }

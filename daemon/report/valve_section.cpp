@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
@@ -20,16 +21,6 @@ bool has_dead_band(const ident::Model& model) {
     if (p.role == ident::ParameterRole::dead_band) return p.fixed || p.lower95 > 0.0;
   }
   return model.input_map->dead_band > 0.0;
-}
-
-/// Whether its residual shows effects of the plant that the structure cannot represent.
-bool misses_a_part(const ident::Model& model) {
-  using Kind = ident::CriterionKind;
-  return model.verdict &&
-         std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const ident::Criterion& c) {
-           return has_failed(c) && (c.kind == Kind::residual_input || c.kind == Kind::error_over_noise ||
-                                    c.kind == Kind::far_error_over_noise || c.kind == Kind::nonlinearity);
-         });
 }
 
 Remark remark_on_valve(const Subject& subject, const ident::Model& model) {

@@ -2,9 +2,12 @@
 #include "ident/validation/verdict.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string_view>
 
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
@@ -64,6 +67,18 @@ std::string unit_of(const ident::Criterion& criterion, const Model& model) {
   return {};
 }
 
+/// The criteria that a model fails or that are not judged, in the words of the table of criteria.
+std::string short_notes(const ident::Verdict& verdict) {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::string> words;
+  for (const ident::Criterion& criterion : verdict.criteria) {
+    if (!criterion.passed) words.push_back(words_of(criterion));
+  }
+  const std::size_t more = words.size() > kMost ? words.size() - kMost : 0;
+  words.resize(std::min(words.size(), kMost));
+  return fmt::format("{}{}", fmt::join(words, "; "), more > 0 ? fmt::format("; {} more", more) : "");
+}
+
 std::string box(const char* kind, const std::string& heading, const std::string& html) {
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", kind, escaped(heading), html);
 }
@@ -81,6 +96,19 @@ std::string of_model(const ReportedModel& reported) {
   return html;
 }
 
+/// What the import said of the record, for a person to look at.
+std::string remarks_on_record(const Model& model) {
+  const auto remarks = model.provenance.find("remarks");
+  if (remarks == model.provenance.end()) return {};
+  std::vector<std::string> sentences;
+  for (std::size_t at = 0; at < remarks->second.size();) {
+    const std::size_t end = std::min(remarks->second.find('\n', at), remarks->second.size());
+    sentences.push_back(remarks->second.substr(at, end - at));
+    at = end + 1;
+  }
+  return paragraph("Of the record itself:") + list(sentences);
+}
+
 /// Returns the reason for which a run has no models: it did not complete, or its identification failed.
 std::string without_models(const Subject& subject) {
   const ordered_json& outcome = subject.part("outcome");
@@ -91,12 +119,26 @@ std::string without_models(const Subject& subject) {
   if (description.is_string() && !description.get_ref<const std::string&>().empty()) {
     html += paragraph(description.get<std::string>());
   }
+  const bool is_trial = subject.part("experiment", "track").is_string();
+  if (!subject.trial_changes.empty()) {
+    html += paragraph("Until then the moving rod shows:") + list(subject.trial_changes) +
+            paragraph(
+                "The promise is not kept: the valve is not the one that the controller was made for. `eha "
+                "characterise`, then `eha tune`.");
+  }
+  if (outcome == "completed") {
+    html += paragraph(
+        "`eha fit` with this folder fits models; of a run that measured the valve `eha characterise` with this folder "
+        "shows the sheet.");
+    return box("none", "No model in this run", html);
+  }
   html += paragraph(
-      subject.part("experiment", "track").is_string()
-          ? "It is a controller's trial: no model is fitted to a record in closed loop. `eha track` with this folder "
-            "says what the rod showed of the valve until then."
-          : "Only completed runs are fitted automatically. The partial record is shown below; `eha fit` with this "
-            "folder fits it.");
+      is_trial ? fmt::format("It is a controller's trial: no model is fitted to a record in closed loop.{}",
+                             subject.trial_changes.empty()
+                                 ? " `eha track` with this folder says what the rod showed of the valve until then."
+                                 : "")
+               : "Only completed runs are fitted automatically. The partial record is shown below; `eha fit` with this "
+                 "folder fits it.");
   return box("none",
              fmt::format("No model: the run ended as \"{}\"",
                          outcome.is_string() ? outcome.get<std::string>() : std::string("unknown")),
@@ -118,7 +160,8 @@ std::string verdict(const Subject& subject) {
         "again and use `eha validate`.");
   }
   if (subject.has_recommendation) {
-    return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded), of_model(main) + reason);
+    return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded),
+               of_model(main) + reason + remarks_on_record(main.model));
   }
   if (grade == Grade::rejected) {
     std::string html = reason;
@@ -126,11 +169,11 @@ std::string verdict(const Subject& subject) {
       html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name));
       html += list(main.model.verdict->reasons);
     }
-    return box("none", "No model can be used", html + of_model(main));
+    return box("none", "No model can be used", html + remarks_on_record(main.model) + of_model(main));
   }
   const bool is_alone = subject.models.size() == 1;
   return box("some", fmt::format("{}: {} ({})", is_alone ? "Model" : "Best model", main.model.name, graded),
-             of_model(main) + reason);
+             of_model(main) + reason + remarks_on_record(main.model));
 }
 
 Section models_section(const Subject& subject) {
@@ -154,7 +197,8 @@ Section models_section(const Subject& subject) {
          has_criterion ? number("{:.1f}", model.estimation->information->ar_bic) : "-",
          !model.stability          ? "unknown"
          : model.stability->stable ? "yes"
-                                   : "no"});
+                                   : "no",
+         model.verdict ? short_notes(*model.verdict) : ""});
   }
   const std::string unit = subject.models.front().model.output_unit;
   Item overview{.heading = ""};
@@ -166,11 +210,12 @@ Section models_section(const Subject& subject) {
                          {"largest error, unseen part [" + unit + "]", Column::number},
                          {"parameters", Column::number},
                          {"AR-BIC", Column::number},
-                         {"stable"}},
+                         {"stable"},
+                         {"notes", Column::wide_text}},
                         rows);
   overview.html += paragraph(
       "R2 and fit are 100 % for a perfect model. AR-BIC weighs error against number of parameters; lower is better, "
-      "and a difference of 10 is clear.");
+      "and a difference of 10 is clear. Notes: what a model fails in or is not judged in.");
   if (const auto pictured = subject.pictured(); pictured.size() < subject.models.size()) {
     const std::string shown =
         pictured.size() == 1
@@ -182,12 +227,14 @@ Section models_section(const Subject& subject) {
     overview.html += paragraph("The pictures show " + shown +
                                ". `eha report` with the files of one or two other models draws those.");
   }
-  const bool has_not_needed =
-      std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row[1] == ident::kNotNeeded; });
-  if (has_not_needed) {
-    overview.html += paragraph(
-        "Not needed: it describes the record, with a parameter more than the record shows. No controller should rest "
-        "on it, so in a run its file lies in models/rejected.");
+  for (const std::string_view word : {ident::kNotNeeded, ident::kNotDetermined}) {
+    if (std::none_of(rows.begin(), rows.end(), [&](const auto& row) { return row[1] == word; })) continue;
+    std::string sentence = fmt::format(
+        "{}: {}. No controller should rest on it, so in a run its file lies in "
+        "models/rejected.",
+        word, ident::meaning_of(word));
+    sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
+    overview.html += paragraph(sentence);
   }
   section.items.push_back(std::move(overview));
   for (const ReportedModel& reported : subject.models) {

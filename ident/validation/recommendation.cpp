@@ -168,6 +168,24 @@ std::string unseen_resonances(const Model& picked, const Models& all) {
   return text;
 }
 
+bool fails_input_test(const Model& model) {
+  return model.verdict &&
+         std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(),
+                     [](const Criterion& c) { return c.kind == CriterionKind::residual_input && has_failed(c); });
+}
+
+/// Names the best accepted model that leaves nothing over that the input moves, where the picked one does.
+/// @param all  the least AR-BIC first
+std::string without_input_in_residual(const Model& picked, const Models& all) {
+  if (!fails_input_test(picked)) return {};
+  const auto other = std::find_if(all.begin(), all.end(), [](const Model* model) {
+    return is_accepted(*model) && !fails_input_test(*model) && model->validation && model->validation->tests;
+  });
+  return other == all.end()
+             ? std::string()
+             : fmt::format("; of the accepted ones {} leaves nothing over that the input moves", (*other)->name);
+}
+
 /// Why better models by AR-BIC are not picked: "; io3, 25.1 better, is rejected: a0 = ...". @param all  the least first
 /// @param named  already; null for none
 std::string better_but_rejected(const Model& picked, const Models& all, const Model* named) {
@@ -292,6 +310,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
         "; {}, which the estimation part prefers, {}, so only a fresh record can confirm this choice", first.name, why);
   }
   result.reason += unseen_resonances(**picked, all);
+  result.reason += without_input_in_residual(**picked, all);
   result.reason += better_but_rejected(**picked, all, result.validation_chose ? order.front() : nullptr);
   return result;
 }

@@ -84,14 +84,14 @@ class Search {
     // The longest stretch without a stay.
     Index begin = 0;
     Index longest = first.first;
-    stop.clean_to_s = time(first.first);
+    stop.clean_to_s = time(std::max<Index>(0, first.first - 1));
     for (std::size_t i = 0; i < stays.size(); ++i) {
       begin = stays[i].last + 1;
       const Index end = i + 1 < stays.size() ? stays[i + 1].first : rows_.measured.size();
       if (end - begin <= longest) continue;
       longest = end - begin;
       stop.clean_from_s = time(begin);
-      stop.clean_to_s = i + 1 < stays.size() ? std::optional(time(end)) : std::nullopt;
+      stop.clean_to_s = i + 1 < stays.size() ? std::optional(time(end - 1)) : std::nullopt;
     }
     return stop;
   }

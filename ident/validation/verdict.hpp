@@ -78,9 +78,18 @@ struct RecordFacts {
 [[nodiscard]] std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict);
 
 inline constexpr std::string_view kNotNeeded = "not needed";
+inline constexpr std::string_view kNotDetermined = "undetermined";
 
-/// The verdict in one word for tables: its grade, but kNotNeeded for a rejected model that is wrong in nothing, of
-/// which the record only leaves parameters undetermined or shows that it does without them.
+/// What to do about white noise, after a semicolon.
+inline constexpr std::string_view kAgainstNoise =
+    "play a larger amplitude or filter the sensor; a longer record makes the parameters exact, but leaves the error";
+
+/// The verdict in one word for tables: its grade, but for a rejected model that is wrong in nothing kNotDetermined
+/// where the interval of a coefficient has no end, else kNotNeeded: the record hardly determines parameters, or shows
+/// that it does without them.
 [[nodiscard]] std::string_view verdict_word(const Verdict& verdict);
+
+/// What a word of verdict_word() means that is not a grade; empty for a grade.
+[[nodiscard]] std::string_view meaning_of(std::string_view verdict_word);
 
 }  // namespace eha::ident

@@ -16,6 +16,7 @@
 #include "ident/fractional/stability.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/search/least_squares.hpp"
+#include "ident/validation/error_cause.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
@@ -76,9 +77,20 @@ std::string text(const InputLevels& levels, const std::string& unit) {
   return fmt::format("{:.4g} and {:.4g} {}", levels.lower, levels.upper, unit);
 }
 
+/// "0 to 0.62"; "unbounded", "unbounded below 3" or "unbounded above 1" where the record leaves an end open.
+std::string interval_text(const ParameterEstimate& p) {
+  const bool has_lower = std::isfinite(p.lower95);
+  const bool has_upper = std::isfinite(p.upper95);
+  if (has_lower && has_upper) return fmt::format("{:.3g} to {:.3g}", p.lower95, p.upper95);
+  if (has_lower) return fmt::format("unbounded above {:.3g}", p.lower95);
+  if (has_upper) return fmt::format("unbounded below {:.3g}", p.upper95);
+  return "unbounded";
+}
+
 class Reasons {
  public:
-  Reasons(const Model& model, const Verdict& verdict) : model_(model), verdict_(verdict) {}
+  Reasons(const Model& model, const Verdict& verdict)
+      : model_(model), verdict_(verdict), cause_(error_cause(model, verdict)) {}
 
   std::vector<std::string> all() {
     // What explains the other reasons comes first.
@@ -144,18 +156,14 @@ class Reasons {
             "record longer.",
             model_.estimation->evaluations, model_.estimation->termination);
       case Kind::r2:
-        if (c.value < kNoAnswer_percent) {
+        if (c.value < kNoAnswer_percent && cause_ != ErrorCause::end_stop && cause_ != ErrorCause::jump) {
           return fmt::format(
               "The output hardly answers to the input: the {} R2 of {:.2g} % is below the limit of {:.4g} %; were "
               "supply "
               "and valve on, and are these the right columns (--input, --output)? Look at the record (eha plot).",
               c.parameter, c.value, c.limit);
         }
-        return fmt::format(
-            "The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; look at the "
-            "error "
-            "over time in the report, {}.",
-            c.parameter, c.value, c.limit, remedy());
+        return low_r2(c);
       case Kind::max_abs_error:
         return fmt::format(
             "The model is too far off at one place: the greatest {} error of {:.4g} {} is above the limit of {:.4g} "
@@ -195,9 +203,12 @@ class Reasons {
             c.value, model_.validation->tests->error->upper, c.limit);
       case Kind::residual_drift:
         return fmt::format(
-            "The sensor or an offset drifts: by {:.3g} {} over the validation part, more than the {:.3g} {} that noise "
-            "and the parameters' errors explain; record when the oil is warm, or shorter.",
-            c.value, unit, c.limit, unit);
+            "What is left wanders: by {:.3g} {} over the validation part, more than the {:.3g} {} that noise and the "
+            "parameters' errors explain; {}.",
+            c.value, unit, c.limit, unit,
+            cause_ == ErrorCause::drift ? "the sensor, the null or the oil's temperature may have drifted: record when "
+                                          "the oil is warm, or shorter"
+                                        : "the cause named in the other notes may do that, too");
       case Kind::saturated:
         if (model_.validation && model_.validation->end_stop) return {};  // a note says it, with the time
         return fmt::format(
@@ -248,11 +259,16 @@ class Reasons {
       case Kind::coefficient_interval: {
         const ParameterEstimate* p = find(c.parameter);
         if (p == nullptr) return {};
+        if (!std::isfinite(p->lower95) || !std::isfinite(p->upper95)) {
+          return fmt::format(
+              "The record does not determine {} by itself: others make up for any change of it, and its 95 % interval "
+              "is {}; simulate with it, but take no single parameter of it, or record longer.",
+              c.parameter, interval_text(*p));
+        }
         return fmt::format(
-            "The record does not need {}: it may be 0, its 95 % interval is {:.3g} to {:.3g}; use the model without "
-            "it, "
-            "or record longer.",
-            c.parameter, p->lower95, p->upper95);
+            "The record does not need {}: it may be 0, its 95 % interval is {}; use the model without it, or record "
+            "longer.",
+            c.parameter, interval_text(*p));
       }
       case Kind::above_recommended:
         return fmt::format(
@@ -271,6 +287,22 @@ class Reasons {
     return {};
   }
 
+  /// Why R2 is low, by the cause of the error.
+  [[nodiscard]] std::string low_r2(const Criterion& c) const {
+    if (cause_ == ErrorCause::white_noise) {
+      return fmt::format(
+          "What is left is plain noise of {:.3g} {} rms, in which the input has no part: the {} R2 of {:.4g} % is "
+          "below "
+          "the limit of {:.4g} %; {}.",
+          std::sqrt(model_.validation->score.mse), model_.output_unit, c.parameter, c.value, c.limit, kAgainstNoise);
+    }
+    const bool is_named = cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump;
+    return fmt::format(
+        "The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; {}.", c.parameter,
+        c.value, c.limit,
+        is_named ? "cut as said above, and fit again" : "look at the error over time in the report, " + remedy());
+  }
+
   /// One width, the greater of the interval's and the one that the standard error gives.
   [[nodiscard]] std::string undetermined_order(const Criterion& c) const {
     const ParameterEstimate* p = find(c.parameter);
@@ -286,8 +318,7 @@ class Reasons {
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const {
     if (verdict_.beside_ladder) {
-      return "take a model without this note, if the table has one, else record smaller amplitudes, where the plant is "
-             "nearer to linear";
+      return "the ladder's structures are tried: record smaller amplitudes, where a plant is nearer to linear";
     }
     return model_.input_map ? "try another structure" : "try the valve map (--input-map valve)";
   }
@@ -308,15 +339,18 @@ class Reasons {
       if (stop->clean_from_s) cut += fmt::format(" --from {:.4g}", *stop->clean_from_s);
       if (stop->clean_to_s) cut += fmt::format(" --to {:.4g}", *stop->clean_to_s);
       found.push_back(fmt::format(
-          "The rod stands at {:.4g} {} from {:.4g} s, in {:.2g} % of the samples, while the input asks for more: an "
-          "end stop, or the end of the sensor; no model follows it there; cut with{}, or record nearer to mid-travel.",
-          stop->level, unit, stop->from_s, stop->percent, cut));
+          "The rod stands at an end in {:.2g} % of the samples, first at {:.4g} {} from {:.4g} s on, while the input "
+          "asks "
+          "for more: an end stop, or the end of the sensor; no model follows it there; cut with{}, or record nearer to "
+          "mid-travel.",
+          stop->percent, stop->level, unit, stop->from_s, cut));
     }
     if (const auto& jump = model_.validation->jump) {
-      found.push_back(fmt::format(
-          "The error jumps by {:.3g} {} at {:.4g} s: the sensor slipped, the load changed or rows are missing there; "
-          "cut with --to {:.4g} or --from {:.4g}.",
-          jump->change, unit, jump->time_s, jump->time_s, jump->time_s));
+      found.push_back(
+          fmt::format("The error jumps by {:.3g} {} at {:.4g} s: the sensor slipped or froze, the load changed or rows "
+                      "are missing there; "
+                      "cut with --to {:.4g} or --from {:.4g}.",
+                      jump->change, unit, jump->time_s, jump->time_s, jump->time_s));
     }
     return found;
   }
@@ -407,12 +441,13 @@ class Reasons {
     }
     if (!model_.validation->offset_reestimated) return;
     const double anew = model_.validation->offset_reestimated->r2_percent;
+    if (!(anew >= r2->limit)) return;
+    const bool is_open = cause_ == ErrorCause::unknown;
     notes_.push_back(fmt::format(
-        "With the offset estimated anew on the validation part R2 is {:.4g} %{}.", anew,
-        anew >= r2->limit ? ": the sensor or an offset drifts between the two parts; record when the "
-                            "oil is warm, or shorter"
-                          : ", still below the limit: no offset is the cause; look at the error over time in "
-                            "the report"));
+        "The error of the validation part is mostly an offset: with one estimated anew there R2 is {:.4g} %; {}.", anew,
+        is_open ? "the sensor, the null or the oil's temperature may have drifted between the two parts: record when "
+                  "the oil is warm, or shorter"
+                : "the cause named in the other notes may do that, too"));
   }
 
   void note_allowed_instability() {
@@ -430,9 +465,10 @@ class Reasons {
     for (const ParameterEstimate& p : model_.parameters) {
       if (p.fixed || is_offset(p.role) || is_order(p.role) || is_coefficient(p.role)) continue;
       if (!std::isfinite(p.std) || !(p.upper95 - p.lower95 > 2.0 * std::abs(p.value))) continue;
-      notes_.push_back(fmt::format(
-          "The record hardly determines {}: its 95 % interval is {:.3g} to {:.3g}; record longer to know it.", p.name,
-          p.lower95, p.upper95));
+      notes_.push_back(
+          fmt::format("The record hardly determines {} = {:.3g}: its 95 % interval is {}; record longer to "
+                      "know it.",
+                      p.name, p.value, interval_text(p)));
     }
   }
 
@@ -449,6 +485,7 @@ class Reasons {
 
   const Model& model_;
   const Verdict& verdict_;
+  const ErrorCause cause_;
   std::vector<std::string> rejections_;
   std::vector<std::string> notes_;
 };
@@ -462,11 +499,23 @@ std::string_view verdict_word(const Verdict& verdict) {
   const auto asks_too_much = [](const Criterion& c) {
     return c.kind == Kind::order_error || c.kind == Kind::left_out || c.kind == Kind::coefficient_interval;
   };
+  const auto is_unbounded = [&](const Criterion& c) {
+    return rejects(c) && c.kind == Kind::coefficient_interval && !std::isfinite(c.value);
+  };
   const auto& all = verdict.criteria;
-  const bool is_not_needed =
+  const bool is_right_otherwise =
       verdict.grade == Grade::rejected && std::any_of(all.begin(), all.end(), rejects) &&
       std::all_of(all.begin(), all.end(), [&](const Criterion& c) { return !rejects(c) || asks_too_much(c); });
-  return is_not_needed ? kNotNeeded : text(verdict.grade);
+  if (!is_right_otherwise) return text(verdict.grade);
+  return std::any_of(all.begin(), all.end(), is_unbounded) ? kNotDetermined : kNotNeeded;
+}
+
+std::string_view meaning_of(std::string_view verdict_word) {
+  if (verdict_word == kNotNeeded) return "describes the record, with a parameter more than the record shows";
+  if (verdict_word == kNotDetermined) {
+    return "describes the record, which determines a combination of its parameters, not each of them";
+  }
+  return {};
 }
 
 std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict) {

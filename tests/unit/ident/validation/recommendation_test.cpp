@@ -166,6 +166,19 @@ TEST(Recommendation, TakesAModelThatHasFarLessErrorOnTheUnseenPart) {
   EXPECT_EQ(recommended({io, io3}).model, "io") << "but not where it errs a third";
 }
 
+TEST(Recommendation, NamesTheModelThatLeavesNothingOverThatTheInputMoves) {
+  const auto with_p = [](const std::string& name, double ar_bic, double p) {
+    Model model = model_of(name, ar_bic);
+    model.validation->score.samples = 500;
+    model.validation->tests = ResidualTests{1, {20.0, 21, p}, {19.0, 19, 0.5}};
+    model.verdict = judge(model, {});
+    return model;
+  };
+  const std::string named = "; of the accepted ones io3 leaves nothing over that the input moves";
+  EXPECT_NE(recommended({with_p("io", -100.0, 1e-9), with_p("io3", -95.0, 0.5)}).reason.find(named), std::string::npos);
+  EXPECT_EQ(recommended({with_p("io", -100.0, 0.1), with_p("io3", -95.0, 0.5)}).reason.find(named), std::string::npos);
+}
+
 TEST(Recommendation, TakesAResonanceFarAboveTheBandOnlyWhereItGainsTen) {
   const auto cylinder = [](double ar_bic, double highest_Hz) {
     Model model = model_of("cylinder", ar_bic);

@@ -131,8 +131,9 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
           "record longer, or fit a simpler model.",
           "Input and output may be exchanged, or a controller closes the loop: the residual correlates with future "
           "input more than with past input; check --input and --output, or record in open loop.",
-          "With the offset estimated anew on the validation part R2 is 91.2 %: the sensor or an offset drifts "
-          "between the two parts; record when the oil is warm, or shorter."}));
+          "The error of the validation part is mostly an offset: with one estimated anew there R2 is 91.2 %; the "
+          "sensor, the null or the oil's temperature may have drifted between the two parts: record when the oil "
+          "is warm, or shorter."}));
 }
 
 TEST(Verdict, SaysHowAnIntegratingModelIsAccepted) {
@@ -221,7 +222,7 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
   EXPECT_EQ(verdict.grade, Grade::usable);
   const Verdict beside = judge(model, AcceptanceLimits{}, {.beside_ladder = true});
   EXPECT_TRUE(beside.beside_ladder);
-  EXPECT_NE(beside.reasons.front().find("take a model without this note"), std::string::npos) << beside.reasons.front();
+  EXPECT_NE(beside.reasons.front().find("record smaller amplitudes"), std::string::npos) << beside.reasons.front();
   EXPECT_EQ(beside.reasons.front().find("--input-map"), std::string::npos) << "which the ladder has tried";
   Model clipped = model;
   clipped.validation->saturated_percent = 5.0;
@@ -281,6 +282,46 @@ TEST(Verdict, RejectsAnErrorFarAboveTheNoiseUnlessTheFitIsClose) {
   EXPECT_EQ(judge(model, {}, {.noise_std = 0.021}).grade, Grade::usable);
   model.validation->score.fit_percent = 96.0;
   EXPECT_EQ(judge(model, {}, {.noise_std = 0.019}).grade, Grade::usable);
+}
+
+TEST(Verdict, CallsANoisySensorOne) {
+  Model model = good_model();
+  model.validation->score.r2_percent = 60.0;
+  model.validation->score.mse = 144.0;
+  const std::string reason = judge(model, {}, {.beside_ladder = true}).reasons.at(0);
+  EXPECT_EQ(reason.rfind("What is left is plain noise of 12 in rms, in which the input has no part: ", 0), 0U)
+      << reason;
+  EXPECT_NE(reason.find("play a larger amplitude or filter the sensor"), std::string::npos) << reason;
+  EXPECT_EQ(reason.find("smaller"), std::string::npos) << reason;
+  // Noise that is correlated with itself may be anything.
+  model.validation->ljung_box_p = 1e-6;
+  EXPECT_EQ(judge(model, {}).reasons.at(0).find("plain noise"), std::string::npos);
+  model.validation->ljung_box_p = 0.4;
+  model.validation->jump = ErrorJump{32.0, 7.2};
+  EXPECT_NE(judge(model, {}).reasons.at(1).find("cut as said above"), std::string::npos);
+  model.validation->score.r2_percent = -226.0;
+  EXPECT_EQ(judge(model, {}).reasons.at(1).find("hardly answers"), std::string::npos);
+}
+
+TEST(Verdict, SpeaksOfADriftOnlyWhereNothingElseExplainsIt) {
+  Model model = good_model();
+  model.validation->tests->drift = ResidualDrift{.change = 0.02, .expected = 0.01};
+  const std::string alone = judge(model, {}).reasons.at(0);
+  EXPECT_EQ(alone.rfind("What is left wanders: by 0.02 in over the validation part, more than the 0.01 in", 0), 0U)
+      << alone;
+  EXPECT_NE(alone.find("when the oil is warm"), std::string::npos) << alone;
+  model.validation->tests->input.p = 1e-5;
+  const std::vector<std::string> reasons = judge(model, {}).reasons;
+  ASSERT_EQ(reasons.size(), 2U);
+  EXPECT_EQ(reasons[1].find("warm"), std::string::npos) << reasons[1];
+  // An offset of the validation part behind a jump is the jump's.
+  model = good_model();
+  model.validation->jump = ErrorJump{32.0, 7.2};
+  model.validation->score.r2_percent = 79.0;
+  model.validation->offset_reestimated = Score{.r2_percent = 97.6};
+  for (const std::string& reason : judge(model, {}).reasons) {
+    EXPECT_EQ(reason.find("warm"), std::string::npos) << reason;
+  }
 }
 
 TEST(Verdict, SaysWhatKindOfPlantTheResidualShows) {
@@ -372,6 +413,18 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
   // A coefficient that the structure or a request holds is not asked.
   model.parameters[0].fixed = true;
   EXPECT_EQ(judge(model, {}).grade, Grade::good);
+}
+
+TEST(Verdict, DoesNotCallACoefficientSuperfluousThatTheRecordDoesNotDetermine) {
+  Model model = identified_model();
+  model.parameters[0].lower95 = -std::numeric_limits<double>::infinity();
+  model.parameters[0].upper95 = std::numeric_limits<double>::infinity();
+  const Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.reasons.at(0),
+            "The record does not determine a2 by itself: others make up for any change of it, and its 95 % interval is "
+            "unbounded; simulate with it, but take no single parameter of it, or record longer.");
+  EXPECT_EQ(verdict_word(verdict), kNotDetermined);
+  EXPECT_FALSE(meaning_of(kNotDetermined).empty());
 }
 
 /// What is wrong, the figure, what to do.

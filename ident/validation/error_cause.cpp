@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/error_cause.hpp"
+
+#include <algorithm>
+#include <initializer_list>
+#include <optional>
+
+namespace eha::ident {
+namespace {
+
+using Kind = CriterionKind;
+
+constexpr double kWhiteLevel = 0.01;   // of the test of the residual itself
+constexpr double kMostlyOffset = 0.5;  // of the mean squared error, without its offset
+
+bool fails_any(const Verdict& verdict, std::initializer_list<Kind> kinds) {
+  return std::any_of(verdict.criteria.begin(), verdict.criteria.end(), [&](const Criterion& c) {
+    return has_failed(c) && std::find(kinds.begin(), kinds.end(), c.kind) != kinds.end();
+  });
+}
+
+bool passes(const Verdict& verdict, Kind kind) {
+  return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
+                     [&](const Criterion& c) { return c.kind == kind && c.judged && c.passed; });
+}
+
+}  // namespace
+
+ErrorCause error_cause(const Model& model, const Verdict& verdict) {
+  if (!model.validation) return ErrorCause::unknown;
+  if (model.validation->end_stop || fails_any(verdict, {Kind::saturated, Kind::far_saturated})) {
+    return ErrorCause::end_stop;
+  }
+  if (model.validation->jump) return ErrorCause::jump;
+  if (fails_any(verdict, {Kind::error_over_refit})) return ErrorCause::other_plant;
+  if (fails_any(verdict, {Kind::residual_input, Kind::error_over_noise, Kind::far_error_over_noise})) {
+    return ErrorCause::missing_part;
+  }
+  if (fails_any(verdict, {Kind::nonlinearity})) return ErrorCause::nonlinear;
+  if (fails_any(verdict, {Kind::future_input})) return ErrorCause::feedback;
+  if (fails_any(verdict, {Kind::residual_drift})) return ErrorCause::drift;
+  const std::optional<Score>& anew = model.validation->offset_reestimated;
+  const bool is_offset = anew && anew->mse < kMostlyOffset * model.validation->score.mse;
+  const bool is_white = !is_offset && passes(verdict, Kind::residual_input) &&
+                        passes(verdict, Kind::residual_whiteness) && model.validation->ljung_box_p >= kWhiteLevel;
+  return is_white ? ErrorCause::white_noise : ErrorCause::unknown;
+}
+
+}  // namespace eha::ident
