@@ -2,6 +2,7 @@
 #include "daemon/identify/identification.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -29,6 +30,8 @@ namespace {
 
 constexpr std::size_t kQuicklyCompared_rows = 1'000'000;
 constexpr double kUsualFits = 20.0;  // of the ladder, for its progress
+constexpr double kFewestPeriods = 2.0;
+constexpr double kEnoughPeriods = 10.0;
 
 /// Returns the band in which the input of a model's record moves.
 std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task, const ident::FitResult& result) {
@@ -48,6 +51,25 @@ std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
   const std::vector<double> lines_Hz = ident::excited_lines(played->excitation, source.record.step_s, table);
   if (lines_Hz.empty()) return {};
   return ident::FrequencyInterval{lines_Hz.front(), lines_Hz.back()};
+}
+
+/// Refuses a record whose estimating part holds less than two periods of the input's fastest motion: any curve follows
+/// such a piece.
+void refuse_a_piece(const IdentificationTask& task) {
+  const double step_s = task.record.step_s;
+  const auto rows = static_cast<double>(task.record.input.size()) - std::max(0.0, task.options.discard_s) / step_s;
+  const auto estimating = static_cast<Eigen::Index>(rows * std::min(1.0, task.options.split));
+  if (estimating < 1 || estimating > task.record.input.size()) return;
+  const auto first = static_cast<Eigen::Index>(static_cast<double>(task.record.input.size()) - rows);
+  const auto moves = ident::excited_band(task.record.input.segment(first, estimating), step_s);
+  if (!moves) return;
+  const double estimating_s = static_cast<double>(estimating) * step_s;
+  const double periods = estimating_s * moves->highest_Hz;
+  if (periods >= kFewestPeriods) return;
+  throw DataError(fmt::format(
+      "the record is too short: the {:.3g} s that estimate a model hold {:.2g} periods of the input's fastest motion, "
+      "fewer than {:g}, and no whole one of what is slower; record {:.3g} s or more",
+      estimating_s, periods, kFewestPeriods, rows * step_s * kEnoughPeriods / periods));
 }
 
 ident::RecordFacts facts_of(const IdentificationTask& task) {
@@ -96,6 +118,7 @@ void judge(const IdentificationTask& task, ident::FitResult& result) {
   model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
   model.provenance["split"] = fmt::format("{}", task.options.split);
   model.provenance["work"] = work_text(result.work);
+  if (!task.remarks.empty()) model.provenance["remarks"] = fmt::format("{}", fmt::join(task.remarks, "\n"));
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
 }
 
@@ -216,6 +239,7 @@ bool any_accepted(const Identification& identification) {
 Identification fit_once(const IdentificationTask& task, const Progress& progress) {
   Identification identification;
   try {
+    refuse_a_piece(task);
     if (task.structures.empty()) {
       climb(task, progress, identification);
     } else {
@@ -372,6 +396,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   const bool is_paper = task.options.procedure == ident::Procedure::paper;
   if (is_paper && named.structures.empty()) named.structures = published_structures();
   named.excited = excited_lines_of(source);
+  named.remarks = source.remarks;
   std::vector<std::string> notes;
   auto frequency_response = frequency_response_of(source, task.options, notes);
   if (frequency_response) {

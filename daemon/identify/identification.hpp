@@ -27,8 +27,9 @@ struct IdentificationTask {
   ident::LadderOptions ladder = {};                      ///< requirements on its structures
   ident::FitOptions options = {};
   ident::AcceptanceLimits acceptance = {};
-  double interpolated_percent = 0.0;   ///< share of the record's rows [%]
-  std::size_t repetition_samples = 0;  ///< rows of one repetition; 0 when unknown
+  std::vector<std::string> remarks = {};  ///< on the record, for a person to look at; kept in the models' provenance
+  double interpolated_percent = 0.0;      ///< share of the record's rows [%]
+  std::size_t repetition_samples = 0;     ///< rows of one repetition; 0 when unknown
   /// Band in which the input moves, from the experiment; none: from its spectrum.
   std::optional<ident::FrequencyInterval> excited = {};
   /// Noise of a compared output sample, see ident::measured_noise() [output unit]; none if nothing repeats.

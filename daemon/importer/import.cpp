@@ -247,7 +247,8 @@ Imported import_record(const std::filesystem::path& path, const Options& options
         command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1))));
   }
   for (const std::string& remark :
-       remarks_on_output({record.output.begin(), record.output.end()}, imported.held, record.start_s, record.step_s)) {
+       remarks_on_output({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()},
+                         imported.held, record.start_s, record.step_s)) {
     imported.remarks.push_back(path.string() + ": " + remark);
   }
   return imported;

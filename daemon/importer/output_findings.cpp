@@ -22,6 +22,10 @@ constexpr double kMostShare = 0.01;      // of the rows
 constexpr std::size_t kInputBefore = 5;  // rows in which the input may be the cause
 constexpr double kClippedShare = 0.02;   // of the rows
 constexpr std::size_t kClippedTogether = 5;
+constexpr double kBesideEnd = 0.002;  // of the output's range, as a rod on its end stop
+constexpr std::size_t kFrozenRows = 20;
+constexpr double kFrozenShare = 0.01;  // of the rows
+constexpr double kFrozenInput = 0.3;   // of the input's range
 constexpr std::size_t kLongGap = 5;
 constexpr std::size_t kFewestChanges = 30;
 constexpr double kHeldShare = 0.9;         // of the changes of a sensor that is read more slowly than the rows
@@ -65,9 +69,12 @@ bool stands_alone(const std::vector<double>& y, std::size_t from, std::size_t co
          std::abs(before - after) < kNeighboursOff * distance;
 }
 
-/// First and last row of each stretch of rows that lie next to one another.
-std::vector<std::pair<std::size_t, std::size_t>> stretches(const std::vector<std::size_t>& rows, std::size_t shortest) {
-  std::vector<std::pair<std::size_t, std::size_t>> found;
+/// First and last row.
+using Stretch = std::pair<std::size_t, std::size_t>;
+
+/// Each stretch of rows that lie next to one another.
+std::vector<Stretch> stretches(const std::vector<std::size_t>& rows, std::size_t shortest) {
+  std::vector<Stretch> found;
   for (const std::size_t row : rows) {
     if (!found.empty() && found.back().second + 1 == row) {
       found.back().second = row;
@@ -80,13 +87,12 @@ std::vector<std::pair<std::size_t, std::size_t>> stretches(const std::vector<std
 }
 
 /// " --from 26 --to 60": the longest part of `count` rows without a stretch.
-std::string clean_part(const std::vector<std::pair<std::size_t, std::size_t>>& stretches, std::size_t count,
-                       double start_s, double step_s) {
+std::string clean_part(const std::vector<Stretch>& stretches, std::size_t count, double start_s, double step_s) {
   std::size_t begin = 0;
-  std::pair<std::size_t, std::size_t> longest{0, 0};
+  Stretch longest{0, 0};
   for (const auto& [first, last] : stretches) {
-    if (first - begin > longest.second - longest.first) longest = {begin, first};
-    begin = last + 1;
+    if (first > begin && first - begin > longest.second - longest.first) longest = {begin, first};
+    begin = std::max(begin, last + 1);
   }
   if (count - begin > longest.second - longest.first) longest = {begin, count};
   std::string text;
@@ -94,6 +100,53 @@ std::string clean_part(const std::vector<std::pair<std::size_t, std::size_t>>& s
   if (longest.first > 0) text += fmt::format(" --from {:.6g}", time(longest.first));
   if (longest.second < count) text += fmt::format(" --to {:.6g}", time(longest.second - 1));
   return text;
+}
+
+/// "32 % of the rows have the output 85, its greatest value, and 12 % 55, its least: ..."; empty without such rows.
+/// @param clipped  stretches of these rows, with those beside them at the same place
+std::string clipped_text(const std::vector<double>& output, std::vector<Stretch>& clipped) {
+  const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
+  if (!(*least < *greatest)) return {};
+  std::string text;
+  for (const double extreme : {*greatest, *least}) {
+    std::vector<std::size_t> at;
+    std::vector<std::size_t> beside;
+    for (std::size_t k = 0; k < output.size(); ++k) {
+      // Equal to the bit: a converter at its end.
+      if (!(output[k] < extreme) && !(output[k] > extreme)) at.push_back(k);
+      if (std::abs(output[k] - extreme) <= kBesideEnd * (*greatest - *least)) beside.push_back(k);
+    }
+    if (static_cast<double>(at.size()) < kClippedShare * static_cast<double>(output.size())) continue;
+    if (stretches(at, kClippedTogether).empty()) continue;
+    const std::vector<Stretch> found = stretches(beside, kClippedTogether);
+    clipped.insert(clipped.end(), found.begin(), found.end());
+    text += fmt::format("{}{:.2g} % {}{:.6g}, its {} value", text.empty() ? "" : ", and ",
+                        100.0 * static_cast<double>(at.size()) / static_cast<double>(output.size()),
+                        text.empty() ? "of the rows have the output " : "", extreme,
+                        extreme < *greatest ? "least" : "greatest");
+  }
+  return text.empty() ? text : text + ": the sensor is at its end, or the rod stands";
+}
+
+/// Stretches over which the output keeps a value to the bit, between its extremes, while the input moves over a large
+/// part of its range: no rod does that.
+std::vector<Stretch> frozen_stretches(const std::vector<double>& input, const std::vector<double>& output) {
+  const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
+  const auto [lowest, highest] = std::minmax_element(input.begin(), input.end());
+  const auto shortest =
+      std::max(kFrozenRows, static_cast<std::size_t>(kFrozenShare * static_cast<double>(output.size())));
+  std::vector<Stretch> found;
+  for (std::size_t k = 0; k < output.size();) {
+    std::size_t end = k + 1;
+    while (end < output.size() && !(output[end] < output[k]) && !(output[end] > output[k])) ++end;
+    if (end - k >= shortest && output[k] > *least && output[k] < *greatest) {
+      const auto [from, to] = std::minmax_element(input.begin() + static_cast<std::ptrdiff_t>(k),
+                                                  input.begin() + static_cast<std::ptrdiff_t>(end));
+      if (*to - *from > kFrozenInput * (*highest - *lowest)) found.emplace_back(k, end - 1);
+    }
+    k = end;
+  }
+  return found;
 }
 
 /// Rows for which a sensor keeps each of its values; none for one that is read with every row, or whose steps are those
@@ -240,8 +293,8 @@ std::string lone_rows_text(const std::vector<std::size_t>& rows, const std::vect
                      output[first - 1], output[after]);
 }
 
-std::vector<std::string> remarks_on_output(const std::vector<double>& output, const std::vector<std::size_t>& filled,
-                                           double start_s, double step_s) {
+std::vector<std::string> remarks_on_output(const std::vector<double>& input, const std::vector<double>& output,
+                                           const std::vector<std::size_t>& filled, double start_s, double step_s) {
   std::vector<std::string> remarks;
   if (output.size() < kFewestRows) return remarks;
   if (const auto held = held_rows(output)) {
@@ -252,28 +305,34 @@ std::vector<std::string> remarks_on_output(const std::vector<double>& output, co
         "time or lag; record the sensor with every row",
         *held, held_s, held_s - step_s));
   }
-  const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
-  for (const double extreme : {*greatest, *least}) {
-    if (!(*least < *greatest)) break;
-    std::vector<std::size_t> at;
-    for (std::size_t k = 0; k < output.size(); ++k) {
-      // Equal to the bit: a converter at its end.
-      if (!(output[k] < extreme) && !(output[k] > extreme)) at.push_back(k);
-    }
-    if (static_cast<double>(at.size()) < kClippedShare * static_cast<double>(output.size())) continue;
-    const auto clipped = stretches(at, kClippedTogether);
-    if (clipped.empty()) continue;
-    remarks.push_back(fmt::format(
-        "{:.2g} % of the rows have the output {:.6g}, its {} value: the sensor is at its end, or the rod stands; the "
-        "longest part without:{}",
-        100.0 * static_cast<double>(at.size()) / static_cast<double>(output.size()), extreme,
-        extreme < *greatest ? "least" : "greatest", clean_part(clipped, output.size(), start_s, step_s)));
+  std::vector<Stretch> spoilt;
+  const auto add = [&](std::string remark, const std::vector<Stretch>& stretches) {
+    if (stretches.empty()) return;
+    remarks.push_back(std::move(remark));
+    spoilt.insert(spoilt.end(), stretches.begin(), stretches.end());
+  };
+  std::vector<Stretch> clipped;
+  const std::string at_ends = clipped_text(output, clipped);
+  add(at_ends, clipped);
+  const std::vector<Stretch> frozen = frozen_stretches(input, output);
+  if (!frozen.empty()) {
+    const auto time = [&](std::size_t row) { return start_s + static_cast<double>(row) * step_s; };
+    add(fmt::format(
+            "the output stays at {:.6g} to the last digit from {:.6g} to {:.6g} s{}, while the input moves: the "
+            "sensor, or what reads it, froze",
+            output[frozen.front().first], time(frozen.front().first), time(frozen.front().second),
+            frozen.size() > 1 ? fmt::format(" and {} more times alike", frozen.size() - 1) : ""),
+        frozen);
   }
-  if (const auto gaps = stretches(filled, kLongGap); !gaps.empty()) {
-    remarks.push_back(fmt::format(
-        "what the input did in a filled gap is not known, and a rod that integrates stands elsewhere afterwards; the "
-        "longest part without a gap of {} rows or more:{}",
-        kLongGap, clean_part(gaps, output.size(), start_s, step_s)));
+  add(fmt::format(
+          "what the input did in a filled gap of {} rows or more is not known, and a rod that integrates stands "
+          "elsewhere afterwards",
+          kLongGap),
+      stretches(filled, kLongGap));
+  if (!spoilt.empty()) {
+    std::sort(spoilt.begin(), spoilt.end());
+    remarks.back() += "; the longest part without" + std::string(remarks.size() > 1 ? " any of this" : "") + ":" +
+                      clean_part(spoilt, output.size(), start_s, step_s);
   }
   return remarks;
 }

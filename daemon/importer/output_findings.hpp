@@ -26,10 +26,13 @@ namespace eha::importer {
 [[nodiscard]] std::string why_exchanged(const std::vector<double>& input, const std::vector<double>& output);
 
 /// What a person should know of an output: that the sensor is read more slowly than the rows, that it is clipped (the
-/// same greatest or least value again and again, for more than one row at a time), and gaps that were filled, behind
-/// which an integrating rod is shifted. With the longest part without either, as --from and --to. A sentence each.
+/// same greatest or least value again and again, for more than one row at a time), that it froze (the same value for
+/// long while the input moves), and gaps that were filled, behind which an integrating rod is shifted. A sentence each,
+/// the last of them with the longest part without any, as --from and --to.
+/// @param input  of equal length
 /// @param filled  rows whose input was not measured, ascending
-[[nodiscard]] std::vector<std::string> remarks_on_output(const std::vector<double>& output,
+[[nodiscard]] std::vector<std::string> remarks_on_output(const std::vector<double>& input,
+                                                         const std::vector<double>& output,
                                                          const std::vector<std::size_t>& filled, double start_s,
                                                          double step_s);
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -74,6 +76,25 @@ TEST(Identify, FitsAndJudgesEachStructureAndTellsItsProgress) {
   EXPECT_EQ(steps[1].first, 1.0);
   EXPECT_EQ(steps[1].second.rfind("lag ", 0), 0U) << steps[1].second;
   EXPECT_EQ(steps[1].second.back(), '\n') << "a result stays on a terminal";
+}
+
+TEST(Identify, RefusesAPieceOfLessThanTwoPeriods) {
+  Source source = lag_source();
+  source.name = "piece.csv";
+  // 3 s of a tone of 4 s.
+  source.record.input.resize(150);
+  for (Eigen::Index k = 0; k < 150; ++k) source.record.input[k] = std::sin(0.01 * std::numbers::pi * double(k));
+  source.record.output = source.record.output.head(150).eval();
+  try {
+    static_cast<void>(identify(source, task_with_one_pole(source), {}, {}));
+    FAIL() << "fitted";
+  } catch (const DataError& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("piece.csv: the record is too short: the 1.5 s that estimate a model hold"),
+              std::string::npos)
+        << message;
+    EXPECT_NE(message.find("; record "), std::string::npos) << message;
+  }
 }
 
 TEST(Identify, NamesTheSourceOfABadRecord) {

@@ -105,7 +105,7 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
   Rod r = rod();
   double greatest = 0.0;
   for (const double y : r.output) greatest = std::max(greatest, y);
-  EXPECT_TRUE(remarks_on_output(r.output, {}, 0.0, kRodStep_s).empty());
+  EXPECT_TRUE(remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s).empty());
   const double end = greatest - 4.0;
   std::size_t first = kRodRows;
   for (std::size_t k = 0; k < kRodRows; ++k) {
@@ -113,7 +113,7 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
     r.output[k] = end;
     first = std::min(first, k);
   }
-  const std::vector<std::string> remarks = remarks_on_output(r.output, {}, 0.0, kRodStep_s);
+  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
   ASSERT_EQ(remarks.size(), 1U);
   EXPECT_NE(remarks.front().find("its greatest value"), std::string::npos) << remarks.front();
   // The part that is named has no clipped row.
@@ -133,6 +133,35 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
   }
 }
 
+TEST(OutputRemarks, GiveOneCutForBothEnds) {
+  Rod r = rod();
+  double least = r.output.front();
+  double greatest = least;
+  for (const double y : r.output) {
+    least = std::min(least, y);
+    greatest = std::max(greatest, y);
+  }
+  for (double& y : r.output) y = std::clamp(y, least + 4.0, greatest - 4.0);
+  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+  ASSERT_EQ(remarks.size(), 1U);
+  const std::string& remark = remarks.front();
+  EXPECT_NE(remark.find("its greatest value, and "), std::string::npos) << remark;
+  EXPECT_NE(remark.find("its least value: "), std::string::npos) << remark;
+  EXPECT_EQ(remark.find("longest"), remark.rfind("longest")) << remark;
+}
+
+TEST(OutputRemarks, NameASensorThatFrozeAndItsTime) {
+  Rod r = rod();
+  for (std::size_t k = 1201; k <= 1500; ++k) r.output[k] = r.output[1200];
+  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_NE(remarks.front().find("from 12 to 15 s, while the input moves"), std::string::npos) << remarks.front();
+  EXPECT_TRUE(remarks.front().ends_with(" --from 15.01")) << remarks.front();
+  // A rod that rests because nothing moves it.
+  for (std::size_t k = 1200; k <= 1500; ++k) r.input[k] = 0.01;
+  EXPECT_TRUE(remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s).empty());
+}
+
 TEST(OutputRemarks, NameASensorThatIsReadMoreSlowlyThanTheRows) {
   Rod r = rod();
   Rod coarse = r;
@@ -140,10 +169,10 @@ TEST(OutputRemarks, NameASensorThatIsReadMoreSlowlyThanTheRows) {
     r.output[k] = r.output[k - k % 5];
     coarse.output[k] = 0.5 * std::round(2.0 * coarse.output[k]);
   }
-  const std::vector<std::string> remarks = remarks_on_output(r.output, {}, 0.0, kRodStep_s);
+  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
   ASSERT_EQ(remarks.size(), 1U);
   EXPECT_NE(remarks.front().find("changes only every 5 rows, 0.05 s"), std::string::npos) << remarks.front();
-  EXPECT_TRUE(remarks_on_output(coarse.output, {}, 0.0, kRodStep_s).empty()) << "a coarse converter";
+  EXPECT_TRUE(remarks_on_output(coarse.input, coarse.output, {}, 0.0, kRodStep_s).empty()) << "a coarse converter";
 }
 
 TEST(Columns, SeemExchangedWhereTheInputIsTheSmootherOne) {
@@ -238,10 +267,10 @@ TEST(Clocks, OfWholeNumbersWithoutAUnitAreAskedAbout) {
 
 TEST(OutputRemarks, NameLongFilledGaps) {
   const Rod r = rod();
-  EXPECT_TRUE(remarks_on_output(r.output, {100, 900, 901}, 0.0, kRodStep_s).empty()) << "short ones";
+  EXPECT_TRUE(remarks_on_output(r.input, r.output, {100, 900, 901}, 0.0, kRodStep_s).empty()) << "short ones";
   std::vector<std::size_t> filled;
   for (std::size_t k = 1000; k < 1012; ++k) filled.push_back(k);
-  const std::vector<std::string> remarks = remarks_on_output(r.output, filled, 0.0, kRodStep_s);
+  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, filled, 0.0, kRodStep_s);
   ASSERT_EQ(remarks.size(), 1U);
   EXPECT_TRUE(remarks.front().ends_with("--from 10.12")) << remarks.front();
 }

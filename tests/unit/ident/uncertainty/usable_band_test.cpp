@@ -52,6 +52,11 @@ TEST(ExcitedBand, OfAConstantInputIsNone) {
   EXPECT_FALSE(excited_band(Eigen::VectorXd::Zero(100), kStep_s));
 }
 
+TEST(UsableBand, OfASingleFrequencyIsNone) {
+  const auto [model, covariance] = lag_with_uncertain_corner(1e-6);
+  EXPECT_FALSE(usable_band(model, covariance, {1.25, 1.25}, {}));
+}
+
 TEST(UsableBand, EndsBelowTheNyquistFrequency) {
   auto [model, covariance] = lag_with_uncertain_corner(1e-6);
   model.estimation.emplace().compared_step_s = 0.08;
