@@ -51,12 +51,18 @@ struct CompareCommand {
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
 
-std::string table_of(const ident::PlantChange& change, const ident::Model& model) {
+std::string table_of(const report::ComparedSubject& first, const report::ComparedSubject& subject) {
+  const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
-  for (const ParameterChange& p : change.parameters) {
-    rows.push_back({p.name, fmt::format("{:.4g}", p.before), fmt::format("{:.4g}", p.after),
+  for (const ParameterChange& p : subject.change->parameters) {
+    rows.push_back({p.name, ident::value_text(p.name, p.before, first.model), ident::value_text(p.name, p.after, model),
                     fmt::format("{:.3g}", p.after - p.before), fmt::format("{:.2g}", p.half_width),
                     ident::unit_of(p, model), p.changed ? "yes" : "not shown"});
+  }
+  if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
+    rows.push_back({"left over, rms", fmt::format("{:.3g}", e.before), fmt::format("{:.3g}", e.after),
+                    fmt::format("{:.3g}", e.after - e.before), fmt::format("x {:g}", identify::kOtherLeftOver),
+                    model.output_unit, e.changed ? "yes" : "no"});
   }
   return text_table({{"parameter"},
                      {"before", Align::right},
@@ -71,7 +77,8 @@ std::string table_of(const ident::PlantChange& change, const ident::Model& model
 /// Draws gain and phase of the models over one another, for the models that have them.
 void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& models,
                const std::filesystem::path& path) {
-  plot::Panel gain{"", "gain [dB]"};
+  const ident::Model& first = *models.front().second;
+  plot::Panel gain{"", fmt::format("gain [dB re {}/{}]", first.output_unit, first.input_unit)};
   plot::Panel phase{"frequency [Hz]", "phase [deg]"};
   gain.log_x = phase.log_x = true;
   int style = 1;
@@ -104,6 +111,8 @@ identify::RunComparison converted(identify::RunComparison comparison, const Disp
     run.fit.measured *= factor;
     run.fit.simulated *= factor;
     if (run.change) run.change = in_output_unit(*run.change, factor);
+    run.left_over.before *= factor;
+    run.left_over.after *= factor;
   }
   return comparison;
 }
@@ -124,9 +133,11 @@ identify::ScoredModel converted(identify::ScoredModel scored, const DisplayUnit&
   return scored;
 }
 
-void add_changes(std::vector<std::string>& sentences, const ident::PlantChange& change, const ident::Model& model) {
+/// Adds what changed, beginning with the name of the run.
+void add_changes(std::vector<std::string>& sentences, const std::string& name, const ident::PlantChange& change,
+                 const ident::Model& model) {
   for (const ParameterChange& p : change.parameters) {
-    if (p.changed) sentences.push_back(change_sentence(p, model));
+    if (p.changed) sentences.push_back(name + ": " + change_sentence(p, model));
   }
 }
 
@@ -144,6 +155,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     out.subjects.push_back({.label = titles[i],
                             .model = model,
                             .change = run.change,
+                            .left_over = run.left_over,
                             .time_s = run.fit.time_s,
                             .measured = run.fit.measured,
                             .simulated = run.fit.simulated});
@@ -152,11 +164,16 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                             std::sqrt(score.mse), model.output_unit, score.samples);
     Json entry{{"source", sources[i].name}, {"model", Json::parse(ident::to_text(model))}};
     if (run.change) entry["change"] = change_json(*run.change, model);
+    if (i > 0) {
+      entry["left_over"] = {
+          {"rms_before", run.left_over.before}, {"rms_after", run.left_over.after}, {"changed", run.left_over.changed}};
+    }
     if (!run.cannot_tell.empty()) entry["cannot_tell"] = run.cannot_tell;
     runs.push_back(std::move(entry));
   }
   bool any_differs = false;  // through the plant or the input
   bool any_changed = false;
+  bool any_leaves_other = false;
   for (std::size_t i = 1; i < sources.size(); ++i) {
     const identify::ComparedRun& run = comparison.runs[i];
     const ident::PlantChange& change = *run.change;
@@ -168,18 +185,29 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                     : run.has_other_input    ? "the parameters differ, and so do the inputs: not shown whether the "
                                                "plant has changed; compare two runs of one experiment"
                                              : "the plant has changed");
-    out.text += change_sentences(change, model) + table_of(change, model);
+    out.text += change_sentences(change, model);
+    // Another input moves another error.
+    const bool leaves_other = run.left_over.changed && !run.has_other_input;
+    out.subjects[i].left_over.changed = leaves_other;
+    const std::string left_over = report::left_over_sentence(out.subjects.front(), out.subjects[i]);
+    if (leaves_other) out.text += "  " + left_over + "\n";
+    out.text += table_of(out.subjects.front(), out.subjects[i]);
+    any_leaves_other = any_leaves_other || leaves_other;
     any_differs = any_differs || change.changed || !run.cannot_tell.empty();
     any_changed = any_changed || (change.changed && !run.has_other_input && run.cannot_tell.empty());
-    if (!run.cannot_tell.empty()) out.findings.sentences.push_back("Cannot tell: " + run.cannot_tell + ".");
-    add_changes(out.findings.sentences, change, model);
+    if (!run.cannot_tell.empty()) {
+      out.findings.sentences.push_back(fmt::format("{}: cannot tell: {}.", titles[i], run.cannot_tell));
+    }
+    add_changes(out.findings.sentences, titles[i], change, model);
+    if (leaves_other) out.findings.sentences.push_back(titles[i] + ": " + left_over);
   }
   out.findings.title = fmt::format("Comparison of {} and {}", titles.front(),
                                    titles.size() == 2 ? titles.back() : fmt::format("{} others", titles.size() - 1));
-  out.findings.heading = any_changed   ? "The plant has changed"
-                         : any_differs ? "Not comparable: the records differ in input or length"
-                                       : "No change of the plant found";
-  out.findings.is_alike = !any_differs;
+  out.findings.heading = any_changed        ? "The plant has changed"
+                         : any_differs      ? "Not comparable: the records differ in input or length"
+                         : any_leaves_other ? "No parameter changed, but what the model leaves over did"
+                                            : "No change of the plant found";
+  out.findings.is_alike = !any_differs && !any_leaves_other;
   out.findings.sentences.push_back(
       fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
@@ -276,12 +304,13 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     out.models.emplace_back(titles[i], &models[i]);
     out.subjects.push_back({.label = titles[i], .model = models[i], .change = change});
     out.findings.is_alike = out.findings.is_alike && !change.changed;
-    add_changes(out.findings.sentences, change, models[i]);
+    add_changes(out.findings.sentences, titles[i], change, models[i]);
     out.text += fmt::format("{} and {}: {}\n", files.front(), files[i],
                             change.parameters.empty() ? "no parameter of both is estimated"
                             : change.changed          ? "the parameters differ"
                                                       : "no difference found");
-    if (!change.parameters.empty()) out.text += change_sentences(change, models[i]) + table_of(change, models[i]);
+    if (!change.parameters.empty())
+      out.text += change_sentences(change, models[i]) + table_of(out.subjects.front(), out.subjects.back());
     entries.push_back({{"file", files[i]}, {"change", change_json(change, models[i])}});
   }
   out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";

@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "daemon/identify/thread_executor.hpp"
+#include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::identify {
@@ -57,8 +58,23 @@ ident::FitResult fit_named(const Source& source, const ident::StructureOptions& 
 std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident::StructureOptions& structure,
                                  const ident::FitOptions& options) {
   std::vector<ComparedRun> runs;
-  for (const Source& source : sources) runs.push_back({fit_named(source, structure, options), std::nullopt});
+  for (const Source& source : sources) {
+    ComparedRun& run = runs.emplace_back();
+    run.fit = fit_named(source, structure, options);
+    ident::Model& model = run.fit.model;
+    model.verdict = ident::judge(model, {});
+    if (const auto excited = ident::excited_band(source.record.input, source.record.step_s)) {
+      model.verdict->usable_band = ident::usable_band(model, run.fit.covariance, *excited, {});
+    }
+  }
   return runs;
+}
+
+LeftOver left_over(const ident::Model& before, const ident::Model& after) {
+  LeftOver found{std::sqrt(before.estimation->score.mse), std::sqrt(after.estimation->score.mse)};
+  const double least = std::min(found.before, found.after);
+  found.changed = least > 0.0 && std::max(found.before, found.after) > kOtherLeftOver * least;
+  return found;
 }
 
 void compare_with_refit(ScoredModel& scored, const ident::Model& model, const Source& source,
@@ -133,6 +149,7 @@ RunComparison compare_runs(const std::vector<Source>& sources) {
   const double level = kFalseAlarm / static_cast<double>(sources.size() - 1);
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
     comparison.runs[i].has_other_input = has_other_input[i];
+    comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
     if (structure.name == "io_valve") continue;

@@ -14,10 +14,21 @@ namespace eha::identify {
 /// Probability of a reported change although nothing changed, for all parameters, runs and models together.
 inline constexpr double kFalseAlarm = 0.01;
 
+/// What the models leave over of two records: noise, friction and whatever else they do not describe.
+struct LeftOver {
+  double before = 0.0;  ///< rms error [output unit]
+  double after = 0.0;
+  bool changed = false;  ///< by more than kOtherLeftOver
+};
+
+/// From this factor on the errors on two records of one experiment are unlike.
+inline constexpr double kOtherLeftOver = 1.5;
+
 /// One run compared with the first.
 struct ComparedRun {
-  ident::FitResult fit;
+  ident::FitResult fit;                      ///< the model has a verdict, with its usable band
   std::optional<ident::PlantChange> change;  ///< from the first run to this one; none for the first
+  LeftOver left_over = {};                   ///< the same
   bool has_other_input = false;              ///< than the first, which alone can change the parameters
   std::string cannot_tell = {};  ///< why the plant may be the same although parameters differ; empty: it tells
 };

@@ -20,12 +20,18 @@ namespace {
 
 constexpr double kMostShown = 10.0;  // joint half widths to both sides
 
-std::string changes_table(const ident::PlantChange& change, const ident::Model& model) {
+std::string changes_table(const ComparedSubject& first, const ComparedSubject& subject) {
+  const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
-  for (const ident::ParameterChange& p : change.parameters) {
-    rows.push_back({p.name, ident::unit_of(p, model), fmt::format("{:.4g}", p.before), fmt::format("{:.4g}", p.after),
-                    fmt::format("{:.3g}", p.after - p.before), fmt::format("{:.2g}", p.half_width),
-                    p.changed ? "yes" : "not shown"});
+  for (const ident::ParameterChange& p : subject.change->parameters) {
+    rows.push_back({p.name, ident::unit_of(p, model), ident::value_text(p.name, p.before, first.model),
+                    ident::value_text(p.name, p.after, model), fmt::format("{:.3g}", p.after - p.before),
+                    fmt::format("{:.2g}", p.half_width), p.changed ? "yes" : "not shown"});
+  }
+  if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
+    rows.push_back({"left over, rms", model.output_unit, fmt::format("{:.3g}", e.before),
+                    fmt::format("{:.3g}", e.after), fmt::format("{:.3g}", e.after - e.before),
+                    fmt::format("factor {:g}", identify::kOtherLeftOver), e.changed ? "yes" : "no"});
   }
   return table({{"parameter"},
                 {"unit"},
@@ -68,7 +74,7 @@ plot::Figure changes_figure(const ident::PlantChange& change, const std::string&
 Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) {
   const ident::PlantChange& change = *subject.change;
   Item item{.heading = fmt::format("From {} to {}", first.label, subject.label)};
-  item.html = changes_table(change, subject.model);
+  item.html = changes_table(first, subject);
   if (change.parameters.empty()) return item;
   item.figure = changes_figure(change, "Changes of the parameters, " + item.heading);
   const auto changed = std::count_if(change.parameters.begin(), change.parameters.end(),
@@ -79,10 +85,17 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   });
   if (is_beyond) item.remark.seen += fmt::format(" Values beyond {:g} are drawn there.", kMostShown);
   item.remark.good = "On an unchanged rig every bar reaches the dashed line at 0.";
-  item.remark.to_do = change.changed
-                          ? "Look for the cause of each change: a null or dead band that moved is the valve's, a gain "
-                            "the supply pressure's or a leak's. Identify the rig anew before you rely on an old model."
-                          : "Nothing: models of the first record still hold.";
+  if (subject.left_over.changed) item.remark.seen += " " + left_over_sentence(first, subject);
+  item.remark.to_do =
+      change.changed
+          ? "Look for the cause of each change. A null or dead band that moved is the valve's, or comes from a leak "
+            "past "
+            "the piston: with a leak `eha characterise` finds a drift inside the dead band. A gain is the supply "
+            "pressure's, the valve's or a leak's. Identify the rig anew before you rely on an old model."
+      : subject.left_over.changed ? "The parameters hold. Look for what moves the output besides the input: noise of "
+                                    "the sensor, friction, air, "
+                                    "or a map that fits less well."
+                                  : "Nothing: models of the first record still hold.";
   for (const ident::ParameterChange& p : change.parameters) {
     std::string hidden = ident::hidden_sentence(p, subject.model);
     if (hidden.empty()) continue;
@@ -138,9 +151,12 @@ Item bode_item(const std::vector<ComparedSubject>& subjects) {
   for (const ReportedModel& model : models) shown.push_back(&model);
   Item item{.heading = "Gain and phase with 95 % bounds"};
   item.figure = bode_figure(shown, nullptr, "Bode plots of what is compared");
-  item.remark.seen = "Grey: the usable band of the first one.";
+  const bool has_band = shown.front()->usable_band().has_value();
+  item.remark.seen = has_band ? fmt::format("Grey: the usable band of {}.", subjects.front().label)
+                              : fmt::format("The usable band of {} is not known.", subjects.front().label);
   item.remark.good = "Curves that lie within one another's bounds.";
-  item.remark.to_do = "Where they differ, the plants differ at that frequency; outside the usable band trust neither.";
+  item.remark.to_do = fmt::format("Where they differ, the plants differ at that frequency{}.",
+                                  has_band ? "; outside the usable band trust neither" : "");
   return item;
 }
 
@@ -189,12 +205,19 @@ std::optional<Item> step_item(const std::vector<ident::Model>& models) {
   } catch (const ConfigError&) {
     return std::nullopt;  // no step: more zeros than poles
   }
-  item.remark.good = "Lines that cover one another.";
+  item.remark.good = "Lines that cover one another outside the grey part, which is faster than the usable band.";
   item.remark.to_do = "A lower speed is a lower gain: pressure, leak or valve.";
   return item;
 }
 
 }  // namespace
+
+std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
+  const identify::LeftOver& e = subject.left_over;
+  return fmt::format("What the model leaves over changed by a factor of {:.2g}, from {:.3g} {} rms on {} to {:.3g} {}.",
+                     e.after / e.before, e.before, subject.model.output_unit, first.label, e.after,
+                     subject.model.output_unit);
+}
 
 std::vector<std::string> titles_of(const std::vector<std::string>& paths) {
   std::vector<std::string> titles;

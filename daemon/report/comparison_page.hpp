@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/identify/comparison.hpp"
 #include "daemon/report/page.hpp"
 #include "ident/model/model.hpp"
 #include "ident/validation/parameter_change.hpp"
@@ -17,11 +18,15 @@ struct ComparedSubject {
   std::string label;  ///< "runs/before"
   ident::Model model;
   std::optional<ident::PlantChange> change = {};  ///< from the first one to this one; none for the first
+  identify::LeftOver left_over = {};              ///< the same, of two records
   // The record and the model on it, of one length; empty for a model alone.
   Eigen::VectorXd time_s = {};
   Eigen::VectorXd measured = {};
   Eigen::VectorXd simulated = {};
 };
+
+/// "What the model leaves over changed by a factor of 2.4, from 0.00078 in rms on base to 0.00189 in."
+[[nodiscard]] std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject);
 
 /// Result of a comparison.
 struct ComparisonFindings {

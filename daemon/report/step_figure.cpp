@@ -19,6 +19,7 @@ constexpr Eigen::Index kRows = 400;
 constexpr double kLeastDamping = 0.05;  // a pair with less damping is shown for the duration of this one
 constexpr double kShownLags = 6.0;      // of the slowest lag
 constexpr double kShownBands = 3.0;     // of the time of the highest usable frequency
+constexpr double kMostBands = 30.0;     // of the same: more would hide what the record shows first
 constexpr double kWithoutBand_s = 1.0;
 constexpr double kStillMoving = 0.05;  // of the greatest speed: the output still moves
 
@@ -39,7 +40,7 @@ std::optional<BandTimes> band_times(const ident::Model& model) {
 double shown_s(const ident::Model& model) {
   const ident::Poles poles = ident::poles(model.transfer_function);
   const std::optional<BandTimes> band = band_times(model);
-  double shown = band ? kShownBands * band->fastest_s : 0.0;
+  double shown = 0.0;
   for (const auto& value : poles.values) {
     if (!(std::abs(value) > 0.0)) continue;
     const double angle = std::min(pi, std::abs(std::arg(value)) / poles.base_order);
@@ -47,6 +48,10 @@ double shown_s(const ident::Model& model) {
         std::pow(std::abs(value), -1.0 / poles.base_order) / std::clamp(-std::cos(angle), kLeastDamping, 1.0);
     // The record does not distinguish a slower lag from an integrator.
     if (lag_s <= (band ? band->slowest_s : kWithoutBand_s)) shown = std::max(shown, kShownLags * lag_s);
+  }
+  // Without a lag that the record shows the axis covers the band.
+  if (band && shown < kShownLags * band->fastest_s) {
+    shown = std::clamp(band->slowest_s, kShownBands * band->fastest_s, kMostBands * band->fastest_s);
   }
   if (!(shown > 0.0)) shown = kWithoutBand_s;
   return shown + 2.0 * model.transfer_function.delay_s;
@@ -113,13 +118,13 @@ std::string step_sentence(const ident::Model& model) {
   // Nothing moves before the dead time, for any grid.
   const double after_s = std::max(static_cast<double>(at) * step_s, model.transfer_function.delay_s);
   const std::optional<BandTimes> band = band_times(model);
-  return fmt::format("1 {} {} {} {:.3g} {} with {}; 63 % of that after {:.2g} s{}.", model.input_unit,
-                     model.input_map ? "behind the valve" : "at the input",
-                     goes_on ? "moves the output at" : "brings the output to", final,
-                     model.output_unit + (goes_on ? "/s" : ""), model.name, after_s,
-                     band && after_s < band->fastest_s
-                         ? ", which is the structure's: the record shows only what is slower than the grey part"
-                         : "");
+  const bool is_observed = !band || after_s >= band->fastest_s;
+  return fmt::format(
+      "1 {} {} {} {:.3g} {} with {}; 63 % of that {}.", model.input_unit,
+      model.input_map ? "behind the valve" : "at the input", goes_on ? "moves the output at" : "brings the output to",
+      final, model.output_unit + (goes_on ? "/s" : ""), model.name,
+      is_observed ? fmt::format("after {:.2g} s", after_s)
+                  : fmt::format("within {:.2g} s, the grey part; how fast there is not observed", band->fastest_s));
 }
 
 plot::Panel valve_panel(const std::vector<const ident::Model*>& models, double low, double high) {

@@ -116,6 +116,14 @@ std::string hidden_sentence(const ParameterChange& change, const Model& model) {
       change.follows.size() == 1 ? "it" : "them", change.of_noise, unit);
 }
 
+std::string value_text(const std::string& parameter, double value, const Model& model) {
+  const auto found = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                  [&](const ParameterEstimate& p) { return p.name == parameter; });
+  const bool may_be_0 = found != model.parameters.end() && !found->fixed && is_coefficient(found->role) &&
+                        found->lower95 <= 0.0 && found->upper95 > 0.0 && std::isfinite(found->upper95);
+  return may_be_0 ? fmt::format("0 to {:.2g}", found->upper95) : fmt::format("{:.4g}", value);
+}
+
 std::string unit_of(const ParameterChange& change, const Model& model) {
   return unit_of(ParameterEstimate{.name = change.name, .role = change.role}, model);
 }

@@ -44,6 +44,10 @@ struct PlantChange {
 /// a change that shows.
 [[nodiscard]] std::string hidden_sentence(const ParameterChange& change, const Model& model);
 
+/// A parameter's value in a table: "0.148"; "0 to 0.0061" for a coefficient of which the record only shows that it is
+/// small, as its 95 % interval holds 0.
+[[nodiscard]] std::string value_text(const std::string& parameter, double value, const Model& model);
+
 /// Unit of a changed parameter of a model, as of any of its parameters.
 [[nodiscard]] std::string unit_of(const ParameterChange& change, const Model& model);
 

@@ -25,6 +25,21 @@ TEST(Comparison, NamesTheDeadBandThatChanged) {
   EXPECT_EQ(comparison.structure, "io_valve");
 }
 
+TEST(Comparison, KnowsTheBandOfEachModelAndThatOnlyTheNoiseGrew) {
+  hal::SimOptions noisy = seeded(2);
+  noisy.sensor_noise_V *= 15.0;
+  const RunComparison comparison = compare_runs({source_of(seeded(1)), source_of(noisy)});
+  for (const ComparedRun& run : comparison.runs) {
+    ASSERT_TRUE(run.fit.model.verdict);
+    ASSERT_TRUE(run.fit.model.verdict->usable_band);
+    EXPECT_NEAR(run.fit.model.verdict->usable_band->highest_Hz, 0.65, 0.05);
+  }
+  const ComparedRun& grown = comparison.runs[1];
+  EXPECT_FALSE(grown.change->changed);
+  EXPECT_TRUE(grown.left_over.changed) << grown.left_over.before << " " << grown.left_over.after;
+  EXPECT_GT(grown.left_over.after, grown.left_over.before);
+}
+
 TEST(Comparison, CallsAModelOfAnotherPlantThat) {
   const Source here = source_of(seeded(1));
   hal::SimOptions other = seeded(2);

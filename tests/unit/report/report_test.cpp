@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -91,6 +92,32 @@ TEST(Page, SaysThatNoModelCanBeUsedAndWhy) {
   EXPECT_NE(html.find("The error &lt;exceeds&gt; its &quot;limit&quot; &amp; more."), std::string::npos);
 }
 
+TEST(Page, CallsACompletedRunWithoutModelsNoPartialRecord) {
+  Subject subject{.name = "characterise"};
+  subject.manifest.emplace();
+  (*subject.manifest)["outcome"] = "completed";
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("No model in this run"), std::string::npos);
+  EXPECT_EQ(html.find("partial record"), std::string::npos);
+}
+
+TEST(Page, ShowsWhatAnEndedTrialShowed) {
+  Subject subject{.name = "track"};
+  subject.manifest.emplace();
+  (*subject.manifest)["outcome"] = "faulted";
+  (*subject.manifest)["experiment"]["track"] = "axis";
+  subject.trial_changes = {"dead band 0.303 V instead of 0.151 V"};
+  EXPECT_NE(page_of(subject).html.find("dead band 0.303 V instead of 0.151 V"), std::string::npos);
+}
+
+TEST(Page, ShowsTheRemarksOnItsRecord) {
+  Subject subject = subject_of("run", ident::Grade::rejected);
+  subject.models[0].model.provenance["remarks"] = "the output stays at 75\nsecond";
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("<li>the output stays at 75</li>"), std::string::npos);
+  EXPECT_NE(html.find("<li>second</li>"), std::string::npos);
+}
+
 TEST(Page, PutsThreeSentencesBesideEveryPlot) {
   const Page page = page_of(subject_of("run", ident::Grade::good));
   EXPECT_TRUE(page.missing.empty());
@@ -160,7 +187,8 @@ TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
 
 TEST(Page, AdvisesNothingThatItsModelsAlreadyHave) {
   Subject subject = subject_of("run", ident::Grade::usable);
-  subject.models[0].model.validation->tests.emplace().input.p = 1e-6;
+  subject.models[0].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::residual_input, .value = 1e-6, .limit = 0.01});
   const std::string alone = page_of(subject).html;
   EXPECT_NE(alone.find("Try --input-map valve or more poles or --delay free."), std::string::npos) << alone;
   ident::Model other = model_named("io3_valve", ident::Grade::usable, 99.0);
@@ -188,6 +216,42 @@ TEST(Page, SaysThatASmallErrorIsNoNoise) {
   EXPECT_NE(to_do().find("it follows the input. Nothing, where "), std::string::npos) << to_do();
   for (std::size_t i = 0; i < 100; ++i) subject.fit.models[0].simulated[i] += (i < 50 ? 1e-4 : 2e-4) * (i % 2 ? 1 : -1);
   EXPECT_NE(to_do().find("it is larger on the unseen part and follows the input."), std::string::npos) << to_do();
+}
+
+/// The notes beside the first plot and beside the residual's.
+std::vector<std::string> to_do_of(const Subject& subject) {
+  const std::string html = page_of(subject).html;
+  std::vector<std::string> found;
+  const std::string begin = "<dt>To do</dt><dd>";
+  for (std::size_t at = html.find(begin); at != std::string::npos; at = html.find(begin, at + 1)) {
+    const std::size_t from = at + begin.size();
+    found.push_back(html.substr(from, html.find("</dd>", from) - from));
+  }
+  return found;
+}
+
+TEST(Page, SaysTheSameOfAnErrorBesideItsPicturesAsInTheBox) {
+  Subject subject = subject_of("run", ident::Grade::rejected);
+  for (double& y : subject.fit.models[0].simulated) y += 0.3;
+  ident::Model& model = subject.models[0].model;
+  model.validation->jump = ident::ErrorJump{.time_s = 2.0, .change = 0.3};
+  std::vector<std::string> notes = to_do_of(subject);
+  EXPECT_EQ(notes.at(0).rfind("The error jumps", 0), 0U) << notes[0];
+  model.validation->jump.reset();
+  model.validation->end_stop = ident::EndStop{.level = 1.0, .percent = 40.0};
+  notes = to_do_of(subject);
+  EXPECT_EQ(notes.at(0).rfind("The output stands at an end", 0), 0U) << notes[0];
+  model.validation->end_stop.reset();
+  model.validation->ljung_box_p = 0.5;
+  for (const auto kind : {ident::CriterionKind::residual_input, ident::CriterionKind::residual_whiteness}) {
+    model.verdict->criteria.push_back({.kind = kind, .value = 0.5, .limit = 0.01, .passed = true});
+  }
+  model.verdict->criteria[0].passed = false;  // R2
+  notes = to_do_of(subject);
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                          [](const std::string& note) { return note.rfind("What is left is plain noise", 0) == 0; }),
+            2)
+      << "beside the plots over time and of the residual";
 }
 
 TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
@@ -312,6 +376,41 @@ TEST(ComparisonPage, SaysWhatChangedAndDrawsIt) {
   EXPECT_EQ(count(page.html, "<dt>How it should look</dt>"), 4U);
 }
 
+TEST(ComparisonPage, SaysThatOnlyTheNoiseGrewAndThatALeakMovesANull) {
+  const ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  ident::PlantChange change;
+  change.parameters = {{.name = "null", .role = ident::ParameterRole::valve_null, .half_width = 0.01}};
+  ComparedSubject noisy{.label = "noisy",
+                        .model = model,
+                        .change = change,
+                        .left_over = {.before = 0.00078, .after = 0.00189, .changed = true}};
+  const auto page = [&](const ComparedSubject& subject) {
+    return comparison_page({.title = "Comparison", .heading = "x"}, {{.label = "base", .model = model}, subject}).html;
+  };
+  const std::string grown = page(noisy);
+  EXPECT_NE(
+      grown.find("What the model leaves over changed by a factor of 2.4, from 0.00078 in rms on base to 0.00189 in."),
+      std::string::npos);
+  EXPECT_NE(grown.find(">left over, rms</td>"), std::string::npos);
+  EXPECT_EQ(grown.find("Nothing: models of the first record still hold"), std::string::npos);
+  noisy.left_over.changed = false;
+  EXPECT_NE(page(noisy).find("Nothing: models of the first record still hold"), std::string::npos);
+  noisy.change->changed = noisy.change->parameters[0].changed = true;
+  EXPECT_NE(page(noisy).find("or comes from a leak past the piston"), std::string::npos);
+}
+
+TEST(ComparisonPage, CallsNoBandGreyThatItDoesNotKnow) {
+  ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  const auto html = [&] {
+    return comparison_page({.title = "Comparison", .heading = "x"},
+                           {{.label = "base", .model = model}, {.label = "other", .model = model}})
+        .html;
+  };
+  EXPECT_EQ(html().find("Grey: the usable band"), std::string::npos);
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  EXPECT_NE(html().find("Grey: the usable band of base."), std::string::npos);
+}
+
 TEST(ComparisonPage, DrawsBothValvesOverOneAnother) {
   ident::Model before = model_named("io_valve", ident::Grade::good, 99.0);
   before.input_map = ident::ValveMap{-0.2, 0.15, 0.88};
@@ -380,8 +479,11 @@ TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
   EXPECT_EQ(step_sentence(model),
             "1 V at the input moves the output at 0.15 in/s with integrator_lag; 63 % of that after 0.099 s.");
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
-  EXPECT_NE(step_sentence(model).find("63 % of that after 0.099 s, which is the structure's"), std::string::npos)
+  EXPECT_NE(step_sentence(model).find("63 % of that within 0.24 s, the grey part; how fast there is not observed"),
+            std::string::npos)
       << step_sentence(model);
+  // Where the band shows no lag, the axis reaches from its fast end to its slow one.
+  EXPECT_NEAR(step_figure({&model}, "a step").panels[0].x_range->second, 1.0 / (2.0 * 3.14159265 * 0.05), 1e-6);
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 5.0};
   const plot::Figure figure = step_figure({&model}, "a step");
   ASSERT_EQ(figure.panels.size(), 2U);
