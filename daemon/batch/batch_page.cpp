@@ -10,12 +10,14 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 
 namespace eha::batch {
 namespace {
 
 constexpr std::size_t kMostNamed = 8;
+constexpr std::size_t kMostNamedOnAxis = 16;
 
 bool is_apart(const Row& row, const std::string& parameter) {
   return std::any_of(row.outliers.begin(), row.outliers.end(),
@@ -56,7 +58,14 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
     lowest = std::min(lowest, one.value);
     highest = std::max(highest, one.value);
   }
-  plot::Panel panel{.x_label = "record, in the order of the list", .y_label = parameter.name};
+  plot::Panel panel{.x_label = "record, in the order of the list",
+                    .y_label = report::axis_label({parameter.name, parameter.unit})};
+  if (table.rows.size() <= kMostNamedOnAxis) {
+    panel.x_label.clear();
+    for (std::size_t i = 0; i < table.rows.size(); ++i) {
+      panel.x_ticks.push_back({.at = static_cast<double>(i + 1), .text = table.rows[i].record.id});
+    }
+  }
   panel.x_range = std::pair(0.5, static_cast<double>(table.rows.size()) + 0.5);
   panel.rules = {{.at = parameter.median, .vertical = false}};
   panel.series.push_back(std::move(usual));
@@ -100,8 +109,8 @@ std::string records_table(const Table& table) {
   std::vector<std::vector<std::string>> rows;
   for (const Row& row : table.rows) {
     if (!row.judged) continue;
-    rows.push_back(
-        {row.record.id, row.record.source, row.recommended, grade_of(row), fit_percent_of(row), names_apart(row)});
+    rows.push_back({row.record.id, row.record.source, row.recommended, grade_of(row), fit_percent_of(row),
+                    names_apart(row), why_none(row)});
   }
   using report::Column;
   return report::table({{"record"},
@@ -109,7 +118,8 @@ std::string records_table(const Table& table) {
                         {"recommended"},
                         {"grade"},
                         {"fit on unseen data, %", Column::number},
-                        {"apart in"}},
+                        {"apart in"},
+                        {"why no model", Column::wide_text}},
                        rows);
 }
 

@@ -9,8 +9,11 @@
 #include <cmath>
 #include <optional>
 
+#include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/csv_field.hpp"
+#include "ident/model/engineering_form.hpp"
+#include "ident/model/model_file.hpp"
 
 namespace eha::batch {
 namespace {
@@ -39,6 +42,20 @@ std::string recommended_in(const Json& fit) {
   return found->at("model");
 }
 
+/// Units of a model's parameters by their names; those of ratios and orders are empty.
+Json units_of(const Json& document) {
+  Json units = Json::object();
+  try {
+    const ident::Model model = ident::model_from_text(document.dump(), "result.json");
+    for (const ident::ParameterEstimate& parameter : model.parameters) {
+      units[parameter.name] = ident::unit_of(parameter, model);
+    }
+  } catch (const Error&) {
+    // A result of another version is shown without units.
+  }
+  return units;
+}
+
 /// Returns the members of a document of `eha fit` that do not depend on the place and time of the fit.
 Json essence_of(const Json& fit) {
   Json models = Json::array();
@@ -50,6 +67,7 @@ Json essence_of(const Json& fit) {
     for (const char* key : {"r2_percent", "fit_percent", "error_min", "error_max"}) {
       if (model.contains("validation")) kept["validation"][key] = model.at("validation").at(key);
     }
+    kept["parameter_units"] = units_of(model);
     models.push_back(std::move(kept));
   }
   return {{"models", std::move(models)}, {"recommendation", fit.value("recommendation", Json())}};
@@ -205,7 +223,10 @@ std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::st
       }
       auto place =
           std::find_if(parameters.begin(), parameters.end(), [&](const auto& one) { return one.name == name; });
-      if (place == parameters.end()) place = parameters.insert(place, {.name = name, .estimates = {}});
+      if (place == parameters.end()) {
+        const Json units = found->value("parameter_units", Json::object());
+        place = parameters.insert(place, {.name = name, .unit = units.value(name, std::string()), .estimates = {}});
+      }
       const double value = p.at("value");
       const auto end_of = [&](const char* key) { return p.at(key).is_number() ? p.at(key).get<double>() : value; };
       place->estimates.push_back(
@@ -223,6 +244,14 @@ std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::st
 std::string grade_of(const Row& row) {
   const Json* model = model_of(row.fit, row.recommended);
   return model == nullptr ? std::string() : model->at("verdict").value("grade", std::string());
+}
+
+std::string why_none(const Row& row) {
+  if (!row.judged || row.recommended != "none") return {};
+  const auto found = row.fit.find("recommendation");
+  if (found == row.fit.end() || !found->is_object()) return {};
+  const auto reason = found->find("reason");
+  return reason != found->end() && reason->is_string() ? reason->get<std::string>() : std::string();
 }
 
 Table table_of(const BatchFolder& folder) {

@@ -73,6 +73,7 @@ struct Estimate {
 /// A parameter of one model, over the records.
 struct Parameter {
   std::string name;
+  std::string unit;                 ///< empty for a ratio or an order
   std::vector<Estimate> estimates;  ///< in the order of the rows
   double median = 0.0;
 };
@@ -83,6 +84,9 @@ struct Parameter {
 
 /// The verdict's grade of the recommended model; empty without one.
 [[nodiscard]] std::string grade_of(const Row& row);
+
+/// Why no model is recommended, as `eha fit` says; empty where one is.
+[[nodiscard]] std::string why_none(const Row& row);
 
 /// The table of the results so far. It depends only on the results, not on machine or time.
 ///

@@ -117,10 +117,14 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   std::vector<std::vector<std::string>> rows;
   std::size_t failed = 0;
   std::string apart;
+  std::string without;
   std::string failures;
   for (const batch::Row& row : table.rows) {
     if (row.judged) {
       if (rows.size() < kMostRowsShown) rows.push_back({row.record.id, row.recommended, batch::grade_of(row)});
+      if (const std::string why = batch::why_none(row); !why.empty()) {
+        without += fmt::format("no model {}: {}\n", row.record.id, why);
+      }
       if (!row.outliers.empty()) apart += fmt::format("apart    {}: {}\n", row.record.id, outliers_of(row));
     } else if (row.reason != "no result yet") {
       ++failed;
@@ -134,6 +138,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   for (const batch::Trend& one : table.trends) {
     text += fmt::format("trend    {} {} from the first record to the last\n", one.parameter, batch::change_text(one));
   }
+  text += without;
   if (apart.empty() && !table.resolutions.empty()) text += "apart    none\n";
   text += apart;
   for (const batch::Resolution& one : table.resolutions) {

@@ -52,9 +52,6 @@ struct CharacteriseCommand : DriveOptions {
   std::optional<std::string> ruler = {};  ///< position of the rod, a length with its unit; none: asked for if needed
 };
 
-/// Accuracy of the null that the following check requires, see FOLLOWING in eha-rig(5) [V].
-constexpr double kWantedNull_V = 0.03;
-
 /// Never overwrites a rig file.
 void require_new(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -103,12 +100,7 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
     console.print("For the rig file (if ehad runs: eha disarm, then eha reload):\n\n" + sheet::rig_lines(run));
   }
   console.print("\nFor experiment files:\n\n" + sheet::experiment_lines(run));
-  if (run.sheet.null_V.half_width > kWantedNull_V) {
-    console.warning(fmt::format(
-        "the null is known to +-{:.3f} V only, the following check needs {:g} V: with so much leakage or noise the "
-        "check may stop a sound rig; repair the seal or the sensor, or widen dead_band_V by as much",
-        run.sheet.null_V.half_width, kWantedNull_V));
-  }
+  if (const std::string warning = sheet::warning_of(run); !warning.empty()) console.warning(warning);
   for (const std::string& file : files) {
     console.info(fmt::format("the {} is in {}", file.ends_with(".html") ? "report" : "sheet", file));
   }

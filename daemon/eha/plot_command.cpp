@@ -126,6 +126,14 @@ std::string title_of(const std::string& file) {
 std::optional<plot::Figure> of_known_table(const std::string& file, const record::NumberTable& table,
                                            const std::string& rig_units, const DisplayUnit& unit) {
   report::Subject subject;
+  const fs::path folder = fs::path(file).has_parent_path() ? fs::path(file).parent_path() : fs::path(".");
+  if (table.find("gain_dB") != nullptr && table.find("phase_deg") != nullptr && record::is_run_folder(folder)) {
+    subject = report::load_run(folder);
+    subject.response = table;
+    subject = report::in_unit(std::move(subject), unit);
+    if (!subject.models.empty()) return report::bode_figure(subject.pictured(), &*subject.response, title_of(file));
+    subject = {};
+  }
   if (table.find("gain_dB") != nullptr && table.find("phase_deg") != nullptr) {
     subject.response = table;
     // Only a run gives the unit of the gain.

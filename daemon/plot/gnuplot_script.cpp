@@ -235,6 +235,14 @@ void add_axes(std::string& script, const Panel& panel) {
   script += ")\n";
 }
 
+/// "base: displacement [in]", "error [in] over time [s]": a terminal has no place beside the axes.
+std::string title_in_characters(const Figure& figure, const Panel& panel) {
+  std::string title = &panel == &figure.panels.front() ? figure.title : std::string();
+  if (!panel.y_label.empty()) title += (title.empty() ? "" : ": ") + panel.y_label;
+  if (!panel.x_label.empty()) title += " over " + panel.x_label;
+  return title;
+}
+
 }  // namespace
 
 std::string quoted(const std::string& text) {
@@ -270,7 +278,6 @@ std::string script_of(const Figure& figure, Surface surface) {
   const double whole_px = height_px(figure, surface);
   const bool is_titled = has_title(figure, surface);
   std::string script = "set encoding utf8\n";
-  if (in_characters) script += fmt::format("set title {}\n", quoted(figure.title));
   script += "set key outside top left horizontal Left reverse samplen 3 spacing 1.1\n";
   if (!in_characters) script += "set lmargin 11\nset rmargin 2.5\n";
   if (has_several && in_characters) script += fmt::format("set multiplot layout {},1\n", figure.panels.size());
@@ -286,7 +293,9 @@ std::string script_of(const Figure& figure, Surface surface) {
       plots += (plots.empty() ? "" : ", \\\n  ") + plotted(name, series, in_characters);
     }
     add_axes(script, panel);
-    if (!in_characters) {
+    if (in_characters) {
+      script += fmt::format("set title {}\nset xlabel ''\nset ylabel ''\n", quoted(title_in_characters(figure, panel)));
+    } else {
       const double height = panel_height_px(panel, !has_several);
       top_px -= height;
       script += fmt::format("set origin 0, {:.5f}\nset size 1, {:.5f}\n", top_px / whole_px, height / whole_px);
@@ -299,7 +308,6 @@ std::string script_of(const Figure& figure, Surface surface) {
     }
     // An empty panel keeps its axes.
     script += "plot " + (plots.empty() ? "[0:1] NaN notitle" : plots) + "\n";
-    if (in_characters) script += "unset title\n";
   }
   if (has_several || !in_characters) script += "unset multiplot\n";
   return script;

@@ -20,6 +20,7 @@ using record::NumberTable;
 constexpr double kLowest_Hz = 0.01;
 constexpr double kHighest_Hz = 10.0;
 constexpr std::size_t kGridPoints = 80;
+constexpr double kBeyondModel_dB = 20.0;  // of the models' gains: noise far below would flatten them
 
 /// Grows to hold finite values.
 struct Range {
@@ -29,6 +30,12 @@ struct Range {
     if (!std::isfinite(value)) return;
     low = std::min(low, value);
     high = std::max(high, value);
+  }
+  /// Ends no further out than these.
+  void keep_within(double least, double greatest) {
+    if (!(least <= greatest)) return;
+    low = std::max(low, least);
+    high = std::min(high, greatest);
   }
   [[nodiscard]] std::optional<std::pair<double, double>> widened(double least) const {
     if (!(low <= high)) return std::nullopt;
@@ -248,7 +255,9 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
     for (const double value : curve.frequency_Hz) frequencies.add(value);
     ++style;
   }
+  const Range of_models = gains;
   if (response != nullptr) add_measured(*response, gain, phase, gains, phases);
+  gains.keep_within(of_models.low - kBeyondModel_dB, of_models.high + kBeyondModel_dB);
   if (const auto band = models.empty() ? std::nullopt : models.front()->usable_band()) {
     for (Panel* panel : {&gain, &phase}) panel->shades.push_back({band->lowest_Hz, band->highest_Hz});
   }

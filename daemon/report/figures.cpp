@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <string>
+#include <utility>
 
 #include "daemon/plot/envelope.hpp"
 #include "ident/fractional/poles.hpp"
@@ -115,6 +117,19 @@ std::string pole_caption(std::complex<double> value, double base_order) {
     return fmt::format("T = {:.3g} s", (angle < 1e-9 ? -1.0 : 1.0) / natural_rad_s);
   }
   return fmt::format("{:.3g} Hz, D = {:.2g}", natural_rad_s / (2.0 * pi), -std::cos(angle));
+}
+
+constexpr double kCaptionHeight = 0.1;  // of a pole map from -1 to 1
+constexpr double kLetterWidth = 0.035;  // of the same
+
+/// Adds a caption, above those that it would overlap.
+void add_apart(std::vector<plot::Caption>& captions, plot::Caption caption) {
+  const auto overlaps = [&](const plot::Caption& other) {
+    const double widths = kLetterWidth * static_cast<double>(caption.text.size() + other.text.size());
+    return std::abs(caption.x - other.x) < 0.5 * widths && std::abs(caption.y - other.y) < 0.9 * kCaptionHeight;
+  };
+  while (std::any_of(captions.begin(), captions.end(), overlaps)) caption.y += kCaptionHeight;
+  captions.push_back(std::move(caption));
 }
 
 }  // namespace
@@ -242,8 +257,9 @@ plot::Figure pole_figure(const ident::Model& model) {
   }
   const Decades decades = decades_of(in_Hz);
   constexpr double kReach = 1.12;
-  Panel panel{.x_label = "",
-              .y_label = "",
+  const std::string plane = std::abs(q - 1.0) < 1e-9 ? "s" : "w";
+  Panel panel{.x_label = "Re " + plane,
+              .y_label = "Im " + plane,
               .x_range = std::pair(-kReach - 0.25, kReach + 0.25),
               .y_range = std::pair(-kReach, kReach),
               .is_map = true};
@@ -265,7 +281,7 @@ plot::Figure pole_figure(const ident::Model& model) {
     points.x.push_back(radius * std::cos(std::arg(in_Hz[i])));
     points.y.push_back(radius * std::sin(std::arg(in_Hz[i])));
     const std::string caption = pole_caption(poles.values[i], q);
-    if (!caption.empty()) panel.captions.push_back({points.x.back(), points.y.back() + 0.1, caption});
+    if (!caption.empty()) add_apart(panel.captions, {points.x.back(), points.y.back() + kCaptionHeight, caption});
   }
   panel.series.push_back(std::move(points));
   if (poles.order_at_zero > 0.0) {

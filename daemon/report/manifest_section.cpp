@@ -13,9 +13,23 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Row = std::vector<std::string>;
 
+/// A value as text: "amplitude_V 2; tones (0.05, 0.1)". Members without a value are left out.
 std::string value_of(const Json& json) {
   if (json.is_null()) return "-";
-  return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (json.is_string()) return json.get<std::string>();
+  if (json.is_boolean()) return json.get<bool>() ? "yes" : "no";
+  if (json.is_number_float()) return fmt::format("{:.7g}", json.get<double>());
+  if (!json.is_structured()) return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text;
+  for (const auto& [key, value] : json.items()) {
+    if (value.is_null() || value == "") continue;
+    const std::string inner = value_of(value);
+    text += (text.empty()       ? ""
+             : json.is_object() ? "; "
+                                : ", ") +
+            (json.is_object() ? key + " " : std::string()) + (value.is_structured() ? "(" + inner + ")" : inner);
+  }
+  return text.empty() ? "none" : text;
 }
 
 double number_of(const Json& json, double otherwise) { return json.is_number() ? json.get<double>() : otherwise; }

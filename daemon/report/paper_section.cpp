@@ -9,16 +9,20 @@
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
+#include "ident/model/engineering_form.hpp"
 
 namespace eha::report {
 namespace {
 
 using ident::Model;
 
-double coefficient(const Model& model, const char* name) {
+/// "0.0132 s"; 0 for a parameter that the model does not have.
+std::string with_unit(const Model& model, const char* name) {
   const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                [&](const ident::ParameterEstimate& parameter) { return parameter.name == name; });
-  return at == model.parameters.end() ? 0.0 : at->value;
+  if (at == model.parameters.end()) return "0";
+  const std::string unit = ident::unit_of(*at, model);
+  return fmt::format("{:.5g}{}{}", at->value, unit.empty() ? "" : " ", unit);
 }
 
 std::string parameter_table(const std::vector<Model>& models) {
@@ -28,17 +32,19 @@ std::string parameter_table(const std::vector<Model>& models) {
   std::vector<std::vector<std::string>> rows;
   for (const Model& model : models) {
     std::vector<std::string> row{model.name};
-    for (const char* name : kNames) row.push_back(fmt::format("{:.5g}", coefficient(model, name)));
+    for (const char* name : kNames) row.push_back(with_unit(model, name));
     rows.push_back(std::move(row));
   }
   return table(columns, rows);
 }
 
 std::string score_table(const std::vector<Model>& models) {
+  std::string unit;
   std::vector<std::vector<std::string>> rows;
   for (const Model& model : models) {
     if (!model.validation) continue;
     const ident::Score& score = model.validation->score;
+    unit = model.output_unit;
     rows.push_back({model.name, fmt::format("{:.2f}", score.r2_percent), fmt::format("{:.4g}", score.mse),
                     fmt::format("{:.4g}", score.error_min), fmt::format("{:.4g}", score.error_max),
                     !model.stability          ? "unknown"
@@ -47,9 +53,9 @@ std::string score_table(const std::vector<Model>& models) {
   }
   return table({{"model"},
                 {"R2 %", Column::number},
-                {"MSE", Column::number},
-                {"least error", Column::number},
-                {"greatest error", Column::number},
+                {fmt::format("MSE [{}^2]", unit), Column::number},
+                {fmt::format("least error [{}]", unit), Column::number},
+                {fmt::format("greatest error [{}]", unit), Column::number},
                 {"stable"}},
                rows);
 }

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/display_unit.hpp"
@@ -94,8 +96,23 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
   return pairs;
 }
 
+/// Two figures of two digits, or of as many as it takes to tell them apart.
+std::pair<std::string, std::string> told_apart(double a, double b) {
+  constexpr int kMostDigits = 6;
+  for (int digits = 2;; ++digits) {
+    std::pair<std::string, std::string> both(fmt::format("{:.{}g}", a, digits), fmt::format("{:.{}g}", b, digits));
+    if (both.first != both.second || digits == kMostDigits) return both;
+  }
+}
+
 std::string shown(const Value& value, const std::string& unit) {
   return ident::with_half_width(value.value, value.half_width, "±") + (unit.empty() ? "" : " " + unit);
+}
+
+std::string differ_text(const Pair& pair) {
+  const auto [apart, allowed] = told_apart(pair.apart(), pair.allowed());
+  return fmt::format("they differ by {}, more than the {} that the intervals and the straight lines of the map allow",
+                     apart, allowed);
 }
 
 }  // namespace
@@ -116,10 +133,7 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
                                         : fmt::format("they agree within the {:.2g} that the straight lines of the map "
                                                       "allow, not within their intervals",
                                                       pair.allowed()))
-                                 : fmt::format(
-                                       "they differ by {:.2g}, more than the {:.2g} that the intervals and the "
-                                       "straight lines of the map allow",
-                                       pair.apart(), pair.allowed());
+                                 : differ_text(pair);
     first = false;
     if (pair.agrees()) continue;
     if (pair.is_null) {

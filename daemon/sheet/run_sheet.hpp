@@ -31,6 +31,9 @@ struct RunSheet {
 /// For people: at most 80 columns, lengths in the unit.
 [[nodiscard]] std::string sheet_text(const RunSheet& run, const DisplayUnit& unit);
 
+/// What stands against using the sheet as it is, with what to do, as a sentence; empty: nothing.
+[[nodiscard]] std::string warning_of(const RunSheet& run);
+
 /// What the rig file says of this valve from now on: [following] with its uncertainties. Limit and pressure delay are
 /// those of the rig file, where it has them.
 [[nodiscard]] config::Following following_of(const RunSheet& run);

@@ -67,19 +67,27 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
 }
 
 report::Item responses_of(const ident::ValveSheet& sheet) {
-  plot::Panel gain{.x_label = "", .y_label = "gain [dB]", .log_x = true};
+  plot::Panel gain{.x_label = "", .y_label = "gain [dB re lowest]", .log_x = true};
   plot::Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
   int style = 1;
   for (const ident::AmplitudeResponse& response : sheet.responses) {
     if (response.points.empty()) continue;
-    plot::Series gains{.label = fmt::format("{:g} %", response.percent), .mark = plot::Mark::line, .style = style};
-    plot::Series phases{.label = "", .mark = plot::Mark::line, .style = style};
+    plot::Series gains{
+        .label = fmt::format("{:g} %, 95 %", response.percent), .mark = plot::Mark::error_bars, .style = style};
+    plot::Series phases{.label = "", .mark = plot::Mark::error_bars, .style = style};
     for (const ident::ResponsePoint& point : response.points) {
       gains.x.push_back(point.frequency_Hz);
       gains.y.push_back(point.gain_dB);
+      gains.lower.push_back(point.gain_dB - point.gain_half_width_dB);
+      gains.upper.push_back(point.gain_dB + point.gain_half_width_dB);
       phases.x.push_back(point.frequency_Hz);
       phases.y.push_back(point.phase_deg);
+      phases.lower.push_back(point.phase_deg - point.phase_half_width_deg);
+      phases.upper.push_back(point.phase_deg + point.phase_half_width_deg);
     }
+    // A thin line joins the points of one amplitude.
+    gain.series.push_back({.label = "", .x = gains.x, .y = gains.y, .style = plot::kGuideStyle});
+    phase.series.push_back({.label = "", .x = phases.x, .y = phases.y, .style = plot::kGuideStyle});
     gain.series.push_back(std::move(gains));
     phase.series.push_back(std::move(phases));
     ++style;
@@ -92,7 +100,10 @@ report::Item responses_of(const ident::ValveSheet& sheet) {
   gain.rules.push_back({.at = -3.0, .vertical = false});
   phase.rules.push_back({.at = -90.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
-  item.remark.seen = fmt::format("Measured up to {:.2f} Hz; the slew limit ends it.", sheet.highest_Hz);
+  item.remark.seen = fmt::format(
+      "Measured up to {:.2f} Hz; the slew limit ends it. Gain and phase are relative to the lowest frequency of each "
+      "amplitude, which is 0 dB and 0 deg; dashed: -3 dB and -90 deg.",
+      sheet.highest_Hz);
   item.remark.good = "Curves of all amplitudes together, falling smoothly.";
   item.remark.to_do = "The response above the last frequency was not measured: do not rely on it.";
   return item;
@@ -122,8 +133,10 @@ std::string preformatted(const std::string& text) { return "<pre>" + report::esc
 }  // namespace
 
 std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector<std::string>& missing) {
+  const std::string warning = warning_of(run);
   const std::string lead = fmt::format("<p class=\"subtitle\">{}, {} UTC</p>\n", report::escaped(run.rig.name),
                                        report::escaped(run.utc_start)) +
+                           (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) +
                            preformatted(sheet_text(run, unit));
   report::Section statics{.title = "Static"};
   statics.items.push_back(flow_curve(run, unit));

@@ -67,4 +67,13 @@ std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   return text;
 }
 
+std::string warning_of(const RunSheet& run) {
+  constexpr double kWantedNull_V = 0.03;  // of the following check, see FOLLOWING in eha-rig(5)
+  if (!(run.sheet.null_V.half_width > kWantedNull_V)) return {};
+  return fmt::format(
+      "the null is known to +-{:.3f} V only, the following check needs {:g} V: with so much leakage or noise the "
+      "check may stop a sound rig; repair the seal or the sensor, or widen dead_band_V by as much",
+      run.sheet.null_V.half_width, kWantedNull_V);
+}
+
 }  // namespace eha::sheet

@@ -126,6 +126,7 @@ report::Item bode(const ControllerSubject& subject, const Curves& c) {
   gain.rules.push_back({.at = 0.0, .vertical = false});
   plot::Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
   add_band(phase, c, unwrapped_deg);
+  phase.y_range = std::pair(-360.0, 0.0);  // beyond the second turn nothing is to be read
   phase.rules.push_back({.at = -180.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   const config::ControllerPromise& p = subject.controller.promise;

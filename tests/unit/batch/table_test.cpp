@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/batch/batch_page.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::batch {
@@ -69,6 +70,18 @@ TEST(BatchTable, SaysTheSmallestChangeThatItsRecordsCanShow) {
   std::vector<double> many = few;
   for (int i = 0; i < 15; ++i) many.push_back(0.148 + 0.0005 * (i % 7));
   EXPECT_LT(table_with(many, {}, folder.path() / "many").resolutions.front().change, found.change);
+}
+
+TEST(BatchTable, SaysWhyARecordHasNoModel) {
+  const test::TemporaryFolder folder;
+  Table table = table_with({0.150}, {0.9}, folder.path());
+  EXPECT_EQ(why_none(table.rows[0]), "");
+  EXPECT_EQ(why_none(table.rows[1]), "") << "a result without a reason";
+  table.rows[1].fit["recommendation"]["reason"] = "What is left is plain noise.";
+  EXPECT_EQ(why_none(table.rows[1]), "What is left is plain noise.");
+  const std::string html = page_of(table).html;
+  EXPECT_NE(html.find("What is left is plain noise."), std::string::npos);
+  EXPECT_NE(html.find("0002"), std::string::npos) << "on the axis";
 }
 
 TEST(BatchTable, LeavesRejectedModelsOut) {

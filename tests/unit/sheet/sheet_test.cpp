@@ -61,6 +61,15 @@ TEST(ValveSheetText, ClaimsHysteresisThatThereIs) {
   EXPECT_TRUE(to_json(example()).at("hysteresis_V").is_null());
 }
 
+TEST(ValveSheetPage, WarnsOfANullThatIsHardlyKnown) {
+  RunSheet run = example();
+  EXPECT_EQ(warning_of(run), "");
+  run.sheet.null_V.half_width = 0.072;
+  EXPECT_NE(warning_of(run).find("+-0.072 V only"), std::string::npos);
+  std::vector<std::string> missing;
+  EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("repair the seal or the sensor"), std::string::npos);
+}
+
 TEST(ValveSheetPage, AsksForTheLinesUntilTheRigFileHasThem) {
   RunSheet run = example();
   std::vector<std::string> missing;
