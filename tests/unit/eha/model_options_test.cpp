@@ -195,7 +195,7 @@ TEST(RecordOptions, OverrideOnlyWhatIsSet) {
   options.decimation = 40;
   options.discard_s = 10.0;
   options.split = 0.5;
-  const ident::FitOptions changed = with(options, {.decimation = {}, .discard_s = 2.0, .split = 1.0});
+  const ident::FitOptions changed = with(options, {.decimation = {}, .discard_s = 2.0, .split = 1.0}, 1);
   EXPECT_EQ(changed.decimation, 40);
   EXPECT_DOUBLE_EQ(changed.discard_s, 2.0);
   EXPECT_DOUBLE_EQ(changed.split, 1.0);
