@@ -53,23 +53,24 @@ std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
   return ident::FrequencyInterval{lines_Hz.front(), lines_Hz.back()};
 }
 
-/// Refuses a record whose estimating part holds less than two periods of the input's fastest motion: any curve follows
-/// such a piece.
-void refuse_a_piece(const IdentificationTask& task) {
+/// What to say of a record whose estimating part holds less than two periods of the input's fastest motion: many curves
+/// follow such a piece. A lone pulse is one, and may still tell the plant.
+std::optional<std::string> piece_remark(const IdentificationTask& task) {
   const double step_s = task.record.step_s;
   const auto rows = static_cast<double>(task.record.input.size()) - std::max(0.0, task.options.discard_s) / step_s;
   const auto estimating = static_cast<Eigen::Index>(rows * std::min(1.0, task.options.split));
-  if (estimating < 1 || estimating > task.record.input.size()) return;
+  if (estimating < 1 || estimating > task.record.input.size()) return {};
   const auto first = static_cast<Eigen::Index>(static_cast<double>(task.record.input.size()) - rows);
   const auto moves = ident::excited_band(task.record.input.segment(first, estimating), step_s);
-  if (!moves) return;
+  if (!moves) return {};
   const double estimating_s = static_cast<double>(estimating) * step_s;
   const double periods = estimating_s * moves->highest_Hz;
-  if (periods >= kFewestPeriods) return;
-  throw DataError(fmt::format(
-      "the record is too short: the {:.3g} s that estimate a model hold {:.2g} periods of the input's fastest motion, "
-      "fewer than {:g}, and no whole one of what is slower; record {:.3g} s or more",
-      estimating_s, periods, kFewestPeriods, rows * step_s * kEnoughPeriods / periods));
+  if (periods >= kFewestPeriods) return {};
+  return fmt::format(
+      "the record is short: the {:.3g} s that estimate a model hold {:.2g} periods of the input's fastest motion, and "
+      "no "
+      "whole one of what is slower; other models may follow it as well, with another gain; record {:.3g} s or more",
+      estimating_s, periods, rows * step_s * kEnoughPeriods / periods);
 }
 
 ident::RecordFacts facts_of(const IdentificationTask& task) {
@@ -239,7 +240,6 @@ bool any_accepted(const Identification& identification) {
 Identification fit_once(const IdentificationTask& task, const Progress& progress) {
   Identification identification;
   try {
-    refuse_a_piece(task);
     if (task.structures.empty()) {
       climb(task, progress, identification);
     } else {
@@ -397,6 +397,8 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   if (is_paper && named.structures.empty()) named.structures = published_structures();
   named.excited = excited_lines_of(source);
   named.remarks = source.remarks;
+  const auto piece = piece_remark(task);
+  if (piece) named.remarks.push_back(*piece);
   std::vector<std::string> notes;
   auto frequency_response = frequency_response_of(source, task.options, notes);
   if (frequency_response) {
@@ -405,6 +407,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   // A note gives the reason why a periodic excitation has no response.
   named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
+  if (piece) identification.warnings.push_back(*piece);
   identification.frequency_response = std::move(frequency_response);
   (identification.frequency_response ? identification.response_notes : identification.notes) = std::move(notes);
   if (comparisons.paper == Comparisons::Paper::include) {
