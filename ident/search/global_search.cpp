@@ -250,10 +250,9 @@ struct Heat {
   std::size_t simulations;  ///< of each search in this round
   std::size_t least;        ///< that go on, whatever their cost
   double behind;            ///< times the least cost; what costs more drops out
-  std::size_t most;         ///< that go on
 };
-// The cost of a start says little; that of ten steps nearly all.
-constexpr std::array<Heat, 3> kHeats = {{{5, 10, 10.0, 100}, {5, 5, 4.0, 12}, {10, 2, 1.5, 4}}};
+// The cost of a start says little; that of ten steps nearly all. Where all costs are alike all go on.
+constexpr std::array<Heat, 3> kHeats = {{{5, 10, 10.0}, {5, 5, 4.0}, {10, 2, 1.5}}};
 constexpr LeastSquaresOptions kRough{.max_evaluations = 80, .cost_tolerance = 1e-7, .step_tolerance = 1e-6};
 
 /// Searches on from each, roughly.
@@ -286,7 +285,7 @@ void keep_distinct(std::vector<LeastSquaresResult>& searches, const SearchBox& b
 
 /// Leaves the searches that a heat lets go on. @param searches  the best first
 void drop_beaten(std::vector<LeastSquaresResult>& searches, const Heat& heat, Work& left) {
-  std::size_t go_on = std::min(searches.size(), heat.most);
+  std::size_t go_on = searches.size();
   while (go_on > heat.least && searches[go_on - 1].point.cost > heat.behind * searches.front().point.cost) --go_on;
   for (std::size_t k = go_on; k < searches.size(); ++k) left += searches[k].work;
   searches.resize(go_on);
