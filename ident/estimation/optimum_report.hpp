@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/fit_choice.hpp"
 #include "ident/estimation/prepared_record.hpp"

@@ -40,7 +40,7 @@ std::vector<Eigen::VectorXd> behind_maps(const Parametrisation& parametrisation,
 }
 
 /// Each way to read the start of the record that treats it as the optimum does; all where none does.
-std::vector<Variant> like(const Variant& wanted, std::vector<Variant> all) {
+std::vector<Variant> like(const Variant& wanted, const std::vector<Variant>& all) {
   std::vector<Variant> alike;
   for (const Variant& variant : all) {
     if (treats_the_past_as(variant.linear, wanted.linear)) alike.push_back(variant);
