@@ -68,8 +68,7 @@ std::optional<std::string> piece_remark(const IdentificationTask& task) {
   if (periods >= kFewestPeriods) return {};
   return fmt::format(
       "the record is short: the {:.3g} s that estimate a model hold {:.2g} periods of the input's fastest motion, and "
-      "no "
-      "whole one of what is slower; other models may follow it as well, with another gain; record {:.3g} s or more",
+      "no whole one of what is slower; other models may follow it as well, with another gain; record {:.3g} s or more",
       estimating_s, periods, rows * step_s * kEnoughPeriods / periods);
 }
 

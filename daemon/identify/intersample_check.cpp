@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kWorthAsking = 0.005;  // movement within half a row, share of the input's standard deviation
 constexpr double kClearly = 20.0;       // of AR-BIC
+constexpr Eigen::Index kMostRows = 1'000'000;
 
 /// The model on the record in parts.
 ident::Model again(const Source& source, const IdentificationTask& task, const IdentifiedModel& model,
@@ -45,6 +46,7 @@ const IdentifiedModel* asked_about(const Identification& identification) {
 std::optional<std::string> intersample_advice(const Source& source, const IdentificationTask& task,
                                               const Identification& identification, const std::string& command) {
   if (source.run_folder || source.intersample != ident::Intersample::held) return {};
+  if (source.record.input.size() > kMostRows) return {};
   const double movement = ident::movement_within_half_a_row(source.record.input);
   const IdentifiedModel* held = asked_about(identification);
   if (movement < kWorthAsking || held == nullptr || task.options.procedure != ident::Procedure::standard) return {};

@@ -27,11 +27,8 @@ bool has_valve_map(const Subject& subject) {
 
 bool misses_a_part(const ident::Model& model) {
   using Kind = ident::CriterionKind;
-  return model.verdict &&
-         std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const ident::Criterion& c) {
-           return has_failed(c) && (c.kind == Kind::residual_input || c.kind == Kind::error_over_noise ||
-                                    c.kind == Kind::far_error_over_noise || c.kind == Kind::nonlinearity);
-         });
+  return model.verdict && fails_any(*model.verdict, {Kind::residual_input, Kind::error_over_noise,
+                                                     Kind::far_error_over_noise, Kind::nonlinearity});
 }
 
 std::string what_to_try(const Subject& subject, const ident::Model& model) {

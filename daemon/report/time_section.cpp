@@ -8,6 +8,7 @@
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::report {
 namespace {
@@ -54,11 +55,7 @@ Errors errors_of(const identify::FitTable& table, const identify::FitColumn& col
 /// "is larger on the unseen part and follows the input"; empty for a noise-like error.
 std::string systematic_text(const ident::Model& model, bool grows) {
   using Kind = ident::CriterionKind;
-  const auto fails = [&](Kind kind) {
-    const auto& verdict = model.verdict;
-    return verdict && std::any_of(verdict->criteria.begin(), verdict->criteria.end(),
-                                  [&](const ident::Criterion& c) { return c.kind == kind && has_failed(c); });
-  };
+  const auto fails = [&](Kind kind) { return model.verdict && fails_any(*model.verdict, {kind}); };
   std::vector<std::string> found;
   if (grows) found.emplace_back("is larger on the unseen part");
   if (fails(Kind::error_over_noise)) found.emplace_back("is far above the noise of the record");

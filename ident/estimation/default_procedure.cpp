@@ -6,12 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <optional>
 
 #include "ident/coordinates/parametrisation.hpp"
 #include "ident/estimation/fit_choice.hpp"
-#include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/known_starts.hpp"
@@ -20,14 +18,12 @@
 #include "ident/estimation/optimum_report.hpp"
 #include "ident/estimation/valve_starts.hpp"
 #include "ident/estimation/variants.hpp"
-#include "ident/fractional/stability.hpp"
 #include "ident/output_error/output_error.hpp"
 #include "ident/search/follow_down.hpp"
 #include "ident/search/global_search.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/covariance.hpp"
-#include "ident/validation/score.hpp"
 
 namespace eha::ident {
 namespace {

@@ -2,15 +2,10 @@
 #pragma once
 
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/optimum_report.hpp"
 #include "ident/estimation/prepared_record.hpp"
 
 namespace eha::ident {
-
-/// Results that a fit computes in addition to the estimate.
-enum class Reported {
-  everything,
-  estimation,  ///< not the Bode curve and the validation: of a model that only serves others
-};
 
 /// Output error of a structure on a record, as fit() promises it: prepare the record, search each variant of the
 /// history before t = 0 on coarse records, refine the best optima on the whole one, choose, report.

@@ -20,7 +20,7 @@ struct KnownStarts {
 
 /// The coordinates of those models that have a place in the parametrisation, see Parametrisation::at_model. A part that
 /// a smaller model lacks has no effect at its place. `near` adds places where it has some effect: a dead band of 1, 3
-/// and 10 % of the input's range, a delay of 1 and 4 steps.
+/// and 10 % of the input's range, a delay of 1 and 4 steps or that of another known model.
 /// @param known  with validation or without; ordered by their estimation error here
 [[nodiscard]] KnownStarts known_starts(const Parametrisation& parametrisation, const std::vector<Model>& known,
                                        const Parametrisation::Scale& scale);

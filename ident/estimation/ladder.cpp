@@ -88,7 +88,7 @@ class Climber {
     set_coefficients_to_0();
     try_zero_beside_fractional_orders();
     if (!wanted_.delay && try_delays()) set_coefficients_to_0();
-    recommend_with_profiles();
+    recommend_finished();
     return std::move(climb_);
   }
 
@@ -367,25 +367,26 @@ class Climber {
     judge_anew(climbed);
   }
 
-  void recommend_with_profiles() {
+  /// Searches the recommended model and the runner-up whole and, where asked, adds their profiles.
+  void recommend_finished() {
+    const bool profiles = options_.intervals == IntervalMethod::profile;
     recommend_anew();
-    if (options_.intervals != IntervalMethod::profile) return;
-    std::vector<std::string> profiled;
+    std::vector<std::string> finished;
     for (int round = 0; round < kMostProfiled; ++round) {
       bool any = false;
       for (ClimbedModel& climbed : climb_.models) {
         const std::string& name = climbed.result.model.name;
         const bool is_wanted = name == climb_.recommendation.model || name == climb_.recommendation.runner_up;
-        if (!is_wanted || std::find(profiled.begin(), profiled.end(), name) != profiled.end()) continue;
-        profiled.push_back(name);
+        if (!is_wanted || std::find(finished.begin(), finished.end(), name) != finished.end()) continue;
+        finished.push_back(name);
+        any = any || profiles || climbed.is_rough;
         if (climbed.is_rough) search_anew(climbed);
-        add_profiles(climbed);
-        any = true;
+        if (profiles) add_profiles(climbed);
       }
       if (!any) break;
       recommend_anew();
     }
-    test_the_good_for_nonlinear_effects();
+    if (profiles) test_the_good_for_nonlinear_effects();
   }
 
   /// The test belongs to a profiled model; the others are spared its simulations unless they would be called good.

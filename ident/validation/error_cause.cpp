@@ -2,8 +2,9 @@
 #include "ident/validation/error_cause.hpp"
 
 #include <algorithm>
-#include <initializer_list>
 #include <optional>
+
+#include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
 namespace {
@@ -12,12 +13,6 @@ using Kind = CriterionKind;
 
 constexpr double kWhiteLevel = 0.01;   // of the test of the residual itself
 constexpr double kMostlyOffset = 0.5;  // of the mean squared error, without its offset
-
-bool fails_any(const Verdict& verdict, std::initializer_list<Kind> kinds) {
-  return std::any_of(verdict.criteria.begin(), verdict.criteria.end(), [&](const Criterion& c) {
-    return has_failed(c) && std::find(kinds.begin(), kinds.end(), c.kind) != kinds.end();
-  });
-}
 
 bool passes(const Verdict& verdict, Kind kind) {
   return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),

@@ -20,6 +20,8 @@ enum class ErrorCause {
 };
 
 /// @param verdict  of this model
+/// @returns unknown without a validation
+/// Cost: none to speak of.
 [[nodiscard]] ErrorCause error_cause(const Model& model, const Verdict& verdict);
 
 }  // namespace eha::ident

@@ -169,9 +169,7 @@ std::string unseen_resonances(const Model& picked, const Models& all) {
 }
 
 bool fails_input_test(const Model& model) {
-  return model.verdict &&
-         std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(),
-                     [](const Criterion& c) { return c.kind == CriterionKind::residual_input && has_failed(c); });
+  return model.verdict && fails_any(*model.verdict, {CriterionKind::residual_input});
 }
 
 /// Names the best accepted model that leaves nothing over that the input moves, where the picked one does.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -76,6 +77,9 @@ struct RecordFacts {
 /// and notes. Those of a rejection first.
 /// @param verdict  of this model; its stored sentences are not read
 [[nodiscard]] std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict);
+
+/// Whether a criterion of one of these kinds was judged and failed.
+[[nodiscard]] bool fails_any(const Verdict& verdict, std::initializer_list<CriterionKind> kinds);
 
 inline constexpr std::string_view kNotNeeded = "not needed";
 inline constexpr std::string_view kNotDetermined = "undetermined";

@@ -19,9 +19,9 @@ namespace {
 
 using namespace synthetic;
 
-Climb climbed(const Record& record, const LadderOptions& wanted = {}) {
+Climb climbed(const Record& record, const LadderOptions& wanted = {}, const FitOptions& fit_options = {}) {
   const PreparedRecord prepared(record, {});
-  return climb(prepared, wanted, {}, {},
+  return climb(prepared, wanted, fit_options, {},
                [&](const StructureOptions& asked, const FitOptions& options, const std::vector<Model>& known) {
                  return fit(prepared, asked, options, run_in_order, known);
                });
@@ -85,14 +85,20 @@ TEST(Ladder, FindsTheIntegratorBeforeAResonanceOfACylinder) {
 TEST(Ladder, SearchesRoughlyWhatCannotComeNearAndNeverItsAnswers) {
   Model plant;
   plant.transfer_function = {{{1.0, 0.0}}, {{0.5, 1.0}, {1.0, 0.0}}, 0.0};
-  const Climb found = climbed(moved_by_levels(plant, 0.01, 13));
-  EXPECT_EQ(found.recommendation.model, "io1") << sentence(found.recommendation);
-  std::vector<std::string> rough;
-  for (const ClimbedModel& model : found.models) {
-    EXPECT_EQ(model.is_rough, model.result.model.provenance.contains("search")) << model.result.model.name;
-    if (model.is_rough) rough.push_back(model.result.model.name);
+  for (const IntervalMethod intervals : {IntervalMethod::profile, IntervalMethod::straight}) {
+    const Climb found = climbed(moved_by_levels(plant, 0.01, 13), {}, {.intervals = intervals});
+    EXPECT_EQ(found.recommendation.model, "io1") << sentence(found.recommendation);
+    std::vector<std::string> rough;
+    for (const ClimbedModel& model : found.models) {
+      const std::string& name = model.result.model.name;
+      EXPECT_EQ(model.is_rough, model.result.model.provenance.contains("search")) << name;
+      if (!model.is_rough) continue;
+      rough.push_back(name);
+      EXPECT_NE(name, found.recommendation.model);
+      EXPECT_NE(name, found.recommendation.runner_up);
+    }
+    EXPECT_EQ(rough, (std::vector<std::string>{"integrator_lag_valve", "cylinder_valve"}));
   }
-  EXPECT_EQ(rough, (std::vector<std::string>{"integrator_lag_valve", "cylinder_valve"}));
 }
 
 TEST(Ladder, FindsAZeroBesideTwoPolesInEitherHalfPlane) {

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Comparison pages and the figures of reports.
+#include "daemon/report/figures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/report/comparison_page.hpp"
+#include "daemon/report/display.hpp"
+#include "daemon/report/html.hpp"
+#include "ident/model/model_file.hpp"
+#include "ident/uncertainty/bode_curve.hpp"
+#include "tests/unit/report/subjects.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::report {
+namespace {
+
+using eha::test::TemporaryFolder;
+
+TEST(ComparisonPage, SaysWhatChangedAndDrawsIt) {
+  const ident::Model before = model_named("io_valve", ident::Grade::good, 99.0);
+  ident::PlantChange change;
+  change.parameters = {{.name = "dead_band",
+                        .role = ident::ParameterRole::dead_band,
+                        .before = 0.15,
+                        .after = 0.22,
+                        .std = 0.001,
+                        .half_width = 0.004,
+                        .changed = true},
+                       {.name = "a2", .before = 0.0132, .after = 0.0133, .std = 0.001, .half_width = 0.003}};
+  change.changed = true;
+  const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 2.0);
+  const Eigen::VectorXd measured = time_s.array().sin();
+  const Eigen::VectorXd simulated = 0.99 * measured;
+  const Page page = comparison_page(
+      {.title = "Comparison", .heading = "The plant has changed", .sentences = {"dead_band moved by 0.07 V"}},
+      {{.label = "runs/<before>", .model = before, .time_s = time_s, .measured = measured, .simulated = simulated},
+       {.label = "runs/after",
+        .model = before,
+        .change = change,
+        .time_s = time_s,
+        .measured = measured,
+        .simulated = simulated}});
+  EXPECT_TRUE(page.missing.empty());
+  EXPECT_NE(page.html.find("The plant has changed"), std::string::npos);
+  EXPECT_NE(page.html.find("1 of 2 parameters changed."), std::string::npos);
+  EXPECT_NE(page.html.find(">0.22</td>"), std::string::npos);
+  EXPECT_NE(page.html.find("runs/&lt;before&gt;"), std::string::npos);
+  // Changes, step, records over time, Bode plot; these models have no valve.
+  EXPECT_EQ(count(page.html, "<svg"), 4U);
+  EXPECT_EQ(count(page.html, "<dt>How it should look</dt>"), 4U);
+}
+
+TEST(ComparisonPage, SaysThatOnlyTheNoiseGrewAndThatALeakMovesANull) {
+  const ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  ident::PlantChange change;
+  change.parameters = {{.name = "null", .role = ident::ParameterRole::valve_null, .half_width = 0.01}};
+  ComparedSubject noisy{.label = "noisy",
+                        .model = model,
+                        .change = change,
+                        .left_over = {.before = 0.00078, .after = 0.00189, .changed = true}};
+  const auto page = [&](const ComparedSubject& subject) {
+    return comparison_page({.title = "Comparison", .heading = "x"}, {{.label = "base", .model = model}, subject}).html;
+  };
+  const std::string grown = page(noisy);
+  EXPECT_NE(
+      grown.find("What the model leaves over changed by a factor of 2.4, from 0.00078 in rms on base to 0.00189 in."),
+      std::string::npos);
+  EXPECT_NE(grown.find(">left over, rms</td>"), std::string::npos);
+  EXPECT_EQ(grown.find("Nothing: models of the first record still hold"), std::string::npos);
+  noisy.left_over.changed = false;
+  EXPECT_NE(page(noisy).find("Nothing: models of the first record still hold"), std::string::npos);
+  noisy.change->changed = noisy.change->parameters[0].changed = true;
+  EXPECT_NE(page(noisy).find("or comes from a leak past the piston"), std::string::npos);
+}
+
+TEST(ComparisonPage, CallsNoBandGreyThatItDoesNotKnow) {
+  ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  const auto html = [&] {
+    return comparison_page({.title = "Comparison", .heading = "x"},
+                           {{.label = "base", .model = model}, {.label = "other", .model = model}})
+        .html;
+  };
+  EXPECT_EQ(html().find("Grey: the usable band"), std::string::npos);
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  EXPECT_NE(html().find("Grey: the usable band of base."), std::string::npos);
+}
+
+TEST(ComparisonPage, DrawsBothValvesOverOneAnother) {
+  ident::Model before = model_named("io_valve", ident::Grade::good, 99.0);
+  before.input_map = ident::ValveMap{-0.2, 0.15, 0.88};
+  ident::Model after = before;
+  after.input_map->dead_band = 0.21;
+  const std::string html = comparison_page({.title = "Comparison", .heading = "Changed"},
+                                           {{.label = "monday", .model = before}, {.label = "friday", .model = after}})
+                               .html;
+  EXPECT_NE(html.find("monday passes nothing from -0.35 to -0.05 V"), std::string::npos);
+  EXPECT_NE(html.find("friday passes nothing from -0.41 to 0.01 V"), std::string::npos);
+  EXPECT_NE(html.find("valve of monday"), std::string::npos) << "in the key of the plot";
+  EXPECT_NE(html.find("valve of friday"), std::string::npos);
+}
+
+TEST(ComparisonPage, HasTitlesThatTellRunsAndModelsApart) {
+  const TemporaryFolder folder;
+  for (const char* run : {"monday-paper", "friday-paper"}) {
+    std::filesystem::create_directories(folder.path() / run / "models");
+    std::ofstream(folder.path() / run / "models" / "io.json") << "{}";
+  }
+  const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+  std::filesystem::create_directory_symlink("friday-paper", folder.path() / "latest");
+  EXPECT_EQ(titles_of({path("monday-paper"), path("latest")}),
+            (std::vector<std::string>{"monday-paper", "friday-paper"}));
+  EXPECT_EQ(titles_of({path("monday-paper/models/io.json"), path("friday-paper/models/io.json")}),
+            (std::vector<std::string>{"monday-paper/io", "friday-paper/io"}));
+  EXPECT_EQ(titles_of({path("monday-paper/models/io.json")}), (std::vector<std::string>{"io"}));
+}
+
+TEST(ComparisonPage, SaysWhatHidesAChange) {
+  const ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  ident::PlantChange change;
+  change.parameters = {{.name = "dead_band",
+                        .role = ident::ParameterRole::dead_band,
+                        .before = 0.15,
+                        .after = 0.9,
+                        .half_width = 0.004,
+                        .of_noise = 0.004,
+                        .changed = true},
+                       {.name = "K",
+                        .role = ident::ParameterRole::numerator_coefficient,
+                        .before = 0.148,
+                        .after = 0.152,
+                        .half_width = 0.009,
+                        .of_noise = 0.001,
+                        .follows = {"dead_band"}}};
+  change.changed = true;
+  const std::string html =
+      comparison_page({.title = "Comparison", .heading = "Changed"},
+                      {{.label = "monday", .model = model}, {.label = "friday", .model = model, .change = change}})
+          .html;
+  EXPECT_NE(html.find(">not shown</td>"), std::string::npos);
+  EXPECT_NE(
+      html.find("A change of K below 0.009 in/(V s) does not show here: dead_band changed, and the fit lets K follow "
+                "it (by noise alone 0.001 in/(V s))."),
+      std::string::npos)
+      << html.substr(html.find("Seen here"), 600);
+  EXPECT_NE(html.find("↑ 188"), std::string::npos) << "the bar of the dead band lies beyond the panel";
+}
+
+TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
+  ident::Model model = model_named("integrator_lag", ident::Grade::good, 99.0);
+  // K/(s (T s + 1)) with K = 0.15 in/(V s), T = 0.1 s, usable from 0.05 to 5 Hz.
+  model.transfer_function = {{{0.15, 0.0}}, {{0.1, 2.0}, {1.0, 1.0}}, 0.0};
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 5.0};
+  EXPECT_EQ(step_sentence(model),
+            "1 V at the input moves the output at 0.15 in/s with integrator_lag; 63 % of that after 0.099 s.");
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  EXPECT_NE(step_sentence(model).find("63 % of that within 0.24 s, the grey part; how fast there is not observed"),
+            std::string::npos)
+      << step_sentence(model);
+  // Where the band shows no lag, the axis reaches from its fast end to its slow one.
+  EXPECT_NEAR(step_figure({&model}, "a step").panels[0].x_range->second, 1.0 / (2.0 * 3.14159265 * 0.05), 1e-6);
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 5.0};
+  const plot::Figure figure = step_figure({&model}, "a step");
+  ASSERT_EQ(figure.panels.size(), 2U);
+  const plot::Series& speed = figure.panels[1].series.front();
+  const double at_s = speed.x[speed.x.size() / 2];
+  EXPECT_NEAR(speed.y[speed.y.size() / 2], 0.15 * (1.0 - std::exp(-at_s / 0.1)), 1e-4);
+  ASSERT_EQ(figure.panels[0].shades.size(), 1U);
+  EXPECT_NEAR(figure.panels[0].shades.front().to, 1.0 / (2.0 * 3.14159265 * 5.0), 1e-6);
+}
+
+TEST(StepFigure, DrawsAModelThatIsNotStable) {
+  ident::Model model = model_named("io", ident::Grade::rejected, 50.0);
+  model.transfer_function = {{{0.15, 0.0}}, {{-0.1, 2.0}, {1.0, 1.0}}, 0.0};
+  const plot::Figure figure = step_figure({&model}, "a step");
+  EXPECT_TRUE(std::isfinite(figure.panels[0].series.front().y.back()));
+}
+
+TEST(PoleFigure, SaysFrequencyAndDampingBesideAPairAndTheTimeConstantBesideARealPole) {
+  ident::Model model = model_named("io3", ident::Grade::good, 99.0);
+  // (s^2 + 2 D w s + w^2)(T s + 1), w = 2 pi 4 Hz, D = 0.3, T = 0.5 s.
+  const double w = 8.0 * 3.14159265358979;
+  const double T = 0.5;
+  model.transfer_function = {
+      {{w * w, 0.0}}, {{T, 3.0}, {1.0 + 0.6 * w * T, 2.0}, {0.6 * w + T * w * w, 1.0}, {w * w, 0.0}}, 0.0};
+  std::string captions;
+  const plot::Figure figure = pole_figure(model);
+  for (const plot::Caption& caption : figure.panels[0].captions) captions += caption.text + "; ";
+  EXPECT_NE(captions.find("4 Hz, D = 0.3; "), std::string::npos) << captions;
+  EXPECT_NE(captions.find("T = 0.5 s; "), std::string::npos) << captions;
+  EXPECT_NE(captions.find("10 Hz; "), std::string::npos) << "a circle: " << captions;
+}
+
+TEST(BodeFigure, DrawsBoundsOnlyWhereTheRecordShowsTheResponse) {
+  ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
+  const std::vector<double> f{0.01, 0.05, 0.2, 0.6, 2.0};
+  reported.model.bode = ident::bode_curve(reported.model, f, {});
+  reported.model.bode->gain_std_dB = reported.model.bode->phase_std_deg = std::vector<double>(f.size(), 0.1);
+  const auto bounds = [&] { return bode_figure({&reported}, nullptr, "Bode plot").panels[0].series.front(); };
+  ASSERT_EQ(bounds().mark, plot::Mark::band);
+  EXPECT_EQ(bounds().x, f) << "of a model without a band";
+  reported.model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  EXPECT_EQ(bounds().x, (std::vector<double>{0.05, 0.2, 0.6}));
+}
+
+TEST(BodeFigure, ShowsTheErrorOfTheGainOnAScaleOfItsOwn) {
+  ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
+  const std::vector<double> f{0.05, 0.2, 0.6};
+  const ident::BodeCurve curve = ident::bode_curve(reported.model, f, {});
+  record::NumberTable response;
+  response.names = {"frequency_Hz", "gain", "gain_dB", "phase_deg", "std"};
+  response.columns = {f, {}, {}, curve.phase_deg, {}};
+  for (const double dB : curve.gain_dB) {
+    response.columns[2].push_back(dB + 0.1);
+    response.columns[1].push_back(std::pow(10.0, (dB + 0.1) / 20.0));
+    response.columns[4].push_back(0.002 * response.columns[1].back());
+  }
+  const plot::Figure figure = bode_figure({&reported}, &response, "Bode plot");
+  ASSERT_EQ(figure.panels.size(), 3U);
+  const plot::Series& bars = figure.panels[1].series.front();
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    EXPECT_NEAR(bars.y[i], 0.1, 1e-9);
+    EXPECT_NEAR(bars.upper[i] - bars.lower[i], 2.0 * 1.96 * 0.002 * 8.686, 1e-3);
+  }
+  ASSERT_TRUE(figure.panels[1].y_range.has_value());
+  EXPECT_LT(figure.panels[1].y_range->second - figure.panels[1].y_range->first, 0.3) << "the bars can be seen";
+  EXPECT_LT(figure.panels[1].y_range->first, 0.0) << "and how far they are from 0";
+}
+
+TEST(FitTableFigure, ShowsTheTwoModelsOfLeastErrorAndSaysSo) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  for (const auto& [name, error] : {std::pair("far", 0.5), std::pair("near", 0.001), std::pair("lost", std::nan(""))}) {
+    subject.fit.models.push_back({name, subject.fit.measured});
+    for (double& y : subject.fit.models.back().simulated) y += error;
+  }
+  const plot::Figure figure = fit_table_figure(subject.fit, "fit.csv");
+  EXPECT_EQ(figure.title, "fit.csv: the 2 of 4 models with the least error");
+  ASSERT_EQ(figure.panels[0].series.size(), 3U);
+  EXPECT_EQ(figure.panels[0].series[1].label, "near");
+  EXPECT_EQ(figure.panels[0].series[2].label, "io");
+}
+
+}  // namespace
+}  // namespace eha::report
