@@ -17,6 +17,9 @@ namespace {
 // rounding (the derivatives are good to about 1e-9).
 constexpr double kWeakDirection = 1e-8;
 constexpr double kMostLags = 60.0;
+// The effective samples are those of a mean. A residual that wanders, as that of a structure without the friction of
+// the plant, has few of them, though the record says much of what moves faster.
+constexpr double kLeastFreedom = 3.0;
 
 /// Gamma J for the Toeplitz matrix of an autocovariance, by circulant embedding.
 Eigen::MatrixXd toeplitz_times(const std::vector<double>& autocovariance, const Eigen::MatrixXd& columns) {
@@ -74,7 +77,7 @@ ResidualModel residual_model(const Eigen::VectorXd& residual) {
 Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<std::string>& names,
                         const ResidualModel& residual) {
   const Eigen::Index p = derivatives.cols();
-  const double freedom = std::max(1.0, residual.effective_samples - static_cast<double>(p));
+  const double freedom = std::max(kLeastFreedom, residual.effective_samples - static_cast<double>(p));
   Uncertainty result;
   result.interval_factor = boost::math::quantile(boost::math::students_t(freedom), 0.975);
   const Eigen::VectorXd scale = derivatives.colwise().norm().cwiseMax(1e-300).transpose();
