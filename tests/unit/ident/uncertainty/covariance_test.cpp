@@ -69,6 +69,20 @@ TEST(Uncertainty, CoversTheTruthUnderStronglyColouredNoise) {
   EXPECT_LT(share, 0.98);
 }
 
+TEST(Uncertainty, CoversTheTruthUnderNoiseThatWanders) {
+  const double share = coverage(0.99);
+  EXPECT_GT(share, 0.92);
+  EXPECT_LT(share, 0.98);
+}
+
+TEST(Uncertainty, OfAResidualThatIsOneLongWaveIsFinite) {
+  const Eigen::MatrixXd columns = tones(625);
+  ResidualModel wave;
+  wave.autocovariance.assign(625, 1.0);
+  wave.effective_samples = 1.0;
+  EXPECT_NEAR(uncertainty(columns, {"a", "b", "c", "d", "e"}, wave).interval_factor, 3.182, 1e-3);
+}
+
 TEST(Uncertainty, IsTheTextbookFormulaUnderWhiteNoise) {
   const Eigen::MatrixXd columns = tones(625);
   ResidualModel white;
