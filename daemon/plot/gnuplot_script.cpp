@@ -7,7 +7,9 @@
 #include <cstddef>
 #include <iterator>
 #include <string_view>
+#include <vector>
 
+#include "daemon/plot/axis_range.hpp"
 #include "daemon/plot/gnuplot.hpp"
 
 namespace eha::plot {
@@ -82,32 +84,82 @@ void add_data(std::string& script, const std::string& name, const Series& series
   script += "EOD\n";
 }
 
-std::string plotted(const std::string& data, const Series& series, bool in_characters) {
+/// How a series is drawn, without data and title: "with lines lc rgb '#000000' ...".
+std::string drawn_with(const Series& series, bool in_characters) {
   const Style& style = style_of(series.style);
-  const std::string title = series.label.empty() ? "notitle" : "title " + quoted(series.label);
   if (in_characters) {
     const char* with = series.mark == Mark::line ? "lines" : series.mark == Mark::impulses ? "impulses" : "points";
-    return fmt::format("{} using 1:2 with {} lt {} {}", data, with, std::max(series.style, 0) + 1, title);
+    return fmt::format("with {} lt {}", with, std::max(series.style, 0) + 1);
   }
   const std::string colour = fmt::format("lc rgb '{}'", style.colour);
   switch (series.mark) {
     case Mark::line:
-      return fmt::format("{} using 1:2 with lines {} dt {} lw {} {}", data, colour, style.dashes, style.width, title);
+      return fmt::format("with lines {} dt {} lw {}", colour, style.dashes, style.width);
     case Mark::points:
-      return fmt::format("{} using 1:2 with points {} pt {} ps 0.9 lw 1.6 {}", data, colour, style.point, title);
+      return fmt::format("with points {} pt {} ps 0.9 lw 1.6", colour, style.point);
     case Mark::impulses:
-      return fmt::format("{} using 1:2 with impulses {} lw 2.5 {}", data, colour, title);
+      return fmt::format("with impulses {} lw 2.5", colour);
     case Mark::error_bars:
-      return fmt::format("{} using 1:2:3:4 with yerrorbars {} pt {} ps 0.9 lw 1.6 {}", data, colour, style.point,
-                         title);
+      return fmt::format("with yerrorbars {} pt {} ps 0.9 lw 1.6", colour, style.point);
     case Mark::band:
-      return fmt::format("{} using 1:3:4 with filledcurves {} fs transparent solid 0.22 noborder {}", data, colour,
-                         title);
     case Mark::area:
-      return fmt::format("{} using 1:2 with filledcurves closed {} fs transparent solid 0.22 noborder {}", data, colour,
-                         title);
+      return fmt::format("with filledcurves {}{} fs transparent solid 0.22 noborder",
+                         series.mark == Mark::area ? "closed " : "", colour);
   }
   return {};
+}
+
+const char* columns_of(const Series& series, bool in_characters) {
+  if (series.mark == Mark::band) return "1:3:4";
+  return series.mark == Mark::error_bars && !in_characters ? "1:2:3:4" : "1:2";
+}
+
+/// Place in the order of drawing: areas, stems, lines with the broad ones first, so that a thin line stays visible on
+/// them, points.
+double drawing_rank(const Series& series) {
+  switch (series.mark) {
+    case Mark::band:
+    case Mark::area:
+      return 0.0;
+    case Mark::impulses:
+      return 1.0;
+    case Mark::line:
+      return 2.0 + 1.0 / (1.0 + style_of(series.style).width);
+    case Mark::points:
+    case Mark::error_bars:
+      break;
+  }
+  return 4.0;
+}
+
+/// The list of a plot command. The key keeps the order of the panel, whatever is drawn first.
+std::string plots_of(const Panel& panel, const std::string& prefix, bool in_characters) {
+  std::string plots;
+  const auto add = [&](const std::string& plot) { plots += (plots.empty() ? "" : ", \\\n  ") + plot; };
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < panel.series.size(); ++i) {
+    const Series& series = panel.series[i];
+    if (!is_drawn(series, in_characters)) continue;
+    order.push_back(i);
+    if (in_characters || series.label.empty()) continue;
+    const std::string with = drawn_with(series, in_characters);
+    // An entry of the key alone knows no closed curve.
+    const std::size_t closed = with.find("closed ");
+    add("keyentry " + (closed == std::string::npos ? with : std::string(with).erase(closed, 7)) + " title " +
+        quoted(series.label));
+  }
+  if (!in_characters) {
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return drawing_rank(panel.series[a]) < drawing_rank(panel.series[b]);
+    });
+  }
+  for (const std::size_t i : order) {
+    const Series& series = panel.series[i];
+    const bool is_listed = in_characters && !series.label.empty();
+    add(fmt::format("{}{} using {} {} {}", prefix, i, columns_of(series, in_characters),
+                    drawn_with(series, in_characters), is_listed ? "title " + quoted(series.label) : "notitle"));
+  }
+  return plots;
 }
 
 void add_range(std::string& script, const char* axis, const std::optional<std::pair<double, double>>& range) {
@@ -118,7 +170,7 @@ void add_range(std::string& script, const char* axis, const std::optional<std::p
   }
 }
 
-void add_decoration(std::string& script, const Panel& panel, bool in_characters) {
+void add_decoration(std::string& script, const Panel& panel, const Range& x_range, bool in_characters) {
   script += "unset arrow\nunset object\nunset label\n";
   for (const Shade& shade : panel.shades) {
     if (in_characters || !(shade.from < shade.to) || !std::isfinite(shade.from) || !std::isfinite(shade.to)) continue;
@@ -128,7 +180,9 @@ void add_decoration(std::string& script, const Panel& panel, bool in_characters)
                    shade.from, shade.to);
   }
   for (const Rule& rule : panel.rules) {
-    if (!std::isfinite(rule.at)) continue;
+    const Range ends = rule.vertical ? x_range : y_ends(panel);
+    // gnuplot draws an arrow beyond the axes too.
+    if (!std::isfinite(rule.at) || (ends && (rule.at < ends->first || rule.at > ends->second))) continue;
     const std::string from =
         rule.vertical ? fmt::format("first {:.7g}, graph 0", rule.at) : fmt::format("graph 0, first {:.7g}", rule.at);
     const std::string to =
@@ -140,34 +194,6 @@ void add_decoration(std::string& script, const Panel& panel, bool in_characters)
     fmt::format_to(std::back_inserter(script), "set label {} at first {:.7g}, first {:.7g} center front\n",
                    quoted(caption.text), caption.x, caption.y);
   }
-}
-
-/// Range of the values that a panel shows on its y axis; none without a value.
-std::optional<std::pair<double, double>> y_extent(const Panel& panel) {
-  if (panel.y_range) return panel.y_range;
-  std::optional<std::pair<double, double>> extent;
-  for (const Series& series : panel.series) {
-    for (const std::vector<double>* values : {&series.y, &series.lower, &series.upper}) {
-      for (const double value : *values) {
-        if (!std::isfinite(value)) continue;
-        if (!extent) extent = std::pair(value, value);
-        extent = std::pair(std::min(extent->first, value), std::max(extent->second, value));
-      }
-    }
-  }
-  return extent;
-}
-
-/// Returns the distance of the y axis' marks: 1, 2 or 5 times a power of ten, three to six of them in the panel.
-/// gnuplot's own choice crowds low panels.
-std::string y_ticks(const Panel& panel) {
-  constexpr double kIntervals = 4.0;
-  const auto extent = y_extent(panel);
-  const double wanted = extent ? (extent->second - extent->first) / kIntervals : 0.0;
-  if (!(wanted > 0.0) || !std::isfinite(wanted)) return "set ytics autofreq\n";
-  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
-  const double digit = wanted / power;
-  return fmt::format("set ytics {:.7g}\n", power * (digit < 1.5 ? 1.0 : digit < 3.5 ? 2.0 : digit < 7.5 ? 5.0 : 10.0));
 }
 
 /// Number of names at the x axis from which on they are slanted.
@@ -204,30 +230,39 @@ std::string key_width(const Panel& panel) {
 
 std::string bottom_margin(const Panel& panel) {
   if (panel.x_ticks.size() >= kSlantedTicks) return "set bmargin 5\n";
-  return panel.x_label.empty() ? "set bmargin 2\n" : "set bmargin 3.6\n";
+  return panel.is_map ? "set bmargin 2.2\n" : panel.x_label.empty() ? "set bmargin 2\n" : "set bmargin 3.2\n";
 }
 
-void add_axes(std::string& script, const Panel& panel) {
-  fmt::format_to(std::back_inserter(script), "set xlabel {}\nset ylabel {}\n", quoted(panel.x_label),
-                 quoted(panel.y_label));
+/// Whether the y label is drawn at the picture's edge, as a text: gnuplot's own one moves with the width of the numbers
+/// and leaves the picture beside wide ones.
+bool has_own_y_label(const Panel& panel, bool in_characters) {
+  return !in_characters && !panel.is_map && !panel.has_equal_scales && !panel.y_label.empty();
+}
+
+void add_axes(std::string& script, const Panel& panel, const Range& x_range, bool in_characters) {
+  fmt::format_to(std::back_inserter(script), "set xlabel {} offset 0,{}\nset ylabel {}\n", quoted(panel.x_label),
+                 panel.is_map ? 0.0 : 0.5, has_own_y_label(panel, in_characters) ? "''" : quoted(panel.y_label));
   script += panel.log_x ? "set logscale x\n" : "unset logscale\n";
   script += panel.log_x ? "set format x '%g'\n" : "set format x '%h'\n";
-  add_range(script, "x", panel.x_range);
+  add_range(script, "x", x_range);
   // A record's axis ends with the record, not at the next tick mark.
-  script += panel.x_range ? "unset autoscale x\n" : "set autoscale xfix\n";
+  script += x_range ? "unset autoscale x\n" : "set autoscale xfix\n";
   add_range(script, "y", panel.y_range);
   if (panel.is_map) {
     script += "unset border\nunset tics\nunset grid\nset size ratio -1\n";
     return;
   }
-  script += "set border 3\nset tics nomirror out scale 0.6\n" + y_ticks(panel) +
+  script += "set border 3\nset tics nomirror out scale 0.6\n" +
+            (y_step(panel) > 0.0 ? fmt::format("set ytics {:.7g}\n", y_step(panel)) : "set ytics autofreq\n") +
             "set grid lc rgb '#d0d0d0' lw 0.5 dt solid\n" +
             (panel.has_equal_scales ? "set size ratio -1\n" : "set size noratio\n");
   if (panel.x_ticks.empty()) {
-    script += "set xtics norotate autofreq\n";
+    const double step = panel.x_range || panel.log_x ? 0.0 : x_step(x_range);
+    script += "set xtics norotate offset 0,0.3 " + (step > 0.0 ? fmt::format("{:.7g}\n", step) : "autofreq\n");
     return;
   }
-  script += panel.x_ticks.size() >= kSlantedTicks ? "set xtics rotate by 25 right (" : "set xtics (";
+  script += panel.x_ticks.size() >= kSlantedTicks ? "set xtics offset 0,0 rotate by 25 right ("
+                                                  : "set xtics norotate offset 0,0.3 (";
   for (const Tick& tick : panel.x_ticks) {
     fmt::format_to(std::back_inserter(script), "{}{} {:.7g}", &tick == &panel.x_ticks.front() ? "" : ", ",
                    quoted(tick.text), tick.at);
@@ -283,16 +318,15 @@ std::string script_of(const Figure& figure, Surface surface) {
   if (has_several && in_characters) script += fmt::format("set multiplot layout {},1\n", figure.panels.size());
   if (!in_characters) script += "set multiplot\n";
   double top_px = whole_px - (is_titled ? kTitle_px : 0.0);
-  std::size_t block = 0;
+  const Range shared_x = x_range_of(figure);
   for (const Panel& panel : figure.panels) {
-    std::string plots;
-    for (const Series& series : panel.series) {
-      if (!is_drawn(series, in_characters)) continue;
-      const std::string name = fmt::format("$d{}", block++);
-      add_data(script, name, series);
-      plots += (plots.empty() ? "" : ", \\\n  ") + plotted(name, series, in_characters);
+    const std::string prefix = fmt::format("$p{}d", &panel - figure.panels.data());
+    for (std::size_t i = 0; i < panel.series.size(); ++i) {
+      if (is_drawn(panel.series[i], in_characters)) add_data(script, fmt::format("{}{}", prefix, i), panel.series[i]);
     }
-    add_axes(script, panel);
+    const std::string plots = plots_of(panel, prefix, in_characters);
+    const Range x_range = panel.x_range || panel.log_x || !panel.x_ticks.empty() ? panel.x_range : shared_x;
+    add_axes(script, panel, x_range, in_characters);
     if (in_characters) {
       script += fmt::format("set title {}\nset xlabel ''\nset ylabel ''\n", quoted(title_in_characters(figure, panel)));
     } else {
@@ -301,7 +335,11 @@ std::string script_of(const Figure& figure, Surface surface) {
       script += fmt::format("set origin 0, {:.5f}\nset size 1, {:.5f}\n", top_px / whole_px, height / whole_px);
       script += bottom_margin(panel) + key_width(panel);
     }
-    add_decoration(script, panel, in_characters);
+    add_decoration(script, panel, x_range, in_characters);
+    if (has_own_y_label(panel, in_characters)) {
+      script +=
+          fmt::format("set label {} at screen 0.03, graph 0.5 center rotate by 90 front\n", quoted(panel.y_label));
+    }
     if (is_titled && &panel == &figure.panels.front()) {
       script += fmt::format("set label {} at screen 0.5, screen {:.4f} center front\n", quoted(figure.title),
                             1.0 - 0.5 * kTitle_px / whole_px);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/plot/axis_range.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -115,6 +116,56 @@ TEST(Gnuplot, EndsAnAxisWithTheData) {
   const std::string svg = draw(figure, Format::svg);
   EXPECT_NE(svg.find(">120<"), std::string::npos) << "without a blank before it, which would shift it";
   EXPECT_EQ(svg.find("140<"), std::string::npos);
+}
+
+TEST(Gnuplot, NamesTheEndOfARecordThatEndsASampleBeforeAMark) {
+  Figure figure = ramp("a", "b");
+  Series& series = figure.panels.front().series.front();
+  series.x = {0.04, 20.0, 49.96};
+  series.y = {0.0, 1.0, 2.0};
+  figure.panels.push_back(figure.panels.front());
+  figure.panels.back().series.front().x = {0.0, 20.0, 49.99};
+  const std::string svg = draw(figure, Format::svg);
+  const auto times = [&](const std::string& label) {
+    std::size_t count = 0;
+    for (std::size_t at = svg.find(label); at != std::string::npos; at = svg.find(label, at + 1)) ++count;
+    return count;
+  };
+  EXPECT_EQ(times(">50<"), 2U) << "at both panels";
+}
+
+TEST(AxisRange, HasThreeToSixMarksAndPartsOfATurnForDegrees) {
+  const auto marks = [](double low, double high, const std::string& label) {
+    Panel panel{.x_label = "", .y_label = label};
+    panel.series.push_back({.label = "", .x = {0.0, 1.0}, .y = {low, high}});
+    const Range ends = y_ends(panel);
+    return static_cast<int>(std::lround((ends->second - ends->first) / y_step(panel))) + 1;
+  };
+  for (double high = 0.01; high < 1000.0; high *= 1.07) {
+    EXPECT_GE(marks(0.0, high, "error [in]"), 3) << high;
+    EXPECT_LE(marks(0.0, high, "error [in]"), 6) << high;
+    EXPECT_LE(marks(-0.37 * high, 0.63 * high, "error [in]"), 7) << high;
+  }
+  Panel phase{.x_label = "", .y_label = "phase [deg]", .y_range = {{-175.0, -2.0}}};
+  EXPECT_DOUBLE_EQ(y_step(phase), 45.0);
+}
+
+TEST(Gnuplot, DrawsABroadCurveBeneathAThinOneInTheOrderOfTheKey) {
+  Figure figure = ramp("a", "recommended");
+  figure.panels[0].series.push_back(figure.panels[0].series[0]);
+  figure.panels[0].series[1].label = "runner-up";
+  figure.panels[0].series[1].style = 2;
+  const std::string script = script_of(figure, Surface::page);
+  EXPECT_LT(script.find("title 'recommended'"), script.find("title 'runner-up'"));
+  EXPECT_LT(script.find("d1 using"), script.find("d0 using")) << "the thin black line lies on the broad one";
+}
+
+TEST(Gnuplot, DrawsNoRuleBeyondItsAxes) {
+  Figure figure = ramp("a", "b");
+  figure.panels[0].rules = {{.at = -90.0, .vertical = false}};
+  EXPECT_EQ(script_of(figure, Surface::page).find("set arrow from"), std::string::npos);
+  figure.panels[0].rules = {{.at = 1.0, .vertical = false}};
+  EXPECT_NE(script_of(figure, Surface::page).find("set arrow from"), std::string::npos);
 }
 
 TEST(Gnuplot, GivesALongKeyRoomOfItsOwn) {
