@@ -149,9 +149,14 @@ std::string compared_by(const Table& table) {
 
 std::string lead_of(const Table& table, std::size_t failed) {
   std::vector<std::string> sentences{fmt::format("{} of {} records are judged.", table.judged, table.rows.size())};
-  if (failed > 0) sentences.push_back(fmt::format("{} could not be judged; the reasons are at the end.", failed));
+  if (failed > 0)
+    sentences.push_back(fmt::format("{} could not be judged; the reasons are below the table of records.", failed));
   if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
   if (!table.common_model.empty()) sentences.push_back(compared_by(table));
+  if (const std::string others = other_units_text(table); !others.empty()) {
+    sentences.push_back(
+        fmt::format("Not compared, as they are in other units: {}. Judge them in a batch of their own.", others));
+  }
   std::size_t apart = 0;
   for (const Row& row : table.rows) {
     if (row.outliers.empty()) continue;
@@ -198,7 +203,7 @@ report::Page page_of(const Table& table) {
   if (!reasons.empty()) failures.items.push_back({.heading = "", .html = report::list(reasons)});
   const std::size_t failed = table.rows.size() - table.judged - table.missing;
   return report::assembled(fmt::format("{} records", table.rows.size()), lead_of(table, failed),
-                           {parameters, models, records, failures});
+                           {records, failures, models, parameters});
 }
 
 }  // namespace eha::batch

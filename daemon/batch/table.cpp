@@ -211,11 +211,26 @@ std::string csv_of(const Row& row, const Json& model, const std::vector<std::str
 
 }  // namespace
 
-std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model) {
-  std::vector<Parameter> parameters;
+std::vector<std::size_t> rows_in_other_units(const std::vector<Row>& rows, const std::string& model) {
+  std::optional<Json> units;
+  std::vector<std::size_t> others;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Json* found = model_of(rows[i].fit, model);
     if (found == nullptr || !is_accepted(*found)) continue;
+    const Json own = found->value("units", Json());
+    if (!units) units = own;
+    if (own != *units) others.push_back(i);
+  }
+  return others;
+}
+
+std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model) {
+  std::vector<Parameter> parameters;
+  const std::vector<std::size_t> others = rows_in_other_units(rows, model);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Json* found = model_of(rows[i].fit, model);
+    if (found == nullptr || !is_accepted(*found)) continue;
+    if (std::find(others.begin(), others.end(), i) != others.end()) continue;
     for (const Json& p : found->at("parameters")) {
       const std::string name = p.at("name");
       if (p.at("fixed") == true || name == "initial_output" || !p.at("value").is_number() || !p.at("std").is_number()) {
@@ -239,6 +254,17 @@ std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::st
     parameter.median = median_of(std::move(values));
   }
   return parameters;
+}
+
+std::string other_units_text(const Table& table) {
+  constexpr std::size_t kMostNamed = 8;
+  const std::vector<std::size_t> others = rows_in_other_units(table.rows, table.common_model);
+  std::string text;
+  for (std::size_t i = 0; i < std::min(others.size(), kMostNamed); ++i) {
+    text += (i == 0 ? "" : ", ") + table.rows[others[i]].record.id;
+  }
+  if (others.size() > kMostNamed) text += fmt::format(" and {} more", others.size() - kMostNamed);
+  return text;
 }
 
 std::string grade_of(const Row& row) {

@@ -79,8 +79,15 @@ struct Parameter {
 };
 
 /// Returns the free parameters of a model, without those of the record's start, in the model's order. Leaves out
-/// records whose model of this name is rejected.
+/// records whose model of this name is rejected, and those in other units than the first one.
 [[nodiscard]] std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model);
+
+/// Returns the records with an accepted model of this name in other units than those of the first: an inch and a
+/// millimetre are not compared.
+[[nodiscard]] std::vector<std::size_t> rows_in_other_units(const std::vector<Row>& rows, const std::string& model);
+
+/// "0006-mm, 0009-b": those records of the table, the first ones if they are many; empty without any.
+[[nodiscard]] std::string other_units_text(const Table& table);
 
 /// The verdict's grade of the recommended model; empty without one.
 [[nodiscard]] std::string grade_of(const Row& row);

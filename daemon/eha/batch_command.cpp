@@ -135,6 +135,9 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   if (table.judged > rows.size()) text += fmt::format("and {} more, see table.csv\n", table.judged - rows.size());
   text += fmt::format("records  {} judged, {} failed, {} still open\n", table.judged, failed, table.missing);
   if (!table.common_model.empty()) text += fmt::format("compared {}\n", table.common_model);
+  if (const std::string others = batch::other_units_text(table); !others.empty()) {
+    text += fmt::format("units    not compared, in other units: {}\n", others);
+  }
   for (const batch::Trend& one : table.trends) {
     text += fmt::format("trend    {} {} from the first record to the last\n", one.parameter, batch::change_text(one));
   }

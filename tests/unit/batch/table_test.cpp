@@ -93,5 +93,18 @@ TEST(BatchTable, LeavesRejectedModelsOut) {
   for (const Row& row : table.rows) EXPECT_TRUE(row.outliers.empty()) << row.record.id;
 }
 
+TEST(BatchTable, DoesNotCompareInchesWithMillimetres) {
+  const test::TemporaryFolder folder;
+  Table table = table_with({0.150, 0.151, 3.81}, {}, folder.path());
+  for (std::size_t i = 0; i < 3; ++i) {
+    table.rows[i].fit["models"][0]["units"] = {{"input", "V"}, {"output", i < 2 ? "in" : "mm"}};
+  }
+  EXPECT_EQ(parameters_of(table.rows, "io_valve").front().estimates.size(), 2U);
+  EXPECT_EQ(rows_in_other_units(table.rows, "io_valve"), std::vector<std::size_t>{2});
+  const std::string html = page_of(table).html;
+  EXPECT_NE(html.find("in other units: 0003."), std::string::npos);
+  EXPECT_LT(html.find("<h2>Records</h2>"), html.find("<svg")) << "the answer comes first";
+}
+
 }  // namespace
 }  // namespace eha::batch
