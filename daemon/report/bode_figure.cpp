@@ -149,6 +149,21 @@ Panel gain_error_panel(const std::vector<double>& measured_dB, const std::vector
   return panel;
 }
 
+/// Removes marks that the axis would cut, and with its last mark a series: noise far below the models.
+void drop_points_outside(Panel& gain) {
+  if (!gain.y_range) return;
+  for (Series& series : gain.series) {
+    if (series.mark != Mark::points) continue;
+    for (double& y : series.y) {
+      if (y < gain.y_range->first || y > gain.y_range->second) y = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  std::erase_if(gain.series, [](const Series& series) {
+    return series.mark == Mark::points &&
+           std::none_of(series.y.begin(), series.y.end(), [](double y) { return std::isfinite(y); });
+  });
+}
+
 bool is_measured(const NumberTable* response) {
   if (response == nullptr) return false;
   for (const char* name : {"frequency_Hz", "gain", "gain_dB", "phase_deg", "std"}) {
@@ -263,6 +278,7 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
   }
   gain.y_range = gains.widened(3.0);
   phase.y_range = phases.widened(5.0);
+  drop_points_outside(gain);
   if (frequencies.low < frequencies.high) {
     for (Panel* panel : {&gain, &phase}) panel->x_range = std::pair(frequencies.low, frequencies.high);
   }

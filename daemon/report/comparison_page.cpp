@@ -84,27 +84,28 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
     return p.half_width > 0.0 && std::abs(p.after - p.before) > kMostShown * p.half_width;
   });
   if (is_beyond) item.remark.seen += fmt::format(" Values beyond {:g} are drawn there.", kMostShown);
-  item.remark.good = "On an unchanged rig every bar reaches the dashed line at 0.";
+  item.remark.good = "Every bar reaches the dashed line at 0, as on an unchanged rig; one that does not is a change.";
   if (subject.left_over.changed) item.remark.seen += " " + left_over_sentence(first, subject);
   item.remark.to_do =
       change.changed
           ? "Look for the cause of each change. A null or dead band that moved is the valve's, or comes from a leak "
-            "past "
-            "the piston: with a leak `eha characterise` finds a drift inside the dead band. A gain is the supply "
+            "past the piston: with a leak `eha characterise` finds a drift inside the dead band. A gain is the supply "
             "pressure's, the valve's or a leak's. Identify the rig anew before you rely on an old model."
       : subject.left_over.changed ? "The parameters hold. Look for what moves the output besides the input: noise of "
                                     "the sensor, friction, air, "
                                     "or a map that fits less well."
                                   : "Nothing: models of the first record still hold.";
+  std::vector<std::string> not_shown;
   for (const ident::ParameterChange& p : change.parameters) {
     std::string hidden = ident::hidden_sentence(p, subject.model);
     if (hidden.empty()) continue;
     hidden.front() = 'A';
-    item.remark.seen += " " + hidden + ".";
+    not_shown.push_back(hidden + ".");
   }
   for (const std::string& name : change.undetermined) {
-    item.remark.seen += fmt::format(" {} is not determined by both records.", name);
+    not_shown.push_back(name + " is not determined by both records.");
   }
+  if (!not_shown.empty()) item.html += paragraph("What these records cannot show:") + list(not_shown);
   return item;
 }
 
@@ -241,13 +242,19 @@ std::vector<std::string> titles_of(const std::vector<std::string>& paths) {
 }
 
 Page comparison_page(const ComparisonFindings& findings, const std::vector<ComparedSubject>& subjects) {
-  const std::string lead =
-      fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", findings.is_alike ? "none" : "some",
-                  escaped(findings.heading), list(findings.sentences));
   Section parameters{.title = "Parameters"};
+  std::vector<std::string> to_do;
   for (const ComparedSubject& subject : subjects) {
-    if (subject.change) parameters.items.push_back(changes_item(subjects.front(), subject));
+    if (!subject.change) continue;
+    parameters.items.push_back(changes_item(subjects.front(), subject));
+    const std::string& text = parameters.items.back().remark.to_do;
+    if (!text.empty() && std::find(to_do.begin(), to_do.end(), text) == to_do.end()) to_do.push_back(text);
   }
+  // The same advice for several runs is given once, and for one run beside its plot too.
+  const std::string advice = to_do.size() == 1 ? paragraph("To do: " + to_do.front()) : std::string();
+  const std::string lead =
+      fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}{}</section>\n", findings.is_alike ? "none" : "some",
+                  escaped(findings.heading), list(findings.sentences), advice);
   Section models{.title = "Models"};
   for (const ComparedSubject& subject : subjects) {
     models.items.push_back({.heading = subject.label, .html = equation(subject.model)});

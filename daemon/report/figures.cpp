@@ -108,27 +108,41 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, values.size())));
 }
 
-/// Label of a pole: "16.2 Hz, D = 0.52", or "T = 0.0056 s" of a real one; empty if no exponential belongs to it.
+/// Label of a pole: "16.2 Hz, D = 0.52", "T = 0.0056 s" of a real one, or "grows, T = 21 s"; empty if no exponential
+/// belongs to it.
 std::string pole_caption(std::complex<double> value, double base_order) {
   const double angle = std::arg(value) / base_order;
   const double natural_rad_s = std::pow(std::abs(value), 1.0 / base_order);
   if (angle < -1e-9 || angle > pi + 1e-9) return "";
   if (std::abs(angle - pi) < 1e-9 || angle < 1e-9) {
-    return fmt::format("T = {:.3g} s", (angle < 1e-9 ? -1.0 : 1.0) / natural_rad_s);
+    return fmt::format("{}T = {:.3g} s", angle < 1e-9 ? "grows, " : "", 1.0 / natural_rad_s);
   }
   return fmt::format("{:.3g} Hz, D = {:.2g}", natural_rad_s / (2.0 * pi), -std::cos(angle));
 }
 
-constexpr double kCaptionHeight = 0.1;  // of a pole map from -1 to 1
-constexpr double kLetterWidth = 0.035;  // of the same
+constexpr double kCaptionHeight = 0.14;  // of a pole map from -1 to 1
+constexpr double kLetterWidth = 0.058;   // of the same
+constexpr double kMarker = 0.09;         // of the same
 
-/// Adds a caption, above those that it would overlap.
-void add_apart(std::vector<plot::Caption>& captions, plot::Caption caption) {
-  const auto overlaps = [&](const plot::Caption& other) {
-    const double widths = kLetterWidth * static_cast<double>(caption.text.size() + other.text.size());
-    return std::abs(caption.x - other.x) < 0.5 * widths && std::abs(caption.y - other.y) < 0.9 * kCaptionHeight;
+/// Adds a caption above a marker, or above the captions and the other markers that it would cover.
+void add_apart(std::vector<plot::Caption>& captions, const Series& markers, plot::Caption caption) {
+  const double half = 0.5 * kLetterWidth * static_cast<double>(caption.text.size());
+  const auto covers_caption = [&](const plot::Caption& other) {
+    return std::abs(caption.x - other.x) < half + 0.5 * kLetterWidth * static_cast<double>(other.text.size()) &&
+           std::abs(caption.y - other.y) < 0.9 * kCaptionHeight;
   };
-  while (std::any_of(captions.begin(), captions.end(), overlaps)) caption.y += kCaptionHeight;
+  const auto covers_marker = [&] {
+    for (std::size_t i = 0; i < markers.x.size(); ++i) {
+      if (std::abs(caption.x - markers.x[i]) < half + 0.5 * kMarker &&
+          std::abs(caption.y - markers.y[i]) < 0.5 * (0.9 * kCaptionHeight + kMarker)) {
+        return true;
+      }
+    }
+    return false;
+  };
+  while (covers_marker() || std::any_of(captions.begin(), captions.end(), covers_caption)) {
+    caption.y += 0.25 * kCaptionHeight;
+  }
   captions.push_back(std::move(caption));
 }
 
@@ -270,18 +284,30 @@ plot::Figure pole_figure(const ident::Model& model) {
     const double radius = decades.radius(std::pow(10.0, decade));
     panel.series.push_back(circle(radius, plot::kGuideStyle));
     panel.series.back().label = "";
-    panel.captions.push_back({.x = radius * std::cos(away),
-                              .y = radius * std::sin(away),
+    constexpr double kBeside = 0.5 * kCaptionHeight;
+    panel.captions.push_back({.x = (radius + kBeside) * std::cos(away),
+                              .y = (radius + kBeside) * std::sin(away),
                               .text = fmt::format("{:g} Hz", std::pow(10.0, decade))});
   }
-  Series points{.label = "poles of " + model.name, .mark = Mark::points, .style = 1};
+  Series points{.label = "poles", .mark = Mark::points, .style = 1};
   for (std::size_t i = 0; i < in_Hz.size(); ++i) {
     if (!(std::abs(in_Hz[i]) > 0.0)) continue;
     const double radius = decades.radius(std::abs(in_Hz[i]));
     points.x.push_back(radius * std::cos(std::arg(in_Hz[i])));
     points.y.push_back(radius * std::sin(std::arg(in_Hz[i])));
-    const std::string caption = pole_caption(poles.values[i], q);
-    if (!caption.empty()) add_apart(panel.captions, {points.x.back(), points.y.back() + kCaptionHeight, caption});
+  }
+  Series markers = points;
+  if (poles.order_at_zero > 0.0) {
+    markers.x.push_back(0.0);
+    markers.y.push_back(0.0);
+  }
+  std::size_t drawn = 0;
+  for (const std::complex<double>& value : poles.values) {
+    if (!(std::abs(value) > 0.0)) continue;
+    const double x = points.x[drawn];
+    const double y = points.y[drawn++];
+    const std::string caption = pole_caption(value, q);
+    if (!caption.empty()) add_apart(panel.captions, markers, {x, y + 0.6 * kCaptionHeight, caption});
   }
   panel.series.push_back(std::move(points));
   if (poles.order_at_zero > 0.0) {

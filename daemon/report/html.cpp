@@ -104,7 +104,10 @@ std::string list(const std::vector<std::string>& items) {
 std::string table(const std::vector<TableColumn>& columns, const std::vector<std::vector<std::string>>& rows) {
   // On a narrow screen each row of a stacked table becomes a block of labelled values.
   constexpr std::size_t kMostBesideEachOther = 4;
-  const bool is_stacked = columns.size() > kMostBesideEachOther;
+  // Short numbers alone fit beside one another.
+  const bool has_text =
+      std::any_of(columns.begin(), columns.end(), [](const TableColumn& c) { return c.kind != Column::number; });
+  const bool is_stacked = has_text && columns.size() > kMostBesideEachOther;
   std::string html = fmt::format("<div class=\"table\"><table{}>\n<thead><tr>", is_stacked ? " class=\"stacked\"" : "");
   for (const TableColumn& column : columns) {
     html += fmt::format("<th scope=\"col\"{}>{}</th>", class_of(column.kind), escaped(column.heading));
@@ -131,8 +134,8 @@ std::string equation(const Model& model) {
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {
     html += fmt::format(
-        "<br>behind a valve: null {} {}, dead band {} {}, negative gain ratio {} (± is half a 95 % interval, of noise "
-        "alone{})",
+        "<br>behind a valve: null {} {}, half dead band {} {}, gain of negative over positive commands {} (± is half a "
+        "95 % interval, of noise alone{})",
         estimate_or(model, ident::ParameterRole::valve_null, model.input_map->null), input_unit,
         estimate_or(model, ident::ParameterRole::dead_band, model.input_map->dead_band), input_unit,
         estimate_or(model, ident::ParameterRole::negative_gain_ratio, model.input_map->negative_gain_ratio),
@@ -142,10 +145,10 @@ std::string equation(const Model& model) {
   }
   const std::string output_unit = escaped(model.output_unit);
   if (model.initial_state.empty()) {
-    return html + fmt::format(", initial output {:.5g} {}</p>\n", model.initial_output, output_unit);
+    return html + fmt::format("<br>initial output {:.5g} {}</p>\n", model.initial_output, output_unit);
   }
   // The offset lies where the free response ends, which may be long after the record.
-  return html + fmt::format(", a free response that ends at {} {}</p>\n",
+  return html + fmt::format("<br>a free response that ends at {} {}</p>\n",
                             estimate_or(model, ident::ParameterRole::initial_output, model.initial_output),
                             output_unit);
 }

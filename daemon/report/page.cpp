@@ -33,7 +33,9 @@ ul { margin: .4em 0; padding-left: 1.3em; overflow-wrap: anywhere; }
 .fraction > span:nth-last-child(2) { border-top: 1px solid #111; }
 .fraction > .hidden { position: absolute; width: 1px; height: 1px; padding: 0; overflow: hidden; clip-path: inset(50%); }
 .item { margin: 0 0 1.2em; }
+.plot { overflow-x: auto; }
 .plot svg { display: block; width: 100%; height: auto; }
+pre { overflow-x: auto; }
 .missing { border: 1px dashed #111; padding: 12px; }
 .remark dt { font-weight: bold; margin-top: .4em; }
 .remark dd { margin: 0; }
@@ -45,6 +47,11 @@ td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
 td.wide { overflow-wrap: anywhere; }
 td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
 @media (max-width: 600px) {
+  main { padding: 10px; }
+  .verdict { padding: 2px 10px 6px; }
+  .verdict.some { border-left-width: 6px; }
+  .plot svg { min-width: 500px; }
+  pre { font-size: .75em; }
   th, td { padding-right: 6px; }
   th:first-child, td:first-child { overflow-wrap: anywhere; }
   .stacked thead { display: none; }
@@ -67,7 +74,8 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }
   .with-plot, .verdict, tr { break-inside: avoid; }
   h2, h3, thead { break-after: avoid; }
-  .table { overflow: visible; }
+  .table, .plot { overflow: visible; }
+  pre { white-space: pre-wrap; }
   table { font-size: 8pt; width: 100%; }
   td, th { padding-right: 6px; }
 }

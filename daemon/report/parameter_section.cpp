@@ -15,7 +15,8 @@ using ident::Model;
 using ident::ParameterEstimate;
 
 constexpr double kWide_percent = 50.0;        // half width above which an interval is uninformative
-constexpr double kMostShown_percent = 200.0;  // the axis ends here
+constexpr double kMostShown_percent = 200.0;  // the axis ends so far from the value
+constexpr double kLeastShown_percent = 1.0;   // it shows at least so much on either side
 constexpr std::size_t kMostTables = 3;
 
 bool is_estimated(const ParameterEstimate& parameter) {
@@ -32,8 +33,7 @@ std::pair<double, double> interval_percent(const ParameterEstimate& parameter) {
 plot::Figure interval_figure(const Model& model, const std::vector<const ParameterEstimate*>& parameters) {
   plot::Panel panel{.x_label = "", .y_label = "95 % interval [% of the value]"};
   plot::Series bars{.label = "", .mark = plot::Mark::error_bars, .style = 1};
-  double low = 0.0;
-  double high = 200.0;
+  double reach = kLeastShown_percent;
   for (const ParameterEstimate* parameter : parameters) {
     const auto [lower, upper] = interval_percent(*parameter);
     const double x = static_cast<double>(bars.x.size()) + 1.0;
@@ -43,12 +43,12 @@ plot::Figure interval_figure(const Model& model, const std::vector<const Paramet
     const auto drawn = [](double value, double end) { return std::isfinite(value) ? value : end; };
     bars.lower.push_back(std::max(drawn(lower, -1e3), -1e3));
     bars.upper.push_back(std::min(drawn(upper, 1e3), 1e3));
-    low = std::min(low, std::max(bars.lower.back(), -kMostShown_percent));
-    high = std::max(high, std::min(bars.upper.back(), 100.0 + kMostShown_percent));
+    reach = std::max({reach, 100.0 - bars.lower.back(), bars.upper.back() - 100.0});
     panel.x_ticks.push_back({.at = x, .text = parameter->name});
   }
   panel.x_range = std::pair(0.5, static_cast<double>(parameters.size()) + 0.5);
-  panel.y_range = std::pair(low - 10.0, high + 10.0);
+  reach = 1.1 * std::min(reach, kMostShown_percent);
+  panel.y_range = std::pair(100.0 - reach, 100.0 + reach);
   panel.rules = {{.at = 100.0, .vertical = false}, {.at = 0.0, .vertical = false}};
   panel.series.push_back(std::move(bars));
   return {.title = "95 % intervals of the parameters of " + model.name, .panels = {std::move(panel)}};
@@ -78,7 +78,9 @@ Remark remark_on(const Model& model, const std::vector<const ParameterEstimate*>
     remark.seen += fmt::format("{}Known to worse than {:.0f} %: {}.", may_be_0.empty() ? "" : " ", kWide_percent,
                                fmt::join(wide, ", "));
   }
-  remark.good = "Short bars around 100 % that stay away from 0 %.";
+  remark.good =
+      "Bars of a few per cent. The axis ends with the longest one; a bar that reaches 0 % is a parameter that may be "
+      "0.";
   remark.to_do =
       may_be_0.empty() && wide.empty()
           ? "Nothing."
@@ -87,19 +89,27 @@ Remark remark_on(const Model& model, const std::vector<const ParameterEstimate*>
   return remark;
 }
 
-std::string end_of(double value) { return std::isfinite(value) ? fmt::format("{:.5g}", value) : "none"; }
+/// A number with the digits that two digits of its standard error justify.
+std::string justified(double value, double std) {
+  constexpr int kMostDecimals = 9;
+  if (!std::isfinite(value)) return "none";
+  const double decimals = 1.0 - std::floor(std::log10(std));
+  if (!(std > 0.0) || !(decimals >= 0.0) || decimals > kMostDecimals) return fmt::format("{:.5g}", value);
+  return fmt::format("{:.{}f}", value, static_cast<int>(decimals));
+}
 
 std::string parameter_table(const Model& model) {
   std::vector<std::vector<std::string>> rows;
   for (const ParameterEstimate& parameter : model.parameters) {
     const std::string unit = ident::unit_of(parameter, model);
+    const double std = parameter.std;
     if (parameter.fixed) {
       rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), unit, "held", "", ""});
+    } else if (std > 0.0) {
+      rows.push_back({parameter.name, justified(parameter.value, std), unit, justified(std, std),
+                      justified(parameter.lower95, std), justified(parameter.upper95, std)});
     } else {
-      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), unit,
-                      parameter.std > 0.0 ? fmt::format("{:.2g}", parameter.std) : "not known",
-                      parameter.std > 0.0 ? end_of(parameter.lower95) : "",
-                      parameter.std > 0.0 ? end_of(parameter.upper95) : ""});
+      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), unit, "not known", "", ""});
     }
   }
   return table({{"parameter"},

@@ -25,10 +25,10 @@ std::string subtitle(const Subject& subject) {
 }  // namespace
 
 Page page_of(const Subject& subject) {
-  const std::vector<Section> sections{time_section(subject),   models_section(subject),    frequency_section(subject),
-                                      step_section(subject),   stability_section(subject), residual_section(subject),
-                                      valve_section(subject),  parameter_section(subject), paper_section(subject),
-                                      timing_section(subject), manifest_section(subject)};
+  const std::vector<Section> sections{time_section(subject),  models_section(subject),    frequency_section(subject),
+                                      step_section(subject),  stability_section(subject), residual_section(subject),
+                                      valve_section(subject), parameter_section(subject), other_models_section(subject),
+                                      paper_section(subject), timing_section(subject),    manifest_section(subject)};
   return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections);
 }
 

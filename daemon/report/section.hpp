@@ -40,6 +40,7 @@ struct Section {
 [[nodiscard]] Section residual_section(const Subject& subject);
 [[nodiscard]] Section valve_section(const Subject& subject);
 [[nodiscard]] Section parameter_section(const Subject& subject);
+[[nodiscard]] Section other_models_section(const Subject& subject);
 [[nodiscard]] Section paper_section(const Subject& subject);
 [[nodiscard]] Section timing_section(const Subject& subject);
 [[nodiscard]] Section manifest_section(const Subject& subject);

@@ -96,7 +96,13 @@ plot::Figure step_figure(const std::vector<const ident::Model*>& models, const s
   if (const auto band = band_times(*models.front())) {
     for (plot::Panel* panel : {&output, &speed}) panel->shades.push_back({0.0, std::min(band->fastest_s, duration_s)});
   }
-  for (plot::Panel* panel : {&output, &speed}) panel->x_range = std::pair(0.0, duration_s);
+  for (plot::Panel* panel : {&output, &speed}) {
+    panel->x_range = std::pair(0.0, duration_s);
+    panel->rules.push_back({.at = 0.0, .vertical = false});
+  }
+  // The speed of an integrator changes little after its start: an axis without 0 would show a small difference as
+  // large.
+  speed.series.push_back({.label = "", .x = {0.0, duration_s}, .y = {0.0, 0.0}, .style = plot::kGuideStyle});
   return {.title = title, .panels = {std::move(output), std::move(speed)}};
 }
 

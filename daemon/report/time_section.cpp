@@ -73,8 +73,12 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   const double percent = range > 0.0 ? 100.0 * errors.largest / range : 0.0;
   const bool has_unseen = estimating < table.time_s.size();
   Remark remark;
-  remark.seen = fmt::format("The largest error of {} is {:.3g} {} at {:.4g} s, {:.2g} % of the measured range.",
-                            model.name, errors.largest, model.output_unit, errors.largest_at_s, percent);
+  remark.seen = fmt::format("The largest error of {} is {:.3g} {} at {:.4g} s{}, {:.2g} % of the measured range.",
+                            model.name, errors.largest, model.output_unit, errors.largest_at_s,
+                            !has_unseen                                      ? ""
+                            : errors.largest_at_s < table.time_s[estimating] ? ", where it was estimated"
+                                                                             : ", on the unseen part",
+                            percent);
   if (has_unseen) {
     remark.seen += fmt::format(" Its RMS error is {:.2g} {} where it was estimated and {:.2g} {} on the unseen part.",
                                errors.rms_estimating, model.output_unit, errors.rms_unseen, model.output_unit);

@@ -23,16 +23,51 @@ using nlohmann::ordered_json;
 /// Returns the score of a model's prediction: on samples that did not estimate it.
 const ident::Score* unseen_score(const Model& model) { return model.validation ? &model.validation->score : nullptr; }
 
+/// "99.82 %"; a share that only rounding makes whole is "above 99.99 %".
+std::string percent_text(double value) {
+  if (value < 100.0 && value >= 99.995) return "above 99.99 %";
+  return fmt::format("{:.2f} %", value);
+}
+
 std::string scores_sentence(const Model& model) {
   const ident::Score* score = unseen_score(model);
   if (score == nullptr) {
-    return model.estimation ? fmt::format("R2 {:.2f} % on the samples that estimated it; there are no others.",
-                                          model.estimation->score.r2_percent)
+    return model.estimation ? fmt::format("R2 {} on the samples that estimated it; there are no others to test it on.",
+                                          percent_text(model.estimation->score.r2_percent))
                             : "It holds no scores.";
   }
-  return fmt::format("On the {} samples that did not estimate it: R2 {:.2f} %, fit {:.2f} %, largest error {:.3g} {}.",
-                     score->samples, score->r2_percent, score->fit_percent,
-                     std::max(std::abs(score->error_min), std::abs(score->error_max)), model.output_unit);
+  return fmt::format(
+      "On the {} samples that did not estimate it, its error is {:.2g} {} rms and {:.3g} {} at most: fit {}, R2 {} "
+      "(100 % is perfect; a record that moves far gives a high R2 to a poor model too).",
+      score->samples, std::sqrt(score->mse), model.output_unit,
+      std::max(std::abs(score->error_min), std::abs(score->error_max)), model.output_unit,
+      percent_text(score->fit_percent), percent_text(score->r2_percent));
+}
+
+/// What the grade means for who uses the model.
+std::string grade_sentence(const ident::Verdict& verdict) {
+  switch (verdict.grade) {
+    case Grade::good:
+      return verdict.reasons.empty() ? "Good: it passes every check." : "Good: it passes every check. To know:";
+    case Grade::usable:
+      return verdict.reasons.empty() ? "Usable: no check rejects it, but not all of them could be made."
+                                     : "Usable: no check rejects it, but these findings limit what it may be used for:";
+    case Grade::rejected:
+      break;
+  }
+  return {};
+}
+
+/// What to do with an accepted model.
+std::string next_steps(const Subject& subject, const ReportedModel& reported) {
+  const std::string file = reported.file.empty() ? "MODEL.json" : reported.file;
+  std::string text = "Next: ";
+  if (subject.manifest)
+    text += "`eha tune` with this run's folder makes a controller of it and says what the rod will do; ";
+  return text + fmt::format(
+                    "`eha validate {} RECORD` scores it on another record; `eha export {} --format octave -o plant.m` "
+                    "writes it for another program.",
+                    file, file);
 }
 
 std::string band_sentence(const ReportedModel& reported) {
@@ -67,33 +102,80 @@ std::string unit_of(const ident::Criterion& criterion, const Model& model) {
   return {};
 }
 
-/// The criteria that a model fails or that are not judged, in the words of the table of criteria.
+/// What a model fails in or is not judged in, in few words.
+std::string short_note(const ident::Criterion& criterion) {
+  using Kind = ident::CriterionKind;
+  const std::string& parameter = criterion.parameter;
+  if (!criterion.judged) return "not judged: " + words_of(criterion);
+  switch (criterion.kind) {
+    case Kind::residual_input:
+      return "the input moves the error";
+    case Kind::residual_whiteness:
+      return "the error is no plain noise";
+    case Kind::nonlinearity:
+      return "plant not linear";
+    case Kind::future_input:
+      return "loop closed";
+    case Kind::residual_drift:
+      return "the error drifts";
+    case Kind::error_over_noise:
+    case Kind::far_error_over_noise:
+      return fmt::format("error {:.2g} times the noise", criterion.value);
+    case Kind::above_recommended:
+      return parameter + " clearly better";
+    case Kind::coefficient_interval:
+      return parameter + " may be 0";
+    case Kind::order_error:
+      return "order " + parameter + " not known";
+    case Kind::left_out:
+      return "no need of " + parameter;
+    case Kind::excitation_order:
+      return "input too simple";
+    case Kind::stability_margin:
+      return criterion.value > 0.0 ? "margin too small" : "not stable";
+    case Kind::converged:
+      return "search did not converge";
+    default:
+      return words_of(criterion);
+  }
+}
+
+/// The first of what a model fails in or is not judged in.
 std::string short_notes(const ident::Verdict& verdict) {
   constexpr std::size_t kMost = 3;
   std::vector<std::string> words;
   for (const ident::Criterion& criterion : verdict.criteria) {
-    if (!criterion.passed) words.push_back(words_of(criterion));
+    if (!criterion.passed) words.push_back(short_note(criterion));
   }
   const std::size_t more = words.size() > kMost ? words.size() - kMost : 0;
   words.resize(std::min(words.size(), kMost));
   return fmt::format("{}{}", fmt::join(words, "; "), more > 0 ? fmt::format("; {} more", more) : "");
 }
 
+/// A value of the table of criteria. Of a probability no more than its first digits matter.
+std::string criterion_value(const ident::Criterion& criterion, double value) {
+  constexpr double kLeastProbability = 1e-4;
+  if (!std::isfinite(value)) return "-";
+  if (name_of(criterion).ends_with("_p")) {
+    return value < kLeastProbability ? "< 0.0001" : fmt::format("{:.2g}", value);
+  }
+  return fmt::format("{:.4g}", value);
+}
+
 std::string box(const char* kind, const std::string& heading, const std::string& html) {
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", kind, escaped(heading), html);
 }
 
-std::string of_model(const ReportedModel& reported) {
-  std::string html = equation(reported.model) + paragraph(scores_sentence(reported.model));
+/// What a model is, from its use to its equation.
+std::string of_model(const Subject& subject, const ReportedModel& reported) {
   const auto& verdict = reported.model.verdict;
-  if (const std::string band = band_sentence(reported); verdict && verdict->accepted && !band.empty()) {
-    html += paragraph(band);
+  const bool is_accepted = verdict && verdict->accepted;
+  std::string html = paragraph(scores_sentence(reported.model));
+  if (const std::string band = band_sentence(reported); is_accepted && !band.empty()) html += paragraph(band);
+  if (is_accepted) {
+    html += paragraph(grade_sentence(*verdict)) + list(verdict->reasons) + paragraph(next_steps(subject, reported));
   }
-  if (verdict && verdict->accepted && !verdict->reasons.empty()) {
-    html += paragraph(fmt::format("It is {}, with these notes:", ident::text(verdict->grade)));
-    html += list(verdict->reasons);
-  }
-  return html;
+  return html + equation(reported.model);
 }
 
 /// What the import said of the record, for a person to look at.
@@ -154,6 +236,10 @@ std::string verdict(const Subject& subject) {
   const std::string graded = std::string(ident::text(grade));
   std::string reason =
       subject.reason.empty() ? "" : paragraph("Reason: " + subject.reason + (subject.reason.ends_with('.') ? "" : "."));
+  if (subject.reason.find("AR-BIC") != std::string::npos) {
+    reason += paragraph(
+        "AR-BIC weighs error against number of parameters; lower is better, and a difference of 10 is clear.");
+  }
   if (subject.part("identification", "recommendation", "needs_fresh_record") == true) {
     reason += paragraph(
         "The validation part took part in this choice. Only another record shows how well the model predicts: record "
@@ -161,19 +247,26 @@ std::string verdict(const Subject& subject) {
   }
   if (subject.has_recommendation) {
     return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded),
-               of_model(main) + reason + remarks_on_record(main.model));
+               of_model(subject, main) + reason + remarks_on_record(main.model));
   }
   if (grade == Grade::rejected) {
     std::string html = reason;
     if (main.model.verdict) {
-      html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name));
-      html += list(main.model.verdict->reasons);
+      std::vector<std::string> reasons = main.model.verdict->reasons;
+      // The reason of a recommendation that there is none may be the first of these.
+      if (!reasons.empty() && subject.reason.find(reasons.front()) != std::string::npos) {
+        reasons.erase(reasons.begin());
+        if (!reasons.empty()) html += paragraph("Also found:");
+      } else {
+        html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name));
+      }
+      html += list(reasons);
     }
-    return box("none", "No model can be used", html + remarks_on_record(main.model) + of_model(main));
+    return box("none", "No model can be used", html + remarks_on_record(main.model) + of_model(subject, main));
   }
   const bool is_alone = subject.models.size() == 1;
   return box("some", fmt::format("{}: {} ({})", is_alone ? "Model" : "Best model", main.model.name, graded),
-             of_model(main) + reason + remarks_on_record(main.model));
+             of_model(subject, main) + reason + remarks_on_record(main.model));
 }
 
 Section models_section(const Subject& subject) {
@@ -237,29 +330,37 @@ Section models_section(const Subject& subject) {
     overview.html += paragraph(sentence);
   }
   section.items.push_back(std::move(overview));
+  const Model& first = subject.models.front().model;
+  if (!first.verdict || first.verdict->criteria.empty()) return section;
+  Item checks{.heading = "Every check of " + first.name};
+  std::vector<std::vector<std::string>> criteria;
+  for (const ident::Criterion& criterion : first.verdict->criteria) {
+    criteria.push_back({words_of(criterion), criterion_value(criterion, criterion.value),
+                        criterion_value(criterion, criterion.limit), unit_of(criterion, first),
+                        !criterion.judged  ? "not judged"
+                        : criterion.passed ? "passed"
+                        : ident::traits_of(criterion.kind).weight == ident::CriterionWeight::rejects
+                            ? "FAILED"
+                            : "noted",  // it lowers the grade
+                        name_of(criterion)});
+  }
+  checks.html = table(
+      {{"check"}, {"value", Column::number}, {"limit", Column::number}, {"unit"}, {"result"}, {"in files"}}, criteria);
+  checks.html += paragraph(
+      "FAILED rejects a model, noted lowers its grade. p: probability of what was seen if the check's statement "
+      "holds.");
+  section.items.push_back(std::move(checks));
+  return section;
+}
+
+Section other_models_section(const Subject& subject) {
+  Section section{.title = "The other models"};
   for (const ReportedModel& reported : subject.models) {
+    if (&reported == &subject.models.front()) continue;  // the box has its equation and reasons
     const Model& model = reported.model;
-    Item item{.heading = model.name + (model.verdict ? ": " + std::string(ident::verdict_word(*model.verdict)) : "")};
-    const bool is_first = &reported == &subject.models.front();
-    // The box above has the first one's equation and reasons.
-    if (!is_first) item.html = equation(model) + (model.verdict ? list(model.verdict->reasons) : "");
-    if (is_first && model.verdict && !model.verdict->criteria.empty()) {
-      std::vector<std::vector<std::string>> criteria;
-      for (const ident::Criterion& criterion : model.verdict->criteria) {
-        criteria.push_back({words_of(criterion), number("{:.4g}", criterion.value), number("{:.4g}", criterion.limit),
-                            unit_of(criterion, model),
-                            !criterion.judged  ? "not judged"
-                            : criterion.passed ? "passed"
-                            : ident::traits_of(criterion.kind).weight == ident::CriterionWeight::rejects
-                                ? "FAILED"
-                                : "noted",  // it lowers the grade
-                            name_of(criterion)});
-      }
-      item.html += table(
-          {{"criterion"}, {"value", Column::number}, {"limit", Column::number}, {"unit"}, {"result"}, {"in files"}},
-          criteria);
-    }
-    section.items.push_back(std::move(item));
+    section.items.push_back(
+        {.heading = model.name + (model.verdict ? ": " + std::string(ident::verdict_word(*model.verdict)) : ""),
+         .html = equation(model) + (model.verdict ? list(model.verdict->reasons) : "")});
   }
   return section;
 }

@@ -28,6 +28,15 @@ struct RunSheet {
 /// @throws IoError, PermissionError  as record::read_run
 [[nodiscard]] RunSheet sheet_of_run(const std::filesystem::path& folder);
 
+/// One quantity of the sheet; without a name it belongs to the row above.
+struct SheetRow {
+  std::string name;
+  std::string value;
+};
+
+/// The quantities of the sheet with their intervals or "not observed", in the unit of length for people.
+[[nodiscard]] std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit);
+
 /// For people: at most 80 columns, lengths in the unit.
 [[nodiscard]] std::string sheet_text(const RunSheet& run, const DisplayUnit& unit);
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "config/valve_estimate.hpp"
 #include "daemon/report/html.hpp"
@@ -102,7 +104,7 @@ report::Item responses_of(const ident::ValveSheet& sheet) {
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   item.remark.seen = fmt::format(
       "Measured up to {:.2f} Hz; the slew limit ends it. Gain and phase are relative to the lowest frequency of each "
-      "amplitude, which is 0 dB and 0 deg; dashed: -3 dB and -90 deg.",
+      "amplitude, which is 0 dB and 0 deg; dashed, where an axis reaches so far: -3 dB and -90 deg.",
       sheet.highest_Hz);
   item.remark.good = "Curves of all amplitudes together, falling smoothly.";
   item.remark.to_do = "The response above the last frequency was not measured: do not rely on it.";
@@ -128,6 +130,23 @@ report::Item response_table(const ident::ValveSheet& sheet) {
                                 rows)};
 }
 
+/// The quantities as a table, in a box.
+std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
+  std::vector<std::vector<std::string>> rows;
+  for (const SheetRow& row : sheet_rows(run, unit)) {
+    std::string value = row.value;
+    for (std::size_t at = value.find("+-"); at != std::string::npos; at = value.find("+-")) value.replace(at, 2, "±");
+    rows.push_back({row.name, std::move(value)});
+  }
+  const std::string next =
+      is_in_rig_file(run) ? "The rig file has these values already: nothing to do."
+                          : "Next: `eha characterise` with this folder and -o RIG.toml writes them into a rig file; "
+                            "the lines are below, under For the files.";
+  return "<section class=\"verdict some\"><h2>What was measured</h2>\n" +
+         report::table({{"quantity"}, {"value, ± half a 95 % interval"}}, rows) + report::paragraph(next) +
+         "</section>\n";
+}
+
 std::string preformatted(const std::string& text) { return "<pre>" + report::escaped(text) + "</pre>\n"; }
 
 }  // namespace
@@ -137,7 +156,7 @@ std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector
   const std::string lead = fmt::format("<p class=\"subtitle\">{}, {} UTC</p>\n", report::escaped(run.rig.name),
                                        report::escaped(run.utc_start)) +
                            (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) +
-                           preformatted(sheet_text(run, unit));
+                           quantities(run, unit);
   report::Section statics{.title = "Static"};
   statics.items.push_back(flow_curve(run, unit));
   report::Section dynamics{.title = "Dynamic"};

@@ -53,6 +53,7 @@ TEST(ComparisonPage, SaysWhatChangedAndDrawsIt) {
   EXPECT_TRUE(page.missing.empty());
   EXPECT_NE(page.html.find("The plant has changed"), std::string::npos);
   EXPECT_NE(page.html.find("1 of 2 parameters changed."), std::string::npos);
+  EXPECT_LT(page.html.find("To do: Look for the cause of each change."), page.html.find("<svg")) << "in the box";
   EXPECT_NE(page.html.find(">0.22</td>"), std::string::npos);
   EXPECT_NE(page.html.find("runs/&lt;before&gt;"), std::string::npos);
   // Changes, step, records over time, Bode plot; these models have no valve.
@@ -200,6 +201,22 @@ TEST(PoleFigure, SaysFrequencyAndDampingBesideAPairAndTheTimeConstantBesideAReal
   EXPECT_NE(captions.find("10 Hz; "), std::string::npos) << "a circle: " << captions;
 }
 
+TEST(PoleFigure, KeepsCaptionsApart) {
+  // Real poles close to one another: their captions are wider than their distance.
+  ident::Model model = model_named("io", ident::Grade::good, 99.0);
+  model.transfer_function = {{{1.0, 0.0}}, {{0.02 * 0.05, 2.0}, {0.07, 1.0}, {1.0, 0.0}}, 0.0};
+  const std::vector<plot::Caption> captions = pole_figure(model).panels[0].captions;
+  constexpr double kLetter = 0.055;  // of the drawn picture
+  constexpr double kLine = 0.12;
+  for (const plot::Caption& a : captions) {
+    for (const plot::Caption& b : captions) {
+      if (&a == &b || std::abs(a.y - b.y) >= kLine) continue;
+      EXPECT_GE(std::abs(a.x - b.x), 0.5 * kLetter * static_cast<double>(a.text.size() + b.text.size()))
+          << a.text << " and " << b.text;
+    }
+  }
+}
+
 TEST(BodeFigure, DrawsBoundsOnlyWhereTheRecordShowsTheResponse) {
   ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
   const std::vector<double> f{0.01, 0.05, 0.2, 0.6, 2.0};
@@ -234,6 +251,27 @@ TEST(BodeFigure, ShowsTheErrorOfTheGainOnAScaleOfItsOwn) {
   ASSERT_TRUE(figure.panels[1].y_range.has_value());
   EXPECT_LT(figure.panels[1].y_range->second - figure.panels[1].y_range->first, 0.3) << "the bars can be seen";
   EXPECT_LT(figure.panels[1].y_range->first, 0.0) << "and how far they are from 0";
+}
+
+TEST(BodeFigure, LeavesOutNoiseThatItsAxisDoesNotReach) {
+  ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
+  const std::vector<double> f{0.05, 0.2, 0.6};
+  const ident::BodeCurve curve = ident::bode_curve(reported.model, f, {});
+  record::NumberTable response;
+  response.names = {"frequency_Hz", "gain", "gain_dB", "phase_deg", "std", "noise_dB"};
+  response.columns = {f, {}, curve.gain_dB, curve.phase_deg, {0.001, 0.001, 0.001}, {-20.0, -200.0, -200.0}};
+  for (const double dB : curve.gain_dB) response.columns[1].push_back(std::pow(10.0, dB / 20.0));
+  const auto noise_of = [&] {
+    const plot::Panel gain = bode_figure({&reported}, &response, "Bode plot").panels[0];
+    const auto noise = std::find_if(gain.series.begin(), gain.series.end(),
+                                    [](const plot::Series& series) { return series.label == "noise"; });
+    return noise == gain.series.end()
+               ? 0
+               : std::count_if(noise->y.begin(), noise->y.end(), [](double y) { return std::isfinite(y); });
+  };
+  EXPECT_EQ(noise_of(), 1);
+  response.columns[5][0] = -200.0;
+  EXPECT_EQ(noise_of(), 0) << "no entry in the key either";
 }
 
 TEST(FitTableFigure, ShowsTheTwoModelsOfLeastErrorAndSaysSo) {

@@ -49,6 +49,15 @@ TEST(Page, SaysThatNoModelCanBeUsedAndWhy) {
   EXPECT_NE(html.find("The error &lt;exceeds&gt; its &quot;limit&quot; &amp; more."), std::string::npos);
 }
 
+TEST(Page, SaysTheReasonOfARejectionOnce) {
+  Subject subject = subject_of("run", ident::Grade::rejected);
+  subject.models[0].model.verdict->reasons = {"The rod stands at an end; cut with --from 37.", "R2 is too low."};
+  subject.reason = "io, the best one, is rejected: The rod stands at an end; cut with --from 37.";
+  const std::string html = page_of(subject).html;
+  EXPECT_EQ(count(html, "The rod stands at an end; cut with --from 37."), 1U);
+  EXPECT_NE(html.find("<li>R2 is too low.</li>"), std::string::npos);
+}
+
 TEST(Page, CallsACompletedRunWithoutModelsNoPartialRecord) {
   Subject subject{.name = "characterise"};
   subject.manifest.emplace();
@@ -228,6 +237,37 @@ TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
   EXPECT_NE(html.find("by standard errors that take the structure for the plant&#39;s"), std::string::npos);
   EXPECT_NE(html.find("its file lies in models/rejected"), std::string::npos);
   EXPECT_NE(html.find("<span class=\"fraction\">"), std::string::npos);
+}
+
+TEST(Page, SaysWhatAModelIsGoodForBeforeItsEquationAndWhatToDoNext) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  subject.has_recommendation = true;
+  subject.models[0].model.output_unit = "in";
+  subject.models[0].model.validation->score.r2_percent = 99.998;
+  const std::string html = page_of(subject).html;
+  const std::size_t error = html.find("its error is 0.01 in rms and 0.05 in at most");
+  ASSERT_NE(error, std::string::npos);
+  EXPECT_NE(html.find("R2 above 99.99 %"), std::string::npos) << "no model is perfect";
+  const std::size_t grade = html.find("Usable: no check rejects it");
+  const std::size_t next = html.find("Next: ");
+  EXPECT_LT(error, grade);
+  EXPECT_LT(grade, next);
+  EXPECT_LT(next, html.find("class=\"equation\""));
+  EXPECT_NE(html.find("eha validate models/io.json RECORD"), std::string::npos);
+  EXPECT_EQ(html.find("eha tune"), std::string::npos) << "of model files";
+}
+
+TEST(Page, DescribesTheOtherModelsAfterThePicturesOfTheFirst) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.models.push_back({model_named("io3", ident::Grade::rejected, 95.0), "models/rejected/io3.json"});
+  subject.models[1].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::coefficient_interval, .parameter = "a3"});
+  subject.models[0].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::nonlinearity, .value = 5.9e-21, .limit = 0.002});
+  const std::string html = page_of(subject).html;
+  EXPECT_GT(html.find("io3: rejected"), html.find("Parameters of io"));
+  EXPECT_NE(html.find("a3 may be 0"), std::string::npos);
+  EXPECT_NE(html.find("&lt; 0.0001"), std::string::npos) << "a probability has no twenty digits";
 }
 
 TEST(Page, PicturesTheRecommendedModelAloneWhereThereIsNoRunnerUp) {

@@ -70,6 +70,15 @@ TEST(ValveSheetPage, WarnsOfANullThatIsHardlyKnown) {
   EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("repair the seal or the sensor"), std::string::npos);
 }
 
+TEST(ValveSheetPage, BeginsWithItsQuantitiesAsATable) {
+  std::vector<std::string> missing;
+  const std::string html = sheet_page(example(), DisplayUnit("in"), missing);
+  const std::size_t row = html.find("<td>null</td><td>-0.2100 ± 0.0060 V</td>");
+  ASSERT_NE(row, std::string::npos) << "a phone shows a table, not lines of 80 columns";
+  EXPECT_LT(row, html.find("<svg"));
+  EXPECT_EQ(html.find("+- 0.0060"), std::string::npos);
+}
+
 TEST(ValveSheetPage, AsksForTheLinesUntilTheRigFileHasThem) {
   RunSheet run = example();
   std::vector<std::string> missing;
