@@ -170,8 +170,8 @@ std::string lead_of(const Table& table, std::size_t failed) {
   for (const Trend& one : table.trends) {
     sentences.push_back(fmt::format("{} {} from the first record to the last.", one.parameter, change_text(one)));
   }
-  if (table.judged < kFewestForOutliers) {
-    sentences.push_back(fmt::format("Nothing was compared: that needs {} records.", kFewestForOutliers));
+  if (table.resolutions.empty()) {
+    sentences.push_back(fmt::format("Nothing was compared: that needs {} records with one model.", kFewestForOutliers));
   } else if (apart == 0)
     sentences.push_back("No record lies apart from the others.");
   if (const std::string changes = resolution_text(table); !changes.empty()) {

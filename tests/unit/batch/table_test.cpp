@@ -103,6 +103,7 @@ TEST(BatchTable, DoesNotCompareInchesWithMillimetres) {
   EXPECT_EQ(rows_in_other_units(table.rows, "io_valve"), std::vector<std::size_t>{2});
   const std::string html = page_of(table).html;
   EXPECT_NE(html.find("in other units: 0003."), std::string::npos);
+  EXPECT_NE(html.find("Nothing was compared"), std::string::npos) << "of fewer than five";
   EXPECT_LT(html.find("<h2>Records</h2>"), html.find("<svg")) << "the answer comes first";
 }
 
