@@ -114,8 +114,8 @@ const char* columns_of(const Series& series, bool in_characters) {
   return series.mark == Mark::error_bars && !in_characters ? "1:2:3:4" : "1:2";
 }
 
-/// Place in the order of drawing: areas, stems, lines with the broad ones first, so that a thin line stays visible on
-/// them, points.
+/// Place in the order of drawing: areas, stems, measured points, lines with the broad ones first, so that a thin line
+/// stays visible on them, other points.
 double drawing_rank(const Series& series) {
   switch (series.mark) {
     case Mark::band:
@@ -126,6 +126,7 @@ double drawing_rank(const Series& series) {
     case Mark::line:
       return 2.0 + 1.0 / (1.0 + style_of(series.style).width);
     case Mark::points:
+      return series.style == 0 ? 1.5 : 4.0;  // many measured points would hide the line through them
     case Mark::error_bars:
       break;
   }

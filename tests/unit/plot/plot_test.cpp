@@ -158,6 +158,10 @@ TEST(Gnuplot, DrawsABroadCurveBeneathAThinOneInTheOrderOfTheKey) {
   const std::string script = script_of(figure, Surface::page);
   EXPECT_LT(script.find("title 'recommended'"), script.find("title 'runner-up'"));
   EXPECT_LT(script.find("d1 using"), script.find("d0 using")) << "the thin black line lies on the broad one";
+  figure.panels[0].series[1].mark = Mark::points;
+  figure.panels[0].series[1].style = 0;
+  const std::string points = script_of(figure, Surface::page);
+  EXPECT_LT(points.find("d1 using"), points.find("d0 using")) << "and on many measured points";
 }
 
 TEST(Gnuplot, DrawsNoRuleBeyondItsAxes) {
