@@ -33,6 +33,7 @@
 #include "daemon/identify/source.hpp"
 #include "daemon/importer/table.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_summary.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace eha::cli {
@@ -265,6 +266,14 @@ ExitCode execute(const FitCommand& command, Console& console) {
     console.warning(*advice);
   }
   std::vector<fs::path> written = write(identification, command, source);
+  if (source.run_folder && !command.output && !console.quiet()) {
+    const record::Manifest manifest = record::read_manifest(*source.run_folder);
+    const std::string against = record::reason_against_latest(manifest);
+    if (manifest.identification && manifest.identification->accepted && !against.empty()) {
+      console.info(fmt::format("{} stays where it was: {}; name this run instead",
+                               (source.run_folder->parent_path() / record::kLatestLink).string(), against));
+    }
+  }
   const DisplayUnit unit = console.unit(source.units);
   if (source.run_folder && !command.output) write_report(*source.run_folder, unit, written, console);
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
+#include <memory>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -123,6 +125,47 @@ bool has_torn_run(const fs::path& folder) {
   }
 }
 
+/// Says in one line where the service keeps its runs, for a list of others. Nothing without a service, or if the list
+/// is its own.
+void name_runs_of_service(const fs::path& listed, const Console& console) {
+  const fs::path socket = control::default_socket();
+  std::error_code ignored;
+  if (!fs::exists(socket, ignored)) return;
+  try {
+    const fs::path folder = control::Client(socket).call("runs").at("folder").get<std::string>();
+    if (fs::equivalent(folder, listed, ignored)) return;
+    console.info(fmt::format("these are the runs in {}; the service keeps its own in {}: eha runs --socket {}",
+                             listed.string(), folder.string(), shell_word(socket.string())));
+  } catch (const Error& error) {
+    console.debug(error.what());
+  }
+}
+
+/// Says which run `latest` is, and why no later one with an accepted model is it.
+void name_latest(const RunList& list, const Console& console) {
+  std::error_code ignored;
+  const fs::path latest = fs::read_symlink(fs::path(list.folder) / record::kLatestLink, ignored);
+  std::string text = latest.empty() ? "no run is latest" : fmt::format("latest is {}", latest.filename().string());
+  bool is_told = !latest.empty();
+  for (auto run = list.runs.rbegin(); run != list.runs.rend(); ++run) {
+    const fs::path folder = run->folder;
+    if (folder.filename() == latest.filename()) break;
+    if (std::none_of(run->models.begin(), run->models.end(), [](const auto& model) { return model.accepted; })) {
+      continue;
+    }
+    try {
+      const std::string against = record::reason_against_latest(record::read_manifest(folder));
+      if (against.empty()) break;
+      text += fmt::format(", not {}: {}", folder.filename().string(), against);
+      is_told = true;
+    } catch (const Error& error) {
+      console.debug(error.what());
+    }
+    break;
+  }
+  if (is_told) console.print(text);
+}
+
 ExitCode execute(const RunsListCommand& command, Console& console) {
   // Returns the runs without a given folder: those in ./runs, or the service's if that folder does not exist.
   const fs::path here = command.folder.value_or("runs");
@@ -133,6 +176,7 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   const RunList list = asks_service ? runs_of_service(command.socket.value_or(control::default_socket()))
                                     : runs_of_folder(here, console);
   console.print_json(to_json(list));
+  if (!asks_service) name_runs_of_service(here, console);
   if (list.runs.empty()) {
     console.print(fmt::format("no runs in {}", list.folder));
     console.next_step(asks_service
@@ -152,6 +196,7 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   }
   console.print(
       text_table({{"run", Align::left}, {"outcome", Align::left}, {"s", Align::right}, {"models", Align::left}}, rows));
+  name_latest(list, console);
   if (!asks_service && has_torn_run(here)) {
     console.next_step("eha runs recover " + shell_word(here.string()));
     return ExitCode::ok;
@@ -193,6 +238,10 @@ std::string next_of(const RunsShowCommand& command, const record::Manifest& mani
 ExitCode execute(const RunsShowCommand& given, Console& console) {
   RunsShowCommand command = given;
   command.run = run_folder_of(given, console);
+  if (std::error_code unknown; !command.run.has_parent_path() && !fs::exists(command.run, unknown) && !unknown) {
+    throw IoError(fmt::format("{}: no run of this name in ., in ./runs or with the service; `eha runs` lists them",
+                              command.run.string()));
+  }
   const record::Manifest manifest = record::read_manifest(command.run);
   console.print_json(record::to_json(manifest));
   console.print(fmt::format("run      {}", command.run.string()));
@@ -209,6 +258,10 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
   const Json entry = entry_of_run(command.run, command.socket);
   if (const std::string text = progress_text(entry); !text.empty()) console.print("service  the run " + text);
   print_answer(command.run, manifest, console);
+  const std::string against = record::reason_against_latest(manifest);
+  if (!against.empty() && manifest.identification && manifest.identification->accepted) {
+    console.print("latest   another run: " + against);
+  }
   console.next_step(next_of(command, manifest, entry));
   return ExitCode::ok;
 }
@@ -250,16 +303,20 @@ void add_runs(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("runs", "List, show, recover, cancel, acknowledge or remove runs");
   sub->fallthrough();
   sub->require_subcommand(0, 1);
-  sub->footer("\nExamples:\n  eha runs list\n  eha runs show runs/latest\n  eha runs recover runs");
-  // Without a subcommand it lists.
-  sub->callback([sub, &line] {
-    if (sub->get_subcommands().empty()) line.command = Request<RunsListCommand>{};
+  sub->footer(
+      "\nWithout a folder it lists ./runs, with --socket the runs of the service.\n\nExamples:\n  eha runs list\n"
+      "  eha runs --socket /run/ehad/ehad.sock\n  eha runs show runs/latest\n  eha runs recover runs");
+  // Without a subcommand it lists. Other subcommands have a --socket of their own.
+  const auto listing = std::make_shared<RunsListCommand>();
+  add_socket_option(*sub, listing->socket);
+  sub->callback([sub, listing, &line] {
+    if (sub->get_subcommands().empty()) line.command = Request<RunsListCommand>{*listing};
   });
   CLI::App* list = sub->add_subcommand("list", "One line for each run, oldest first; also without `list`");
-  auto& listed = options_of<RunsListCommand>(*list, line);
-  list->add_option("folder", listed.folder, "Folder of run folders (default runs, else the service's)")
+  list->callback([listing, &line] { line.command = Request<RunsListCommand>{*listing}; });
+  list->add_option("folder", listing->folder, "Folder of run folders (default runs, else the service's)")
       ->type_name("DIR");
-  add_socket_option(*list, listed.socket);
+  add_socket_option(*list, listing->socket);
   CLI::App* show = sub->add_subcommand("show", "Show outcome, models and verdicts of a run");
   auto& shown = options_of<RunsShowCommand>(*show, line);
   show->add_option("run", shown.run, "Run folder, or its name")->required()->type_name("RUN");

@@ -9,6 +9,7 @@
 #include "core/os/files.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_summary.hpp"
 
 namespace eha::service {
 namespace {
@@ -74,7 +75,7 @@ void settle_fitting(Entry& entry, const fs::path& runs_folder) {
     if (!manifest.identification) return;
     const bool accepted = manifest.identification->accepted;
     // Written after the manifest, so it may be missing.
-    if (accepted) record::publish_latest(folder);
+    if (accepted && record::reason_against_latest(manifest).empty()) record::publish_latest(folder);
     entry.models = record::to_json(manifest.identification->models);
     entry.note = manifest.identification->error;
     const ExitCode code = accepted             ? ExitCode::ok

@@ -12,6 +12,7 @@
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_summary.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace eha::identify {
@@ -132,7 +133,7 @@ std::vector<fs::path> write_models(const Identification& identification, const f
 
 std::vector<fs::path> publish(const Identification& identification, const fs::path& run_folder) {
   const fs::path models_folder = run_folder / record::kModelsFolder;
-  const fs::path rejected_folder = models_folder / "rejected";
+  const fs::path rejected_folder = models_folder / record::kRejectedFolder;
   for (const fs::path& folder : {models_folder, rejected_folder}) {
     std::error_code ignored;
     if (fs::is_symlink(fs::symlink_status(folder, ignored))) {
@@ -170,9 +171,11 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
   if (!identification.response_notes.empty()) {
     entry.other["frequency_response_notes"] = identification.response_notes;
   }
-  const bool any_accepted = entry.accepted;
+  const std::string against = record::reason_against_latest(record::read_manifest(run_folder));
+  const bool is_latest = entry.accepted && against.empty();
+  if (entry.accepted && !is_latest) entry.other["not_latest"] = against;
   record::write_identification(run_folder, std::move(entry));
-  if (any_accepted) record::publish_latest(run_folder);
+  if (is_latest) record::publish_latest(run_folder);
   return written;
 }
 

@@ -25,7 +25,6 @@ namespace {
 
 using acquisition::TickRecord;
 
-constexpr std::string_view kLatestLink = "latest";
 constexpr int kMostRunsPerSecond = 1000;
 
 std::string file_safe(std::string_view name) {

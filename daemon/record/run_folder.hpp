@@ -20,6 +20,8 @@ inline constexpr std::string_view kManifestFile = "run.json";
 inline constexpr std::string_view kJournalFile = "raw.ehalog";
 inline constexpr std::string_view kRawFile = "raw.h5";
 inline constexpr std::string_view kModelsFolder = "models";
+inline constexpr std::string_view kRejectedFolder = "rejected";  ///< in kModelsFolder
+inline constexpr std::string_view kLatestLink = "latest";        ///< beside the run folders
 
 /// A run read back from its folder.
 struct LoadedRun {
@@ -62,7 +64,8 @@ enum class StillGoing {
 /// @throws IoError, PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_folder);
 
-/// Moves the link `latest` beside the run folder to the run, atomically. Only for a run with an accepted model.
+/// Moves the link `latest` beside the run folder to the run, atomically. Only for a run with an accepted model
+/// and without a reason_against_latest().
 /// @throws IoError, PermissionError
 void publish_latest(const std::filesystem::path& folder);
 

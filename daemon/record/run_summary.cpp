@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/run_summary.hpp"
 
+#include <fmt/format.h>
+
 #include "core/enum_names.hpp"
 #include "core/error.hpp"
 
@@ -30,6 +32,22 @@ RunSummary summary_of(const std::string& folder, const Manifest& manifest) {
                                          : 0;
   summary.recorded_s = static_cast<double>(ticks) * tick_s->get<double>();
   return summary;
+}
+
+std::string reason_against_latest(const Manifest& manifest) {
+  constexpr double kLeastShare = 0.5;
+  if (!manifest.outcome || acquisition::is_whole(*manifest.outcome)) return {};
+  const auto number = [&](const char* key) {
+    const auto found = manifest.other.find(key);
+    return found != manifest.other.end() && found->is_number() ? found->get<double>() : 0.0;
+  };
+  const double planned_s = number("samples_per_repetition") * number("repetitions") * number("sample_period_s");
+  const double recorded_s = summary_of("", manifest).recorded_s;
+  if (!(recorded_s < kLeastShare * planned_s)) return {};
+  return fmt::format(
+      "it is {} after {:.1f} of {:g} s, and a run that ended early becomes latest with half of its "
+      "experiment or more",
+      outcome_text(manifest), recorded_s, planned_s);
 }
 
 Json to_json(const RunSummary& summary) {

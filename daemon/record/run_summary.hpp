@@ -21,6 +21,10 @@ struct RunSummary {
 
 [[nodiscard]] RunSummary summary_of(const std::string& folder, const Manifest& manifest);
 
+/// Returns why a run does not become `latest`, whatever its models: it was stopped or tripped before half of its
+/// experiment was recorded. Empty for the others, and for one whose length run.json does not tell.
+[[nodiscard]] std::string reason_against_latest(const Manifest& manifest);
+
 /// {"folder", "outcome", "fault", "purpose", "recorded_s", "models"}; fault is null without one.
 [[nodiscard]] nlohmann::ordered_json to_json(const RunSummary& summary);
 /// Gives members that an earlier version left out their defaults. @throws DataError  names `source`

@@ -78,6 +78,17 @@ TEST_F(PublishModels, LeavesLatestAloneWhenAllAreRejected) {
   EXPECT_TRUE(has("models/rejected/fo.json"));
 }
 
+TEST_F(PublishModels, LeavesLatestAloneForARunThatWasStoppedEarlyAndSaysWhy) {
+  folder_.write(fs::relative(run_ / "run.json", folder_.path()),
+                R"({"schema": "eha-run/1", "outcome": "interrupted", "sample_period_s": 0.001, "repetitions": 1,
+                    "samples_per_repetition": 50000, "report": {"counters": {"ticks": 2500}}})");
+  static_cast<void>(publish({.models = {model_that(Came::accepted, "io")}}, run_));
+  EXPECT_TRUE(has("models/io.json")) << "its models are kept all the same";
+  EXPECT_FALSE(fs::exists(fs::symlink_status(folder_.path() / "latest")));
+  const auto entry = nlohmann::json::parse(content_of(run_ / "run.json")).at("identification");
+  EXPECT_NE(entry.at("not_latest").get<std::string>().find("after 2.5 of 50 s"), std::string::npos) << entry;
+}
+
 TEST_F(PublishModels, WritesThroughNoLinkedFolder) {
   const auto elsewhere = folder_.path() / "elsewhere";
   fs::create_directories(elsewhere);

@@ -41,5 +41,20 @@ TEST(RunSummary, ReadsAnAnswerOfAnEarlierVersionAndRefusesOneWithoutAFolder) {
   EXPECT_THROW(static_cast<void>(summary_from_json({{"outcome", "completed"}}, "answer")), DataError);
 }
 
+TEST(ReasonAgainstLatest, IsThatARunEndedBeforeHalfOfItsExperiment) {
+  const auto reason = [](const char* outcome, int ticks) {
+    const Json run{{"schema", "eha-run/1"},    {"outcome", outcome},
+                   {"sample_period_s", 0.001}, {"samples_per_repetition", 25000},
+                   {"repetitions", 2},         {"report", {{"counters", {{"ticks", ticks}}}}}};
+    return reason_against_latest(manifest_from_json(run, "run.json"));
+  };
+  EXPECT_NE(reason("interrupted", 4100).find("interrupted after 4.1 of 50 s"), std::string::npos)
+      << reason("interrupted", 4100);
+  EXPECT_FALSE(reason("faulted", 24000).empty());
+  EXPECT_TRUE(reason("faulted", 26000).empty());
+  EXPECT_TRUE(reason("precise_enough", 4100).empty()) << "it ended itself, with what was wanted";
+  EXPECT_TRUE(reason("completed", 50000).empty());
+}
+
 }  // namespace
 }  // namespace eha::record
