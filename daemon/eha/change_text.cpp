@@ -2,6 +2,11 @@
 #include "daemon/eha/change_text.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
 
 namespace eha::cli {
 namespace {
@@ -13,13 +18,40 @@ std::string with_unit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
 
+bool is_of_valve(const ParameterChange& p) {
+  return p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
+}
+
+/// Says whose number a changed null or dead band is; empty if none changed.
+std::string whose_valve(const ident::PlantChange& change, const ident::Model& model) {
+  std::vector<std::string> names;
+  for (const ParameterChange& p : change.parameters) {
+    if (p.changed && is_of_valve(p)) names.push_back(p.name);
+  }
+  if (names.empty()) return {};
+  return fmt::format(
+      "{0} {1} of the {2} fits, for comparing records: another structure gives slightly other numbers, and dry "
+      "friction "
+      "shifts them. The valve's own are on the sheet of `eha characterise`, for [following]",
+      fmt::join(names, " and "), names.size() == 1 ? "is that" : "are those", model.name);
+}
+
 }  // namespace
+
+std::string digits_of(double value, double half_width) {
+  if (!(half_width > 0.0 && std::isfinite(half_width))) return fmt::format("{:.4g}", value);
+  // Two digits of the half width.
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(half_width))), 0, 9);
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  return text.find_first_of("123456789") == std::string::npos && text.starts_with('-') ? text.substr(1) : text;
+}
 
 std::string change_sentence(const ParameterChange& p, const ident::Model& model) {
   const std::string unit = ident::unit_of(p, model);
-  return fmt::format("{} moved by {}, joint +- {} ({:.4g} to {:.4g})", p.name,
-                     with_unit(fmt::format("{:.3g}", p.after - p.before), unit),
-                     with_unit(fmt::format("{:.2g}", p.half_width), unit), p.before, p.after);
+  return fmt::format("{} moved by {}, joint +- {} ({} to {})", p.name,
+                     with_unit(digits_of(p.after - p.before, p.half_width), unit),
+                     with_unit(fmt::format("{:.2g}", p.half_width), unit), digits_of(p.before, p.half_width),
+                     digits_of(p.after, p.half_width));
 }
 
 nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident::Model& model) {
@@ -44,6 +76,7 @@ std::string change_sentences(const ident::PlantChange& change, const ident::Mode
   for (const ParameterChange& p : change.parameters) {
     if (p.changed) text += "  " + change_sentence(p, model) + "\n";
   }
+  if (const std::string whose = whose_valve(change, model); !whose.empty()) text += "  " + whose + "\n";
   for (const ParameterChange& p : change.parameters) {
     if (const std::string hidden = ident::hidden_sentence(p, model); !hidden.empty()) text += "  " + hidden + "\n";
   }

@@ -8,11 +8,14 @@
 
 namespace eha::cli {
 
+/// Writes a value with the decimals that two digits of its half width have: -0.324 for -0.32418 +- 0.011.
+[[nodiscard]] std::string digits_of(double value, double half_width);
+
 /// "dead_band moved by 0.1 V, joint +- 0.003 V (0.148 to 0.248)"
 [[nodiscard]] std::string change_sentence(const ident::ParameterChange& change, const ident::Model& model);
 
-/// Returns one line for each parameter that changed, for each whose change another one hides, and for each that the
-/// records do not determine.
+/// Returns one line for each parameter that changed, one that says whose number a changed null or dead band is, one for
+/// each parameter whose change another one hides, and one for each that the records do not determine.
 [[nodiscard]] std::string change_sentences(const ident::PlantChange& change, const ident::Model& model);
 
 [[nodiscard]] nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident::Model& model);

@@ -55,8 +55,13 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
   const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
   for (const ParameterChange& p : subject.change->parameters) {
-    rows.push_back({p.name, ident::value_text(p.name, p.before, first.model), ident::value_text(p.name, p.after, model),
-                    fmt::format("{:.3g}", p.after - p.before), fmt::format("{:.2g}", p.half_width),
+    // A coefficient of which a record only shows that it is small stays an interval.
+    const auto shown = [&](double value, const ident::Model& of) {
+      const std::string text = ident::value_text(p.name, value, of);
+      return text.find(" to ") == std::string::npos ? digits_of(value, p.half_width) : text;
+    };
+    rows.push_back({p.name, shown(p.before, first.model), shown(p.after, model),
+                    digits_of(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
                     ident::unit_of(p, model), p.changed ? "yes" : "not shown"});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
@@ -212,9 +217,12 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
       fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
   out.text += fmt::format(
-      "joint +-: half of the joint interval, with at most {:g} % false alarms for all parameters and runs together; a "
-      "change below it does not show\n",
-      100.0 * identify::kFalseAlarm);
+      "joint +-: a difference within it is not shown to be a change; at most {:g} % false alarms for all parameters "
+      "and "
+      "runs together\n"
+      "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
+      "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n",
+      100.0 * identify::kFalseAlarm, identify::kOtherLeftOver);
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", identify::kFalseAlarm},

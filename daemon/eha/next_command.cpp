@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -57,6 +59,12 @@ std::string report_of_run(const std::filesystem::path& folder, const std::string
   const std::filesystem::path page = folder / report::kReportFile;
   std::error_code ignored;
   return std::filesystem::exists(page, ignored) ? "xdg-open " + shell_word(page.string()) : otherwise;
+}
+
+std::string next_after_trip(std::string_view fault, bool moves_machine) {
+  constexpr std::array<std::string_view, 4> kOfFollowing{"no_motion", "not_in_place", "loop_speed", "wrong_speed"};
+  const bool is_of_following = std::find(kOfFollowing.begin(), kOfFollowing.end(), fault) != kOfFollowing.end();
+  return is_of_following && !moves_machine ? "eha characterise -o rig-new.toml" : "eha read";
 }
 
 std::optional<std::string> fit_of_run(const fs::path& folder) {

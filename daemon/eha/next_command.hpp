@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/shell_word.hpp"
 
@@ -23,6 +24,12 @@ struct RunCommand;
 
 /// Returns the command that opens the report of a run; `otherwise` if it has none.
 [[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);
+
+/// Returns the command that looks for the cause of a placing's trip: `eha read`, which shows whether the sensor follows
+/// the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as [following] says,
+/// `eha characterise`, which measures that.
+/// @param fault  its name, such as "no_motion"
+[[nodiscard]] std::string next_after_trip(std::string_view fault, bool moves_machine);
 
 /// `eha fit RUN`, with --discard 0 if the record ends within the discarded time; nothing for a record that is too short
 /// to fit, or has no rows to fit. Reads the record.

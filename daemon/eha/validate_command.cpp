@@ -14,6 +14,7 @@
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/record_units.hpp"
@@ -66,8 +67,11 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
     ++lags;
   }
   return fmt::format(
-      "{:<20} greatest {:.3f}; of {} lags {} outside the 95 % bound {:.3f}, {} outside the 99 % bound {:.3f}\n", what,
-      greatest, lags, outside95, correlation.bound95, outside99, correlation.bound99);
+      "{:<20} greatest {:.3f}; {} of {} lags outside the 95 % bound {:.3f} (by chance about {:.0f}), {} outside the 99 "
+      "% "
+      "bound {:.3f}\n",
+      what, greatest, outside95, lags, correlation.bound95, 0.05 * static_cast<double>(lags), outside99,
+      correlation.bound99);
 }
 
 ExitCode execute(const ValidateCommand& command, Console& console) {
@@ -117,7 +121,10 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const ident::ValidationReport& scored = *shown.validation;
   std::string text = fmt::format("{} on {}: {} samples\n", model.name, command.source, validation.score.samples);
   text += score_line("offset kept", scored.score, shown);
-  if (scored.offset_reestimated) text += score_line("offset re-estimated", *scored.offset_reestimated, shown);
+  if (scored.offset_reestimated) {
+    text += score_line("offset re-estimated", *scored.offset_reestimated, shown);
+    text += fmt::format("{:<20} judged by the latter: another record begins at another place\n", "");
+  }
   text += correlation_line("residual with itself", validation.acf, 1);
   text += correlation_line("residual with input", validation.ccf, 0);
   text += fmt::format("{}: {}\n", model.name, ident::text(model.verdict->grade));
@@ -128,7 +135,12 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);
   }
   console.print(text);
-  if (!model.verdict->accepted) return ExitCode::model_rejected;
+  if (!model.verdict->accepted) {
+    // The record has a model of its own, or should have one.
+    const std::string fit = "eha fit " + shell_word(command.source);
+    if (source.run_folder) console.next_step(report_of_run(*source.run_folder, fit));
+    return ExitCode::model_rejected;
+  }
   console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", shell_word(command.model_file)));
   return ExitCode::ok;
 }
