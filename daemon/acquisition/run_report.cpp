@@ -107,9 +107,10 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
           value, limit);
     case Fault::no_motion:
       return fmt::format(
-          "the rod moved {0:.2g} {2} where {1:.2g} {2} were due; check the sensor, that the hydraulics are on, their "
-          "pressure "
-          "and the valve's plug, that the rod is not at an end stop (calibration), then [following] in the rig file",
+          "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; likely, in this order: "
+          "hydraulics off or without pressure, valve unplugged, sensor or its wire off, rod at an end stop "
+          "(calibration), null or dead band of [following] in the rig file wrong: switch on, plug in, see that `eha "
+          "read` follows the rod; if it does, `eha characterise` measures null and dead band",
           shown_value, shown_limit, length);
     case Fault::not_in_place:
       return fmt::format(

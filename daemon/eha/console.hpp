@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/display_unit.hpp"
 
@@ -33,10 +34,12 @@ class Console {
   [[nodiscard]] bool verbose() const noexcept { return options_.verbose; }
   [[nodiscard]] bool quiet() const noexcept { return options_.quiet; }
   [[nodiscard]] const std::string& units() const noexcept { return options_.units; }  ///< --units; may be empty
-  /// Returns the unit of displayed lengths: --units, else that of the rig file.
+  /// Takes the unit in which the user has typed a length, which comes before that of the rig file.
+  void take_typed_unit(std::string name) { typed_unit_ = std::move(name); }
+  /// Returns the unit of displayed lengths: --units, else the one typed, else that of the rig file.
   /// @param of_rig  of kLengthUnits, or empty
   [[nodiscard]] DisplayUnit unit(const std::string& of_rig = {}) const {
-    return DisplayUnit(options_.units.empty() ? of_rig : options_.units);
+    return DisplayUnit(!options_.units.empty() ? options_.units : !typed_unit_.empty() ? typed_unit_ : of_rig);
   }
 
   /// Each line of `text` becomes a message of its own: "eha: error: ...".
@@ -93,6 +96,7 @@ class Console {
   void say_now_and_then(std::string_view line);
 
   ConsoleOptions options_;
+  std::string typed_unit_ = {};  ///< of a length on the command line; empty: none
   bool bar_wanted_ = false;
   bool hides_results_ = false;
   std::ptrdiff_t drawn_lines_ = 0;                      ///< replaced by redraw()

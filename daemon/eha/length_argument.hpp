@@ -37,4 +37,11 @@ namespace eha::cli {
   return inches_of(is_alone ? std::string(text) + unit.of("in") : std::string(text));
 }
 
+/// Returns the unit of a length that inches_of() takes, "mm" of "2.5 mm"; empty without one.
+[[nodiscard]] inline std::string unit_of_length(std::string_view text) {
+  const std::size_t end = text.find_last_of("0123456789. ");
+  text.remove_prefix(end == std::string_view::npos ? 0 : end + 1);
+  return is_length(text) ? std::string(text) : std::string();
+}
+
 }  // namespace eha::cli

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
@@ -124,30 +125,48 @@ WayBack way_back_of(const PlaceCommand& command, const PlaceNow& now, const std:
   return WayBack::confirmed;
 }
 
-/// Refuses a place beyond the travel limits, in the unit that the user reads.
-void require_within(double target_in, double lowest_in, double highest_in, const std::string& where,
-                    const DisplayUnit& unit) {
-  if (target_in >= lowest_in && target_in <= highest_in) return;
+/// Travel limits, and the distance from them that a placing keeps.
+struct PlaceLimits {
+  Travel travel;
+  double margin_in = 0.0;
+};
+
+/// Refuses a place that is beyond the travel limits or too near to one, in the unit that the user reads.
+void require_within(double target_in, const PlaceLimits& limits, const std::string& where, const DisplayUnit& unit) {
+  const double lowest_in = limits.travel.lowest_in;
+  const double highest_in = limits.travel.highest_in;
+  if (target_in >= lowest_in + limits.margin_in && target_in <= highest_in - limits.margin_in) return;
   const double factor = unit.factor("in");
-  throw ConfigError(
-      fmt::format("{}: {:.6g} {} is beyond the travel limits of the rig, {:.6g} to {:.6g} {}; nothing was "
-                  "moved",
-                  where, factor * target_in, unit.of("in"), factor * lowest_in, factor * highest_in, unit.of("in")));
+  const std::string length = unit.of("in");
+  if (target_in < lowest_in || target_in > highest_in) {
+    throw ConfigError(
+        fmt::format("{}: {:.4g} {} is beyond the travel limits of the rig, {:.5g} to {:.5g} {}; nothing "
+                    "was moved",
+                    where, factor * target_in, length, factor * lowest_in, factor * highest_in, length));
+  }
+  const bool is_low = target_in < lowest_in + limits.margin_in;
+  throw ConfigError(fmt::format(
+      "{0}: {1:.4g} {4} is too near to the travel limit of {2:.5g} {4}: a place keeps {3:.2g} {4} from it, in which "
+      "the "
+      "rod comes to rest; nothing was moved",
+      where, factor * target_in, factor * (is_low ? lowest_in : highest_in), factor * limits.margin_in, length));
 }
 
 void require_within_limits(const PlaceCommand& command, double target_in, const std::string& where,
                            const Console& console) {
   if (command.local) {
     const config::RigConfig rig = load_rig_or_default(command.rig_file);
-    require_within(target_in, rig.limits.travel_min_in, rig.limits.travel_max_in, where, console.unit(rig.units));
+    require_within(target_in, {{rig.limits.travel_min_in, rig.limits.travel_max_in}, config::placing_margin_in(rig)},
+                   where, console.unit(rig.units));
     return;
   }
   control::Client client(command.socket);
   const Json rig = client.call("status").at("rig");
   const Json limits = rig.value("limits", Json());
   if (!limits.is_object()) return;
-  require_within(target_in, limits.at("travel_min_in"), limits.at("travel_max_in"), where,
-                 console.unit(rig.value("units", "")));
+  require_within(target_in,
+                 {{limits.at("travel_min_in"), limits.at("travel_max_in")}, limits.value("placing_margin_in", 0.0)},
+                 where, console.unit(rig.value("units", "")));
 }
 
 ExitCode execute(const PlaceCommand& command, Console& console) {
@@ -157,13 +176,14 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
     throw UsageError(fmt::format("\"{}\": expected a length with its unit, such as {}", where,
                                  command.is_relative ? "+0.2in or -5mm" : "2.95in or 75mm"));
   }
+  console.take_typed_unit(unit_of_length(where));
   double target_in = *length_in;
   std::optional<PlaceNow> now;
   if (command.is_relative) {
     now = command.local ? place_now_of_rig(command) : place_now_of_service(command);
     target_in += now->place_in;
     const DisplayUnit unit = console.unit(now->units);
-    console.info(fmt::format("from {:.3f} to {:.3f} {}", unit.factor("in") * now->place_in,
+    console.info(fmt::format("from {:.4g} to {:.4g} {}", unit.factor("in") * now->place_in,
                              unit.factor("in") * target_in, unit.of("in")));
   }
   const char* name = command.is_relative ? "jog" : "goto";

@@ -154,9 +154,16 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   return acquired;
 }
 
+/// A command on the rig of a local run. @param in_real_time  not with --fast
+std::string on_local_rig(const RunCommand& run, std::string command, bool in_real_time) {
+  command += " --local";
+  if (run.rig_file) command += " --rig " + shell_word(*run.rig_file);
+  return in_real_time || command.starts_with("eha read") ? command : command + " --fast";
+}
+
 /// Reports a run that did not complete or lost its guard: the cause, and the kept record.
-ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentConfig& experiment,
-                           const config::RigConfig& rig, Console& console) {
+ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
+                           const config::ExperimentConfig& experiment, const config::RigConfig& rig, Console& console) {
   const DisplayUnit unit = console.unit(rig.units);
   const bool characterises = experiment.characterises();
   const play::FinishedRun& run = acquired.run;
@@ -193,6 +200,11 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
                       {"run", run.folder.string()},
                       {"outcome", acquisition::to_text(run.report.outcome)},
                       {"exit_code", static_cast<int>(code)}});
+  if (run.only_placed && code == ExitCode::safety_trip) {
+    const bool moves = hal::moves_machine(rig.backend);
+    const auto cause = acquisition::to_text(run.report.fault.fault);
+    console.next_step(on_local_rig(command, next_after_trip(cause, moves), moves));
+  }
   return code;
 }
 
@@ -242,9 +254,7 @@ ExitCode conclude(const config::Played&, const play::FinishedRun& run, const Run
 
 ExitCode conclude(const config::Placing& placing, const play::FinishedRun& run, const RunCommand& command,
                   const config::RigConfig& rig, Console& console) {
-  const std::string read_again =
-      "eha read --local" + (command.rig_file ? " --rig " + shell_word(*command.rig_file) : std::string());
-  return report_placed(run, placing.place.displacement_in, rig.units, read_again, console);
+  return report_placed(run, placing.place.displacement_in, rig.units, on_local_rig(command, "eha read", true), console);
 }
 
 ExitCode conclude(const config::SheetRun&, const play::FinishedRun& run, const RunCommand& command,
@@ -290,14 +300,18 @@ std::string later_command(const config::ExperimentConfig& experiment, const fs::
 std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigConfig& rig, const PlannedRun& planned,
                                   Console& console) {
   const config::ExperimentConfig& experiment = planned.experiment.config;
-  console.info(fmt::format("{}: {:g} s, {} repetition{} on {} ({})", experiment.name, experiment.duration_s,
-                           experiment.repetitions, experiment.repetitions == 1 ? "" : "s", rig.name, rig.file_name));
+  const std::string length = experiment.placing() != nullptr
+                                 ? fmt::format("at most {:g} s", experiment.duration_s)
+                                 : fmt::format("{:g} s, {} repetition{}", experiment.duration_s, experiment.repetitions,
+                                               experiment.repetitions == 1 ? "" : "s");
+  console.info(fmt::format("{}: {} on {} ({})", experiment.placing() != nullptr ? planned.file : experiment.name,
+                           length, rig.name, rig.file_name));
   for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
   const Acquired acquired = acquire(command, rig, planned, console);
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (!acquisition::is_whole(run.report.outcome) || !acquired.was_guarded) {
-    return {report_incomplete(acquired, experiment, rig, console), false};
+    return {report_incomplete(acquired, command, experiment, rig, console), false};
   }
   if (acquired.was_stopped && !run.only_placed) {
     console.info(fmt::format("stopped after the motion: the record is whole, and nothing is computed from it; {}",

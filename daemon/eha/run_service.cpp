@@ -103,6 +103,11 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
     if (code == ExitCode::ok) {
       print_place(entry.at("placed_in").get<double>(), units, through(command.socket, "eha read"), console);
     }
+    if (code == ExitCode::safety_trip) {
+      const std::string next = next_after_trip(note.substr(0, note.find(' ')), rig.value("moves", true));
+      const std::string arm = next == "eha read" ? "" : through(command.socket, "eha arm") + " && ";
+      console.next_step(arm + through(command.socket, next));
+    }
     return code;
   }
   print_answer_of_service(entry, console);
@@ -184,8 +189,13 @@ ExitCode leave(const Json& entries, const RunCommand& command, const Console& co
   }
   const Json& first = entries.front();
   const bool is_held = first.at("state") == "held";
-  if (is_held) console.info(fmt::format("it waits for {}", first.value("waits_for", "")));
-  console.info(fmt::format("{} lists their verdicts once they are fitted", through(command.socket, "eha queue")));
+  if (is_held) {
+    console.info(entries.size() == 1
+                     ? fmt::format("it waits for {}", first.value("waits_for", ""))
+                     : fmt::format("they wait for their release: {}", through(command.socket, "eha queue release")));
+  }
+  const char* verdicts = entries.size() == 1 ? "its verdict once it is fitted" : "their verdicts once they are fitted";
+  console.info(fmt::format("{} lists {}", through(command.socket, "eha queue"), verdicts));
   console.next_step(is_held ? through(command.socket, "eha arm") : through(command.socket, "eha status --watch"));
   return ExitCode::ok;
 }
@@ -241,6 +251,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   console.keep_documents();
   ExitCode code = ExitCode::ok;
   bool goes_on = true;
+  bool any_held = false;
   for (const std::int64_t one : queued) {
     // After a fault or a stop the service holds the waiting experiments.
     const auto entry = follower.follow(one, stop, goes_on ? RunFollower::Held::wait : RunFollower::Held::leave);
@@ -249,9 +260,8 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
       break;
     }
     if (entry->at("state") == "held") {
-      console.info(fmt::format("experiment {} \"{}\" is held: {} and {} let it start", one, entry->value("name", ""),
-                               through(command.socket, "eha arm"),
-                               through(command.socket, fmt::format("eha queue release {}", one))));
+      console.info(fmt::format("experiment {} \"{}\" is held", one, entry->value("name", "")));
+      any_held = true;
       continue;
     }
     console.print(fmt::format("{} \"{}\":", one, entry->value("name", "")));
@@ -261,6 +271,10 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   }
   const Json documents = console.taken_documents();
   console.print_json({{"schema", "eha-run-list/1"}, {"runs", documents}, {"exit_code", static_cast<int>(code)}});
+  if (any_held) {
+    console.info(fmt::format("the held ones start after {}, then {}", through(command.socket, "eha arm"),
+                             through(command.socket, "eha queue release")));
+  }
   console.next_step(through(command.socket, "eha queue"));
   return code;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -84,7 +85,8 @@ Json Supervisor::status() const {
                     {{"travel_min_in", rig.limits.travel_min_in},
                      {"travel_max_in", rig.limits.travel_max_in},
                      {"command_min_V", rig.limits.command_min_V},
-                     {"command_max_V", rig.limits.command_max_V}}}};
+                     {"command_max_V", rig.limits.command_max_V},
+                     {"placing_margin_in", config::placing_margin_in(rig)}}}};
   status["lease"] = nullptr;
   if (const Lease::Holder* holder = lease_.holder()) {
     status["lease"] = {{"uid", holder->uid},
@@ -132,16 +134,13 @@ bool Supervisor::entry_is_over(EntryId id) const {
 std::string Supervisor::waiting_reason(const Entry& entry) const {
   if (next_ && next_->entry == entry.id) return "its rehearsal from where the rod stands now";
   if (entry.state == EntryState::waiting) return "the experiments before it";
-  if (!entry.note.empty()) {
-    return fmt::format("its release by {} (eha arm, eha queue release {}): {}", entry.user, entry.id, entry.note);
-  }
   const std::string release = fmt::format("eha queue release {}", entry.id);
-  if (may_start(entry.uid)) return fmt::format("its release by {} ({})", entry.user, release);
+  const std::string why = entry.note.empty() ? "" : ": " + entry.note;
+  if (may_start(entry.uid)) return release + why;
   if (lease_.holder() && !lease_.is_held_by(entry.uid)) {
-    return fmt::format("the lease, which {} holds; then {} must arm (eha arm) and release it ({})",
-                       lease_.holder()->user, entry.user, release);
+    return fmt::format("the lease of {}, then eha arm, {}{}", lease_.holder()->user, release, why);
   }
-  return fmt::format("the rig to be armed by {} (eha arm), then its release ({})", entry.user, release);
+  return fmt::format("eha arm, {}{}", release, why);
 }
 
 Json Supervisor::queue(std::optional<std::int64_t> over) const {

@@ -2,6 +2,7 @@
 // The rod to a place, through the service and without it, on the simulated rig.
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -89,7 +90,12 @@ TEST_F(ServicePlace, RefusesPlacesOutsideTheTravelAndLengthsWithoutAUnit) {
   Client(daemon_.socket()).call("arm");
   const Ended outside = eha({"goto", "5.74in", "--fast"});
   EXPECT_EQ(outside.code, static_cast<int>(ExitCode::configuration));
-  EXPECT_NE(outside.err.find("place.displacement_in"), std::string::npos) << outside.err;
+  EXPECT_NE(outside.err.find("goto 5.74in: 5.74 in is too near to the travel limit of 5.75 in"), std::string::npos)
+      << outside.err;
+  const Ended beyond = eha({"goto", "200mm", "--fast"});
+  EXPECT_NE(beyond.err.find("goto 200mm: 200 mm is beyond the travel limits of the rig, 3.81 to 146.05 mm"),
+            std::string::npos)
+      << "in the unit that was typed: " << beyond.err;
   EXPECT_EQ(eha({"jog", "+9in", "--fast"}).code, static_cast<int>(ExitCode::configuration));
   EXPECT_EQ(eha({"goto", "3"}).code, static_cast<int>(ExitCode::usage));
   EXPECT_NEAR(rod_in(), 2.95, 0.01);
@@ -169,6 +175,10 @@ TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {
   const Ended jog = eha({"jog", "+0.4in", "--fast"});
   EXPECT_EQ(jog.code, static_cast<int>(ExitCode::safety_trip)) << jog.err;
   EXPECT_NE(jog.err.find("no_motion"), std::string::npos) << jog.err;
+  EXPECT_NE(jog.err.find("`eha characterise` measures null and dead band"), std::string::npos) << jog.err;
+  EXPECT_NE(jog.out.find("Next: eha arm --socket " + daemon_.socket().string() + " && eha characterise"),
+            std::string::npos)
+      << jog.out << "a simulated rig has no hydraulics to switch on";
   EXPECT_EQ(client.call("status").at("state"), "faulted");
 }
 
@@ -214,6 +224,17 @@ TEST_F(ServicePlace, MovesALocalRigToo) {
   const Json run = Json::parse(there.out);
   EXPECT_NEAR(run.at("displacement_in").get<double>(), 75.0 / 25.4, 0.02);
   EXPECT_EQ(run.at("outcome"), "completed");
+}
+
+TEST_F(ServicePlace, EndsALocalTripWithWhatToDo) {
+  std::string rig = content_of(daemon_.rig_file());
+  const std::string null = "null_V = -0.2 ";
+  rig.replace(rig.find(null), null.size(), "null_V = 0.9 ");
+  daemon_.stop(SIGTERM);
+  std::ofstream(daemon_.rig_file()) << rig;
+  const Ended ended = run_eha({"goto", "60mm", "--local", "--fast", "--rig", daemon_.rig_file()}, daemon_.folder());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
+  EXPECT_NE(ended.out.find("Next: eha characterise -o rig-new.toml --local --rig "), std::string::npos) << ended.out;
 }
 
 }  // namespace
