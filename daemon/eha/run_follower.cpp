@@ -67,12 +67,12 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
     const std::string reason = entry.value("waits_for", "");
     const auto now = std::chrono::steady_clock::now();
     if (reason != reason_ || (state == "held" && now - reminded_at_ >= kReminder)) {
-      console_.info(state == "held"
-                        ? fmt::format("experiment {} is held and waits for {}: in another terminal {} and {} let it "
-                                      "start; Ctrl-C here removes it from the queue",
-                                      experiment, reason, through(socket_, "eha arm"),
-                                      through(socket_, fmt::format("eha queue release {}", experiment)))
-                        : fmt::format("experiment {} waits for {}", experiment, reason));
+      // Reminders say no more than that.
+      console_.info(state != "held"     ? fmt::format("experiment {} waits for {}", experiment, reason)
+                    : reason == reason_ ? fmt::format("experiment {} is still held", experiment)
+                                        : fmt::format("experiment {} is held and waits for {}; type that in another "
+                                                      "terminal{}, or Ctrl-C here, which removes it from the queue",
+                                                      experiment, reason, through(socket_, "")));
       reminded_at_ = now;
     }
     reason_ = reason;

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
@@ -74,7 +75,8 @@ Example:
   eha metrics)";
 
 constexpr const char* kReloadFooter = R"(
-Reads rig.toml and ehad.toml again. Refused while the rig is armed; a file with faults changes nothing.
+Reads rig.toml and ehad.toml again. Refused while the rig is armed; after a refusal, as of a file with faults, the
+configuration read before stays in force.
 
 Example:
   eha reload)";
@@ -242,7 +244,17 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
     console.info("not confirmed; nothing was deleted");
     return ExitCode::interrupted;
   }
-  Json answer = client.call(command.method, params);
+  Json answer;
+  try {
+    answer = client.call(command.method, params);
+  } catch (const control::ConnectionLost&) {
+    throw;
+  } catch (const Error& error) {
+    if (command.method != "reload") throw;
+    console.error(error.what());
+    console.info("nothing was changed: the configuration that ehad has read before stays in force");
+    return error.exit_code();
+  }
   if (command.method == "metrics") {
     console.print_content(answer.at("text").get<std::string>());
     return ExitCode::ok;

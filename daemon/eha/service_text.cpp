@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <ctime>
@@ -104,11 +105,33 @@ std::string cut_to_width(const std::string& text, std::size_t width) {
   return text.substr(0, end) + "...";
 }
 
+/// The result of an experiment, or what it waits for, in a few words; the first word of a fault is its cause.
+std::string short_text(const Json& entry) {
+  const std::string state = entry.at("state");
+  if (state == "running") return {};
+  if (state == "waiting" || state == "held") return "waits for " + entry.value("waits_for", "");
+  if (state == "fitting" && entry.contains("fitting_s")) {
+    return fmt::format("for {} so far", duration_text(entry.at("fitting_s").get<double>()));
+  }
+  if (state != "over") return progress_text(entry);
+  const std::string outcome = entry.value("outcome", "");
+  const std::string note = entry.value("note", "");
+  if (outcome == "interrupted") return outcome;
+  if (outcome == "faulted") return outcome + ": " + note.substr(0, note.find(": "));
+  const Json models = entry.value("models", Json::array());
+  const auto accepted =
+      std::count_if(models.begin(), models.end(), [](const Json& model) { return model.value("accepted", false); });
+  if (!note.empty() || models.empty()) return verdict_text(entry);
+  return accepted > 0 ? fmt::format("{}, {} accepted", outcome, accepted) : outcome + ", all rejected";
+}
+
 }  // namespace
 
 std::string queue_table(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
-  constexpr std::size_t kWidest = 72;
+  constexpr std::size_t kLine = 100;
+  constexpr std::size_t kLongestName = 20;
+  constexpr std::size_t kLongestUser = 10;
   std::vector<std::vector<std::string>> rows;
   std::size_t over = 0;
   const std::vector<std::string> ends = end_times(entries);
@@ -117,27 +140,34 @@ std::string queue_table(const Json& entries) {
     const std::string state = entry->at("state");
     if (state == "cancelled") continue;
     if (state == "over" && ++over > kMostOver) continue;
-    const bool waits = state == "waiting" || state == "held";
-    const std::string said = waits                ? "waits for " + entry->value("waits_for", "")
-                             : state == "running" ? std::string()
-                             : state == "over"    ? cut_to_width(verdict_text(*entry), kWidest)
-                                                  : progress_text(*entry);
     const double duration_s = entry->value("only_places", false) ? 0.0 : entry->value("duration_s", 0.0);
     rows.insert(
         rows.begin(),
-        {fmt::format("{}", entry->at("entry").get<std::int64_t>()), entry->value("name", ""), entry->value("user", ""),
-         state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", end, entry->value("run", ""), said});
+        {fmt::format("{}{}", state == "running" ? "> " : "", entry->at("entry").get<std::int64_t>()),
+         cut_to_width(entry->value("name", ""), kLongestName), cut_to_width(entry->value("user", ""), kLongestUser),
+         state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", end, entry->value("run", ""),
+         short_text(*entry)});
   }
   if (rows.empty()) return "no experiments in the queue\n";
-  return text_table({{"number", Align::right},
-                     {"experiment", Align::left},
-                     {"of", Align::left},
-                     {"state", Align::left},
-                     {"s", Align::right},
-                     {"ends", Align::left},
-                     {"run", Align::left},
-                     {"", Align::left}},
-                    rows);
+  std::vector<Column> columns{{"number", Align::right}, {"experiment"}, {"of"}, {"state"},
+                              {"s", Align::right},      {"ends"}};
+  std::size_t before = 0;  // the last column
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    std::size_t width = columns[i].title.size();
+    for (const auto& row : rows) width = std::max(width, row[i].size());
+    before += width + 2;
+  }
+  for (auto& row : rows) {
+    // The name of a run stays whole: `eha runs show` takes it.
+    const std::string& run = row[columns.size()];
+    std::string& said = row[columns.size() + 1];
+    const std::size_t taken = before + run.size() + (run.empty() ? 0 : 2);
+    const std::string shown = taken + 3 < kLine ? cut_to_width(said, kLine - taken) : "";
+    said = run + (run.empty() || shown.empty() ? "" : "  ") + shown;
+    row.erase(row.end() - 2);
+  }
+  columns.push_back({"run and result"});
+  return text_table(columns, rows);
 }
 
 }  // namespace eha::cli

@@ -25,7 +25,8 @@ namespace eha::cli {
 [[nodiscard]] nlohmann::ordered_json entry_of_run(const std::filesystem::path& run,
                                                   const std::filesystem::path& socket);
 
-/// Writes a table of a queue: the unfinished experiments, and the last five finished ones. Cuts long results.
+/// Writes a table of a queue, 100 columns wide: the unfinished experiments, a ">" before the one that is played, and
+/// the last five finished ones. Cuts long results; `eha runs show RUN` has all of them.
 [[nodiscard]] std::string queue_table(const nlohmann::ordered_json& entries);
 
 }  // namespace eha::cli

@@ -138,9 +138,9 @@ std::string Supervisor::waiting_reason(const Entry& entry) const {
   const std::string why = entry.note.empty() ? "" : ": " + entry.note;
   if (may_start(entry.uid)) return release + why;
   if (lease_.holder() && !lease_.is_held_by(entry.uid)) {
-    return fmt::format("the lease of {}, then eha arm, {}{}", lease_.holder()->user, release, why);
+    return fmt::format("the lease of {}, then eha arm and {}{}", lease_.holder()->user, release, why);
   }
-  return fmt::format("eha arm, {}{}", release, why);
+  return fmt::format("eha arm, then {}{}", release, why);
 }
 
 Json Supervisor::queue(std::optional<std::int64_t> over) const {

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "core/error.hpp"
 #include "tests/system/daemon.hpp"
@@ -273,6 +274,27 @@ TEST(Service, DisarmsOnAFaultAndHoldsTheQueue) {
   EXPECT_EQ(follow(daemon, good).at("outcome"), "completed");
 }
 
+TEST(Service, ListsItsRunsAlsoWhereThereAreOthers) {
+  Daemon daemon;
+  daemon.start();
+  std::filesystem::create_directories(daemon.folder() / "runs");
+  const std::string own = "no runs in " + daemon.runs().string();
+  for (const auto& words : {std::vector<std::string>{"runs"}, {"runs", "list"}}) {
+    std::vector<std::string> through = words;
+    through.insert(through.end(), {"--socket", daemon.socket()});
+    const Ended asked = run_eha(through, daemon.folder());
+    EXPECT_EQ(asked.code, 0) << asked.err;
+    EXPECT_NE(asked.out.find(own), std::string::npos) << asked.out;
+    ::setenv("EHA_SOCKET", daemon.socket().c_str(), 1);
+    const Ended here = run_eha(words, daemon.folder());
+    ::unsetenv("EHA_SOCKET");
+    EXPECT_NE(here.out.find("no runs in runs"), std::string::npos) << here.out;
+    EXPECT_NE(here.err.find("the service keeps its own in " + daemon.runs().string() + ": eha runs --socket "),
+              std::string::npos)
+        << here.err;
+  }
+}
+
 TEST(Service, RefusesToReloadWhileArmedAndSaysSo) {
   Daemon daemon;
   daemon.start();
@@ -296,6 +318,9 @@ TEST(Service, KeepsItsConfigurationWhenTheNewOneHasFaults) {
   const Refused answer = refused(client, "reload");
   EXPECT_EQ(answer.code, static_cast<int>(ExitCode::configuration));
   EXPECT_NE(answer.message.find("rig.toml:"), std::string::npos) << answer.message;
+  const Ended said = run_eha({"reload", "--socket", daemon.socket()}, daemon.folder());
+  EXPECT_EQ(said.code, static_cast<int>(ExitCode::configuration));
+  EXPECT_NE(said.err.find("the configuration that ehad has read before stays in force"), std::string::npos) << said.err;
   EXPECT_EQ(client.call("status").at("rig").at("name"), "simulated rig");
   client.call("arm");
   EXPECT_EQ(follow(daemon, submit(client, experiment_text("one"))).at("outcome"), "completed");

@@ -5,6 +5,8 @@
 
 #include <cstdlib>
 #include <ctime>
+#include <sstream>
+#include <string>
 
 namespace eha::cli {
 namespace {
@@ -53,6 +55,32 @@ TEST(QueueTable, LeavesCancelledOnesOutAndCutsLongResults) {
   EXPECT_NE(table.find("xxx...\n"), std::string::npos) << table;
   EXPECT_EQ(table.find(std::string(70, 'x')), std::string::npos) << table;
   EXPECT_NE(table.find("M\xC3\xA4rz"), std::string::npos) << table;
+}
+
+TEST(QueueTable, FitsAHundredColumnsAndMarksTheOneThatIsPlayed) {
+  const std::string run = "20261125T190436Z-sweeping";
+  const auto entry = [](int number, const char* state) {
+    return Json{{"entry", number}, {"name", "sweeping"}, {"user", "anna"}, {"state", state}, {"duration_s", 3600.0}};
+  };
+  Json over = entry(1, "over");
+  over.update({{"run", run}, {"outcome", "faulted"}, {"note", "no_motion at 0.370 s: the rod moved 0 in where 1 in"}});
+  Json fitted = entry(2, "over");
+  fitted.update({{"run", run}, {"outcome", "completed"}});
+  fitted["models"] = {{{"name", "io"}, {"accepted", true}}, {{"name", "fo"}, {"accepted", true}}};
+  Json stopped = entry(3, "over");
+  stopped.update({{"run", run}, {"outcome", "interrupted"}, {"note", "interrupted by a stop request; the command"}});
+  Json running = entry(4, "running");
+  running["run"] = run;
+  Json held = entry(5, "held");
+  held["waits_for"] = "eha arm, then eha queue release 5: the rig was disarmed before it began: by somebody else";
+  const std::string table = queue_table({over, fitted, stopped, running, held});
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100U) << line;
+  EXPECT_NE(table.find("\n   > 4  sweeping"), std::string::npos) << table;
+  EXPECT_EQ(table.find('>'), table.rfind('>')) << table;
+  EXPECT_NE(table.find(run + "  completed, 2 accepted\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("waits for eha arm, then eha queue release 5: the ...\n"), std::string::npos) << table;
+  EXPECT_EQ(table.find("stop request"), std::string::npos) << table;
 }
 
 TEST(ProgressText, SaysHowLongAFitHasRunAndWhatKeepsItBack) {
