@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -149,16 +150,23 @@ void add_throttling(const Span& span, std::vector<Delay>& delays) {
 }
 
 void add_cpus(const Span& span, std::vector<Delay>& delays) {
+  std::vector<std::string> cpus;
+  std::vector<std::string> stolen_s;
   for (const auto& [cpu, now] : span.after.cpus) {
     const auto earlier = span.before.cpus.find(cpu);
     if (earlier == span.before.cpus.end() || !span.concerns(cpu)) continue;
     const double stolen = now.stolen_s - earlier->second.stolen_s;
     if (stolen > kStolenShare * span.seconds) {
-      delays.push_back({"host",
-                        fmt::format("the host of this virtual machine took CPU {} away for {:.3g} s of {:.3g} s", cpu,
-                                    stolen, span.seconds),
-                        "run the rig from a machine of its own, without a host"});
+      cpus.push_back(fmt::format("{}", cpu));
+      stolen_s.push_back(fmt::format("{:.3g}", stolen));
     }
+  }
+  if (!cpus.empty()) {
+    delays.push_back(
+        {"host",
+         fmt::format("the host of this virtual machine took CPU{} {} away for {} s of {:.3g} s",
+                     cpus.size() == 1 ? "" : "s", fmt::join(cpus, ", "), fmt::join(stolen_s, ", "), span.seconds),
+         "run the rig from a machine of its own, without a host"});
   }
   if (!span.loop.cpu) return;
   for (const int half : other_halves(span.root, *span.loop.cpu)) {

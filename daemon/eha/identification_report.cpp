@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <exception>
+#include <map>
 
 #include "daemon/eha/cross_validation_table.hpp"
 #include "daemon/eha/frequency_table.hpp"
@@ -12,6 +14,7 @@
 #include "daemon/eha/short_report.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "daemon/report/report.hpp"
 #include "ident/validation/output_unit.hpp"
 
@@ -25,6 +28,22 @@ std::vector<identify::IdentifiedModel> shown_in(std::vector<identify::Identified
     identified.result.model = in_unit(std::move(identified.result.model), unit);
   }
   return models;
+}
+
+/// Prints what was written; of rejected models their number, with -v each file.
+void print_written(const std::vector<std::filesystem::path>& written, const Console& console) {
+  std::map<std::filesystem::path, std::size_t> rejected;  // number of files by folder
+  for (const std::filesystem::path& path : written) {
+    if (path.parent_path().filename() != record::kRejectedFolder || console.verbose()) {
+      console.print(fmt::format("written: {}", path.string()));
+    } else {
+      ++rejected[path.parent_path()];
+    }
+  }
+  for (const auto& [folder, files] : rejected) {
+    console.print(
+        fmt::format("written: {} rejected {} in {}", files, files == 1 ? "model" : "models", folder.string()));
+  }
 }
 
 }  // namespace
@@ -100,7 +119,7 @@ void print_identification(const identify::Identification& identification,
   if (!identification.cross_validation.empty()) {
     console.print(cross_validation_table(identification.cross_validation));
   }
-  for (const std::filesystem::path& path : written) console.print(fmt::format("written: {}", path.string()));
+  print_written(written, console);
 }
 
 }  // namespace eha::cli

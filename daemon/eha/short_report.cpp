@@ -15,6 +15,7 @@
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
@@ -230,8 +231,19 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   if (models.empty()) return false;
   try {
     console.print(short_report(answer_of_run(folder, manifest), console.unit(record::rig_units(manifest.other))));
-    for (const record::ModelEntry& model : models)
-      console.print(fmt::format("file     {}", (folder / model.file).string()));
+    std::size_t rejected = 0;
+    for (const record::ModelEntry& model : models) {
+      const std::filesystem::path file = folder / model.file;
+      if (!model.accepted && !console.verbose()) {
+        ++rejected;
+      } else {
+        console.print(fmt::format("file     {}", file.string()));
+      }
+    }
+    if (rejected > 0) {
+      console.print(fmt::format("files    {} rejected {} in {}", rejected, rejected == 1 ? "model" : "models",
+                                (folder / record::kModelsFolder / record::kRejectedFolder).string()));
+    }
   } catch (const Error& error) {
     console.warning(error.what());
     print_model_list(models, console);
