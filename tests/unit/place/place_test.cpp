@@ -11,6 +11,7 @@
 #include "daemon/place/place_source.hpp"
 #include "hal/faults/fault_rig.hpp"
 #include "hal/sim/sim_rig.hpp"
+#include "tests/unit/place/driven_rod.hpp"
 #include "tests/unit/place/long_play.hpp"
 
 namespace eha::place {
@@ -168,6 +169,32 @@ TEST(Place, FindsASlopeThatHalvesOnItsWay) {
       return play.report.fault.fault;
     };
     EXPECT_EQ(tripped({.kind = hal::FaultKind::scaled_sensor, .amount = 0.5}), Fault::wrong_speed) << flow;
+  }
+}
+
+/// Viscous friction lets a rod be faster at few volts than the gain says, which is measured at many: half of its speed
+/// is then not far from the least speed expected.
+TEST(Place, FindsASlopeThatHalvesOfRodsWithMuchFriction) {
+  for (unsigned run = 0; run < 12; ++run) {
+    test::Random random(run);
+    hal::SimOptions plant = test::random_plant(random);
+    constexpr double kOfTheSample = 4.5;
+    const hal::SimOptions sample;
+    plant.coulomb_friction_N = kOfTheSample * sample.coulomb_friction_N;
+    plant.static_friction_N = kOfTheSample * sample.static_friction_N;
+    plant.viscous_friction_N_s_per_mm = kOfTheSample * sample.viscous_friction_N_s_per_mm;
+    plant.friction_regularisation_mm_per_s = kOfTheSample * sample.friction_regularisation_mm_per_s;
+    plant.initial_displacement_in = 1.3;
+    const config::RigConfig rig = test::rig_with(test::commissioned(plant, random));
+    PlaceSource source(PlaceController(rig.limits, test::kTick_s, 4.7), 60'000);
+    const test::Driven did = test::driven(plant, rig, source,
+                                          hal::InjectedFault{.kind = hal::FaultKind::scaled_sensor,
+                                                             .first_tick = 2500,
+                                                             .ticks = hal::InjectedFault::kAlways,
+                                                             .amount = 0.5});
+    EXPECT_EQ(did.fault, Fault::wrong_speed) << run;
+    EXPECT_LT(did.lost_in, 0.5) << run;
+    EXPECT_FALSE(did.met_end_stop) << run;
   }
 }
 
