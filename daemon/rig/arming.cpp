@@ -35,6 +35,8 @@ constexpr double kLeastGainShare = 0.01;  ///< of the velocity limit, at half th
 constexpr double kLongestTick_s = 0.05;   ///< reaction time of every check
 
 constexpr int kReadings = 20;
+/// Between two readings [s]. A sensor that drifts is seen, and no harmonic of the mains always at the same phase.
+constexpr double kReadingPeriod_s = 0.023;
 
 /// Judges [following]: a wrong number makes a placing too fast, or lets a dead sensor pass.
 void judge_following(const config::RigLimits& limits, double half_range_V, double travel_in,
@@ -217,11 +219,12 @@ void require_protecting_limits(const config::RigConfig& rig) {
 
 void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
   const acquisition::FollowingRule rule = acquisition::following_rule(config.limits);
-  const auto tick = std::chrono::nanoseconds(std::llround(config.realtime.sample_period_s * 1e9));
+  const auto pause =
+      std::chrono::nanoseconds(std::llround(std::max(kReadingPeriod_s, config.realtime.sample_period_s) * 1e9));
   double lowest_in = std::numeric_limits<double>::infinity();
   double highest_in = -lowest_in;
   for (int i = 0; i < kReadings; ++i) {
-    if (i > 0) std::this_thread::sleep_for(tick);
+    if (i > 0) std::this_thread::sleep_for(pause);
     hal::RigReading reading;
     const hal::RigStatus status = rig.read(0, reading);
     if (status != hal::RigStatus::ok) {
@@ -253,10 +256,11 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
   // The following check sums differences, in which noise telescopes: this much noise uses at most half of its limit.
   const double most_in = 0.5 * std::min(rule.missing_limit_in, rule.excess_limit_in);
   if (highest_in - lowest_in > most_in) {
-    throw Error(ExitCode::safety_trip, fmt::format("not armed: with the hydraulics off the sensor's reading varies by "
-                                                   "{:.4f} in, at most {:.4f} in is plausible; "
-                                                   "check the sensor, its cable and its shield",
-                                                   highest_in - lowest_in, most_in));
+    throw Error(ExitCode::safety_trip,
+                fmt::format("not armed: with the hydraulics off the sensor's reading varies by {:.4f} in, at most "
+                            "{:.4f} in is plausible; check that the load does not sink, and the sensor, its cable and "
+                            "its shield",
+                            highest_in - lowest_in, most_in));
   }
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -52,6 +54,29 @@ std::string opening(double safe_V, const std::function<void(config::RigConfig&)>
   }
   return "";
 }
+
+/// A rig whose sensor drifts while the rod stands.
+class DriftingRig final : public hal::Rig {
+ public:
+  explicit DriftingRig(double in_per_s) : in_per_s_(in_per_s) {}
+  [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return rig_.capabilities(); }
+  hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
+    const hal::RigStatus status = rig_.read(elapsed_ns, reading);
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begun_;
+    reading.displacement_in += in_per_s_ * passed.count();
+    return status;
+  }
+  hal::RigStatus command(double command_V, hal::AppliedCommand& applied) noexcept override {
+    return rig_.command(command_V, applied);
+  }
+  hal::RigStatus set_enable(bool on) noexcept override { return rig_.set_enable(on); }
+  hal::RigStatus make_safe() noexcept override { return rig_.make_safe(); }
+
+ private:
+  acquisition::FakeRig rig_;
+  double in_per_s_;
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+};
 
 /// How the inputs of a rig are judged.
 ExitCode judged(hal::Rig& rig, const config::RigConfig& config) {
@@ -226,6 +251,18 @@ TEST(Arming, IsRefusedForASensorThatIsOffItsBandOrTooNoisy) {
   EXPECT_EQ(judged(off_band, config), ExitCode::safety_trip);
   hal::FaultRig noisy = with({.kind = hal::FaultKind::open_sensor, .amount = 5.0, .noise_LSB = 300.0});
   EXPECT_EQ(judged(noisy, config), ExitCode::safety_trip);
+}
+
+/// The first characterisation would follow such a sensor: 24 of 40 simulated rods met an end stop at 0.3 in/s.
+TEST(Arming, IsRefusedForASensorThatDriftsWithTheHydraulicsOff) {
+  config::RigConfig config = card();
+  config.limits.following.reset();
+  for (const double in_per_s : {0.04, -0.3}) {
+    DriftingRig drifting(in_per_s);
+    EXPECT_EQ(judged(drifting, config), ExitCode::safety_trip) << in_per_s;
+  }
+  DriftingRig leaking(0.005);
+  EXPECT_EQ(judged(leaking, config), ExitCode::ok);
 }
 
 }  // namespace
