@@ -197,6 +197,19 @@ TEST(Arming, WarnsOfWhatIsNotKnown) {
   EXPECT_NO_THROW(require_protecting_limits(rig)) << "a rig file that was armed before is armed still";
 }
 
+TEST(Arming, RefusesTicksForWhichThePulsesOfAnUnknownValveAreTooLong) {
+  const auto unknown = [](double tick_s) {
+    return refusal([&](auto& rig) {
+      rig.limits.following.reset();
+      rig.realtime.sample_period_s = tick_s;
+    });
+  };
+  const std::string text = unknown(0.05);
+  EXPECT_NE(text.find("realtime.sample_period_s = 0.05 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("set at most 0.02"), std::string::npos) << text;
+  EXPECT_EQ(unknown(0.02), "");
+}
+
 TEST(Arming, WarnsOfAPriorityThatTheGuardCouldNotPreempt) {
   config::RigConfig rig = card();
   rig.realtime.priority = 90;
