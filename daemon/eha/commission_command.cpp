@@ -13,6 +13,7 @@
 
 #include "config/characterisation.hpp"
 #include "config/rig_config.hpp"
+#include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
@@ -27,6 +28,7 @@
 #include "daemon/precision/precision_watch.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/rig/calibration.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::cli {
@@ -195,12 +197,25 @@ class Commissioning {
     state_.finish("sheet", std::move(sheet));
   }
 
+  /// Refuses a measured file that differs from the rig file in more than the valve's numbers: limits are the owner's.
+  void require_owners_limits(const std::string& text) const {
+    const config::RigConfig measured = config::parse_rig(text, measured_file().string());
+    if (measured.limits.following && rig_text_with(rig_, *measured.limits.following) == text) return;
+    CommissionOptions anew = command_;
+    anew.folder += "-2";
+    throw DataError(
+        fmt::format("{}: differs from {} in more than the valve's numbers, and is not installed; begin anew in another "
+                    "folder: {}",
+                    measured_file().string(), command_.rig_file, again(anew)));
+  }
+
   /// Writes the measured numbers into the rig file.
   void install_numbers() {
     if (!state_.has("rig file")) {
       const std::string text = os::read_file(measured_file());
       const fs::path before = state_.file("rig_before.toml");
       if (os::read_file(command_.rig_file) != text) {
+        require_owners_limits(text);
         if (!session_.is_local()) {
           throw Stopped{ExitCode::interrupted,
                         fmt::format("install the measured rig file: eha disarm && sudo cp {} {} && eha reload",

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "tests/system/drawn_rigs.hpp"
 
@@ -190,6 +191,26 @@ TEST_F(Commission, WritesNothingOverAnotherRigsFile) {
   EXPECT_EQ(refused.code, 2);
   EXPECT_THAT(refused.err, HasSubstr("is of another rig file"));
   EXPECT_EQ(content_of(elsewhere.path() / "other.toml"), other);
+}
+
+/// The folder may be somebody else's, or its file be edited.
+TEST_F(Commission, TakesNothingButTheValvesNumbersFromTheMeasuredFile) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const std::string rig = content_of(file("rig.toml"));
+  const TemporaryFolder elsewhere;
+  elsewhere.write("rig.toml", rig);
+  json after_sheet = state();
+  for (const char* step : {"rig file", "record", "tune", "track"}) after_sheet.at("steps").erase(step);
+  after_sheet.at("rig") = (elsewhere.path() / "rig.toml").string();
+  std::filesystem::create_directories(elsewhere.path() / "commission");
+  elsewhere.write("commission/commission.json", after_sheet.dump());
+  for (const auto& [key, value] : {std::pair("travel_max_in", 5.9), std::pair("velocity_limit_in_per_s", 50.0)}) {
+    elsewhere.write("commission/rig.toml", with_value(rig, key, value));
+    const Ended refused = run_eha({"commission", "rig.toml", "--yes", "--fast"}, elsewhere.path());
+    EXPECT_EQ(refused.code, 10) << key;
+    EXPECT_THAT(refused.err, HasSubstr("differs from rig.toml in more than the valve's numbers"));
+    EXPECT_EQ(content_of(elsewhere.path() / "rig.toml"), rig) << key;
+  }
 }
 
 TEST(CommissionQuestions, AskOnATerminalOnly) {
