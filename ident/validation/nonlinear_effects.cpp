@@ -12,7 +12,6 @@ namespace eha::ident {
 namespace {
 
 constexpr double kChange = 1e-6;  // of the range: less is rounding
-constexpr std::array<Eigen::Index, 3> kInputLags = {0, 1, 2};
 constexpr std::array<Eigen::Index, 3> kOutputLags = {0, 1, 3};
 
 Eigen::VectorXd about_mean(const Eigen::VectorXd& signal) { return signal.array() - signal.mean(); }
@@ -87,6 +86,8 @@ std::string_view text(NonlinearKind kind) {
   return "position";
 }
 
+Eigen::Index least_input_lag(const Comparison& comparison) { return comparison.every == 1 ? 1 : 0; }
+
 std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record& record, const Comparison& comparison,
                                                 std::size_t first) {
   if (grows(model.transfer_function)) return {};
@@ -94,15 +95,17 @@ std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record
   const Eigen::VectorXd y = about_mean(simulate(model, record.input, record.step_s));
   const Eigen::VectorXd d = direction(v);
   Columns columns(model, record, comparison, static_cast<Eigen::Index>(first));
+  const Eigen::Index lag = least_input_lag(comparison);
+  const std::array<Eigen::Index, 3> input_lags = {lag, lag + 1, lag + 2};
   std::vector<NonlinearEffects> all;
   for (const Eigen::VectorXd& level : {Eigen::VectorXd(v.cwiseAbs()), Eigen::VectorXd(v.cwiseProduct(v.cwiseAbs())),
                                        Eigen::VectorXd(v.array().cube())}) {
     columns.add_through_plant(level);
-    columns.add(level, kInputLags);
+    columns.add(level, input_lags);
   }
   all.push_back(columns.taken(NonlinearKind::level));
   columns.add_through_plant(d);
-  columns.add(d, kInputLags);
+  columns.add(d, input_lags);
   all.push_back(columns.taken(NonlinearKind::direction));
   columns.add(direction(y), kOutputLags);
   all.push_back(columns.taken(NonlinearKind::motion));

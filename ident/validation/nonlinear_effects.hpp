@@ -18,14 +18,20 @@ struct NonlinearEffects {
   Eigen::MatrixXd columns;
 };
 
+/// The least lag [compared rows] at which the input may move the output: a row's input is applied after its output was
+/// sampled, and a controller may have made it of that output. 0 where compared rows lie apart: the input there stands
+/// for that of the rows before as well.
+[[nodiscard]] Eigen::Index least_input_lag(const Comparison& comparison);
+
 /// With v the input behind the model's map, about its mean, d the direction of its last change, G the model's transfer
 /// function and y its output, about its mean:
-///   level:     G |v|, G v|v|, G v^3, and |v|, v|v|, v^3 at lags 0, 1, 2: a gain or an opening that changes with v;
-///   direction: G d, and d at lags 0, 1, 2: play, hysteresis, a limited rate;
+///   level:     G |v|, G v|v|, G v^3, and |v|, v|v|, v^3 at three lags: a gain or an opening that changes with v;
+///   direction: G d, and d at three lags: play, hysteresis, a limited rate;
 ///   motion:    the sign of y's change at lags 0, 1, 3: dry friction;
 ///   position:  G(v y), and y^2, y^3 at lags 0, 1, 3: a gain that changes with the position, a bent sensor.
-/// Lags count compared rows. Uses the model's output, not the measured one, which contains noise.
-/// @param first  first compared row wanted, at least 3
+/// Lags count compared rows, those of the input from least_input_lag() on. Uses the model's output, not the measured
+/// one, which contains noise.
+/// @param first  first compared row wanted, at least 4
 [[nodiscard]] std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record& record,
                                                               const Comparison& comparison, std::size_t first);
 

@@ -246,15 +246,18 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   part.residual = residual.tail(rows);
   part.filter_correlation = filtered_noise_correlation(comparison);
   const Eigen::VectorXd input = picked(outputs.record().input, comparison);
-  part.past_input.resize(rows, kLags + 1);
-  for (Eigen::Index lag = 0; lag <= kLags; ++lag) part.past_input.col(lag) = input.segment(begin - lag, rows);
-
-  part.future_input.resize(rows, kFutureLags);
-  for (Eigen::Index lag = 1; lag <= kFutureLags; ++lag) {
+  const Eigen::Index first_lag = least_input_lag(comparison);
+  part.past_input.resize(rows, kLags + 1 - first_lag);
+  for (Eigen::Index lag = first_lag; lag <= kLags; ++lag) {
+    part.past_input.col(lag - first_lag) = input.segment(begin - lag, rows);
+  }
+  part.future_input.resize(rows, kFutureLags + first_lag);
+  for (Eigen::Index ahead = 1 - first_lag; ahead <= kFutureLags; ++ahead) {
     // Beyond the record its last input is held.
-    const Eigen::Index known_rows = std::max<Eigen::Index>(0, rows - lag);
-    part.future_input.col(lag - 1).setConstant(input[input.size() - 1]);
-    part.future_input.col(lag - 1).head(known_rows) = input.segment(begin + lag, known_rows);
+    const Eigen::Index known_rows = std::max<Eigen::Index>(0, rows - ahead);
+    auto column = part.future_input.col(ahead - 1 + first_lag);
+    column.setConstant(input[input.size() - 1]);
+    column.head(known_rows) = input.segment(begin + ahead, known_rows);
   }
   const Eigen::MatrixXd derivatives = output_derivatives(with_rising_terms(model), outputs, known).bottomRows(rows);
   // A model written by hand, or fitted by the paper's procedure, has no covariance.

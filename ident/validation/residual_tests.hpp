@@ -15,10 +15,10 @@ namespace eha::ident {
 /// Part of a record that a model is tested on. All its rows are compared rows.
 struct TestedPart {
   Eigen::VectorXd residual;         ///< n samples [output unit]
-  Eigen::MatrixXd past_input;       ///< n by lags, the input at lags 0, 1, ... of each sample
+  Eigen::MatrixXd past_input;       ///< n by lags, the input at lags 1, 2, ... of each sample; at 0 too if decimated
   Eigen::MatrixXd parameter_error;  ///< n by p: derivatives by the parameters times a root of their covariance
   std::vector<double> filter_correlation = {};  ///< as filtered_noise_correlation()
-  Eigen::MatrixXd future_input = {};            ///< n by lags, the input at lags -1, -2, ...; empty: not requested
+  Eigen::MatrixXd future_input = {};            ///< n by lags, the rest: lags (0,) -1, -2, ...; empty: not requested
   std::vector<NonlinearEffects> effects = {};   ///< empty: not requested
   double output_std = 0.0;                      ///< standard deviation of the output [output unit], needed with effects
 };
@@ -32,7 +32,7 @@ struct TestedPart {
 ///   whiteness: n (n + 2) sum_k r_k^2 / (n - k), k = 1..20, chi-squared with 20 less the order of A, which is three
 ///              above that of BIC; r_k is the autocorrelation of w less J times the mean of z given e, with what the
 ///              covariance of z given e adds.
-///   future input: as input, with the lags -1..-10 and what they have beside the lags 0..20;
+///   future input: as input, with the lags down to -10 and what they have beside those of the input before;
 ///   nonlinearity: the same with the nonlinear effects.
 /// For all tests but whiteness A is estimated together with unbounded coefficients of the input's lags and the effects:
 /// a noise model of the whole residual would absorb a strong effect.

@@ -172,7 +172,7 @@ class Reasons {
             c.parameter, c.value, unit, c.limit, unit);
       case Kind::residual_input:
         return fmt::format(
-            "The input still moves what the model leaves over (p = {:.2g} for lags 0 to 20): a part of the plant may "
+            "The input still moves what the model leaves over (p = {:.2g}, lags up to 20): a part of the plant may "
             "be "
             "missing; {}, or ignore it {}.",
             c.value, remedy(), where_it_matters());

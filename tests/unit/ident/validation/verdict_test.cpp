@@ -230,7 +230,7 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
       << "what explains the others comes first";
   EXPECT_EQ(verdict.reasons,
             (std::vector<std::string>{
-                "The input still moves what the model leaves over (p = 0.009 for lags 0 to 20): a part of the plant "
+                "The input still moves what the model leaves over (p = 0.009, lags up to 20): a part of the plant "
                 "may be missing; try the valve map (--input-map valve), or ignore it "
                 "where an error of 0.1 in (rms) "
                 "does not matter.",
