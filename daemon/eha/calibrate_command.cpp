@@ -245,6 +245,27 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
   }
 }
 
+/// @throws DataError  a position where no rod of this rig can be: inches for millimetres make a scale that is 25 times
+/// wrong
+void require_on_the_rig(const std::vector<CalibrationPoint>& points, const config::RigConfig& rig,
+                        const DisplayUnit& unit) {
+  constexpr double kBeyond = 0.2;  // of the travel: a rod at its end stop, with limits and offset that are still rough
+  const config::RigLimits& limits = rig.limits;
+  const double margin_in = kBeyond * (limits.travel_max_in - limits.travel_min_in);
+  for (const CalibrationPoint& point : points) {
+    if (point.position_in > limits.travel_min_in - margin_in && point.position_in < limits.travel_max_in + margin_in) {
+      continue;
+    }
+    const double factor = unit.factor("in");
+    throw DataError(
+        fmt::format("nothing is written: the position {0:.4g} {1} lies far beyond the travel limits of {2}, {3:.4g} to "
+                    "{4:.4g} {1}; "
+                    "write the unit of the ruler (75mm, 2.95in), or correct the limits there first",
+                    factor * point.position_in, unit.of("in"), rig.file_name, factor * limits.travel_min_in,
+                    factor * limits.travel_max_in));
+  }
+}
+
 ExitCode execute(const CalibrateCommand& command, Console& console) {
   std::error_code ignored;
   const fs::path socket = command.socket.value_or(control::default_socket());
@@ -274,6 +295,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   } else {
     for (const std::string& pair : command.at) points.push_back(point_of(pair, unit));
   }
+  require_on_the_rig(points, rig, unit);
   const Calibration found = calibrated(points, unit);
   report(points, found, *tolerance_in, unit, console);
   if (hal::conversion_of(rig.backend).scale_in_per_V * found.scale_in_per_V < 0.0) {

@@ -136,6 +136,7 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
 struct ServiceRig {
   std::string file;
   std::optional<double> place_in;
+  bool is_moving = false;  ///< a run is on: where the rod will stand after it is unknown
 };
 
 /// None if no service answers.
@@ -147,7 +148,10 @@ std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, co
     const nlohmann::ordered_json status = client.call("status");
     ServiceRig found{.file = status.at("rig").at("file"), .place_in = std::nullopt};
     const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
-    if (rod.is_object() && rod.contains("displacement_in")) found.place_in = rod.at("displacement_in");
+    found.is_moving = !status.at("run").is_null();
+    if (!found.is_moving && rod.is_object() && rod.contains("displacement_in")) {
+      found.place_in = rod.at("displacement_in");
+    }
     return found;
   } catch (const Error& error) {
     console.debug(error.what());
@@ -193,8 +197,10 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     throw UsageError(fmt::format("--at {}: expected a length with its unit, such as 2.95in or 75mm", *command.place));
   if (service) {
     const DisplayUnit unit = console.unit(rig.units);
-    console.info(fmt::format("checked with the rig of the service ({}), the rod at {:.3f} {}", rig.file_name,
-                             unit.factor("in") * *place_in, unit.of("in")));
+    console.info(fmt::format(
+        "checked with the rig of the service ({}), the rod at {:.3f} {}{}", rig.file_name,
+        unit.factor("in") * *place_in, unit.of("in"),
+        service->is_moving && !command.place ? ", as a run is on and moves it; --at PLACE names another place" : ""));
   }
   require_within_travel(prepared.config, rig, *place_in, command.file, console);
   report_experiment(command, prepared.config, rig, rehearse(prepared, rig, *place_in), on_service, console);

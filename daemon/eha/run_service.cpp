@@ -133,6 +133,13 @@ void rehearse_for_service(const ExperimentFile& file, const Json& status, Travel
     for (const std::string& sentence : config::off_grid_tones(prepared->config)) console.warning(sentence);
     warn_if_not_fittable(prepared->config, *rig, file.name, console);
     warn_if_not_rehearsed(prepared->config, *rig, file.name, console);
+    if (!status.at("run").is_null()) {
+      console.info(
+          fmt::format("{}: another experiment moves the rod; this one is rehearsed before it begins, from where "
+                      "the rod stands then",
+                      file.name));
+      return;
+    }
     const Json rod = status.value("rod", Json());
     const bool is_read = rod.is_object() && rod.contains("displacement_in");
     place_in = is_read ? rod.at("displacement_in").get<double>() : start_of(*rig);
@@ -141,8 +148,7 @@ void rehearse_for_service(const ExperimentFile& file, const Json& status, Travel
     console.debug(fmt::format("not rehearsed: {}", error.what()));
     return;
   }
-  // A run in progress leaves the rod elsewhere.
-  if (status.at("run").is_null()) require_within_travel(prepared->config, *rig, place_in, file.name, console);
+  require_within_travel(prepared->config, *rig, place_in, file.name, console);
   report_rehearsal(rehearsal, *rig, file.name, risk, console);
 }
 

@@ -162,11 +162,22 @@ void refuse_existing(const fs::path& file) {
       fmt::format("{}: exists already, and no controller is overwritten; name another one with -o", file.string()));
 }
 
+/// Whether a controller for one rig does what it promises on the other.
+bool is_same_rig(const config::RigConfig& a, const config::RigConfig& b) {
+  const auto* sim_a = std::get_if<hal::SimOptions>(&a.backend);
+  const auto* sim_b = std::get_if<hal::SimOptions>(&b.backend);
+  if ((sim_a == nullptr) != (sim_b == nullptr) || (sim_a != nullptr && *sim_a != *sim_b)) return false;
+  const auto& valve_a = a.limits.following;
+  const auto& valve_b = b.limits.following;
+  if (!valve_a || !valve_b) return a.name == b.name && valve_a.has_value() == valve_b.has_value();
+  return a.name == b.name && valve_a->null_V == valve_b->null_V && valve_a->dead_band_V == valve_b->dead_band_V;
+}
+
 /// Returns " --rig RIG" if the default rig file is of another rig.
 std::string rig_option(const TuneCommand& command, const config::RigConfig& rig) {
   if (command.rig_file) return " --rig " + shell_word(*command.rig_file);
   try {
-    if (load_rig_or_default(std::nullopt).name == rig.name) return "";
+    if (is_same_rig(load_rig_or_default(std::nullopt), rig)) return "";
   } catch (const Error&) {  // there is no default
   }
   return " --rig RIG.toml";

@@ -63,6 +63,17 @@ std::string estimate_or(const Model& model, ident::ParameterRole role, double va
   return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at, "±");
 }
 
+/// Whether the level at which a free response ends is known better than ten times the largest error.
+bool reaches_its_offset(const Model& model) {
+  constexpr double kErrors = 10.0;
+  if (!model.estimation) return true;
+  const ident::Score& score = model.estimation->score;
+  const double error = std::max(std::abs(score.error_min), std::abs(score.error_max));
+  return std::none_of(model.parameters.begin(), model.parameters.end(), [&](const ParameterEstimate& p) {
+    return p.role == ident::ParameterRole::initial_output && !p.fixed && p.upper95 - p.lower95 > 2.0 * kErrors * error;
+  });
+}
+
 }  // namespace
 
 std::string escaped(std::string_view text) {
@@ -130,7 +141,12 @@ std::string equation(const Model& model) {
   std::string html =
       fmt::format("<p class=\"equation\">G(s) = {}", fraction(polynomial(g.numerator), polynomial(g.denominator)));
   if (g.delay_s > 0.0) html += fmt::format(" &middot; e<sup>&minus;{:.4g} s</sup>", g.delay_s);
-  if (const std::string form = ident::engineering_form(model); !form.empty()) html += "<br>" + escaped(form);
+  if (const std::string form = ident::engineering_form(model); !form.empty()) {
+    html += "<br>" + escaped(form);
+    const auto gain = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                   [](const ParameterEstimate& p) { return p.name == "K" && !p.fixed; });
+    if (gain != model.parameters.end()) html += fmt::format(" (K = {})", ident::with_interval(*gain, "±"));
+  }
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {
     html += fmt::format(
@@ -147,7 +163,11 @@ std::string equation(const Model& model) {
   if (model.initial_state.empty()) {
     return html + fmt::format("<br>initial output {:.5g} {}</p>\n", model.initial_output, output_unit);
   }
-  // The offset lies where the free response ends, which may be long after the record.
+  // The offset lies where the free response ends, which may be long after the record, and far from where the output can
+  // be.
+  if (!reaches_its_offset(model)) {
+    return html + "<br>a free response whose end the record does not show</p>\n";
+  }
   return html + fmt::format("<br>a free response that ends at {} {}</p>\n",
                             estimate_or(model, ident::ParameterRole::initial_output, model.initial_output),
                             output_unit);

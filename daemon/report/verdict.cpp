@@ -227,6 +227,16 @@ std::string without_models(const Subject& subject) {
              html);
 }
 
+/// Why the run of the record ended before its time; empty for one that completed, and without a run.
+std::string early_end(const Subject& subject) {
+  const ordered_json& outcome = subject.part("outcome");
+  if (!outcome.is_string() || outcome == "completed") return {};
+  const ordered_json& description = subject.part("report", "description");
+  return paragraph(fmt::format("The run did not complete ({}{}); the models are of the part that was recorded.",
+                               outcome.get<std::string>(),
+                               description.is_string() ? ": " + description.get<std::string>() : std::string()));
+}
+
 }  // namespace
 
 std::string verdict(const Subject& subject) {
@@ -236,6 +246,7 @@ std::string verdict(const Subject& subject) {
   const std::string graded = std::string(ident::text(grade));
   std::string reason =
       subject.reason.empty() ? "" : paragraph("Reason: " + subject.reason + (subject.reason.ends_with('.') ? "" : "."));
+  const std::string ended = early_end(subject);
   if (subject.reason.find("AR-BIC") != std::string::npos) {
     reason += paragraph(
         "AR-BIC weighs error against number of parameters; lower is better, and a difference of 10 is clear.");
@@ -247,10 +258,10 @@ std::string verdict(const Subject& subject) {
   }
   if (subject.has_recommendation) {
     return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded),
-               of_model(subject, main) + reason + remarks_on_record(main.model));
+               ended + of_model(subject, main) + reason + remarks_on_record(main.model));
   }
   if (grade == Grade::rejected) {
-    std::string html = reason;
+    std::string html = ended + reason;
     if (main.model.verdict) {
       std::vector<std::string> reasons = main.model.verdict->reasons;
       // The reason of a recommendation that there is none may be the first of these.
@@ -266,7 +277,7 @@ std::string verdict(const Subject& subject) {
   }
   const bool is_alone = subject.models.size() == 1;
   return box("some", fmt::format("{}: {} ({})", is_alone ? "Model" : "Best model", main.model.name, graded),
-             of_model(subject, main) + reason + remarks_on_record(main.model));
+             ended + of_model(subject, main) + reason + remarks_on_record(main.model));
 }
 
 Section models_section(const Subject& subject) {

@@ -76,7 +76,7 @@ TEST(BadRecord, HasAConstantOutput) {
 /// EHA_BIG_RECORD_ROWS: how many rows instead of two million, e.g. 10000000.
 TEST(BigRecord, OfMillionsOfRowsIsFittedWhenItIsDecimated) {
   const char* asked = std::getenv("EHA_BIG_RECORD_ROWS");
-  const int rows = asked != nullptr ? std::atoi(asked) : 2'000'000;
+  const int rows = asked != nullptr ? std::atoi(asked) : 1'000'000;
   const TemporaryFolder folder;
   std::ofstream file(folder.path() / "r.csv");
   file << kHeader;

@@ -142,6 +142,13 @@ TEST(Calibrate, WritesANewRigFileBesideTheOldOne) {
   EXPECT_EQ(found.at("points").size(), 3U);
   EXPECT_EQ(content_of(folder.path() / "rig.toml"), before);
   EXPECT_EQ(run_eha({"check", "new.toml"}, folder.path()).code, 0);
+  // Millimetres without their unit.
+  const Ended inches = run_eha({"calibrate", "--rig", "rig.toml", "--at", "75=4.917", "--at", "50=3.28", "--at",
+                                "110=7.218", "-o", "inches.toml"},
+                               folder.path());
+  EXPECT_EQ(inches.code, static_cast<int>(ExitCode::bad_data));
+  EXPECT_NE(inches.err.find("beyond the travel limits"), std::string::npos) << inches.err;
+  EXPECT_FALSE(fs::exists(folder.path() / "inches.toml"));
   const Ended again = run_eha({"calibrate", "--rig", "rig.toml", "--at", "0.5in=0.833", "--at", "2.95in=4.917", "--at",
                                "5.4in=9.0", "-o", "new.toml"},
                               folder.path());

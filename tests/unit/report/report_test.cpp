@@ -76,6 +76,31 @@ TEST(Page, ShowsWhatAnEndedTrialShowed) {
   EXPECT_NE(page_of(subject).html.find("dead band 0.303 V instead of 0.151 V"), std::string::npos);
 }
 
+TEST(Page, SaysWhyTheRunOfItsModelsEndedEarly) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  subject.manifest.emplace();
+  (*subject.manifest)["outcome"] = "faulted";
+  (*subject.manifest)["report"]["description"] = "travel_limit at 39.5 s: 5.7 in";
+  EXPECT_NE(page_of(subject).html.find("did not complete (faulted: travel_limit at 39.5 s: 5.7 in)"),
+            std::string::npos);
+  (*subject.manifest)["outcome"] = "completed";
+  EXPECT_EQ(page_of(subject).html.find("did not complete"), std::string::npos);
+}
+
+TEST(Equation, NamesNoEndOfAFreeResponseThatTheRecordDoesNotShow) {
+  ident::Model model = model_named("io", ident::Grade::usable, 99.0);
+  model.initial_output = 20.4;
+  model.initial_state = {-17.4};
+  model.estimation->score.error_min = -0.03;
+  ident::ParameterEstimate end{.name = "initial_output", .value = 20.4, .std = 3.8, .lower95 = 12.8, .upper95 = 28.0};
+  end.role = ident::ParameterRole::initial_output;
+  model.parameters.push_back(end);
+  EXPECT_EQ(equation(model).find("20.4"), std::string::npos);
+  model.parameters.back().lower95 = 20.38;
+  model.parameters.back().upper95 = 20.42;
+  EXPECT_NE(equation(model).find("a free response that ends at 20.4"), std::string::npos);
+}
+
 TEST(Page, ShowsTheRemarksOnItsRecord) {
   Subject subject = subject_of("run", ident::Grade::rejected);
   subject.models[0].model.provenance["remarks"] = "the output stays at 75\nsecond";
