@@ -65,8 +65,24 @@ constexpr std::array kUnits = std::to_array<Spelling>({
     {"second", "s"},
     {"seconds", "s"},
     {"sek", "s"},
+    {"sekunde", "s"},
     {"sekunden", "s"},
     {"msec", "ms"},
+    {"msecs", "ms"},
+    {"millis", "ms"},
+    {"millisecond", "ms"},
+    {"millisekunde", "ms"},
+    {"millisekunden", "ms"},
+    {"usec", "us"},
+    {"usecs", "us"},
+    {"micros", "us"},
+    {"microsecond", "us"},
+    {"microseconds", "us"},
+    {"mikrosekunde", "us"},
+    {"mikrosekunden", "us"},
+    {"minute", "min"},
+    {"minutes", "min"},
+    {"minuten", "min"},
     {"percent", "%"},
     {"metre", "m"},
     {"meter", "m"},
@@ -148,6 +164,17 @@ bool holds(const List& list, std::string_view text) {
   return std::find(list.begin(), list.end(), text) != list.end();
 }
 
+/// The unit of a label that is one of time itself, "millis", or ends in one behind words for a time, "Run Time ms". A
+/// single letter is no unit then: s is a path, h a height.
+std::optional<std::string> unit_word_of_time(std::string_view label) {
+  const std::size_t blank = label.rfind(' ');
+  const std::string_view word = label.substr(blank == std::string_view::npos ? 0 : blank + 1);
+  const auto unit = known_unit(word);
+  if (!unit || !seconds_in(*unit)) return std::nullopt;
+  if (blank == std::string_view::npos) return word.size() > 1 ? unit : std::nullopt;
+  return has_word(words_of(label.substr(0, blank)), kTimeNames) ? unit : std::nullopt;
+}
+
 bool is_bracketed(std::string_view text) {
   return text.size() >= 2 &&
          ((text.front() == '[' && text.back() == ']') || (text.front() == '(' && text.back() == ')'));
@@ -196,6 +223,7 @@ std::pair<std::string, std::string> name_and_unit(std::string_view label) {
       return {std::string(trimmed(label.substr(0, at))), *unit};
     }
   }
+  if (auto unit = unit_word_of_time(label)) return {std::string(label), *unit};
   return {std::string(label), ""};
 }
 

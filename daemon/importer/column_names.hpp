@@ -20,7 +20,8 @@ namespace eha::importer {
 [[nodiscard]] std::string unit_of(std::string_view field);
 
 /// Splits a column's label into name and unit: "Spannung [V]", "Weg (mm)", "t / s", "Zeit in s", "u_V". A unit that is
-/// not in brackets must be a known one. No unit: empty.
+/// not in brackets must be a known one. Of a column named after a unit of time, "millis", and of "Time ms" it is that
+/// one. No unit: empty.
 [[nodiscard]] std::pair<std::string, std::string> name_and_unit(std::string_view label);
 
 /// Splits "Zeit ms" and "Weg mm" where the last word of every label is a known unit; else empty, as "Channel A" is no

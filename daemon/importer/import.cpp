@@ -8,10 +8,13 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/importer/resample.hpp"
@@ -21,6 +24,9 @@
 
 namespace eha::importer {
 namespace {
+
+/// No hydraulic rig is sampled faster.
+constexpr double kShortestStep_s = 1.0 / 20e3;
 
 /// Copies a column and frees its vector, so that a long record is not held twice.
 Eigen::VectorXd taken(std::vector<double>& column) {
@@ -80,14 +86,13 @@ ident::Channel channel_of(const Column& column, const char* otherwise, bool is_r
 
 /// For a step that no hydraulic rig is sampled with: the time has another unit, or is none.
 std::string remark_on_pace(double step_s, const std::filesystem::path& path) {
-  constexpr double kShortest_s = 1.0 / 20e3;
   constexpr double kLongest_s = 1e6;
-  if (step_s >= kShortest_s && step_s <= kLongest_s) return {};
+  if (step_s >= kShortestStep_s && step_s <= kLongest_s) return {};
   return fmt::format(
       "{}: a row every {:.3g} s is {} than any hydraulic rig is sampled: check the unit of the time; --period gives "
       "the "
       "sample period",
-      path.string(), step_s, step_s < kShortest_s ? "faster" : "slower");
+      path.string(), step_s, step_s < kShortestStep_s ? "faster" : "slower");
 }
 
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
@@ -109,18 +114,37 @@ std::string guess_text(const Table& table, const Roles& roles, const std::filesy
   return text + fmt::format("; {} rows every {:.9g} s", record.input.size(), record.step_s);
 }
 
-/// A clock of whole numbers, one or more a row, counts seconds or parts of a second; without a unit nobody can say.
-void refuse_time_without_unit(const Rows& rows, const Roles& roles, double step_s, const std::filesystem::path& path,
+/// A clock without a unit that rises by more than a rig's rows are apart counts seconds or parts of a second; nobody
+/// can say which.
+void refuse_time_without_unit(const Rows& rows, const Column& time, const std::filesystem::path& path,
                               const Options& options) {
   constexpr std::size_t kFewRows = 50;  // typed by hand
-  if (!roles.time || !roles.time_unit_assumed || rows.count() < kFewRows) return;
-  if (step_s < 1.0 || std::abs(step_s - std::round(step_s)) > 1e-6 * step_s) return;
-  const auto reading = [&](const char* unit, double unit_s) {
-    return fmt::format("if in {}: `{}`", unit,
-                       command_with(options, path, fmt::format("--period {:.9g}", step_s * unit_s)));
-  };
-  throw DataError(fmt::format("{}: the clock rises by {:g} a row and has no unit; {}; {}; {}", path.string(), step_s,
-                              reading("seconds", 1.0), reading("milliseconds", 1e-3), reading("microseconds", 1e-6)));
+  constexpr double kLongestStep_s = 0.5;
+  const std::vector<double>& times = rows.columns.front();
+  if (!time.unit.empty() || times.size() < kFewRows) return;
+  std::vector<double> steps(times.size() - 1);
+  for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = times[k + 1] - times[k];
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  if (!(*middle > kLongestStep_s)) return;
+  RowClock clock;
+  for (const double at : times) clock.add(at, std::pow(10.0, -rows.time_decimals), false);
+  const std::optional<RowPeriod> period = clock.period();
+  if (!period) return;
+  Options even = options;
+  if (options.time && options.resample) {
+    // A time that was named would be asked for again.
+    even.command = command_with(options, path, "--resample");
+    even.command.erase(even.command.rfind(" --resample"), std::string_view(" --resample").size());
+  }
+  std::string readings;
+  for (const auto& [unit, unit_s] : {std::pair("seconds", 1.0), {"milliseconds", 1e-3}, {"microseconds", 1e-6}}) {
+    if (*middle * unit_s < kShortestStep_s) continue;
+    readings += fmt::format("; if in {}: `{}`", unit, command_with(even, path, period_options(*period, unit_s)));
+  }
+  throw DataError(fmt::format("{}: the clock{} rises by {:.6g} a row and has no unit{}", path.string(),
+                              time.label.empty() ? "" : fmt::format(" \"{}\"", readable(time.label, kLongestShown)),
+                              *middle, readings));
 }
 
 /// Of a file that eha wrote: a length as input and volts as output are a response read backwards.
@@ -139,7 +163,8 @@ void refuse_exchanged(const ident::Record& record, const Roles& roles, const std
 }
 
 /// The columns as selected: without a time, one of zeros would only cost.
-Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& path, const Options& options) {
+Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std::filesystem::path& path,
+                   const Options& options) {
   Imported imported;
   ident::Record& record = imported.record;
   const std::string mend = command_with(options, path, "--resample");
@@ -158,6 +183,7 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
       rows.columns.insert(rows.columns.begin(), std::move(time_s));
     }
   }
+  if (roles.time) refuse_time_without_unit(rows, table.columns()[*roles.time], path, options);
   const std::size_t first = roles.time || options.resample ? 1 : 0;
   bool is_even = !roles.time;
   if (options.resample) {
@@ -175,7 +201,6 @@ Imported assembled(Rows& rows, const Roles& roles, const std::filesystem::path& 
       is_even = false;
     }
   }
-  refuse_time_without_unit(rows, roles, record.step_s, path, options);
   if (roles.output) {
     const std::size_t at = first + 1;
     const std::vector<std::size_t> lone = lone_rows(rows.columns[first], rows.columns[at]);
@@ -229,7 +254,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   const Roles roles = find_record(*table, path, options);
   const Selection selection = selection_for(*table, roles, path, options);
   Rows rows = table->read(selection, progress);
-  Imported imported = assembled(rows, roles, path, options);
+  Imported imported = assembled(rows, *table, roles, path, options);
   const bool own = table->is_record_format();
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
@@ -263,7 +288,7 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   Rows rows = table->read(selection, progress);
   ImportedInput input;
   std::vector<double> time_s = roles.time ? rows.columns[0] : std::vector<double>();
-  const Imported imported = assembled(rows, roles, path, options);
+  const Imported imported = assembled(rows, *table, roles, path, options);
   const ident::Record& record = imported.record;
   const bool is_as_read = time_s.size() == static_cast<std::size_t>(record.input.size()) && imported.repairs.empty();
   if (!is_as_read) {

@@ -163,13 +163,18 @@ std::string command_with(const Options& options, const std::filesystem::path& pa
   return command.insert(std::min(end, command.size()), " " + extra);
 }
 
+std::string period_options(const RowPeriod& period, double unit_s) {
+  const double step_s = period.roundest_s * unit_s;
+  std::string extra = fmt::format("--period {:.9g}", step_s);
+  const auto time_of = [&](std::size_t row) { return step_s * static_cast<double>(row); };
+  if (period.first_row > 0) extra += fmt::format(" --from {:.9g}", time_of(period.first_row));
+  if (period.is_part) extra += fmt::format(" --to {:.9g}", time_of(period.end_row - 1));
+  return extra;
+}
+
 std::string period_offer(const RowPeriod& period, const std::filesystem::path& path, const Options& options) {
   const std::string until =
       period.restart ? fmt::format(", until the clock goes back at row {}", *period.restart + 1) : "";
-  std::string extra = fmt::format("--period {:.9g}", period.roundest_s);
-  const auto time_of = [&](std::size_t row) { return period.roundest_s * static_cast<double>(row); };
-  if (period.first_row > 0) extra += fmt::format(" --from {:.9g}", time_of(period.first_row));
-  if (period.is_part) extra += fmt::format(" --to {:.9g}", time_of(period.end_row - 1));
   std::string pause;
   if (period.longest_pause) {
     pause = fmt::format("; {} {:.6g} s before row {}{}; the longest part without a pause",
@@ -179,7 +184,7 @@ std::string period_offer(const RowPeriod& period, const std::filesystem::path& p
   }
   return fmt::format("its {} rows over {:.9g} s are one every {:.9g} s ({:.6g} to {:.6g} s){}{}: `{}`", period.rows,
                      period.span_s, period.roundest_s, period.lowest_s, period.highest_s, until, pause,
-                     command_with(options, path, extra));
+                     command_with(options, path, period_options(period)));
 }
 
 }  // namespace eha::importer

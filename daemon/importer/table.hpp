@@ -99,6 +99,10 @@ class Table {
 [[nodiscard]] std::string command_with(const Options& options, const std::filesystem::path& path,
                                        const std::string& extra);
 
+/// The options that take the rows of a clock as even: "--period 0.01", and --from and --to where it pauses.
+/// @param unit_s  of the clock [s]
+[[nodiscard]] std::string period_options(const RowPeriod& period, double unit_s = 1.0);
+
 /// What the rows of a clock tell of the sample period, with the command that takes it.
 [[nodiscard]] std::string period_offer(const RowPeriod& period, const std::filesystem::path& path,
                                        const Options& options);

@@ -205,8 +205,11 @@ class TextTable final : public Table {
       }
       if (i < dialect_.units.size() && column.unit.empty()) column.unit = unit_of(lines_.decoded(dialect_.units[i]));
     }
-    if (std::any_of(columns_.begin(), columns_.end(), [](const Column& column) { return !column.unit.empty(); }))
-      return;
+    // "Time ms" has one as the columns beside it may have.
+    const auto has_other_form = [](const Column& column) {
+      return !column.unit.empty() && name_and_unit(column.label).first != column.label;
+    };
+    if (!dialect_.units.empty() || std::any_of(columns_.begin(), columns_.end(), has_other_form)) return;
     std::vector<std::string> labels;
     for (const Column& column : columns_) labels.push_back(column.label);
     const auto split = names_and_last_units(labels);

@@ -23,7 +23,13 @@ TEST(NameAndUnit, AreToldApartInTheWaysOfHeaders) {
   EXPECT_EQ(name_and_unit("voltage_V"), Pair("voltage", "V"));
   EXPECT_EQ(name_and_unit("Time [sec]"), Pair("Time", "s"));
   EXPECT_EQ(name_and_unit("Flow [gpm]"), Pair("Flow", "gpm"));
-  // No unit that is known: part of the name.
+  for (const char* label : {"ms", "msec", "msecs", "millis", "Millisekunden", "Time ms", "Zeit ms"}) {
+    EXPECT_EQ(name_and_unit(label).second, "ms") << label;
+  }
+  for (const char* label : {"us", "usec", "micros", "Microseconds"}) EXPECT_EQ(name_and_unit(label).second, "us");
+  for (const char* label : {"min", "minutes", "Time min"}) EXPECT_EQ(name_and_unit(label).second, "min");
+  // No unit that is known, or none of a time: part of the name.
+  for (const char* label : {"s", "h", "Channel s", "Force min"}) EXPECT_EQ(name_and_unit(label), Pair(label, ""));
   EXPECT_EQ(name_and_unit("valve_command"), Pair("valve_command", ""));
   EXPECT_EQ(name_and_unit("channel_1"), Pair("channel_1", ""));
   EXPECT_EQ(name_and_unit(""), Pair("", ""));
