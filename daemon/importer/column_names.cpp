@@ -39,11 +39,16 @@ constexpr std::array kUnits = std::to_array<Spelling>({
     {"rad", "rad"},
     {"bar", "bar"},
     {"psi", "psi"},
+    {"mbar", "mbar"},
     {"Pa", "Pa"},
+    {"hPa", "hPa"},
     {"kPa", "kPa"},
     {"MPa", "MPa"},
     {"N", "N"},
     {"kN", "kN"},
+    {"daN", "daN"},
+    {"lbf", "lbf"},
+    {"kgf", "kgf"},
     {"s", "s"},
     {"ms", "ms"},
     {"us", "us"},
@@ -105,11 +110,18 @@ constexpr std::array kUnits = std::to_array<Spelling>({
 constexpr std::array kTimeNames = std::to_array<std::string_view>(
     {"t", "time", "zeit", "temps", "tiempo", "timestamp", "elapsed", "seconds", "sec", "sekunden", "tout"});
 constexpr std::array kInputNames = std::to_array<std::string_view>(
-    {"u",        "uin", "vin",   "input",  "voltage", "volt",    "volts", "spannung",   "tension",  "command",
-     "commande", "cmd", "valve", "ventil", "stell",   "eingang", "entr",  "excitation", "anregung", "drive"});
+    {"u",   "uin",   "vin",    "input", "voltage", "volt", "volts",      "spannung", "tension", "command", "commande",
+     "cmd", "valve", "ventil", "stell", "eingang", "entr", "excitation", "anregung", "drive",   "servo"});
 constexpr std::array kOutputNames = std::to_array<std::string_view>(
-    {"y", "output", "displacement", "placement", "position", "pos", "weg", "hub", "stroke", "ausgang", "sortie", "lvdt",
-     "rod", "kolben", "travel", "response", "yout"});
+    {"y",      "output",  "displacement", "placement", "position", "pos",    "weg",     "hub",
+     "stroke", "ausgang", "sortie",       "lvdt",      "rod",      "kolben", "travel",  "response",
+     "yout",   "lage",    "ist",          "actual",    "feedback", "fbk",    "measured"});
+/// Of a set point whatever its unit but that of a valve, and of one where the unit is of the rod's place.
+constexpr std::array kSetPointNames = std::to_array<std::string_view>({"soll", "setpoint", "consigne"});
+constexpr std::array kPlaceDemandNames =
+    std::to_array<std::string_view>({"command", "commande", "cmd", "demand", "reference", "ref", "target", "stell"});
+constexpr std::array kValveNames = std::to_array<std::string_view>(
+    {"valve", "ventil", "stell", "spannung", "voltage", "strom", "servo", "spool", "u"});
 constexpr std::array kIndexNames = std::to_array<std::string_view>(
     {"", "index", "idx", "unnamed: 0", "#", "n", "no", "nr", "row", "sample", "samples", "zeile", "i", "k"});
 constexpr std::array kTimeUnits = std::to_array<std::pair<std::string_view, double>>(
@@ -117,6 +129,8 @@ constexpr std::array kTimeUnits = std::to_array<std::pair<std::string_view, doub
 constexpr std::array kInputUnits = std::to_array<std::string_view>({"V", "mV", "kV", "A", "mA", "%"});
 constexpr std::array kOutputUnits =
     std::to_array<std::string_view>({"in", "mm", "cm", "dm", "m", "um", "ft", "deg", "rad"});
+constexpr std::array kForceUnits =
+    std::to_array<std::string_view>({"N", "kN", "daN", "lbf", "kgf", "bar", "mbar", "psi", "Pa", "hPa", "kPa", "MPa"});
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t");
@@ -173,6 +187,16 @@ std::optional<std::string> unit_word_of_time(std::string_view label) {
   if (!unit || !seconds_in(*unit)) return std::nullopt;
   if (blank == std::string_view::npos) return word.size() > 1 ? unit : std::nullopt;
   return has_word(words_of(label.substr(0, blank)), kTimeNames) ? unit : std::nullopt;
+}
+
+/// The place that a control loop is to reach: "Soll", "Ch 1 Command [mm]", but not "Ventil Soll [V]".
+bool is_set_point(const std::vector<std::string>& words, std::string_view unit) {
+  if (holds(kInputUnits, unit)) return false;
+  if (has_word(words, kPlaceDemandNames) && holds(kOutputUnits, unit)) return true;
+  const bool has_set_point = std::adjacent_find(words.begin(), words.end(), [](const auto& a, const auto& b) {
+                               return a == "set" && b == "point";
+                             }) != words.end();
+  return (has_set_point || has_word(words, kSetPointNames)) && !has_word(words, kValveNames);
 }
 
 bool is_bracketed(std::string_view text) {
@@ -270,6 +294,12 @@ Hints hints_of(std::string_view name, std::string_view unit) {
   hints.time = (has_word(words, kTimeNames) ? 2 : 0) + (seconds_in(unit) ? 1 : 0);
   hints.input = (has_word(words, kInputNames) ? 2 : 0) + (holds(kInputUnits, unit) ? 1 : 0);
   hints.output = (has_word(words, kOutputNames) ? 2 : 0) + (holds(kOutputUnits, unit) ? 1 : 0);
+  if (is_set_point(words, unit)) {
+    hints.input = 0;
+    hints.output = 0;
+    hints.is_beside = true;
+  }
+  hints.is_beside = hints.is_beside || holds(kForceUnits, unit);
   hints.index = holds(kIndexNames, lower(trimmed(name))) ? 2 : 0;
   return hints;
 }

@@ -318,7 +318,7 @@ class Finder {
                                                     const std::vector<std::optional<std::size_t>>& taken,
                                                     std::size_t needed) const {
     std::vector<std::size_t> found;
-    std::vector<std::size_t> numbering;
+    std::vector<std::size_t> spare;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const bool is_taken = std::find(taken.begin(), taken.end(), std::optional(i)) != taken.end();
       if (is_taken || !columns_[i].is_number || replaced_time_ == i || roles.filled == i) continue;
@@ -326,11 +326,11 @@ class Finder {
       if (hints_[i].time > 0 && hints_[i].input == 0 && hints_[i].output == 0) continue;
       const bool numbers_rows =
           counts_rows(columns_[i].sample) && (hints_[i].index > 0 || columns_[i].sample.size() >= kFewestCounted);
-      (numbers_rows ? numbering : found).push_back(i);
+      (numbers_rows || hints_[i].is_beside ? spare : found).push_back(i);
     }
     // A column that counts is no row number where it is needed: it may be a ramp.
     if (found.size() < needed) {
-      found.insert(found.end(), numbering.begin(), numbering.end());
+      found.insert(found.end(), spare.begin(), spare.end());
       std::sort(found.begin(), found.end());
     }
     // Of several structs or groups, those of the time's.
@@ -368,7 +368,9 @@ class Finder {
         best_output = left.back();
       }
     }
-    if (!best_input || !best_output || *best_input == *best_output) ask(roles, left, best_input, best_output);
+    const bool is_doubtful = !input && best_input && hints_[*best_input].is_beside;
+    if (is_doubtful || !best_input || !best_output || *best_input == *best_output)
+      ask(roles, left, best_input, best_output);
     roles.input = *best_input;
     roles.output = *best_output;
     roles.by_order = input_strength(roles.input) <= input_strength(*roles.output);

@@ -188,7 +188,7 @@ std::vector<Program> programs() {
                  1.0,
                  {},
                  {}});
-  // DAQExpress and MTS TestSuite: units in a row of their own, the output before the input.
+  // DAQExpress and MTS TestSuite: units in a row of their own, and the command is the loop's set point.
   all.push_back(
       {"MtsTestSuite",
        "daqTaskActivity1.txt",
@@ -198,8 +198,8 @@ std::vector<Program> programs() {
        "mm",
        "mm",
        1.0,
-       {},
-       {},
+       {.input = "3", .output = "2"},
+       "which columns are input and output?",
        20.0});
   // DS1000Z: rows are numbered, the period stands in the header.
   all.push_back({"Rigol",

@@ -93,6 +93,25 @@ TEST(Roles, AreAskedForWhereTwoColumnsMayBeTheInput) {
   EXPECT_EQ(columns_of(text, {.input = "3", .output = "c [mm]"}), "b/c");
 }
 
+TEST(Roles, LeaveOutSetPointsForcesAndPressures) {
+  EXPECT_EQ(columns_of("Zeit;Soll;Ist;Ventil\n0;1;2;3\n0,1;2;3;4\n0,2;3;4,5;5\n"), "Ventil/Ist");
+  EXPECT_EQ(columns_of("Time [s],Ch 1 Displacement [mm],Ch 1 Command [mm],Ch 1 Force [kN],Servo Output [V]\n"
+                       "0,1,2,3,4\n0.1,2,3,4,5\n0.2,3,4,5,6\n"),
+            "Servo_Output/Ch_1_Displacement");
+  EXPECT_EQ(columns_of("Zeit (s);Stellwert;Lage_Ist;Lage_Soll\n0;1;2;3\n0,1;2;3;4\n0,2;3;4;5\n"), "Stellwert/Lage Ist");
+  EXPECT_EQ(columns_of("Zeit;Ventil Soll [V];Kraft [kN];Weg [mm]\n0;1;2;3\n0,1;2;3;4\n0,2;3;4;5\n"), "Ventil_Soll/Weg");
+}
+
+TEST(Roles, AskBeforeAForceOrASetPointIsTheInput) {
+  for (const char* header : {"time [s],force [kN],place [mm]", "time [s],p [bar],place [mm]",
+                             "time [s],position set point,place [mm]", "time [s],Command [mm],Actual [mm]"}) {
+    const std::string text = std::string(header) + "\n0,1,2\n0.1,2,3\n0.2,4,3\n";
+    const std::string refusal = columns_of(text);
+    EXPECT_NE(refusal.find("--time 1 --input 2 --output 3`"), std::string::npos) << refusal;
+    EXPECT_EQ(columns_of(text, {.input = "2", .output = "3"}).find("which columns"), std::string::npos);
+  }
+}
+
 TEST(Command, HasEachOptionOnce) {
   const auto with = [](const std::string& command, const std::string& extra) {
     return command_with({.command = command}, "r.csv", extra);
