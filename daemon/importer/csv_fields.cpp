@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <optional>
+#include <string>
 #include <system_error>
 
 namespace eha::importer {
@@ -22,6 +24,7 @@ constexpr auto kMissingWords = std::to_array<std::string_view>(
 constexpr auto kErrors = std::to_array<std::string_view>(
     {"#n/a", "#value!", "#num!", "#div/0!", "#ref!", "#name?", "#null!", "#nv", "#wert!", "#zahl!", "#bezug!"});
 constexpr std::size_t kLongestNumber = 64;
+constexpr std::string_view kExponents = "eEdD";
 
 template <typename Words>
 bool is_one_of(std::string_view field, const Words& words) {
@@ -32,10 +35,47 @@ bool is_one_of(std::string_view field, const Words& words) {
   return std::find(words.begin(), words.end(), std::string_view(lower.data(), field.size())) != words.end();
 }
 
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Bytes of a no-break space at a place of a text, wide or narrow, in UTF-8 or in Latin-1; 0 for anything else.
+std::size_t no_break_space(std::string_view text) {
+  for (const std::string_view space : {"\xC2\xA0", "\xE2\x80\xAF", "\xA0"}) {
+    if (text.starts_with(space)) return space.size();
+  }
+  return 0;
+}
+
+/// French thousands: "75 006,7" with a no-break space. @returns the line without those between digits
+std::string without_no_break_spaces(std::string_view line) {
+  std::string text;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const std::size_t space = no_break_space(line.substr(i));
+    const bool is_within = space > 0 && i > 0 && is_digit(line[i - 1]) && i + space < line.size();
+    if (is_within && is_digit(line[i + space])) {
+      i += space - 1;
+    } else {
+      text += line[i];
+    }
+  }
+  return text;
+}
+
+/// Fortran's exponent of a double: "1.0D+00" as "1.0e+00". None where the text has none.
+std::optional<std::string> without_fortran_exponent(std::string_view text) {
+  const std::size_t at = text.find_first_of("dD");
+  if (at == std::string_view::npos || at + 1 >= text.size() || text.size() > kLongestNumber ||
+      text.substr(0, at).find('.') == std::string_view::npos) {
+    return std::nullopt;
+  }
+  std::string number(text);
+  number[at] = 'e';
+  return number;
+}
+
 /// Whether the digits before the decimal sign, and only they, are groups of three.
 bool has_groups(std::string_view text, NumberSigns signs) {
   if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
-  const std::string_view whole = text.substr(0, std::min(text.find(signs.decimal), text.find_first_of("eE")));
+  const std::string_view whole = text.substr(0, std::min(text.find(signs.decimal), text.find_first_of(kExponents)));
   return whole.find(signs.thousands) != std::string_view::npos && are_groups(whole, signs.thousands) &&
          text.find(signs.thousands, whole.size()) == std::string_view::npos;
 }
@@ -61,6 +101,10 @@ void CsvFields::add(void* field, std::size_t length, void* self) {
 }
 
 bool CsvFields::split(std::string_view line) {
+  if (line.find_first_of("\xA0\xAF") != std::string_view::npos) {
+    cleaned_ = without_no_break_spaces(line);
+    line = cleaned_;
+  }
   text_.clear();
   ends_.clear();
   if (delimiter_ != ' ') {
@@ -112,6 +156,7 @@ NumberKind parse_number(std::string_view field, NumberSigns signs, double& value
     }
     return std::isnan(number) && error == std::errc() ? NumberKind::missing : NumberKind::not_finite;
   }
+  if (const auto number_text = without_fortran_exponent(text)) return parse_number(*number_text, {}, value);
   return is_one_of(field, kMissingWords) || is_spreadsheet_error(field) ? NumberKind::missing : NumberKind::none;
 }
 
@@ -119,7 +164,7 @@ Precision precision_of(std::string_view field, char decimal) {
   Precision precision;
   bool after_point = false;
   std::size_t i = 0;
-  for (; i < field.size() && field[i] != 'e' && field[i] != 'E'; ++i) {
+  for (; i < field.size() && kExponents.find(field[i]) == std::string_view::npos; ++i) {
     if (field[i] == decimal) {
       after_point = true;
     } else if (field[i] >= '0' && field[i] <= '9') {

@@ -35,6 +35,7 @@ class CsvFields {
 
   csv_parser parser_{};
   char delimiter_;
+  std::string cleaned_;  ///< the line without the no-break spaces in its numbers
   std::string text_;
   std::vector<std::size_t> ends_;
 };

@@ -209,6 +209,12 @@ Arrays read_mat(const std::filesystem::path& path, const std::string& name) {
     if (variable->name == nullptr || variable->name[0] == '#') continue;
     collector.add(variable.get(), variable->name, 0);
   }
+  if (collector.arrays().empty() && Mat_GetVersion(file.get()) == MAT_FT_MAT73) {
+    // matio knows no class that is padded with NULs, as h5py writes it; the numbers are datasets of HDF5.
+    Arrays datasets = read_hdf5(path, name);
+    std::erase_if(datasets.columns, [](const ArrayColumn& array) { return array.name.starts_with('#'); });
+    if (!datasets.columns.empty()) return {version_name(MAT_FT_MAT73), std::move(datasets.columns), ""};
+  }
   return {version_name(Mat_GetVersion(file.get())), std::move(collector.arrays()), std::move(collector.remark())};
 }
 

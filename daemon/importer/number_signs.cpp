@@ -30,7 +30,7 @@ bool are_groups(std::string_view digits, char sign) {
 
 void SignEvidence::add(std::size_t column, std::string_view field) {
   if (!field.empty() && (field.front() == '-' || field.front() == '+')) field.remove_prefix(1);
-  const std::size_t exponent = field.find_first_of("eE");
+  const std::size_t exponent = field.find_first_of("eEdD");
   std::string_view digits = field.substr(0, exponent);
   if (digits.empty() || digits.find_first_not_of("0123456789,.'") != std::string_view::npos) return;
   std::string plain;

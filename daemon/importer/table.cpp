@@ -70,6 +70,7 @@ constexpr std::string_view kOldOffice{"\xD0\xCF\x11\xE0", 4};
 constexpr std::string_view kZip{"PK\x03\x04", 4};
 constexpr std::string_view kGzip{"\x1F\x8B", 2};
 
+constexpr std::string_view kOctave = "in Octave's own format; in Octave, `save -v7 FILE.mat` writes a MAT-file";
 constexpr std::array kFormats = std::to_array<Format>({
     {kMat5, open_mat, ""},
     {kMat73, open_mat, ""},
@@ -82,6 +83,8 @@ constexpr std::array kFormats = std::to_array<Format>({
     {"MDF     ", nullptr, "an MDF measurement; export it as CSV or MAT-file where it was made"},
     {"PAR1", nullptr, "a Parquet file; write it as CSV where it was made"},
     {"\x93NUMPY", nullptr, "a numpy array; in Python: numpy.savetxt(\"record.csv\", a, delimiter=\",\")"},
+    {"# Created by Octave", nullptr, kOctave},
+    {"Octave-1-", nullptr, kOctave},
     {"SQLite format 3", nullptr, "an SQLite database; export the table as CSV"},
     {"{", nullptr, "JSON, perhaps a model file; expected a record: CSV, MAT-file or HDF5"},
 });

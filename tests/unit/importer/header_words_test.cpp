@@ -58,5 +58,37 @@ TEST(TimeUnit, AsksForTheUnitOfAClockOfUnevenCounts) {
   }
 }
 
+TEST(Octave, FilesOfItsOwnFormatsAreNamed) {
+  const test::TemporaryFolder folder;
+  for (const char* text :
+       {"# Created by Octave 7.3.0, Wed Nov 25\n# name: t\n# type: matrix\n 0\n 0.01\n", "Octave-1-L\x01\x02\x03"}) {
+    try {
+      FAIL() << import_record(folder.write("r.mat", text), {}).guess;
+    } catch (const DataError& error) {
+      EXPECT_NE(std::string(error.what()).find("Octave, `save -v7 FILE.mat`"), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(Numbers, HaveNoBreakSpacesBetweenThousands) {
+  const test::TemporaryFolder folder;
+  for (const char* space : {"\xC2\xA0", "\xE2\x80\xAF", "\xA0"}) {
+    std::string text = "Temps (s);Tension (mV);Position (um)\n";
+    for (int k = 0; k < 20; ++k) text += fmt::format("0,{:02};-1{}026,{};75{}006,{}\n", k, space, k, space, k);
+    const Imported imported = import_record(folder.write("r.csv", text), {});
+    EXPECT_DOUBLE_EQ(imported.record.input[3], -1026.3);
+    EXPECT_DOUBLE_EQ(imported.record.output[3], 75006.3);
+  }
+}
+
+TEST(Numbers, MayHaveFortransExponent) {
+  const test::TemporaryFolder folder;
+  std::string text = "# time u y\n";
+  for (int k = 0; k < 20; ++k) text += fmt::format(" {}.00000D-02 -1.02{:02}0D+00 7.50{:02}7D+01\n", k, k, k);
+  const Imported imported = import_record(folder.write("r.dat", text), {});
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01);
+  EXPECT_DOUBLE_EQ(imported.record.output[3], 75.0037);
+}
+
 }  // namespace
 }  // namespace eha::importer
