@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "daemon/importer/array_table.hpp"
 #include "daemon/importer/hdf5_heaps.hpp"
+#include "daemon/importer/header_facts.hpp"
 #include "daemon/record/hdf5_handle.hpp"
 
 namespace eha::importer {
@@ -21,6 +22,7 @@ using record::Hdf5Dataset;
 using record::Hdf5File;
 using record::Hdf5Space;
 using record::Hdf5Type;
+using Hdf5Object = record::Hdf5Handle<H5Oclose>;
 
 constexpr std::size_t kMostDatasets = 1000;
 constexpr std::size_t kMostObjects = 20'000;
@@ -28,6 +30,7 @@ constexpr int kDeepestGroup = 32;
 
 struct Visited {
   std::vector<std::string> datasets;
+  std::vector<std::string> groups;
   std::size_t objects = 0;
   std::string refusal;
 };
@@ -41,6 +44,7 @@ herr_t note_object(hid_t /*group*/, const char* name, const H5O_info_t* info, vo
   }
   if (++visited.objects > kMostObjects) visited.refusal = fmt::format("more than {} groups and datasets", kMostObjects);
   if (info->type == H5O_TYPE_DATASET && visited.datasets.size() < kMostDatasets) visited.datasets.emplace_back(name);
+  if (info->type == H5O_TYPE_GROUP && visited.groups.size() < kMostDatasets) visited.groups.emplace_back(name);
   return visited.refusal.empty() ? 0 : 1;
 }
 
@@ -102,6 +106,31 @@ class Hdf5Collector {
       add_compound(name, dataset.get(), type.get(), size[0]);
     } else if (is_numeric(type.get())) {
       add_matrix(name, dataset.get(), type.get(), size);
+    }
+  }
+
+  /// Of an object's attributes those that are a sample period or rate, as arrays of one value.
+  void add_periods(const std::string& name) {
+    constexpr hsize_t kMostAttributes = 100;
+    constexpr std::size_t kMostBytes = 16;
+    const Hdf5Object object(H5Oopen(file_, name.c_str(), H5P_DEFAULT));
+    H5O_info_t info{};
+    if (!object || H5Oget_info2(object.get(), &info, H5O_INFO_NUM_ATTRS) < 0) return;
+    for (hsize_t i = 0; i < std::min<hsize_t>(info.num_attrs, kMostAttributes); ++i) {
+      const Hdf5Attribute attribute(
+          H5Aopen_by_idx(object.get(), ".", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT));
+      if (!attribute) continue;
+      const Hdf5Type type(H5Aget_type(attribute.get()));
+      const Hdf5Space space(H5Aget_space(attribute.get()));
+      const std::size_t bytes = H5Tget_size(type.get());
+      if (!is_numeric(type.get()) || H5Sget_simple_extent_npoints(space.get()) != 1 || bytes > kMostBytes) continue;
+      std::array<char, 64> label{};
+      double value = 0.0;
+      if (H5Aget_name(attribute.get(), label.size(), label.data()) <= 0 ||
+          H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, &value) < 0 || !period_named(label.data(), value)) {
+        continue;
+      }
+      arrays_.push_back({name == "." ? label.data() : fmt::format("{}/{}", name, label.data()), "", {value}});
     }
   }
 
@@ -182,6 +211,9 @@ Arrays read_hdf5(const std::filesystem::path& path, const std::string& name) {
   }
   Hdf5Collector collector(name, file.get());
   for (const std::string& dataset : visited.datasets) collector.add(dataset);
+  for (const auto* objects : {&visited.groups, &visited.datasets}) {
+    for (const std::string& object : *objects) collector.add_periods(object);
+  }
   return {"HDF5", std::move(collector.arrays()), "expected one dataset a column: time, input, output"};
 }
 

@@ -13,8 +13,8 @@
 namespace eha::importer {
 
 /// The sample period that a program writes above its rows [s]: "HResolution" of Yokogawa, "Increment" of Rigol, "Sample
-/// Interval", "Delta_X", or one over a "SampleRate" in Hz. The value stands behind its name or below it. None where no
-/// line says one, or where two differ.
+/// Interval", "Delta_X", or one over a "SampleRate" in Hz. The value stands behind its name, as in "Abtastrate: 200
+/// Hz", or below it. None where no line says one, or where two differ.
 /// @param lines  the file's first, of which those above dialect.first_data_line are looked at
 [[nodiscard]] std::optional<double> period_above_rows(const std::vector<std::string>& lines, const Dialect& dialect);
 

@@ -82,6 +82,63 @@ TEST(ForeignReader, HandsOverASingleNumberNamedTsForThePeriod) {
   EXPECT_DOUBLE_EQ(import_record(path, {.period_s = 0.01}).record.step_s, 0.01);
 }
 
+/// Datasets u and y of HDF5, with an attribute each as `label` says; `rate` is an attribute of the file.
+void write_labelled_hdf5(const std::filesystem::path& path, const std::string& label, double rate, hsize_t userblock) {
+  const hid_t how = H5Pcreate(H5P_FILE_CREATE);
+  H5Pset_userblock(how, userblock);
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, how, H5P_DEFAULT);
+  const hsize_t size = kRows;
+  const hid_t space = H5Screate_simple(1, &size, nullptr);
+  const hid_t one = H5Screate(H5S_SCALAR);
+  const hid_t text = H5Tcopy(H5T_C_S1);
+  H5Tset_size(text, label.size());
+  H5Tset_strpad(text, H5T_STR_NULLPAD);
+  const auto first_of = [](const std::string& name) { return name == "u_V" ? 0.0 : 2.0; };
+  for (const std::string name : {"u_V", "y_mm"}) {
+    const std::vector<double> values = numbers(first_of(name), 0.01);
+    const hid_t data = H5Dcreate2(file, name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    foreign::require(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0);
+    const hid_t kind = H5Acreate2(data, "MATLAB_class", text, one, H5P_DEFAULT, H5P_DEFAULT);
+    foreign::require(H5Awrite(kind, text, label.data()) >= 0);
+    H5Aclose(kind);
+    H5Dclose(data);
+  }
+  const hid_t attribute = H5Acreate2(file, "sample_rate", H5T_NATIVE_DOUBLE, one, H5P_DEFAULT, H5P_DEFAULT);
+  foreign::require(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &rate) >= 0);
+  H5Aclose(attribute);
+  H5Tclose(text);
+  H5Sclose(one);
+  H5Sclose(space);
+  H5Pclose(how);
+  foreign::require(H5Fclose(file) >= 0);
+}
+
+TEST(ForeignReader, TakesAnAttributeNamedSampleRateForThePeriod) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "rate.h5";
+  write_labelled_hdf5(path, "double", 200.0, 0);
+  const Imported imported = import_record(path, {});
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.005);
+  EXPECT_NE(imported.guess.find("(the file's sample_rate)"), std::string::npos) << imported.guess;
+}
+
+TEST(ForeignReader, TakesArraysWhoseClassMatioDoesNotKnow) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "new.mat";
+  // Without the NUL at its end that MATLAB and matio write.
+  write_labelled_hdf5(path, "double", 100.0, 512);
+  std::string content = os::read_file(path);
+  std::string header =
+      "MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Sat Mar 14 10:22:33 2026 HDF5 schema 1.00 .";
+  header.resize(124, ' ');
+  header += std::string("\x00\x02IM", 4);
+  content.replace(0, header.size(), header);
+  const Imported imported = import_record(folder.write("padded.mat", content), {});
+  EXPECT_EQ(imported.record.input.size(), kRows);
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01);
+  EXPECT_EQ(imported.guess.find("HDF5"), std::string::npos) << imported.guess;
+}
+
 TEST(ForeignReader, MakesNamesReadableBeforeATerminalShowsThem) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "names.h5";

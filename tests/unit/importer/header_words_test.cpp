@@ -58,6 +58,33 @@ TEST(TimeUnit, AsksForTheUnitOfAClockOfUnevenCounts) {
   }
 }
 
+/// The refusal of 300 rows of "u,y" below these lines.
+std::string refused_below(const std::string& lines) {
+  const test::TemporaryFolder folder;
+  std::string text = lines;
+  for (int k = 0; k < 300; ++k) text += fmt::format("{:.4f};{:.4f}\n", std::sin(0.05 * k), std::sin(0.05 * k - 0.5));
+  try {
+    return "taken: " + import_record(folder.write("r.csv", text), {}).guess;
+  } catch (const DataError& error) {
+    return error.what();
+  }
+}
+
+TEST(PeriodAboveRows, StandsBehindItsNameInOneLine) {
+  const auto offers = [](const std::string& line, const char* period) {
+    const std::string refusal = refused_below(line + "\nVentil [V];Weg [mm]\n");
+    EXPECT_NE(refusal.find(std::string("--period ") + period + "`"), std::string::npos) << line << ": " << refusal;
+  };
+  offers("Abtastrate: 200 Hz", "0.005");
+  offers("File: x\nScan rate: 100 Hz", "0.01");
+  offers("Sample interval: 5 ms", "0.005");
+  offers("# Sampling rate [Hz] = 1000", "0.001");
+  offers("Sample Rate;2;kHz", "0.0005");
+  offers("Abtastzeit 0,01 s", "SECONDS");  // a comma where the rows have points
+  offers("Abtastrate: 200 U/min", "SECONDS");
+  offers("Abtastrate: 200 Hz\nScan rate: 100 Hz", "SECONDS");
+}
+
 TEST(Octave, FilesOfItsOwnFormatsAreNamed) {
   const test::TemporaryFolder folder;
   for (const char* text :
