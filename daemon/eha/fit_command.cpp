@@ -158,8 +158,8 @@ std::string cut_of(const Identification& identification) {
     const auto& validation = identified.result.model.validation;
     if (!validation || !validation->end_stop) continue;
     const ident::EndStop& stop = *validation->end_stop;
-    return (stop.clean_from_s ? fmt::format("--from {:.4g} ", *stop.clean_from_s) : "") +
-           (stop.clean_to_s ? fmt::format("--to {:.4g} ", *stop.clean_to_s) : "");
+    return (stop.clean_from_s ? fmt::format("--from {:.6g} ", *stop.clean_from_s) : "") +
+           (stop.clean_to_s ? fmt::format("--to {:.6g} ", *stop.clean_to_s) : "");
   }
   return {};
 }

@@ -26,6 +26,8 @@ constexpr std::size_t kFewestAlike = 3;
 constexpr double kStdOfMad = 1.4826;  // of a normal distribution, in its median absolute deviations
 constexpr Index kJumpRows = 4;        // the filter of a decimation spreads a jump
 constexpr Index kBesideJump = 25;
+constexpr double kCutRows = 4.0;     // compared rows from a jump to where the record is cut
+constexpr double kCutOfTime = 0.01;  // of the time of a jump, where the rows' distance is not known
 constexpr double kJumpOverUsual = 8.0;
 constexpr double kJumpExplains = 0.8;  // of the error's variance beside it
 
@@ -232,15 +234,31 @@ std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
   for (Index k = 0; k < count; ++k) {
     if (std::abs(k - at) > 3 * kJumpRows && std::abs(change[k]) > 0.6 * largest) return std::nullopt;
   }
-  const Index middle = at + kJumpRows / 2;
-  const Index first = std::max<Index>(0, middle - kBesideJump);
-  const Index last = std::min(e.size(), middle + kBesideJump);
-  if (middle - first < kShortestWindow || last - middle <= kShortestWindow) return std::nullopt;
-  const auto before = e.segment(first, middle - first);
-  const auto after = e.segment(middle, last - middle);
-  const double all = spread(e.segment(first, last - first));
-  if (!(spread(before) + spread(after) < (1.0 - kJumpExplains) * all)) return std::nullopt;
-  return ErrorJump{rows.time_s[middle], after.mean() - before.mean()};
+  const Index first = std::max<Index>(0, at + kJumpRows / 2 - kBesideJump);
+  const Index last = std::min(e.size(), at + kJumpRows / 2 + kBesideJump);
+  if (at + 1 - first < kShortestWindow || last - at - kJumpRows <= kShortestWindow) return std::nullopt;
+  const auto left_over = [&](Index middle) {
+    return spread(e.segment(first, middle - first)) + spread(e.segment(middle, last - middle));
+  };
+  // The change is as large from any of these rows on; one of them parts the error best.
+  Index middle = at + 1;
+  for (Index k = at + 2; k <= at + kJumpRows; ++k) {
+    if (left_over(k) < left_over(middle)) middle = k;
+  }
+  if (!(left_over(middle) < (1.0 - kJumpExplains) * spread(e.segment(first, last - first)))) return std::nullopt;
+  return ErrorJump{rows.time_s[middle],
+                   e.segment(middle, last - middle).mean() - e.segment(first, middle - first).mean()};
+}
+
+CutBeside cut_beside(const ErrorJump& jump, std::optional<double> compared_step_s) {
+  const double margin_s = compared_step_s && *compared_step_s > 0.0 ? kCutRows * *compared_step_s
+                                                                    : kCutOfTime * std::max(1.0, std::abs(jump.time_s));
+  // Few digits, rounded away from the jump.
+  const double digit = std::pow(10.0, std::floor(std::log10(margin_s)));
+  const auto in_digits = [&](double count) { return digit < 1.0 ? count / std::round(1.0 / digit) : count * digit; };
+  constexpr double kRounding = 1e-6;
+  return {in_digits(std::floor((jump.time_s - margin_s) / digit + kRounding)),
+          in_digits(std::ceil((jump.time_s + margin_s) / digit - kRounding))};
 }
 
 }  // namespace eha::ident

@@ -27,4 +27,14 @@ struct ComparedRows {
 /// @returns none on fewer than 60 rows. Cost O(N log N).
 [[nodiscard]] std::optional<ErrorJump> error_jump(const ComparedRows& rows);
 
+/// Times at which to cut a record so that a jump lies in neither part.
+struct CutBeside {
+  double to_s = 0.0;    ///< end of the part before
+  double from_s = 0.0;  ///< start of the part after
+};
+
+/// Some compared rows on each side of the jump, whose place a decimation's filter blurs, as times of few digits.
+/// @param compared_step_s  none: unknown
+[[nodiscard]] CutBeside cut_beside(const ErrorJump& jump, std::optional<double> compared_step_s);
+
 }  // namespace eha::ident

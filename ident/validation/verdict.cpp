@@ -152,6 +152,8 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
   if (at_an_end > kFarSaturated_percent) {
     judgement.criterion(Kind::far_saturated, at_an_end, kFarSaturated_percent, false);
   }
+  // What jumped is in the estimating part or in the error: no figure of this fit holds without the cut.
+  if (validation.jump) judgement.lower(Grade::usable);
   at_most(Kind::extrapolated, validation.extrapolated_percent, kMostExtrapolated_percent);
   if (facts.noise_std && *facts.noise_std > 0.0) {
     // The noise that the record's own repetitions show.

@@ -60,6 +60,7 @@ struct RecordFacts {
 /// which is no valve; an error of more than ten times the noise unless the fit is 95 %; a record of which more than
 /// kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth model. A model that is
 /// not rejected is good when it passes the rest too, else usable: each residual test at 1 %, no drift of the residual,
+/// no jump of the error,
 /// an AR-BIC at most kClearGain above that of the recommended model, no nonlinear effect in it (0.2 %) and no
 /// correlation with the input that follows (0.1 %), a predicted error on a fresh input of at most 5 %, at most 1 % of
 /// samples at which the output is at its limit and the model is not, a validating error (rms) of at most

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "ident/model/parameter_text.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
@@ -300,7 +302,7 @@ class Reasons {
     return fmt::format(
         "The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; {}.", c.parameter,
         c.value, c.limit,
-        is_named ? "cut as said above, and fit again" : "look at the error over time in the report, " + remedy());
+        is_named ? "cut as said above, and fit again" : "look at the error over time in the report, and " + remedy());
   }
 
   /// One width, the greater of the interval's and the one that the standard error gives.
@@ -318,7 +320,7 @@ class Reasons {
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const {
     if (verdict_.beside_ladder) {
-      return "the ladder's structures are tried: record smaller amplitudes, where a plant is nearer to linear";
+      return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";
     }
     return model_.input_map ? "try another structure" : "try the valve map (--input-map valve)";
   }
@@ -336,8 +338,8 @@ class Reasons {
     const std::string& unit = model_.output_unit;
     if (const auto& stop = model_.validation->end_stop) {
       std::string cut;
-      if (stop->clean_from_s) cut += fmt::format(" --from {:.4g}", *stop->clean_from_s);
-      if (stop->clean_to_s) cut += fmt::format(" --to {:.4g}", *stop->clean_to_s);
+      if (stop->clean_from_s) cut += fmt::format(" --from {:.6g}", *stop->clean_from_s);
+      if (stop->clean_to_s) cut += fmt::format(" --to {:.6g}", *stop->clean_to_s);
       found.push_back(fmt::format(
           "The rod stands at an end in {:.2g} % of the samples, first at {:.4g} {} from {:.4g} s on, while the input "
           "asks "
@@ -346,11 +348,12 @@ class Reasons {
           stop->percent, stop->level, unit, stop->from_s, cut));
     }
     if (const auto& jump = model_.validation->jump) {
+      const CutBeside cut =
+          cut_beside(*jump, model_.estimation ? model_.estimation->compared_step_s : std::optional<double>());
       found.push_back(
-          fmt::format("The error jumps by {:.3g} {} at {:.4g} s: the sensor slipped or froze, the load changed or rows "
-                      "are missing there; "
-                      "cut with --to {:.4g} or --from {:.4g}.",
-                      jump->change, unit, jump->time_s, jump->time_s, jump->time_s));
+          fmt::format("The error jumps by {:.3g} {} at about {:.5g} s: the sensor slipped or froze, the load changed "
+                      "or rows are missing there; cut with --to {:.10g} or --from {:.10g}.",
+                      jump->change, unit, jump->time_s, cut.to_s, cut.from_s));
     }
     return found;
   }

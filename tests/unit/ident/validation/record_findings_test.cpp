@@ -139,6 +139,31 @@ TEST(ErrorJumpTest, IsFoundAtItsTime) {
   }
 }
 
+TEST(ErrorJumpTest, IsCutSafelyOnEachSide) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Record record = rod(100.0, 0.0, seed);
+    const auto at = static_cast<Eigen::Index>(1700 + 7 * seed);
+    record.output.tail(kFindingRows - at).array() += 0.05;
+    const FitResult result = fit(record, asked_for(structures::integrator_lag()), {});
+    ASSERT_TRUE(result.model.validation->jump) << seed;
+    const CutBeside cut = cut_beside(*result.model.validation->jump, result.model.estimation->compared_step_s);
+    const double at_s = kFindingStep_s * static_cast<double>(at);
+    EXPECT_LT(cut.to_s, at_s - kFindingStep_s) << seed;
+    EXPECT_GT(cut.to_s, at_s - 2.0) << seed;
+    EXPECT_GT(cut.from_s, at_s + kFindingStep_s) << seed;
+    EXPECT_LT(cut.from_s, at_s + 2.0) << seed;
+  }
+}
+
+TEST(ErrorJumpTest, IsCutAtTimesOfFewDigits) {
+  const CutBeside near = cut_beside({.time_s = 29.98, .change = 1.0}, 0.02);
+  EXPECT_DOUBLE_EQ(near.to_s, 29.90);
+  EXPECT_DOUBLE_EQ(near.from_s, 30.06);
+  const CutBeside late = cut_beside({.time_s = 12345.67, .change = 1.0}, 0.02);
+  EXPECT_NEAR(late.to_s, 12345.59, 0.011);
+  EXPECT_NEAR(late.from_s, 12345.75, 0.011);
+}
+
 TEST(ErrorJumpTest, IsNotAPulseNorNoise) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Record record = rod(100.0, 0.0, seed);

@@ -123,7 +123,7 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
           "The search found no best parameters: after 20 evaluations it ended with \"evaluation limit\"; fit a simpler "
           "model, or record longer.",
           "The model does not follow the record: the validation R2 of 85.12 % is below the limit of 90 %; look at the "
-          "error over time in the report, try "
+          "error over time in the report, and try "
           "the valve map (--input-map valve).",
           "The model is too far off at one place: the greatest validation error of 0.75 in is above the limit of 0.5 "
           "in; look there in the report, and cut a disturbance with --from or --to.",
@@ -282,6 +282,24 @@ TEST(Verdict, RejectsAnErrorFarAboveTheNoiseUnlessTheFitIsClose) {
   EXPECT_EQ(judge(model, {}, {.noise_std = 0.021}).grade, Grade::usable);
   model.validation->score.fit_percent = 96.0;
   EXPECT_EQ(judge(model, {}, {.noise_std = 0.019}).grade, Grade::usable);
+}
+
+TEST(Verdict, IsNotGoodWhereTheErrorJumps) {
+  Model model = good_model();
+  model.estimation->compared_step_s = 0.02;
+  model.validation->jump = ErrorJump{129.98, 7.2};
+  const Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("cut with --to 129.9 or --from 130.06."), std::string::npos) << verdict.reasons[0];
+}
+
+TEST(Verdict, AdvisesInWholeSentencesBesideALadder) {
+  Model model = good_model();
+  model.validation->tests->input.p = 1e-5;
+  const std::string reason = judge(model, {}, {.beside_ladder = true}).reasons.at(0);
+  EXPECT_NE(reason.find("; as every structure of the ladder was tried, record smaller amplitudes"), std::string::npos)
+      << reason;
 }
 
 TEST(Verdict, CallsANoisySensorOne) {
