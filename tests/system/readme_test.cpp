@@ -28,6 +28,7 @@ TEST(Readme, RunsFromTopToBottomInTheFirstTenMinutes) {
   const TemporaryFolder folder;
   // What the package has below /usr/share/ehad.
   const std::filesystem::path config = std::filesystem::path(EHA_SOURCE_DIR) / "config";
+  std::filesystem::create_directory(folder.path() / "config");
   for (const char* part : {"rigs", "experiments", "records"}) {
     std::filesystem::copy(config / part, folder.path() / "config" / part, std::filesystem::copy_options::recursive);
   }

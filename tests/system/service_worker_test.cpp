@@ -121,7 +121,7 @@ TEST(ServiceWorker, IsKnownToWhoeverAsksForItsRun) {
   for (std::vector<std::string> words : questions) {
     words.insert(words.end(), {"--socket", socket});
     const Ended ended = run_eha(words, daemon.folder());
-    EXPECT_NE(ended.out.find("is being fitted, for "), std::string::npos) << words.back() << ended.out << ended.err;
+    EXPECT_NE(ended.out.find("s so far"), std::string::npos) << words.back() << ended.out << ended.err;
     EXPECT_EQ(ended.out.find("Next: eha fit"), std::string::npos) << ended.out;
   }
   // Also in runs that this process would fit beside the service.
