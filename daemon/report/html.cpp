@@ -145,7 +145,8 @@ std::string equation(const Model& model) {
     html += "<br>" + escaped(form);
     const auto gain = std::find_if(model.parameters.begin(), model.parameters.end(),
                                    [](const ParameterEstimate& p) { return p.name == "K" && !p.fixed; });
-    if (gain != model.parameters.end()) html += fmt::format(" (K = {})", ident::with_interval(*gain, "±"));
+    const double width = gain == model.parameters.end() ? 0.0 : gain->upper95 - gain->lower95;
+    if (width > 0.0 && std::isfinite(width)) html += fmt::format(" (K ± {:.2g})", 0.5 * width);
   }
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {
