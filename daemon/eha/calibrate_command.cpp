@@ -41,7 +41,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kCalibrateFooter = R"(
 Finds scale and offset of the displacement sensor from positions measured with a ruler, and moves nothing: place the rod
 yourself, by eha goto or with the hydraulics off. Asks for each position and reads the sensor there for 1 s; an empty line
-ends. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
+ends. A position far beyond the travel limits is not taken. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
 Least squares give scale and offset with standard errors. The residual of each position is shown; with one beyond the
 tolerance nothing is written. Lengths are shown in --units, else in the units of the rig file; so is a number without a
 unit read. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. With units = "mm"
@@ -154,14 +154,34 @@ std::vector<CalibrationPoint> points_of_file(const std::string& path) {
   return points;
 }
 
+/// Says of a position where no rod of this rig can be that it is one; empty for others. Millimetres taken for inches
+/// make a scale that is 25 times wrong.
+std::string beyond_the_rig(double position_in, const config::RigConfig& rig, const DisplayUnit& unit) {
+  constexpr double kBeyond = 0.2;  // of the travel: a rod at its end stop, with limits and offset that are still rough
+  const config::RigLimits& limits = rig.limits;
+  const double margin_in = kBeyond * (limits.travel_max_in - limits.travel_min_in);
+  if (position_in > limits.travel_min_in - margin_in && position_in < limits.travel_max_in + margin_in) return {};
+  const double factor = unit.factor("in");
+  return fmt::format(
+      "the position {0:.4g} {1} lies far beyond the travel limits of {2}, {3:.4g} to {4:.4g} {1}; write the unit of "
+      "the "
+      "ruler (75mm, 2.95in), or correct the limits there first",
+      factor * position_in, unit.of("in"), rig.file_name, factor * limits.travel_min_in, factor * limits.travel_max_in);
+}
+
 /// Adds the typed positions until an empty line.
-void ask_points(std::vector<CalibrationPoint>& points, Sensor& sensor, const DisplayUnit& unit, Console& console) {
+void ask_points(std::vector<CalibrationPoint>& points, Sensor& sensor, const config::RigConfig& rig,
+                const DisplayUnit& unit, Console& console) {
   for (std::string line;;) {
     std::cerr << fmt::format("position {} [{}]: ", points.size() + 1, unit.of("in")) << std::flush;
     if (!std::getline(std::cin, line) || line.empty()) break;
     const std::optional<double> position_in = inches_of(line, unit);
     if (!position_in) {
       console.warning(fmt::format("\"{}\": expected a length, such as 75mm or 2.95in", line));
+      continue;
+    }
+    if (const std::string beyond = beyond_the_rig(*position_in, rig, unit); !beyond.empty()) {
+      console.warning("not taken: " + beyond);
       continue;
     }
     points.push_back({*position_in, sensor.voltage_V()});
@@ -172,7 +192,8 @@ void ask_points(std::vector<CalibrationPoint>& points, Sensor& sensor, const Dis
 
 /// Reads positions of the ruler with the sensor's voltages, until they fit a line. If they do not suffice, keeps them
 /// and asks for more.
-std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& unit, Console& console) {
+std::vector<CalibrationPoint> asked_points(Sensor& sensor, const config::RigConfig& rig, const DisplayUnit& unit,
+                                           Console& console) {
   console.info(
       fmt::format("nothing is moved here: place the rod, read the ruler, type the position (75mm, 2.95in; a number "
                   "alone is in {}); an empty line ends",
@@ -180,7 +201,7 @@ std::vector<CalibrationPoint> asked_points(Sensor& sensor, const DisplayUnit& un
   std::vector<CalibrationPoint> points;
   for (;;) {
     const std::size_t before = points.size();
-    ask_points(points, sensor, unit, console);
+    ask_points(points, sensor, rig, unit, console);
     if (points.size() == before) return points;
     try {
       static_cast<void>(calibrated(points, unit));
@@ -245,27 +266,6 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
   }
 }
 
-/// @throws DataError  a position where no rod of this rig can be: inches for millimetres make a scale that is 25 times
-/// wrong
-void require_on_the_rig(const std::vector<CalibrationPoint>& points, const config::RigConfig& rig,
-                        const DisplayUnit& unit) {
-  constexpr double kBeyond = 0.2;  // of the travel: a rod at its end stop, with limits and offset that are still rough
-  const config::RigLimits& limits = rig.limits;
-  const double margin_in = kBeyond * (limits.travel_max_in - limits.travel_min_in);
-  for (const CalibrationPoint& point : points) {
-    if (point.position_in > limits.travel_min_in - margin_in && point.position_in < limits.travel_max_in + margin_in) {
-      continue;
-    }
-    const double factor = unit.factor("in");
-    throw DataError(
-        fmt::format("nothing is written: the position {0:.4g} {1} lies far beyond the travel limits of {2}, {3:.4g} to "
-                    "{4:.4g} {1}; "
-                    "write the unit of the ruler (75mm, 2.95in), or correct the limits there first",
-                    factor * point.position_in, unit.of("in"), rig.file_name, factor * limits.travel_min_in,
-                    factor * limits.travel_max_in));
-  }
-}
-
 ExitCode execute(const CalibrateCommand& command, Console& console) {
   std::error_code ignored;
   const fs::path socket = command.socket.value_or(control::default_socket());
@@ -289,13 +289,16 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   std::vector<CalibrationPoint> points;
   if (asks) {
     Sensor sensor(command, socket, is_local, rig);
-    points = asked_points(sensor, unit, console);
+    points = asked_points(sensor, rig, unit, console);
   } else if (command.pairs_file) {
     points = points_of_file(*command.pairs_file);
   } else {
     for (const std::string& pair : command.at) points.push_back(point_of(pair, unit));
   }
-  require_on_the_rig(points, rig, unit);
+  for (const CalibrationPoint& point : points) {
+    const std::string beyond = beyond_the_rig(point.position_in, rig, unit);
+    if (!beyond.empty()) throw DataError("nothing is written: " + beyond);
+  }
   const Calibration found = calibrated(points, unit);
   report(points, found, *tolerance_in, unit, console);
   if (hal::conversion_of(rig.backend).scale_in_per_V * found.scale_in_per_V < 0.0) {

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
+
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::cli {
 namespace {
@@ -31,27 +31,18 @@ std::string whose_valve(const ident::PlantChange& change, const ident::Model& mo
   if (names.empty()) return {};
   return fmt::format(
       "{0} {1} of the {2} fits, for comparing records: another structure gives slightly other numbers, and dry "
-      "friction "
-      "shifts them. The valve's own are on the sheet of `eha characterise`, for [following]",
+      "friction shifts them. The valve's own are on the sheet of `eha characterise`, for [following]",
       fmt::join(names, " and "), names.size() == 1 ? "is that" : "are those", model.name);
 }
 
 }  // namespace
 
-std::string digits_of(double value, double half_width) {
-  if (!(half_width > 0.0 && std::isfinite(half_width))) return fmt::format("{:.4g}", value);
-  // Two digits of the half width.
-  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(half_width))), 0, 9);
-  const std::string text = fmt::format("{:.{}f}", value, decimals);
-  return text.find_first_of("123456789") == std::string::npos && text.starts_with('-') ? text.substr(1) : text;
-}
-
 std::string change_sentence(const ParameterChange& p, const ident::Model& model) {
   const std::string unit = ident::unit_of(p, model);
   return fmt::format("{} moved by {}, joint +- {} ({} to {})", p.name,
-                     with_unit(digits_of(p.after - p.before, p.half_width), unit),
-                     with_unit(fmt::format("{:.2g}", p.half_width), unit), digits_of(p.before, p.half_width),
-                     digits_of(p.after, p.half_width));
+                     with_unit(ident::rounded_to(p.after - p.before, p.half_width), unit),
+                     with_unit(fmt::format("{:.2g}", p.half_width), unit), ident::rounded_to(p.before, p.half_width),
+                     ident::rounded_to(p.after, p.half_width));
 }
 
 nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident::Model& model) {

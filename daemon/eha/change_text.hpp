@@ -8,9 +8,6 @@
 
 namespace eha::cli {
 
-/// Writes a value with the decimals that two digits of its half width have: -0.324 for -0.32418 +- 0.011.
-[[nodiscard]] std::string digits_of(double value, double half_width);
-
 /// "dead_band moved by 0.1 V, joint +- 0.003 V (0.148 to 0.248)"
 [[nodiscard]] std::string change_sentence(const ident::ParameterChange& change, const ident::Model& model);
 

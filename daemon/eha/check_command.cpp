@@ -39,8 +39,8 @@ std::string an_experiment() {
 
 constexpr const char* kCheckFooter = R"(
 Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
-the rig that `eha run` would use (--rig, else that of a running service with the place of its rod, else the default
-one): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
+the rig that `eha run` would use (--rig, else that of a running service with the place of its rod, unless a run moves it,
+else the default one): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
 then rehearsed with the rig's valve, and refused if half of the rehearsed rods reach a travel or velocity limit, or if the
 rod stands beyond one.
 

@@ -22,6 +22,7 @@
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/report/comparison_page.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
@@ -58,10 +59,10 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
     // A coefficient of which a record only shows that it is small stays an interval.
     const auto shown = [&](double value, const ident::Model& of) {
       const std::string text = ident::value_text(p.name, value, of);
-      return text.find(" to ") == std::string::npos ? digits_of(value, p.half_width) : text;
+      return text.find(" to ") == std::string::npos ? ident::rounded_to(value, p.half_width) : text;
     };
     rows.push_back({p.name, shown(p.before, first.model), shown(p.after, model),
-                    digits_of(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
+                    ident::rounded_to(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
                     ident::unit_of(p, model), p.changed ? "yes" : "not shown"});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
@@ -218,8 +219,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
   out.text += fmt::format(
       "joint +-: a difference within it is not shown to be a change; at most {:g} % false alarms for all parameters "
-      "and "
-      "runs together\n"
+      "and runs together\n"
       "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
       "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n",
       100.0 * identify::kFalseAlarm, identify::kOtherLeftOver);

@@ -35,6 +35,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/record_findings.hpp"
 
 namespace eha::cli {
 namespace {
@@ -157,9 +158,7 @@ std::string cut_of(const Identification& identification) {
   for (const identify::IdentifiedModel& identified : identification.models) {
     const auto& validation = identified.result.model.validation;
     if (!validation || !validation->end_stop) continue;
-    const ident::EndStop& stop = *validation->end_stop;
-    return (stop.clean_from_s ? fmt::format("--from {:.6g} ", *stop.clean_from_s) : "") +
-           (stop.clean_to_s ? fmt::format("--to {:.6g} ", *stop.clean_to_s) : "");
+    return ident::cut_options(*validation->end_stop);
   }
   return {};
 }
@@ -178,7 +177,7 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     const bool is_cut = command.import.from_s || command.import.to_s;
     const std::string cut = is_cut ? std::string() : cut_of(identification);
     if (!cut.empty()) {
-      return importer::command_with(command.import, command.source, cut + (command.output ? "" : "-o models"));
+      return importer::command_with(command.import, command.source, cut + (command.output ? "" : " -o models"));
     }
     if (command.output) return "eha report " + shell_word(command.output->string()) + "/*.json";
   }

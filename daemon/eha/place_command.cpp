@@ -146,9 +146,8 @@ void require_within(double target_in, const PlaceLimits& limits, const std::stri
   }
   const bool is_low = target_in < lowest_in + limits.margin_in;
   throw ConfigError(fmt::format(
-      "{0}: {1:.4g} {4} is too near to the travel limit of {2:.5g} {4}: a place keeps {3:.2g} {4} from it, in which "
-      "the "
-      "rod comes to rest; nothing was moved",
+      "{0}: {1:.4g} {4} is too near to the travel limit of {2:.5g} {4}: a place keeps {3:.2g} {4} from it, in "
+      "which the rod comes to rest; nothing was moved",
       where, factor * target_in, factor * (is_low ? lowest_in : highest_in), factor * limits.margin_in, length));
 }
 

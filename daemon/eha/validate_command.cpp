@@ -67,9 +67,8 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
     ++lags;
   }
   return fmt::format(
-      "{:<20} greatest {:.3f}; {} of {} lags outside the 95 % bound {:.3f} (by chance about {:.0f}), {} outside the 99 "
-      "% "
-      "bound {:.3f}\n",
+      "{:<20} greatest {:.3f}; {} of {} lags outside the 95 % bound {:.3f} (by chance about {:.0f}), {} outside the "
+      "99 % bound {:.3f}\n",
       what, greatest, outside95, lags, correlation.bound95, 0.05 * static_cast<double>(lags), outside99,
       correlation.bound99);
 }

@@ -7,6 +7,7 @@
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/model/engineering_form.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::report {
 namespace {
@@ -91,11 +92,9 @@ Remark remark_on(const Model& model, const std::vector<const ParameterEstimate*>
 
 /// A number with the digits that two digits of its standard error justify.
 std::string justified(double value, double std) {
-  constexpr int kMostDecimals = 9;
   if (!std::isfinite(value)) return "none";
-  const double decimals = 1.0 - std::floor(std::log10(std));
-  if (!(std > 0.0) || !(decimals >= 0.0) || decimals > kMostDecimals) return fmt::format("{:.5g}", value);
-  return fmt::format("{:.{}f}", value, static_cast<int>(decimals));
+  const bool has_decimals = std >= 1e-8 && std < 100.0;
+  return has_decimals ? ident::rounded_to(value, std) : fmt::format("{:.5g}", value);
 }
 
 std::string parameter_table(const Model& model) {

@@ -139,11 +139,11 @@ struct PredictedError {
 /// Joint tests of the residual that account for the errors of the estimated parameters.
 struct ResidualTests {
   std::size_t ar_order = 0;  ///< of the residual's model
-  ResidualTest input;        ///< no correlation with the input at lags 0..20
+  ResidualTest input;        ///< no correlation with the input up to 20 lags before, see residual_tests()
   ResidualTest whiteness;    ///< no correlation of the noise model's innovations at lags 1..20
   std::optional<ResidualDrift> drift = {};
   std::optional<NonlinearityTest> nonlinearity = {};  ///< none: not requested
-  std::optional<ResidualTest> future_input = {};      ///< no correlation with the input at lags -1..-10
+  std::optional<ResidualTest> future_input = {};      ///< no correlation with the input that follows, up to 10 lags
   std::optional<PredictedError> error = {};
 };
 

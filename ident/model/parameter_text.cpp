@@ -18,11 +18,17 @@ std::string with_interval(const ParameterEstimate& parameter, std::string_view s
   return with_half_width(parameter.value, half_width95(parameter), sign);
 }
 
+std::string rounded_to(double value, double half_width) {
+  if (!(half_width > 0.0 && std::isfinite(half_width))) return fmt::format("{:.4g}", value);
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(half_width))), 0, 9);
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  return text.find_first_of("123456789") == std::string::npos && text.starts_with('-') ? text.substr(1) : text;
+}
+
 std::string with_half_width(double value, double half_width, std::string_view sign) {
   if (!(half_width > 0.0) || !std::isfinite(half_width)) return fmt::format("{:.4g} {} ?", value, sign);
   if (half_width > std::abs(value)) return fmt::format("{:.3g} {} {:.2g}", value, sign, half_width);
-  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(half_width))), 0, 9);
-  return fmt::format("{:.{}f} {} {:.{}f}", value, decimals, sign, half_width, decimals);
+  return fmt::format("{} {} {}", rounded_to(value, half_width), sign, rounded_to(half_width, half_width));
 }
 
 }  // namespace eha::ident

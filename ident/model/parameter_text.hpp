@@ -18,6 +18,10 @@ inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval 
 /// @param sign  between them
 [[nodiscard]] std::string with_interval(const ParameterEstimate& parameter, std::string_view sign = "+-");
 
+/// Formats a value with the decimals that two digits of its half width have: "-0.324" for -0.32418 +- 0.011. A value
+/// without one (0, not finite) has four digits.
+[[nodiscard]] std::string rounded_to(double value, double half_width);
+
 /// Formats any value in the same way. @param half_width  more than 0
 [[nodiscard]] std::string with_half_width(double value, double half_width, std::string_view sign = "+-");
 

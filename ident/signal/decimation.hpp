@@ -43,6 +43,13 @@ struct Comparison {
   std::vector<double> taps;  ///< symmetric; empty for none
 };
 
+/// The least lag [compared rows] at which the input may move the output: a row's input is applied after its output was
+/// sampled, and a controller may have made it of that output. 0 where compared rows lie apart: the input there stands
+/// for that of the rows before as well. Cost O(1).
+[[nodiscard]] inline Eigen::Index least_input_lag(const Comparison& comparison) noexcept {
+  return comparison.every == 1 ? 1 : 0;
+}
+
 /// @param discard  rows before this one are not compared
 [[nodiscard]] Comparison compare_every(std::size_t samples, std::size_t every, std::size_t discard);
 

@@ -86,8 +86,6 @@ std::string_view text(NonlinearKind kind) {
   return "position";
 }
 
-Eigen::Index least_input_lag(const Comparison& comparison) { return comparison.every == 1 ? 1 : 0; }
-
 std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record& record, const Comparison& comparison,
                                                 std::size_t first) {
   if (grows(model.transfer_function)) return {};

@@ -18,11 +18,6 @@ struct NonlinearEffects {
   Eigen::MatrixXd columns;
 };
 
-/// The least lag [compared rows] at which the input may move the output: a row's input is applied after its output was
-/// sampled, and a controller may have made it of that output. 0 where compared rows lie apart: the input there stands
-/// for that of the rows before as well.
-[[nodiscard]] Eigen::Index least_input_lag(const Comparison& comparison);
-
 /// With v the input behind the model's map, about its mean, d the direction of its last change, G the model's transfer
 /// function and y its output, about its mean:
 ///   level:     G |v|, G v|v|, G v^3, and |v|, v|v|, v^3 at three lags: a gain or an opening that changes with v;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/record_findings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -248,6 +250,13 @@ std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
   if (!(left_over(middle) < (1.0 - kJumpExplains) * spread(e.segment(first, last - first)))) return std::nullopt;
   return ErrorJump{rows.time_s[middle],
                    e.segment(middle, last - middle).mean() - e.segment(first, middle - first).mean()};
+}
+
+std::string cut_options(const EndStop& stop) {
+  std::string options;
+  if (stop.clean_from_s) options = fmt::format("--from {:.6g}", *stop.clean_from_s);
+  if (stop.clean_to_s) options += fmt::format("{}--to {:.6g}", options.empty() ? "" : " ", *stop.clean_to_s);
+  return options;
 }
 
 CutBeside cut_beside(const ErrorJump& jump, std::optional<double> compared_step_s) {

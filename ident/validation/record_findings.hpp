@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 
 #include "ident/model/model.hpp"
 
@@ -21,6 +22,9 @@ struct ComparedRows {
 /// @returns none if no such stay is found, if the plant does not integrate, or on fewer than 60 rows.
 /// Cost O(N log N).
 [[nodiscard]] std::optional<EndStop> end_stop(const ComparedRows& rows);
+
+/// The options that keep the longest stretch without a stay, "--from 12.5 --to 84.9"; empty: the whole record is one.
+[[nodiscard]] std::string cut_options(const EndStop& stop);
 
 /// Finds one sudden lasting change of the error (measured less simulated): more than eight times the usual change
 /// within five rows, and no other like it.

@@ -20,6 +20,7 @@
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 namespace {
@@ -54,39 +55,6 @@ bool leads(const Correlation& ccf) {
     side = std::max(side, std::abs(ccf.values[i]));
   }
   return future > ccf.bound99 && future > past;
-}
-
-/// What the residual of a plant with this effect depends on, and such a plant.
-std::string_view effect_of(NonlinearKind kind) {
-  switch (kind) {
-    case NonlinearKind::level:
-      return "level of the input: the plant's gain changes with it";
-    case NonlinearKind::direction:
-      return "direction of the input: the plant has play, hysteresis or a limited rate";
-    case NonlinearKind::motion:
-      return "direction of motion: the plant has dry friction";
-    case NonlinearKind::position:
-      break;
-  }
-  return "position: the plant's gain or the sensor's may change with it, or friction does";
-}
-
-/// "+-1.5 V", "0 and 2 V" or "2 V".
-std::string text(const InputLevels& levels, const std::string& unit) {
-  const double range = levels.upper - levels.lower;
-  if (!(range > 0.0)) return fmt::format("{:.4g} {}", levels.upper, unit);
-  if (std::abs(levels.lower + levels.upper) <= 1e-3 * range) return fmt::format("+-{:.4g} {}", 0.5 * range, unit);
-  return fmt::format("{:.4g} and {:.4g} {}", levels.lower, levels.upper, unit);
-}
-
-/// "0 to 0.62"; "unbounded", "unbounded below 3" or "unbounded above 1" where the record leaves an end open.
-std::string interval_text(const ParameterEstimate& p) {
-  const bool has_lower = std::isfinite(p.lower95);
-  const bool has_upper = std::isfinite(p.upper95);
-  if (has_lower && has_upper) return fmt::format("{:.3g} to {:.3g}", p.lower95, p.upper95);
-  if (has_lower) return fmt::format("unbounded above {:.3g}", p.lower95);
-  if (has_upper) return fmt::format("unbounded below {:.3g}", p.upper95);
-  return "unbounded";
 }
 
 class Reasons {
@@ -175,8 +143,7 @@ class Reasons {
       case Kind::residual_input:
         return fmt::format(
             "The input still moves what the model leaves over (p = {:.2g}, lags up to 20): a part of the plant may "
-            "be "
-            "missing; {}, or ignore it {}.",
+            "be missing; {}, or ignore it {}.",
             c.value, remedy(), where_it_matters());
       case Kind::residual_whiteness:
         return fmt::format(
@@ -337,15 +304,11 @@ class Reasons {
     if (!model_.validation) return found;
     const std::string& unit = model_.output_unit;
     if (const auto& stop = model_.validation->end_stop) {
-      std::string cut;
-      if (stop->clean_from_s) cut += fmt::format(" --from {:.6g}", *stop->clean_from_s);
-      if (stop->clean_to_s) cut += fmt::format(" --to {:.6g}", *stop->clean_to_s);
       found.push_back(fmt::format(
           "The rod stands at an end in {:.2g} % of the samples, first at {:.4g} {} from {:.4g} s on, while the input "
-          "asks "
-          "for more: an end stop, or the end of the sensor; no model follows it there; cut with{}, or record nearer to "
-          "mid-travel.",
-          stop->percent, stop->level, unit, stop->from_s, cut));
+          "asks for more: an end stop, or the end of the sensor; no model follows it there; cut with {}, or record "
+          "nearer to mid-travel.",
+          stop->percent, stop->level, unit, stop->from_s, cut_options(*stop)));
     }
     if (const auto& jump = model_.validation->jump) {
       const CutBeside cut =
@@ -382,7 +345,7 @@ class Reasons {
     if (c.kind == Kind::input_levels && model_.validation && model_.validation->input_levels) {
       return fmt::format("{} for inputs of {} as recorded; no statement about other amplitudes: play more levels.",
                          passes_the_rest() ? "Good" : "Judged",
-                         text(*model_.validation->input_levels, model_.input_unit));
+                         levels_text(*model_.validation->input_levels, model_.input_unit));
     }
     if (c.kind == Kind::error_over_noise) {
       return "Not judged whether the error is noise: the record holds too few periods of its excitation, less than "

@@ -10,7 +10,7 @@
 namespace eha::acquisition {
 
 /// A rod that moves at a speed proportional to the voltage while enabled. Records every output.
-class FakeRig final : public hal::Rig {
+class FakeRig : public hal::Rig {
  public:
   struct Write {
     double voltage_V;

@@ -20,14 +20,6 @@ ident::PlantChange moved(const char* name, ident::ParameterRole role) {
   return change;
 }
 
-TEST(DigitsOf, AreThoseOfTheHalfWidth) {
-  EXPECT_EQ(digits_of(-0.32418, 0.0109), "-0.324");
-  EXPECT_EQ(digits_of(-4.4e-5, 0.00071), "-0.00004");
-  EXPECT_EQ(digits_of(-4.4e-6, 0.0071), "0.0000") << "no minus before a zero";
-  EXPECT_EQ(digits_of(1234.56, 20.0), "1235");
-  EXPECT_EQ(digits_of(0.14786, 0.0), "0.1479");
-}
-
 TEST(ChangeSentences, SayWhoseNumberANullIsAndWhereTheValvesOwnIs) {
   ident::Model model;
   model.name = "io_valve";

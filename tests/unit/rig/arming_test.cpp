@@ -56,24 +56,17 @@ std::string opening(double safe_V, const std::function<void(config::RigConfig&)>
 }
 
 /// A rig whose sensor drifts while the rod stands.
-class DriftingRig final : public hal::Rig {
+class DriftingRig final : public acquisition::FakeRig {
  public:
   explicit DriftingRig(double in_per_s) : in_per_s_(in_per_s) {}
-  [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return rig_.capabilities(); }
   hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
-    const hal::RigStatus status = rig_.read(elapsed_ns, reading);
+    const hal::RigStatus status = FakeRig::read(elapsed_ns, reading);
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begun_;
     reading.displacement_in += in_per_s_ * passed.count();
     return status;
   }
-  hal::RigStatus command(double command_V, hal::AppliedCommand& applied) noexcept override {
-    return rig_.command(command_V, applied);
-  }
-  hal::RigStatus set_enable(bool on) noexcept override { return rig_.set_enable(on); }
-  hal::RigStatus make_safe() noexcept override { return rig_.make_safe(); }
 
  private:
-  acquisition::FakeRig rig_;
   double in_per_s_;
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
 };

@@ -24,5 +24,13 @@ TEST(WithInterval, SaysWhereThereIsNone) {
   EXPECT_EQ(with_interval({.name = "K", .value = 0.130516}), "0.130516") << "the paper's procedure";
 }
 
+TEST(RoundedTo, HasTheDigitsOfTheHalfWidth) {
+  EXPECT_EQ(rounded_to(-0.32418, 0.0109), "-0.324");
+  EXPECT_EQ(rounded_to(-4.4e-5, 0.00071), "-0.00004");
+  EXPECT_EQ(rounded_to(-4.4e-6, 0.0071), "0.0000") << "no minus before a zero";
+  EXPECT_EQ(rounded_to(1234.56, 20.0), "1235");
+  EXPECT_EQ(rounded_to(0.14786, 0.0), "0.1479");
+}
+
 }  // namespace
 }  // namespace eha::ident

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/verdict_phrases.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace eha::ident {
+
+std::string_view effect_of(NonlinearKind kind) {
+  switch (kind) {
+    case NonlinearKind::level:
+      return "level of the input: the plant's gain changes with it";
+    case NonlinearKind::direction:
+      return "direction of the input: the plant has play, hysteresis or a limited rate";
+    case NonlinearKind::motion:
+      return "direction of motion: the plant has dry friction";
+    case NonlinearKind::position:
+      break;
+  }
+  return "position: the plant's gain or the sensor's may change with it, or friction does";
+}
+
+std::string levels_text(const InputLevels& levels, const std::string& unit) {
+  const double range = levels.upper - levels.lower;
+  if (!(range > 0.0)) return fmt::format("{:.4g} {}", levels.upper, unit);
+  if (std::abs(levels.lower + levels.upper) <= 1e-3 * range) return fmt::format("+-{:.4g} {}", 0.5 * range, unit);
+  return fmt::format("{:.4g} and {:.4g} {}", levels.lower, levels.upper, unit);
+}
+
+std::string interval_text(const ParameterEstimate& p) {
+  const bool has_lower = std::isfinite(p.lower95);
+  const bool has_upper = std::isfinite(p.upper95);
+  if (has_lower && has_upper) return fmt::format("{:.3g} to {:.3g}", p.lower95, p.upper95);
+  if (has_lower) return fmt::format("unbounded above {:.3g}", p.lower95);
+  if (has_upper) return fmt::format("unbounded below {:.3g}", p.upper95);
+  return "unbounded";
+}
+
+}  // namespace eha::ident

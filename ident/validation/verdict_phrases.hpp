@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "ident/model/model.hpp"
+
+namespace eha::ident {
+
+// Parts of the sentences of a verdict.
+
+/// What the residual of a plant with this effect depends on, and such a plant.
+[[nodiscard]] std::string_view effect_of(NonlinearKind kind);
+
+/// "+-1.5 V", "0 and 2 V" or "2 V". @param unit  of the input
+[[nodiscard]] std::string levels_text(const InputLevels& levels, const std::string& unit);
+
+/// The 95 % interval, "0 to 0.62"; "unbounded", "unbounded below 3" or "unbounded above 1" where the record leaves an
+/// end open.
+[[nodiscard]] std::string interval_text(const ParameterEstimate& p);
+
+}  // namespace eha::ident
