@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -64,8 +66,18 @@ Wire read_wire() {
   return wire;
 }
 
+bool wire_is_safe() {
+  const Wire wire = read_wire();
+  return std::abs(static_cast<double>(wire.ao0_uV)) <= kHalfLsb_uV && (wire.digital_outputs & kEnableBit) == 0;
+}
+
+std::int64_t now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
 std::int64_t off_since_ns() {
-  constexpr std::int64_t kEnableBit = 1;
   std::int64_t since_ns = kNeverOff;
   for (const WireChange& change : read_wire().changes) {
     if (change.wire != "do") continue;

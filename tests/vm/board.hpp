@@ -42,6 +42,18 @@ struct Wire {
 
 [[nodiscard]] Wire read_wire();
 
+/// How pci1716.toml wires the stand-in card.
+inline constexpr std::int64_t kEnableBit = 1;
+inline constexpr std::int64_t kHeartbeatBit = 2;
+inline constexpr double kHalfLsb_uV = 10e6 / 0xffff;  ///< by which the safe voltage may be missed
+inline constexpr const char* kNoisyRod = "rod=1 ai_noise=1";
+
+/// The output is at 0 V within half a step, and the hydraulics are off.
+[[nodiscard]] bool wire_is_safe();
+
+/// CLOCK_MONOTONIC [ns]
+[[nodiscard]] std::int64_t now_ns();
+
 /// When the enable line went off for good, CLOCK_MONOTONIC [ns]; kNeverOff while it is on.
 inline constexpr std::int64_t kNeverOff = -1;
 [[nodiscard]] std::int64_t off_since_ns();

@@ -27,10 +27,7 @@ using acquisition::State;
 using acquisition::TickRecord;
 using namespace std::chrono_literals;
 
-constexpr std::int64_t kEnableBit = 1;     // pci1716.toml: channel 0
-constexpr std::int64_t kHeartbeatBit = 2;  // and channel 1
-constexpr double kCommandLsb_uV = 10e6 / 0xffff;
-constexpr const char* kRod = "rod=1";
+constexpr const char* kQuietRod = "rod=1";
 
 std::vector<pid_t> children_of(pid_t parent) {
   std::vector<pid_t> children;
@@ -39,17 +36,6 @@ std::vector<pid_t> children_of(pid_t parent) {
     for (pid_t child = 0; file >> child;) children.push_back(child);
   }
   return children;
-}
-
-bool wire_is_safe() {
-  const Wire wire = read_wire();
-  return std::abs(static_cast<double>(wire.ao0_uV)) <= kCommandLsb_uV && (wire.digital_outputs & kEnableBit) == 0;
-}
-
-std::int64_t now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 std::vector<TickRecord> experiment_rows(const std::vector<TickRecord>& ticks) {
@@ -120,7 +106,7 @@ TEST(EhaOnTheKernelTestBoard, FailsTheRunWhenItsBoardIsDetached) {
 }
 
 TEST(EhaOnTheStandInCard, RunsTheShippedRigFileAsItIs) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(pci1716_rig(), 1500ms);
   run.wait_until_recorded();
   EXPECT_EQ(run.manifest().at("outcome"), "completed");
@@ -142,7 +128,7 @@ TEST(EhaOnTheStandInCard, RunsTheShippedRigFileAsItIs) {
 }
 
 TEST(EhaOnTheStandInCard, EnablesTheHydraulicsForTheRunOnlyAndBeatsItsHeartWithEveryTick) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(patient_pci1716_rig(), 500ms);
   run.wait_until_recorded();
   bool enabled = false;
@@ -157,7 +143,7 @@ TEST(EhaOnTheStandInCard, EnablesTheHydraulicsForTheRunOnlyAndBeatsItsHeartWithE
       last = change.value;
     } else if (!enabled) {
       // Off the run, nothing but the safe voltage, the card's own reset, and the range's lower end before it is set.
-      EXPECT_TRUE(std::abs(static_cast<double>(change.value)) <= kCommandLsb_uV ||
+      EXPECT_TRUE(std::abs(static_cast<double>(change.value)) <= kHalfLsb_uV ||
                   (!was_enabled && change.value == -5'000'000))
           << change.value;
     }
@@ -182,7 +168,7 @@ class EhaOnTheStandInCardWith : public ::testing::TestWithParam<CardFault> {};
 
 TEST_P(EhaOnTheStandInCardWith, EndsFaultedAndSafeOnTheWire) {
   const CardFault& fault = GetParam();
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(fault.outcome == "deadline" ? pci1716_rig() : patient_pci1716_rig(), 20s);
   run.wait_until_running();
   EXPECT_FALSE(wire_is_safe());
@@ -210,7 +196,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& parameters) { return parameters.param.name; });
 
 TEST(EhaOnTheStandInCard, ToleratesOneTimeOutAndFlagsTheHeldSample) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(patient_pci1716_rig(), 1500ms);
   run.wait_until_running();
   board.set("ai_timeout", 1);
@@ -223,7 +209,7 @@ TEST(EhaOnTheStandInCard, ToleratesOneTimeOutAndFlagsTheHeldSample) {
 }
 
 TEST(EhaOnTheStandInCard, CountsTheTicksThatAStalledConversionCosts) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(patient_pci1716_rig(), 1500ms);
   run.wait_until_running();
   board.set("ai_stall_ms", 3);
@@ -235,7 +221,7 @@ TEST(EhaOnTheStandInCard, CountsTheTicksThatAStalledConversionCosts) {
 }
 
 TEST(EhaOnTheStandInCard, RampsOutOnSigterm) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(patient_pci1716_rig(), 20s);
   run.wait_until_running();
   const std::int64_t signalled_ns = now_ns();
@@ -255,7 +241,7 @@ TEST(EhaOnTheStandInCard, RampsOutOnSigterm) {
 }
 
 TEST(EhaOnTheStandInCard, IsMadeSafeWithinHalfASecondOfSigkillAndKeepsItsRecord) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(patient_pci1716_rig(), 20s);
   run.wait_until_running();
   ASSERT_FALSE(wire_is_safe());
@@ -282,7 +268,7 @@ TEST(EhaOnTheStandInCard, IsMadeSafeWithinHalfASecondOfSigkillAndKeepsItsRecord)
 }
 
 TEST(EhaOnTheStandInCard, IsKilledByItsGuardAndMadeSafeWhenItIsStopped) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(patient_pci1716_rig(), 20s);
   run.wait_until_running();
   ASSERT_FALSE(wire_is_safe());
@@ -296,7 +282,7 @@ TEST(EhaOnTheStandInCard, IsKilledByItsGuardAndMadeSafeWhenItIsStopped) {
 class GuardLost : public ::testing::TestWithParam<int> {};
 
 TEST_P(GuardLost, RampsOutAndSaysSo) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kQuietRod);
   EhaRun run(patient_pci1716_rig(), 20s);
   run.wait_until_running();
   const std::vector<pid_t> children = children_of(run.process().id());

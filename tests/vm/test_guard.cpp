@@ -24,9 +24,6 @@ namespace {
 
 constexpr const char* kSnapshot = "/tmp/guard.json";
 constexpr const char* kProgram = "/usr/bin/eha-safe";
-constexpr std::int64_t kEnableBit = 1;
-constexpr double kLsb_uV = 10e6 / 0xffff;
-
 hal::ComediOptions card() {
   hal::ComediOptions options;
   options.board = "pci1716";
@@ -51,11 +48,6 @@ std::unique_ptr<hal::Rig> open_and_drive() {
 bool valve_driven() { return read_wire().ao0_uV > 2'900'000; }
 bool enabled() { return (read_wire().digital_outputs & kEnableBit) != 0; }
 bool driven() { return valve_driven() && enabled(); }
-
-bool safe() {
-  const Wire wire = read_wire();
-  return std::abs(static_cast<double>(wire.ao0_uV)) <= kLsb_uV && (wire.digital_outputs & kEnableBit) == 0;
-}
 
 /// Forks a process that drives the rig, under a guard or not, until it is killed; returns once it does.
 enum class Guarded { yes, no };
@@ -99,7 +91,7 @@ TEST(Guard, MakesTheRigSafeWithinHalfASecondOfTheDeathOfItsDriver) {
   timespec killed{};
   clock_gettime(CLOCK_MONOTONIC, &killed);
   end(driver);
-  ASSERT_TRUE(wait_until(safe));
+  ASSERT_TRUE(wait_until(wire_is_safe));
   const std::int64_t killed_ns = std::int64_t{killed.tv_sec} * 1'000'000'000 + killed.tv_nsec;
   EXPECT_LT(last_change_ns(read_wire()) - killed_ns, 500'000'000);
 }
@@ -111,7 +103,7 @@ TEST(Guard, KillsADriverThatIsStoppedAndMakesTheRigSafeWithinASecond) {
   timespec stopped{};
   clock_gettime(CLOCK_MONOTONIC, &stopped);
   ASSERT_EQ(kill(driver, SIGSTOP), 0);
-  ASSERT_TRUE(wait_until(safe));
+  ASSERT_TRUE(wait_until(wire_is_safe));
   const std::int64_t stopped_ns = std::int64_t{stopped.tv_sec} * 1'000'000'000 + stopped.tv_nsec;
   EXPECT_LT(last_change_ns(read_wire()) - stopped_ns, 1'000'000'000);
   int status = 0;
@@ -141,7 +133,7 @@ TEST(EhaSafe, SwitchesOffAtOnceAndWritesTheSafeVoltageAfterTheLock) {
   EXPECT_TRUE(valve_driven());
   end(driver);
   EXPECT_EQ(helper.wait(), 0) << helper.output();
-  EXPECT_TRUE(safe());
+  EXPECT_TRUE(wire_is_safe());
 }
 
 TEST(EhaSafe, FailsLoudlyWhenTheLockIsNeverReleased) {

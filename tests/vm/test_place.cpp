@@ -14,14 +14,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr const char* kRod = "rod=1 ai_noise=1";
-
 bool hydraulics_are_on() { return (read_wire().digital_outputs & 1) != 0; }
 
 std::string cause_of(const EhaRun& run) { return run.manifest().at("report").at("fault").at("cause"); }
 
 TEST(Placing, ReadsAndMovesTheRodToItsPlace) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kNoisyRod);
   const std::string rig = patient_pci1716_rig();
   Process read({"eha", "read", "--local", "--rig", rig});
   EXPECT_EQ(read.wait(), 0) << read.output();
@@ -36,7 +34,7 @@ TEST(Placing, ReadsAndMovesTheRodToItsPlace) {
 }
 
 TEST(Placing, StopsWhenTheSensorIsLost) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kNoisyRod);
   EhaRun jog({"jog", "+1in", "--rig", patient_pci1716_rig()});
   jog.wait_until_running();
   board.set("ai_noise", 5);
@@ -49,7 +47,7 @@ TEST(Placing, StopsWhenTheSensorIsLost) {
 }
 
 TEST(Placing, StopsAtALimit) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kNoisyRod);
   EhaRun go_to({"goto", "3.95in", "--rig", patient_pci1716_rig()});
   go_to.wait_until_running();
   // The wire now reads 5.8 in.
@@ -62,7 +60,7 @@ TEST(Placing, StopsAtALimit) {
 }
 
 TEST(Placing, RampsOutOnCtrlCAndKeepsAnotherUserFromTheRig) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kNoisyRod);
   const std::string rig = patient_pci1716_rig();
   EhaRun go_to({"goto", "4in", "--rig", rig});
   go_to.wait_until_running();
@@ -75,7 +73,7 @@ TEST(Placing, RampsOutOnCtrlCAndKeepsAnotherUserFromTheRig) {
 }
 
 TEST(Hold, RampsOutOnCtrlC) {
-  const Board board("pci1716_card", kRod);
+  const Board board("pci1716_card", kNoisyRod);
   EhaRun run(patient_pci1716_rig(), 20s, Tones::held);
   run.wait_until_running();
   run.process().signal(SIGINT);

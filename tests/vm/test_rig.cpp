@@ -54,9 +54,7 @@ ComediOptions stand_in_card() {
   return options;
 }
 
-constexpr unsigned kEnableBit = 1U << 0;
-constexpr unsigned kHeartbeatBit = 1U << 1;
-constexpr double kLsb_uV = 20e6 / 0xffff;
+constexpr double kLsb_uV = 2.0 * kHalfLsb_uV;
 
 std::string refusal_of(const ComediOptions& options) {
   try {

@@ -25,12 +25,6 @@ using namespace std::chrono_literals;
 
 constexpr double kNs = 1e-9;
 
-std::int64_t now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
-
 /// A fault of the rig and what becomes of a run.
 struct RodFault {
   std::string name;

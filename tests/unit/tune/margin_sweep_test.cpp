@@ -97,9 +97,9 @@ int drawn(const char* name, int usual) {
   return asked != nullptr ? std::atoi(asked) : usual;
 }
 
-/// EHA_SWEEP_RIGS: how many rigs instead of 6; docs/axis.md speaks of 50.
+/// EHA_SWEEP_RIGS: how many rigs instead of 3; docs/axis.md speaks of 50.
 TEST(MarginSweep, MeasuresTheRigsOwnMargins) {
-  const int rigs = drawn("EHA_SWEEP_RIGS", 6);
+  const int rigs = drawn("EHA_SWEEP_RIGS", 3);
   double worst_deg = 0.0;
   for (int i = 0; i < rigs; ++i) {
     ident::PortableDraw draw(3000 + static_cast<std::uint64_t>(i));

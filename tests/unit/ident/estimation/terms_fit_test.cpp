@@ -56,7 +56,7 @@ TEST(TermsFit, RecoversFiveTermsUnderTwoWithThreeFreeOrders) {
                                                                                {.order = 0.0}}}));
   FitOptions options;
   options.split = 1.0;
-  const Model model = fit(rich_record(five_over_two(), 0.01), asked, options).model;
+  const Model model = fit(rich_record(five_over_two(), 0.02), asked, options).model;
   for (const auto& [name, truth] : std::vector<std::pair<std::string, double>>{{"n4", 2.3},
                                                                                {"n3", 1.6},
                                                                                {"n1", 0.45},
