@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/model/criterion.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -13,35 +15,53 @@ using Unit = CriterionUnit;
 using Weight = CriterionWeight;
 
 constexpr auto kKinds = std::to_array<CriterionTraits>({
-    {Kind::interpolated, "interpolated_percent", "", Unit::percent, Weight::rejects, "rows interpolated"},
-    {Kind::converged, "converged", "", Unit::none, Weight::rejects, "search converged (1: yes)"},
-    {Kind::r2, "", "_r2_percent", Unit::percent, Weight::rejects, "R2"},
-    {Kind::max_abs_error, "", "_max_abs_error", Unit::output, Weight::rejects, "greatest error"},
-    {Kind::residual_input, "residual_input_p", "", Unit::none, Weight::lowers, "the input does not move the error, p"},
-    {Kind::residual_whiteness, "residual_whiteness_p", "", Unit::none, Weight::lowers, "the error is plain noise, p"},
-    {Kind::nonlinearity, "nonlinearity_p", "", Unit::none, Weight::lowers, "the plant is linear, p"},
-    {Kind::future_input, "future_input_p", "", Unit::none, Weight::lowers, "the output does not move the input, p"},
+    {Kind::interpolated, "interpolated_percent", "", Unit::percent, Weight::rejects, "rows interpolated",
+     "rows not measured"},
+    {Kind::converged, "converged", "", Unit::none, Weight::rejects, "search converged (1: yes)",
+     "search did not converge"},
+    {Kind::r2, "", "_r2_percent", Unit::percent, Weight::rejects, "R2", "R2 too low"},
+    {Kind::max_abs_error, "", "_max_abs_error", Unit::output, Weight::rejects, "greatest error", "one error too large"},
+    {Kind::residual_input, "residual_input_p", "", Unit::none, Weight::lowers, "the input does not move the error, p",
+     "the input moves the error"},
+    {Kind::residual_whiteness, "residual_whiteness_p", "", Unit::none, Weight::lowers, "the error is plain noise, p",
+     "the error is no plain noise"},
+    {Kind::nonlinearity, "nonlinearity_p", "", Unit::none, Weight::lowers, "the plant is linear, p",
+     "plant not linear"},
+    {Kind::future_input, "future_input_p", "", Unit::none, Weight::lowers, "the output does not move the input, p",
+     "loop closed"},
     {Kind::predicted_error, "predicted_error_percent", "", Unit::percent, Weight::lowers,
-     "predicted error on a fresh input"},
-    {Kind::residual_drift, "residual_drift", "", Unit::output, Weight::lowers, "drift over the validation part"},
-    {Kind::input_levels, "input_levels", "", Unit::none, Weight::lowers, "levels of the input"},
-    {Kind::saturated, "saturated_percent", "", Unit::percent, Weight::lowers, "rows at an end of the output"},
+     "predicted error on a fresh input", "not exact on a fresh input"},
+    {Kind::residual_drift, "residual_drift", "", Unit::output, Weight::lowers, "drift over the validation part",
+     "the error drifts"},
+    {Kind::input_levels, "input_levels", "", Unit::none, Weight::lowers, "levels of the input",
+     "too few levels of the input"},
+    {Kind::saturated, "saturated_percent", "", Unit::percent, Weight::lowers, "rows at an end of the output",
+     "output at an end"},
     {Kind::far_saturated, "far_saturated_percent", "", Unit::percent, Weight::rejects,
-     "rows at an end of the output, to reject"},
+     "rows at an end of the output, to reject", "output long at an end"},
+    {Kind::jump, "error_jump", "", Unit::output, Weight::lowers, "sudden change of the error", "the error jumps"},
     {Kind::extrapolated, "extrapolated_percent", "", Unit::percent, Weight::lowers,
-     "rows with an input beyond the estimating ones"},
-    {Kind::error_over_noise, "error_over_noise", "", Unit::none, Weight::lowers, "error over the measured noise"},
+     "rows with an input beyond the estimating ones", "input beyond the estimating part"},
+    {Kind::error_over_noise, "error_over_noise", "", Unit::none, Weight::lowers, "error over the measured noise",
+     "error {value} times the noise"},
     {Kind::far_error_over_noise, "far_error_over_noise", "", Unit::none, Weight::rejects,
-     "error over the measured noise, to reject"},
-    {Kind::error_over_refit, "error_over_refit", "", Unit::none, Weight::rejects, "error over that of a refit"},
-    {Kind::stability_margin, "stability_margin_rad", "", Unit::radian, Weight::rejects, "stability margin"},
-    {Kind::excitation_order, "excitation_order", "", Unit::none, Weight::lowers, "persistent excitation, order"},
-    {Kind::order_error, "std_", "", Unit::none, Weight::rejects, "standard error of an order"},
-    {Kind::left_out, "left_out_", "", Unit::none, Weight::rejects, "AR-BIC gained by a term"},
-    {Kind::coefficient_interval, "interval_", "", Unit::none, Weight::rejects, "distance of the 95 % interval from 0"},
-    {Kind::above_recommended, "ar_bic_above_", "", Unit::none, Weight::lowers, "AR-BIC above that of"},
-    {Kind::gain_ratio, "gain_ratio", "", Unit::none, Weight::rejects, "valve's gain below the dead band over above"},
-    {Kind::other, "", "", Unit::none, Weight::lowers, ""},
+     "error over the measured noise, to reject", "error {value} times the noise"},
+    {Kind::error_over_refit, "error_over_refit", "", Unit::none, Weight::rejects, "error over that of a refit",
+     "of another plant"},
+    {Kind::stability_margin, "stability_margin_rad", "", Unit::radian, Weight::rejects, "stability margin",
+     "not stable enough"},
+    {Kind::excitation_order, "excitation_order", "", Unit::none, Weight::lowers, "persistent excitation, order",
+     "input too simple"},
+    {Kind::order_error, "std_", "", Unit::none, Weight::rejects, "standard error of an order",
+     "order {parameter} not known"},
+    {Kind::left_out, "left_out_", "", Unit::none, Weight::rejects, "AR-BIC gained by a term", "no need of {parameter}"},
+    {Kind::coefficient_interval, "interval_", "", Unit::none, Weight::rejects, "distance of the 95 % interval from 0",
+     "{parameter} may be 0"},
+    {Kind::above_recommended, "ar_bic_above_", "", Unit::none, Weight::lowers, "AR-BIC above that of",
+     "{parameter} clearly better"},
+    {Kind::gain_ratio, "gain_ratio", "", Unit::none, Weight::rejects, "valve's gain below the dead band over above",
+     "map is no valve's"},
+    {Kind::other, "", "", Unit::none, Weight::lowers, "", ""},
 });
 
 constexpr bool are_in_order() {
@@ -72,6 +92,13 @@ std::string words_of(const Criterion& criterion) {
   const std::string_view words = traits_of(criterion.kind).words;
   if (words.empty()) return criterion.parameter;
   return std::string(words) + (criterion.parameter.empty() ? "" : ", " + criterion.parameter);
+}
+
+std::string note_of(const Criterion& criterion) {
+  const std::string_view note = traits_of(criterion.kind).note;
+  if (note.empty()) return words_of(criterion);
+  return fmt::format(fmt::runtime(note), fmt::arg("parameter", criterion.parameter),
+                     fmt::arg("value", fmt::format("{:.2g}", criterion.value)));
 }
 
 Criterion criterion_named(std::string_view name) {

@@ -23,6 +23,7 @@ enum class CriterionKind : std::uint8_t {
   input_levels,  ///< distinct values of the record's input
   saturated,
   far_saturated,  ///< saturated, or on an end stop, in so many samples that the parameters are wrong
+  jump,           ///< a sudden lasting change of the error
   extrapolated,
   error_over_noise,
   far_error_over_noise,  ///< the same, with so great an error that the model is wrong
@@ -51,6 +52,7 @@ struct CriterionTraits {
   CriterionUnit unit = CriterionUnit::none;
   CriterionWeight weight = CriterionWeight::lowers;
   std::string_view words = {};  ///< displayed name; a part or parameter follows
+  std::string_view note = {};   ///< what is wrong where it failed; {parameter} and {value} stand for the criterion's
 };
 
 /// One comparison by which a model is judged.
@@ -72,6 +74,9 @@ struct Criterion {
 
 /// For people: "R2, validation", "standard error of an order, n2".
 [[nodiscard]] std::string words_of(const Criterion& criterion);
+
+/// What is wrong with a model that fails a criterion, in few words: "the input moves the error", "n2 may be 0".
+[[nodiscard]] std::string note_of(const Criterion& criterion);
 
 /// A criterion of a given name, without figures.
 [[nodiscard]] Criterion criterion_named(std::string_view name);

@@ -145,6 +145,9 @@ struct ResidualTests {
   std::optional<NonlinearityTest> nonlinearity = {};  ///< none: not requested
   std::optional<ResidualTest> future_input = {};      ///< no correlation with the input that follows, up to 10 lags
   std::optional<PredictedError> error = {};
+  /// Tested samples at most 20 lags behind a move of the input: the others hold no answer of the plant. None: not
+  /// known.
+  std::optional<std::size_t> moved = {};
 };
 
 /// The values of an input with at most two of them [input unit].
@@ -167,6 +170,7 @@ struct EndStop {
 struct ErrorJump {
   double time_s = 0.0;  ///< of the record
   double change = 0.0;  ///< [output unit]
+  double usual = 0.0;   ///< least change over a few rows that counts as a jump [output unit]; 0: not known
 };
 
 /// Comparison of the model with the part of the record that was not used for estimation.

@@ -204,9 +204,9 @@ ValidationReport read_validation(const Node& node) {
   if (object.has("ccf")) report.ccf = read_correlation(object.at("ccf"));
   for (const NamedStatistic& statistic : kValidationStatistics) object.read(statistic.name, report.*statistic.value);
   if (object.has("residual_tests")) {
-    const Node tests =
-        object.at("residual_tests")
-            .object({"ar_order", "input", "whiteness", "drift", "future_input", "nonlinearity", "error_percent"});
+    const Node tests = object.at("residual_tests")
+                           .object({"ar_order", "input", "whiteness", "drift", "future_input", "nonlinearity",
+                                    "error_percent", "moved_samples"});
     report.tests.emplace();
     tests.read("ar_order", report.tests->ar_order);
     if (tests.has("input")) report.tests->input = read_test(tests.at("input"));
@@ -218,6 +218,7 @@ ValidationReport read_validation(const Node& node) {
     }
     if (tests.has("future_input")) report.tests->future_input = read_test(tests.at("future_input"));
     if (tests.has("nonlinearity")) report.tests->nonlinearity = read_nonlinearity(tests.at("nonlinearity"));
+    if (tests.has("moved_samples")) tests.read("moved_samples", report.tests->moved.emplace());
     if (tests.has("error_percent")) {
       std::vector<double> error;
       tests.read("error_percent", error);
@@ -236,9 +237,10 @@ ValidationReport read_validation(const Node& node) {
     if (stop.has("clean_to_s")) stop.read("clean_to_s", read.clean_to_s.emplace());
   }
   if (object.has("jump")) {
-    const Node jump = object.at("jump").object({"time_s", "change"});
+    const Node jump = object.at("jump").object({"time_s", "change", "usual"});
     jump.read("time_s", report.jump.emplace().time_s);
     jump.read("change", report.jump->change);
+    if (jump.has("usual")) jump.read("usual", report.jump->usual);
   }
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("input_levels")) {

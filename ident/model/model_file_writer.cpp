@@ -128,6 +128,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
       object["residual_tests"]["nonlinearity"] = test_to_json(nonlinearity->test);
       object["residual_tests"]["nonlinearity"]["kind"] = text(nonlinearity->kind);
     }
+    if (report.tests->moved) object["residual_tests"]["moved_samples"] = *report.tests->moved;
     if (const auto& error = report.tests->error) {
       object["residual_tests"]["error_percent"] = {error->lower, error->upper};
     }
@@ -140,7 +141,9 @@ OrderedJson validation_to_json(const ValidationReport& report) {
     if (stop->clean_to_s) written["clean_to_s"] = *stop->clean_to_s;
     object["end_stop"] = std::move(written);
   }
-  if (report.jump) object["jump"] = {{"time_s", report.jump->time_s}, {"change", report.jump->change}};
+  if (const auto& jump = report.jump) {
+    object["jump"] = {{"time_s", jump->time_s}, {"change", jump->change}, {"usual", jump->usual}};
+  }
   if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
   if (const auto& levels = report.input_levels) object["input_levels"] = {levels->lower, levels->upper};
   if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 namespace {
@@ -72,7 +73,10 @@ Model in_output_unit(Model model, const std::string& unit, double factor) {
     rescale(validation->score, factor);
     if (validation->offset_reestimated) rescale(*validation->offset_reestimated, factor);
     if (validation->end_stop) validation->end_stop->level *= factor;
-    if (validation->jump) validation->jump->change *= factor;
+    if (validation->jump) {
+      validation->jump->change *= factor;
+      validation->jump->usual *= factor;
+    }
     if (validation->tests && validation->tests->drift) {
       validation->tests->drift->change *= factor;
       validation->tests->drift->expected *= factor;
@@ -121,9 +125,12 @@ std::string requoted(std::string text, const Model& before, const Model& after) 
       if (sentence.ends_with('.')) sentence.pop_back();
       return sentence;
     };
-    const std::string quoted = without_point(reasons[i]);
+    // Earlier versions quoted whole sentences.
+    const std::string whole = without_point(reasons[i]);
+    const bool is_whole = !whole.empty() && text.find(whole) != std::string::npos;
+    const std::string quoted = is_whole ? whole : statement_of(reasons[i]);
     if (quoted.empty()) continue;
-    const std::string instead = without_point(shown[i]);
+    const std::string instead = is_whole ? without_point(shown[i]) : statement_of(shown[i]);
     for (std::size_t at = text.find(quoted); at != std::string::npos; at = text.find(quoted, at + instead.size())) {
       text.replace(at, quoted.size(), instead);
     }

@@ -12,6 +12,7 @@
 
 #include "ident/fractional/poles.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 namespace {
@@ -33,8 +34,10 @@ Models compared(const Models& models) {
 
 bool is_accepted(const Model& model) { return model.verdict && model.verdict->accepted; }
 
+/// What is wrong first of all, in half a sentence.
 std::string first_reason(const Model& model) {
-  return !model.verdict || model.verdict->reasons.empty() ? "It is rejected." : model.verdict->reasons.front();
+  return !model.verdict || model.verdict->reasons.empty() ? "it is rejected"
+                                                          : statement_of(model.verdict->reasons.front());
 }
 
 /// Frequency [Hz] of a pair of poles so far above the band that the record shows that only its lag can be seen there.
@@ -194,10 +197,8 @@ std::string better_but_rejected(const Model& picked, const Models& all, const Mo
     const double gain = ar_bic(picked) - ar_bic(*model);
     if (gain < kFractionalGain || is_accepted(*model) || model == named) continue;
     if (++count > kMostNamed) continue;
-    std::string reason = first_reason(*model);
-    if (reason.ends_with('.')) reason.pop_back();
     text += fmt::format("; {}, {:.1f} better, is {}: {}", model->name, gain,
-                        model->verdict ? verdict_word(*model->verdict) : "rejected", reason);
+                        model->verdict ? verdict_word(*model->verdict) : "rejected", first_reason(*model));
   }
   if (count > kMostNamed) text += fmt::format("; and {} more (-v, or the table's verdicts)", count - kMostNamed);
   return text;

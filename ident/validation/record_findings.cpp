@@ -249,7 +249,8 @@ std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
   }
   if (!(left_over(middle) < (1.0 - kJumpExplains) * spread(e.segment(first, last - first)))) return std::nullopt;
   return ErrorJump{rows.time_s[middle],
-                   e.segment(middle, last - middle).mean() - e.segment(first, middle - first).mean()};
+                   e.segment(middle, last - middle).mean() - e.segment(first, middle - first).mean(),
+                   kJumpOverUsual * usual};
 }
 
 std::string cut_options(const EndStop& stop) {

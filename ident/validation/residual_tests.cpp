@@ -28,7 +28,8 @@ constexpr double kLeastBeside = 1e-4;  // of the norm; a smaller rest is nearly 
 constexpr double kEffectRank = 1e-3;   // weaker combinations explain noise
 // Ratio of the errors of a model on two draws of the input: exceeded by 3 of 84 plants outside every structure.
 constexpr double kOtherDraw = 1.5;
-constexpr double kLagRank = 1e-6;  // lags of a slow input are nearly collinear
+constexpr double kLeastMove = 0.02;  // of the input's range; less is noise of a measured input
+constexpr double kLagRank = 1e-6;    // lags of a slow input are nearly collinear
 
 Eigen::MatrixXd centred(const Eigen::MatrixXd& columns) { return columns.rowwise() - columns.colwise().mean(); }
 
@@ -195,6 +196,14 @@ ResidualDrift drift_of(const Eigen::VectorXd& e, const Eigen::MatrixXd& error) {
   return {std::abs(slope), kDriftOverNoise * left + kDriftOverError * (error.transpose() * weights).norm()};
 }
 
+/// The rows of whose lags the input moves.
+std::size_t moved_rows(const Eigen::MatrixXd& past_input) {
+  if (past_input.size() == 0) return 0;
+  const double least = kLeastMove * (past_input.maxCoeff() - past_input.minCoeff());
+  const Eigen::ArrayXd covered = (past_input.rowwise().maxCoeff() - past_input.rowwise().minCoeff()).array();
+  return static_cast<std::size_t>((covered > least).count());
+}
+
 }  // namespace
 
 std::optional<ResidualTests> residual_tests(const TestedPart& part) {
@@ -233,6 +242,7 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
     tests.error = predicted_error(part, innovations, order, white_and_unfiltered);
   }
   tests.drift = drift_of(e, part.parameter_error);
+  tests.moved = moved_rows(part.past_input);
   return tests;
 }
 

@@ -39,6 +39,7 @@ struct TestedPart {
 /// The predicted error is the part of e that a regression of w on the input's lags and the effects explains.
 /// A line through e is a drift if it changes by more than three standard deviations of the rest of e and two of the
 /// parameters' errors' effect; three hold for noise of a correlation time up to a 30th of the rows.
+/// Behind a move of the input are the rows of whose lags the input covers more than 2 % of its range.
 /// A correct model alarms at the nominal level for any autoregressive noise of order up to 10.
 /// @returns nothing if there are not three samples for each lag
 /// Bohlin, IEEE Trans. AC 16 (1971), for tests with the model's own covariance; Ljung and Box, Biometrika 65 (1978).

@@ -81,31 +81,38 @@ void judge_stability(const Model& model, const AcceptanceLimits& limits, Judgeme
                       !forbidden && !too_near);
 }
 
-/// Whether the test of the residual with past input would notice that the input makes kNoticedShare of the residual, at
-/// least with kNoticedChance: the power of a chi-squared test.
-bool can_notice(const ResidualTest& input, std::size_t samples) {
-  if (input.degrees == 0) return false;
-  const auto degrees = static_cast<double>(input.degrees);
-  const double limit =
-      boost::math::quantile(boost::math::complement(boost::math::chi_squared(degrees), kResidualLevel));
+/// Whether a test of the residual would notice that what it looks for makes kNoticedShare of the residual, at least
+/// with kNoticedChance: the power of a chi-squared test. @param samples  those that can show it
+bool can_notice(const ResidualTest& test, double level, std::size_t samples) {
+  if (test.degrees == 0) return false;
+  const auto degrees = static_cast<double>(test.degrees);
+  const double limit = boost::math::quantile(boost::math::complement(boost::math::chi_squared(degrees), level));
   const double noncentrality = static_cast<double>(samples) * kNoticedShare / (1.0 - kNoticedShare);
   const boost::math::non_central_chi_squared missing(degrees, noncentrality);
   return boost::math::cdf(boost::math::complement(missing, limit)) >= kNoticedChance;
 }
 
+/// What passes a test that would hardly notice anything is not judged.
+void judge_test(Kind kind, const ResidualTest& test, double level, std::size_t samples, Judgement& judgement) {
+  if (test.p >= level && !can_notice(test, level, samples)) {
+    judgement.not_judged(kind, test.p, level);
+  } else {
+    judgement.criterion(kind, test.p, level, test.p >= level);
+  }
+}
+
 /// Whether the plant is what the structure can be, and how far off the model is.
-void judge_plant(const ResidualTests& tests, Judgement& judgement) {
+/// @param samples  that show an answer of the plant
+void judge_plant(const ResidualTests& tests, std::size_t samples, Judgement& judgement) {
   const auto fails_none_before = [&, nonlinear = tests.nonlinearity] {
     return tests.input.p >= kResidualLevel && (!nonlinear || nonlinear->test.p >= kNonlinearLevel);
   };
   if (tests.nonlinearity && tests.nonlinearity->test.degrees > 0) {
-    const double p = tests.nonlinearity->test.p;
-    judgement.criterion(Kind::nonlinearity, p, kNonlinearLevel, p >= kNonlinearLevel);
+    judge_test(Kind::nonlinearity, tests.nonlinearity->test, kNonlinearLevel, samples, judgement);
   }
   // What the plant makes of past input may look like feedback.
   if (tests.future_input && tests.future_input->degrees > 0 && fails_none_before()) {
-    const double p = tests.future_input->p;
-    judgement.criterion(Kind::future_input, p, kFeedbackLevel, p >= kFeedbackLevel);
+    judge_test(Kind::future_input, *tests.future_input, kFeedbackLevel, samples, judgement);
   }
   if (!tests.error) return;
   const auto [lower, upper] = *tests.error;
@@ -124,15 +131,11 @@ void judge_tests(const ValidationReport& validation, Judgement& judgement) {
     judgement.not_judged(Kind::residual_drift, kUnknown, kUnknown);
     return;
   }
-  const ResidualTest& input = validation.tests->input;
-  if (input.p >= kResidualLevel && !can_notice(input, validation.score.samples)) {
-    judgement.not_judged(Kind::residual_input, input.p, kResidualLevel);
-  } else {
-    judgement.criterion(Kind::residual_input, input.p, kResidualLevel, input.p >= kResidualLevel);
-  }
-  const double whiteness = validation.tests->whiteness.p;
-  judgement.criterion(Kind::residual_whiteness, whiteness, kResidualLevel, whiteness >= kResidualLevel);
-  judge_plant(*validation.tests, judgement);
+  const ResidualTests& tests = *validation.tests;
+  const std::size_t samples = answering_samples(validation);
+  judge_test(Kind::residual_input, tests.input, kResidualLevel, samples, judgement);
+  judge_test(Kind::residual_whiteness, tests.whiteness, kResidualLevel, validation.score.samples, judgement);
+  judge_plant(tests, samples, judgement);
   if (const auto& drift = validation.tests->drift) {
     judgement.criterion(Kind::residual_drift, drift->change, drift->expected, drift->change <= drift->expected);
   }
@@ -153,7 +156,9 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
     judgement.criterion(Kind::far_saturated, at_an_end, kFarSaturated_percent, false);
   }
   // What jumped is in the estimating part or in the error: no figure of this fit holds without the cut.
-  if (validation.jump) judgement.lower(Grade::usable);
+  if (const auto& jump = validation.jump) {
+    judgement.criterion(Kind::jump, std::abs(jump->change), jump->usual, false);
+  }
   at_most(Kind::extrapolated, validation.extrapolated_percent, kMostExtrapolated_percent);
   if (facts.noise_std && *facts.noise_std > 0.0) {
     // The noise that the record's own repetitions show.
@@ -204,6 +209,11 @@ void judge_parameters(const Model& model, Judgement& judgement) {
 }
 
 }  // namespace
+
+std::size_t answering_samples(const ValidationReport& validation) {
+  const std::size_t all = validation.score.samples;
+  return validation.tests && validation.tests->moved ? std::min(all, *validation.tests->moved) : all;
+}
 
 std::string_view text(Grade grade) {
   switch (grade) {

@@ -37,4 +37,10 @@ std::string interval_text(const ParameterEstimate& p) {
   return "unbounded";
 }
 
+std::string statement_of(const std::string& reason) {
+  std::string statement = reason.substr(0, reason.find(';'));
+  if (statement.ends_with('.')) statement.pop_back();
+  return statement;
+}
+
 }  // namespace eha::ident

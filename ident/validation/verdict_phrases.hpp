@@ -20,4 +20,7 @@ namespace eha::ident {
 /// end open.
 [[nodiscard]] std::string interval_text(const ParameterEstimate& p);
 
+/// The statement of a reason, without what to do: up to its first semicolon, and without a point.
+[[nodiscard]] std::string statement_of(const std::string& reason);
+
 }  // namespace eha::ident

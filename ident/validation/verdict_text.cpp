@@ -249,6 +249,7 @@ class Reasons {
             "The map is no valve's: its gain below the dead band is {:.3g} times that above, so more volts to one side "
             "would turn the motion round; use the model without the map, or record both sides of the valve.",
             c.value);
+      case Kind::jump:  // causes() says it first
       case Kind::input_levels:
       case Kind::other:
         break;
@@ -322,7 +323,8 @@ class Reasons {
   }
 
   [[nodiscard]] std::string not_judged(const Criterion& c) const {
-    const std::size_t samples = model_.validation ? model_.validation->score.samples : 0;
+    if (!model_.validation) return {};
+    const std::size_t samples = model_.validation->score.samples;
     if (c.kind == Kind::residual_input && std::isnan(c.value)) {
       return fmt::format(
           "Not judged whether the model misses a part of the plant: {} validating samples are too few for the "
@@ -330,19 +332,27 @@ class Reasons {
           samples);
     }
     if (c.kind == Kind::residual_input) {
-      return fmt::format(
-          "Not judged whether the model misses a part of the plant: with {} validating samples the test would more "
-          "likely miss than detect one that makes {:.0f} % of the residual's power; record longer.",
-          samples, 100.0 * kNoticedShare);
+      return fmt::format("Not judged whether the model misses a part of the plant: {}.", lacks_power());
     }
-    if (c.kind == Kind::predicted_error && model_.validation && model_.validation->tests &&
-        model_.validation->tests->error) {
+    if (c.kind == Kind::nonlinearity && is_judged(Kind::residual_input)) {
+      return fmt::format("Not judged whether the plant is linear: {}.", lacks_power());
+    }
+    if (c.kind == Kind::residual_whiteness && !std::isnan(c.value) && is_judged(Kind::residual_input)) {
+      return fmt::format(
+          "Not judged whether what is left is plain noise: {} validating samples are too few; record "
+          "longer.",
+          samples);
+    }
+    if (c.kind == Kind::future_input && is_judged(Kind::residual_input) && is_judged(Kind::nonlinearity)) {
+      return fmt::format("Not judged whether the output moves the input: {}.", lacks_power());
+    }
+    if (c.kind == Kind::predicted_error && model_.validation->tests && model_.validation->tests->error) {
       return fmt::format(
           "Not judged whether the error is noise: on a fresh input of the same kind the model is off by {:.2g} to "
           "{:.2g} % of the output's standard deviation; play more repetitions, which tell noise from error.",
           model_.validation->tests->error->lower, c.value);
     }
-    if (c.kind == Kind::input_levels && model_.validation && model_.validation->input_levels) {
+    if (c.kind == Kind::input_levels && model_.validation->input_levels) {
       return fmt::format("{} for inputs of {} as recorded; no statement about other amplitudes: play more levels.",
                          passes_the_rest() ? "Good" : "Judged",
                          levels_text(*model_.validation->input_levels, model_.input_unit));
@@ -352,6 +362,25 @@ class Reasons {
              "2 behind the discarded time, to measure the noise from; play more repetitions.";
     }
     return {};
+  }
+
+  /// Why a residual test that passes says little, and what to do.
+  [[nodiscard]] std::string lacks_power() const {
+    const std::size_t all = model_.validation->score.samples;
+    const std::size_t answering = answering_samples(*model_.validation);
+    const std::string miss =
+        fmt::format("the test would more likely miss than detect what makes {:.0f} % of the residual's power",
+                    100.0 * kNoticedShare);
+    if (2 * answering > all) return fmt::format("with {} validating samples {}; record longer", all, miss);
+    return fmt::format(
+        "the input moves within 20 samples of only {} of the {} validating ones, with which {}; play an input that "
+        "moves more often (a multisine), or record longer",
+        answering, all, miss);
+  }
+
+  [[nodiscard]] bool is_judged(Kind kind) const {
+    return std::none_of(verdict_.criteria.begin(), verdict_.criteria.end(),
+                        [&](const Criterion& c) { return c.kind == kind && !c.judged; });
   }
 
   /// Whether every criterion passed but that of the input's levels.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a verdict is in one word, and which of its criteria failed.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,6 +13,46 @@ bool fails_any(const Verdict& verdict, std::initializer_list<CriterionKind> kind
   return std::any_of(verdict.criteria.begin(), verdict.criteria.end(), [&](const Criterion& c) {
     return has_failed(c) && std::find(kinds.begin(), kinds.end(), c.kind) != kinds.end();
   });
+}
+
+bool may_miss_a_part(const Verdict& verdict) {
+  using Kind = CriterionKind;
+  return std::any_of(verdict.criteria.begin(), verdict.criteria.end(), [](const Criterion& c) {
+    const bool is_of_plant = c.kind == Kind::residual_input || c.kind == Kind::nonlinearity ||
+                             c.kind == Kind::error_over_noise || c.kind == Kind::far_error_over_noise;
+    return is_of_plant && !c.passed;
+  });
+}
+
+bool needs_longer_record(const Verdict& verdict) {
+  using Kind = CriterionKind;
+  return std::any_of(verdict.criteria.begin(), verdict.criteria.end(), [](const Criterion& c) {
+    return !c.judged && c.kind != Kind::input_levels && c.kind != Kind::future_input;
+  });
+}
+
+std::string sight_of(const Model& model, const Verdict& verdict) {
+  constexpr double kVisible_percent = 0.5;  // of the output's standard deviation
+  constexpr double kClose_percent = 1.0;
+  if (!model.validation || !model.validation->tests || !model.validation->tests->error) return {};
+  const PredictedError& error = *model.validation->tests->error;
+  const bool shows_a_part = fails_any(verdict, {CriterionKind::residual_input, CriterionKind::residual_whiteness,
+                                                CriterionKind::nonlinearity, CriterionKind::error_over_noise});
+  if (verdict.grade == Grade::good && error.upper >= kVisible_percent) {
+    return fmt::format(
+        "The grade is about what the tests can see: beside the noise of this record an error of up to {:.1g} % of the "
+        "output's standard deviation would not show. A record with less noise may show one, and grade the same model "
+        "usable.",
+        error.upper);
+  }
+  if (verdict.grade == Grade::usable && shows_a_part && !needs_longer_record(verdict) &&
+      error.upper <= kClose_percent) {
+    return fmt::format(
+        "The grade is about what the tests can see: this record has so little noise that an error of at most {:.1g} % "
+        "of the output's standard deviation shows. On a noisier record the same model may be graded good.",
+        error.upper);
+  }
+  return {};
 }
 
 std::string_view verdict_word(const Verdict& verdict) {

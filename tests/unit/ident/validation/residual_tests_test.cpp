@@ -206,6 +206,19 @@ TEST(ResidualTests, FindThatTheOutputComesBeforeTheInput) {
   EXPECT_GT(tests.input.p, 0.01);
 }
 
+TEST(ResidualTests, CountTheSamplesBehindAMoveOfTheInput) {
+  std::mt19937_64 draw(4);
+  TestedPart part = unrelated(0.0, draw);
+  EXPECT_EQ(residual_tests(part)->moved, std::size_t{kRows});
+  // One step in the middle, as a card measures it: 1 % of noise.
+  for (Eigen::Index lag = 0; lag < kLags; ++lag) {
+    for (Eigen::Index k = 0; k < kRows; ++k) {
+      part.past_input(k, lag) = (k - lag >= kRows / 2 ? 2.0 : 0.0) + ((k - lag) % 2 == 0 ? 0.01 : -0.01);
+    }
+  }
+  EXPECT_EQ(residual_tests(part)->moved, std::size_t{kLags - 1});
+}
+
 TEST(ResidualTests, NeedThreeSamplesForEachLag) {
   std::mt19937_64 draw(24);
   TestedPart part = unrelated(0.0, draw);

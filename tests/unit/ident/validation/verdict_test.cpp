@@ -250,7 +250,9 @@ TEST(Verdict, DoesNotJudgeResidualsByTooFewSamples) {
   Verdict verdict = judge(model, {});
   EXPECT_EQ(verdict.grade, Grade::usable);
   EXPECT_FALSE(criterion_of(verdict, "residual_input_p").judged);
-  EXPECT_TRUE(criterion_of(verdict, "residual_whiteness_p").passed);
+  EXPECT_FALSE(criterion_of(verdict, "residual_whiteness_p").judged);
+  EXPECT_TRUE(needs_longer_record(verdict));
+  EXPECT_TRUE(may_miss_a_part(verdict));
   ASSERT_EQ(verdict.reasons.size(), 1U);
   EXPECT_NE(verdict.reasons[0].find("with 60 validating samples the test would more likely miss"), std::string::npos);
   // What it shows all the same, it shows.
@@ -264,6 +266,38 @@ TEST(Verdict, DoesNotJudgeResidualsByTooFewSamples) {
   EXPECT_FALSE(criterion_of(verdict, "residual_whiteness_p").judged);
   ASSERT_EQ(verdict.reasons.size(), 1U);
   EXPECT_NE(verdict.reasons[0].find("are too few for the residual's tests"), std::string::npos);
+}
+
+TEST(Verdict, DoesNotJudgeAPlantThatTheInputHardlyMoves) {
+  Model model = good_model();
+  model.validation->tests->nonlinearity = NonlinearityTest{{20.0, 21, 0.5}, NonlinearKind::level};
+  EXPECT_EQ(judge(model, {}).grade, Grade::good);
+  EXPECT_FALSE(may_miss_a_part(judge(model, {})));
+  // A step or two: 40 of the 500 samples show an answer.
+  model.validation->tests->moved = 40;
+  const Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  EXPECT_FALSE(criterion_of(verdict, "residual_input_p").judged);
+  EXPECT_FALSE(criterion_of(verdict, "nonlinearity_p").judged);
+  EXPECT_TRUE(criterion_of(verdict, "residual_whiteness_p").passed) << "which needs no move of the input";
+  ASSERT_EQ(verdict.reasons.size(), 1U) << "one sentence for one cause";
+  EXPECT_NE(verdict.reasons[0].find("the input moves within 20 samples of only 40 of the 500 validating ones"),
+            std::string::npos)
+      << verdict.reasons[0];
+}
+
+TEST(Verdict, SaysWhatTheTestsCanSeeWhereTheGradeMayPuzzle) {
+  Model noisy = good_model();
+  noisy.validation->tests->error = PredictedError{0.0, 2.0};
+  EXPECT_NE(sight_of(noisy, judge(noisy, {})).find("an error of up to 2 %"), std::string::npos);
+  noisy.validation->tests->error = PredictedError{0.0, 0.1};
+  EXPECT_EQ(sight_of(noisy, judge(noisy, {})), "");
+  Model clean = noisy;
+  clean.validation->tests->input.p = 1e-5;
+  EXPECT_NE(sight_of(clean, judge(clean, {})).find("so little noise that an error of at most 0.1 %"),
+            std::string::npos);
+  clean.validation->tests->error = PredictedError{3.0, 4.0};
+  EXPECT_EQ(sight_of(clean, judge(clean, {})), "") << "an error that matters on any record";
 }
 
 TEST(Verdict, DoesNotJudgeAnErrorWhoseNoiseIsNotKnown) {
@@ -287,9 +321,13 @@ TEST(Verdict, RejectsAnErrorFarAboveTheNoiseUnlessTheFitIsClose) {
 TEST(Verdict, IsNotGoodWhereTheErrorJumps) {
   Model model = good_model();
   model.estimation->compared_step_s = 0.02;
-  model.validation->jump = ErrorJump{129.98, 7.2};
+  model.validation->jump = ErrorJump{129.98, -7.2, 0.5};
   const Verdict verdict = judge(model, {});
   EXPECT_EQ(verdict.grade, Grade::usable);
+  const Criterion& jump = criterion_of(verdict, "error_jump");
+  EXPECT_TRUE(has_failed(jump));
+  EXPECT_EQ(jump.value, 7.2);
+  EXPECT_EQ(jump.limit, 0.5);
   ASSERT_EQ(verdict.reasons.size(), 1U);
   EXPECT_NE(verdict.reasons[0].find("cut with --to 129.9 or --from 130.06."), std::string::npos) << verdict.reasons[0];
 }
