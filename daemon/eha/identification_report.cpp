@@ -108,6 +108,7 @@ void print_identification(const identify::Identification& identification,
         wrapped(fmt::format("{}: {}.", identify::kNextExperimentFile, identification.next_experiment->reason), 0));
   }
   if (console.verbose()) {
+    console.print(wrapped(recommendation_text(answer_of(identification), unit), 0));
     console.print(model_report(shown_in(identification.models, unit), shown_in(identification.paper, unit)));
     for (const ident::Refusal& refusal : identification.refused) {
       console.print(fmt::format("Left out: {}.", refusal.reason));

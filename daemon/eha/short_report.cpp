@@ -21,6 +21,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::cli {
 namespace {
@@ -72,21 +73,40 @@ const ident::FrequencyInterval* band_of(const Model& model) {
 
 std::string band_text(const Model& model) {
   const ident::FrequencyInterval* band = band_of(model);
-  return band ? fmt::format("{:.3g} .. {:.3g} Hz", band->lowest_Hz, band->highest_Hz) : "none";
+  return band ? fmt::format("{:.3g} .. {:.3g} Hz", band->lowest_Hz, band->highest_Hz)
+              : "none: the record determines the response at none of the excited frequencies; record longer";
 }
 
 std::string grade_text(const Model& model) {
   return model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "-";
 }
 
+/// The clauses of a reason that fit into three lines, at least one.
+std::string brief(const std::string& reason) {
+  constexpr std::size_t kMost = 3 * (kWidth - kLabel) - 12;  // lines break before a word
+  constexpr std::string_view kMore = "; -v gives more";
+  const auto clause_end = [&](std::size_t from) {
+    return std::min({reason.find("; ", from), reason.find(", and ", from), reason.size()});
+  };
+  if (reason.size() <= kMost) return reason;
+  std::size_t end = clause_end(0);
+  while (end < reason.size() && clause_end(end + 1) + kMore.size() <= kMost) end = clause_end(end + 1);
+  return end == reason.size() ? reason : reason.substr(0, end).append(kMore);
+}
+
+/// The first reason in full, the others without what to do.
 std::string reasons_of(const Model& model) {
   std::string text;
   const std::vector<std::string> none;
   const std::vector<std::string>& reasons = model.verdict ? model.verdict->reasons : none;
   for (std::size_t i = 0; i < std::min(reasons.size(), kMostReasons); ++i)
-    text += line(i == 0 ? "because" : "", reasons[i]);
+    text += line(i == 0 ? "because" : "", i == 0 ? reasons[i] : ident::statement_of(reasons[i]) + ".");
   if (reasons.size() > kMostReasons) {
     text += line("", fmt::format("and {} more; -v gives all", reasons.size() - kMostReasons));
+  }
+  if (model.verdict) {
+    if (const std::string sight = ident::sight_of(model, *model.verdict); !sight.empty())
+      text += line(reasons.empty() ? "because" : "", sight);
   }
   return text;
 }
@@ -134,7 +154,7 @@ std::string what_it_is(const Model& model) {
 }
 
 std::string why_it_is_recommended(const Model& model, const ident::Recommendation& recommendation) {
-  std::string text = line("chosen as", recommendation.reason);
+  std::string text = line("chosen as", brief(recommendation.reason));
   if (recommendation.validation_chose) {
     text += line("", "The validation part took part in the choice: confirm it on another record.");
   }
@@ -251,6 +271,10 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   return true;
 }
 
+std::string recommendation_text(const Answer& given, const DisplayUnit& unit) {
+  return ident::sentence(shown_answer(given, unit).recommendation);
+}
+
 std::string answer_text(const Answer& given, const DisplayUnit& unit) {
   const Answer answer = shown_answer(given, unit);
   for (const Model& model : answer.models) {
@@ -270,7 +294,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
     text += what_it_is(*chosen) + why_it_is_recommended(*chosen, recommendation);
   } else {
     text += line("recommended", "none");
-    if (!recommendation.reason.empty()) text += line("because", recommendation.reason);
+    if (!recommendation.reason.empty()) text += line("because", brief(recommendation.reason));
     text += reasons_by_model(answer.models);
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;

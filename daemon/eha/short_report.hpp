@@ -37,6 +37,9 @@ struct Answer {
 /// models in the manifest. @returns whether the run has models
 bool print_answer(const std::filesystem::path& folder, const record::Manifest& manifest, const Console& console);
 
+/// The recommendation in full, where the short report may cut its reasons.
+[[nodiscard]] std::string recommendation_text(const Answer& answer, const DisplayUnit& unit);
+
 /// Breaks words into lines of at most 80 columns. @param indent  blanks before every line but the first
 [[nodiscard]] std::string wrapped(const std::string& text, std::size_t indent);
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 
@@ -53,6 +54,23 @@ TEST(ShortReport, ShowsLengthsInTheAskedUnit) {
   EXPECT_NE(text.find("error mm"), std::string::npos) << text;
   answer.models[0].output_unit = "bar";
   EXPECT_NE(short_report(answer, DisplayUnit("mm")).find("largest error   0.1 bar"), std::string::npos);
+}
+
+TEST(ShortReport, GivesWhyAModelWasChosenInThreeLines) {
+  Answer answer = answer_with("");
+  answer.recommendation.reason =
+      "its AR-BIC of -5552.1 is the least of those that may be picked, 23.7 above that of integrator_lag_valve, and "
+      "estimated orders must gain 10; integrator_lag_valve, which the estimation part prefers, errs 8.1 times as much "
+      "on the unseen part, so only a fresh record can confirm this choice";
+  answer.models[0].verdict->reasons = {"The first one; do this.", "The second one; do that."};
+  const std::string text = short_report(answer, {});
+  const std::size_t at = text.find("\nchosen as");
+  const std::string chosen = text.substr(at + 1, text.find("\nbecause") - at - 1);
+  EXPECT_LE(std::count(chosen.begin(), chosen.end(), '\n'), 2) << chosen;
+  EXPECT_NE(chosen.find("must gain 10; -v gives more"), std::string::npos) << chosen;
+  EXPECT_NE(text.find("The first one; do this."), std::string::npos) << text;
+  EXPECT_NE(text.find("The second one.\n"), std::string::npos) << text;
+  EXPECT_NE(recommendation_text(answer, {}).find("confirm this choice"), std::string::npos);
 }
 
 TEST(ShortReport, GivesAReasonThatModelsShareOnce) {
