@@ -278,9 +278,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
-  if (code == ExitCode::ok) console.next_step(next_step(command, source, identification, written));
   if (const auto next = identify::next_experiment_file(written)) {
     console.next_step("eha run " + shell_word(next->string()));
+  } else if (code == ExitCode::ok) {
+    console.next_step(next_step(command, source, identification, written));
   }
   return code;
 }

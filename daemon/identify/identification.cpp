@@ -323,6 +323,25 @@ void end_with_experiment(const Source& source, const ident::FitOptions& options,
   end_round(identification.next_experiment ? "a longer experiment" : "a new experiment");
 }
 
+/// Whether the record is too short to judge the recommended model.
+bool is_too_short_for(const Identification& identification) {
+  return std::any_of(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& one) {
+    const ident::Model& model = one.result.model;
+    return model.name == identification.recommendation.model && model.verdict && needs_longer_record(*model.verdict);
+  });
+}
+
+/// Adds the longer experiment to an identification whose record is too short to judge the recommended model.
+Identification with_longer_experiment(Identification identification, const Source& source) {
+  if (!is_too_short_for(identification)) return identification;
+  identification.next_experiment = longer_experiment(source);
+  if (auto& next = identification.next_experiment) {
+    next->reason =
+        fmt::format("the record is too short to judge {}; {}", identification.recommendation.model, next->reason);
+  }
+  return identification;
+}
+
 /// Fits in rounds until a model is accepted.
 Identification fit_in_rounds(const Source& source, IdentificationTask task, const Comparisons& comparisons,
                              const Progress& progress) {
@@ -333,7 +352,8 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   };
   const bool is_ladder = task.structures.empty();
   end_round(is_ladder ? "the ladder of structures" : "the asked models", "");
-  if (identification.rounds.back().accepted || task.options.procedure == ident::Procedure::paper) return identification;
+  if (task.options.procedure == ident::Procedure::paper) return identification;
+  if (identification.rounds.back().accepted) return with_longer_experiment(std::move(identification), source);
 
   std::string reason = identification.recommendation.reason;
   IdentificationTask other = task;
@@ -347,7 +367,8 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     add_climbed(identification, fit_once(task, progress), task);
     end_round("the ladder of structures", reason);
   }
-  if (!identification.rounds.back().accepted) end_with_experiment(source, task.options, progress, identification);
+  if (identification.rounds.back().accepted) return with_longer_experiment(std::move(identification), source);
+  end_with_experiment(source, task.options, progress, identification);
   return identification;
 }
 

@@ -31,13 +31,20 @@ tones = [{ frequency_Hz = 0.5, amplitude_V = 1.0, phase_rad = 0.0 }]
 min_validation_r2_percent = 90.0
 )";
 
-/// A noisy plant of two poles, far from one pole, driven by a square wave.
-Source source_with(const std::string& experiment) {
+/// The same with an excitation that does not repeat, from which no noise is to be measured.
+std::string without_periods() {
+  std::string text = kExperiment;
+  const std::size_t begin = text.find("kind =");
+  return text.replace(begin, text.find("[acceptance]") - begin, "kind = \"step\"\namplitude_V = 1.0\nhold_s = 1.0\n");
+}
+
+/// A noisy plant of two poles, far from one pole, driven by a square wave. @param hold  rows on one level
+Source source_with(const std::string& experiment, Eigen::Index hold = 15) {
   Source source;
   source.name = "run";
   source.record.step_s = 0.02;
   source.record.input = Eigen::VectorXd(600);
-  for (Eigen::Index k = 0; k < 600; ++k) source.record.input[k] = (k / 75) % 2 == 0 ? 1.0 : -0.5;
+  for (Eigen::Index k = 0; k < 600; ++k) source.record.input[k] = (k / hold) % 2 == 0 ? 1.0 : -0.5;
   source.record.output =
       ident::simulate({{{1.5, 0.0}}, {{0.02, 2.0}, {0.02, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input, 0.02);
   ident::PortableDraw draw(3);
@@ -76,7 +83,7 @@ TEST(LongerExperiment, EndsAtSixteenRepetitionsAndNeedsAnExperiment) {
 }
 
 TEST(Rounds, EndWithTheFirstOneWhereAModelIsAccepted) {
-  const Source source = source_with(kExperiment);
+  const Source source = source_with(without_periods());
   IdentificationTask task = task_with_one_pole(source);
   task.structures[0].structure = ident::structures::io();
   const Identification found = identify(source, task, {.ladder = Comparisons::Ladder::include}, {});
@@ -86,8 +93,20 @@ TEST(Rounds, EndWithTheFirstOneWhereAModelIsAccepted) {
   EXPECT_EQ(found.recommendation.model, "one_pole");
 }
 
+TEST(Rounds, OfferALongerExperimentWhereTheRecordIsTooShortToJudgeTheModel) {
+  // Two moves of the input in each half.
+  const Source source = source_with(kExperiment, 150);
+  IdentificationTask task = task_with_one_pole(source);
+  task.structures[0].structure = ident::structures::io();
+  const Identification found = identify(source, task, {.ladder = Comparisons::Ladder::include}, {});
+  EXPECT_EQ(found.recommendation.model, "one_pole");
+  ASSERT_TRUE(found.next_experiment);
+  EXPECT_EQ(found.next_experiment->reason.rfind("the record is too short to judge one_pole; 2 repetitions", 0), 0U)
+      << found.next_experiment->reason;
+}
+
 TEST(Rounds, GoFromOtherStartsToTheLadderWhenTheAskedModelFails) {
-  const Source source = source_with(kExperiment);
+  const Source source = source_with(without_periods());
   const Identification found =
       identify(source, task_with_one_pole(source), {.ladder = Comparisons::Ladder::include}, {});
   ASSERT_EQ(found.rounds.size(), 3U);
