@@ -38,6 +38,9 @@ constexpr double kTitle_px = 28.0;
 constexpr double kKeyWidth_px = 490.0;
 constexpr double kKeySample_px = 70.0;  // the line beside an entry, and air
 constexpr double kLetter_px = 8.5;
+constexpr double kLine_px = 17.0;        // of text
+constexpr double kLeftMargin_px = 88.0;  // set lmargin below
+constexpr double kPlainMargin_lines = 3.2;
 
 constexpr Style kGuide{"#a0a0a0", "solid", 0.7, 6};
 
@@ -197,14 +200,47 @@ void add_decoration(std::string& script, const Panel& panel, const Range& x_rang
   }
 }
 
-/// Number of names at the x axis from which on they are slanted.
-constexpr std::size_t kSlantedTicks = 6;
+/// Estimated width of a text in letters of the lower case: digits and capitals are wider.
+double letters_of(std::string_view text) {
+  constexpr double kWide = 1.3;
+  double letters = 0.0;
+  for (const char c : text) {
+    const bool is_continued = (static_cast<unsigned char>(c) & 0xC0U) == 0x80;  // of a UTF-8 character
+    if (!is_continued) letters += (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') ? kWide : 1.0;
+  }
+  return letters;
+}
+
+/// How the names at the x axis are written.
+struct TickLayout {
+  double angle_deg = 0.0;     ///< 0: level
+  double margin_lines = 0.0;  ///< below the axis
+};
+
+/// Names that fit neither beside one another nor, slanted, beside the left edge are slanted more.
+TickLayout tick_layout(const Panel& panel) {
+  constexpr double kAir_px = 8.0;
+  constexpr double kTickLetter_px = 6.6;  // Arial of 14 px
+  constexpr double kSlanted_deg = 25.0;
+  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  if (panel.x_ticks.empty()) return {};
+  double longest = 0.0;
+  for (const Tick& tick : panel.x_ticks) longest = std::max(longest, letters_of(tick.text));
+  const double slot_px = kKeyWidth_px / static_cast<double>(panel.x_ticks.size());
+  const double length_px = kTickLetter_px * longest;
+  if (length_px + kAir_px <= slot_px) return {};
+  const double left_px = kLeftMargin_px + 0.5 * slot_px - kAir_px;
+  const double first_px = kTickLetter_px * letters_of(panel.x_ticks.front().text);
+  double angle = kSlanted_deg * kDegree;
+  if (first_px * std::cos(angle) > left_px) angle = std::acos(std::min(1.0, left_px / first_px));
+  return {angle / kDegree, 1.6 + length_px * std::sin(angle) / kLine_px};
+}
 
 /// Least number of entries side by side in a panel's key.
 std::size_t key_columns(const Panel& panel) {
-  std::size_t longest = 0;
-  for (const Series& series : panel.series) longest = std::max(longest, series.label.size());
-  const double entry_px = kKeySample_px + kLetter_px * static_cast<double>(longest);
+  double longest = 0.0;
+  for (const Series& series : panel.series) longest = std::max(longest, letters_of(series.label));
+  const double entry_px = kKeySample_px + kLetter_px * longest;
   return std::max<std::size_t>(1, static_cast<std::size_t>(kKeyWidth_px / entry_px));
 }
 
@@ -216,21 +252,28 @@ double panel_height_px(const Panel& panel, bool is_alone) {
   const double plain = panel.is_map || panel.has_equal_scales ? kMapHeight_px
                        : is_alone                             ? kSinglePanelHeight_px
                                                               : kPanelHeight_px;
-  return plain + kKeyLine_px * static_cast<double>(lines > 1 ? lines - 1 : 0);
+  const double below = std::max(0.0, tick_layout(panel).margin_lines - kPlainMargin_lines) * kLine_px;
+  return plain + below + kKeyLine_px * static_cast<double>(lines > 1 ? lines - 1 : 0);
 }
 
 bool has_title(const Figure& figure, Surface surface) { return surface == Surface::file && !figure.title.empty(); }
 
 /// gnuplot reserves 0.7 em for a letter of the key, more than it needs: with less width more entries fit into a row.
 std::string key_width(const Panel& panel) {
-  constexpr double kAir = 0.2;
-  std::size_t longest = 0;
-  for (const Series& series : panel.series) longest = std::max(longest, series.label.size());
-  return fmt::format("set key width {:.1f}\n", -kAir * static_cast<double>(longest));
+  constexpr double kNeeded = 0.8;  // of that, for a letter of the lower case
+  double reserved = 0.0;
+  double needed = 0.0;
+  for (const Series& series : panel.series) {
+    reserved = std::max(reserved, static_cast<double>(series.label.size()));
+    needed = std::max(needed, kNeeded * letters_of(series.label));
+  }
+  return fmt::format("set key width {:.1f}\n", needed - reserved);
 }
 
 std::string bottom_margin(const Panel& panel) {
-  if (panel.x_ticks.size() >= kSlantedTicks) return "set bmargin 5\n";
+  if (const TickLayout ticks = tick_layout(panel); ticks.angle_deg > 0.0) {
+    return fmt::format("set bmargin {:.1f}\n", ticks.margin_lines);
+  }
   return panel.is_map ? "set bmargin 2.2\n" : panel.x_label.empty() ? "set bmargin 2\n" : "set bmargin 3.2\n";
 }
 
@@ -262,8 +305,9 @@ void add_axes(std::string& script, const Panel& panel, const Range& x_range, boo
     script += "set xtics norotate offset 0,0.3 " + (step > 0.0 ? fmt::format("{:.7g}\n", step) : "autofreq\n");
     return;
   }
-  script += panel.x_ticks.size() >= kSlantedTicks ? "set xtics offset 0,0 rotate by 25 right ("
-                                                  : "set xtics norotate offset 0,0.3 (";
+  const double angle_deg = tick_layout(panel).angle_deg;
+  script += angle_deg > 0.0 ? fmt::format("set xtics offset 0,0 rotate by {:.0f} right (", angle_deg)
+                            : "set xtics norotate offset 0,0.3 (";
   for (const Tick& tick : panel.x_ticks) {
     fmt::format_to(std::back_inserter(script), "{}{} {:.7g}", &tick == &panel.x_ticks.front() ? "" : ", ",
                    quoted(tick.text), tick.at);

@@ -192,6 +192,32 @@ TEST(Gnuplot, GivesALongKeyRoomOfItsOwn) {
   EXPECT_GT(height_of(1), height_of(0) + 2 * 18.0) << "the panel with the long key grows, not the other one";
 }
 
+TEST(Gnuplot, SlantsNamesAtTheAxisThatWouldCollideOrBeCutOff) {
+  Figure figure = ramp("a", "");
+  Panel& panel = figure.panels[0];
+  panel.x_ticks = {{1.0, "a2"}, {2.0, "K"}, {3.0, "null"}, {4.0, "b1"}};
+  EXPECT_NE(script_of(figure, Surface::page).find("set xtics norotate"), std::string::npos);
+  const double level = height_px(figure, Surface::page);
+  panel.x_ticks = {{1.0, "null"}, {2.0, "dead_band"}, {3.0, "negative_gain_ratio"}, {4.0, "K"}};
+  EXPECT_NE(script_of(figure, Surface::page).find("rotate by 25 right"), std::string::npos);
+  // A name of 200 px beside the left edge, which is 140 px away.
+  panel.x_ticks[0].text = "20261125T231210Z-paper-as";
+  const std::string script = script_of(figure, Surface::page);
+  const std::size_t at = script.find("rotate by ");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_GT(std::stod(script.substr(at + 10)), 40.0);
+  EXPECT_GT(height_px(figure, Surface::page), level + 80.0) << "which needs room below";
+}
+
+TEST(Gnuplot, GivesDigitsAndCapitalsOfAKeyTheirWidth) {
+  const auto key_width = [](const std::string& label) {
+    const std::string script = script_of(ramp("a", label), Surface::page);
+    return std::stod(script.substr(script.find("set key width ") + 14));
+  };
+  EXPECT_LT(key_width("integrator_lag_valve_x"), -4.0);
+  EXPECT_GT(key_width("20261125T231210Z-paper"), -2.0);
+}
+
 TEST(Gnuplot, DrawsACircleAsOneWhereScalesAreEqual) {
   Figure figure{.title = "circle", .panels = {{.x_label = "real", .y_label = "imaginary"}}};
   Series circle{.label = ""};
