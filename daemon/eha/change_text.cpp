@@ -37,9 +37,9 @@ std::string whose_valve(const ident::PlantChange& change, const ident::Model& mo
 
 }  // namespace
 
-std::string change_sentence(const ParameterChange& p, const ident::Model& model) {
+std::string change_sentence(const ParameterChange& p, const ident::Model& model, Shows shows) {
   const std::string unit = ident::unit_of(p, model);
-  return fmt::format("{} moved by {}, joint +- {} ({} to {})", p.name,
+  return fmt::format("{} {} by {}, joint +- {} ({} to {})", p.name, shows == Shows::change ? "moved" : "differs",
                      with_unit(ident::rounded_to(p.after - p.before, p.half_width), unit),
                      with_unit(fmt::format("{:.2g}", p.half_width), unit), ident::rounded_to(p.before, p.half_width),
                      ident::rounded_to(p.after, p.half_width));
@@ -62,10 +62,10 @@ nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident
   return {{"changed", change.changed}, {"parameters", parameters}, {"undetermined", change.undetermined}};
 }
 
-std::string change_sentences(const ident::PlantChange& change, const ident::Model& model) {
+std::string change_sentences(const ident::PlantChange& change, const ident::Model& model, Shows shows) {
   std::string text;
   for (const ParameterChange& p : change.parameters) {
-    if (p.changed) text += "  " + change_sentence(p, model) + "\n";
+    if (p.changed) text += "  " + change_sentence(p, model, shows) + "\n";
   }
   if (const std::string whose = whose_valve(change, model); !whose.empty()) text += "  " + whose + "\n";
   for (const ParameterChange& p : change.parameters) {

@@ -8,12 +8,20 @@
 
 namespace eha::cli {
 
-/// "dead_band moved by 0.1 V, joint +- 0.003 V (0.148 to 0.248)"
-[[nodiscard]] std::string change_sentence(const ident::ParameterChange& change, const ident::Model& model);
+/// What a difference of parameters shows.
+enum class Shows {
+  change,      ///< of the plant
+  difference,  ///< which may come from the records
+};
+
+/// "dead_band moved by 0.1 V, joint +- 0.003 V (0.148 to 0.248)"; a mere difference "differs by".
+[[nodiscard]] std::string change_sentence(const ident::ParameterChange& change, const ident::Model& model,
+                                          Shows shows = Shows::change);
 
 /// Returns one line for each parameter that changed, one that says whose number a changed null or dead band is, one for
 /// each parameter whose change another one hides, and one for each that the records do not determine.
-[[nodiscard]] std::string change_sentences(const ident::PlantChange& change, const ident::Model& model);
+[[nodiscard]] std::string change_sentences(const ident::PlantChange& change, const ident::Model& model,
+                                           Shows shows = Shows::change);
 
 [[nodiscard]] nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident::Model& model);
 

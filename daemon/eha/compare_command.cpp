@@ -63,7 +63,7 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
     };
     rows.push_back({p.name, shown(p.before, first.model), shown(p.after, model),
                     ident::rounded_to(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
-                    ident::unit_of(p, model), p.changed ? "yes" : "not shown"});
+                    ident::unit_of(p, model), report::change_word(subject, p.changed)});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
     rows.push_back({"left over, rms", fmt::format("{:.3g}", e.before), fmt::format("{:.3g}", e.after),
@@ -141,9 +141,9 @@ identify::ScoredModel converted(identify::ScoredModel scored, const DisplayUnit&
 
 /// Adds what changed, beginning with the name of the run.
 void add_changes(std::vector<std::string>& sentences, const std::string& name, const ident::PlantChange& change,
-                 const ident::Model& model) {
+                 const ident::Model& model, Shows shows = Shows::change) {
   for (const ParameterChange& p : change.parameters) {
-    if (p.changed) sentences.push_back(name + ": " + change_sentence(p, model));
+    if (p.changed) sentences.push_back(name + ": " + change_sentence(p, model, shows));
   }
 }
 
@@ -191,7 +191,13 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                     : run.has_other_input    ? "the parameters differ, and so do the inputs: not shown whether the "
                                                "plant has changed; compare two runs of one experiment"
                                              : "the plant has changed");
-    out.text += change_sentences(change, model);
+    std::string& cannot_tell = out.subjects[i].cannot_tell;
+    cannot_tell = run.cannot_tell;
+    if (cannot_tell.empty() && change.changed && run.has_other_input) {
+      cannot_tell = "the inputs differ, which alone can change the parameters of a plant that is not linear";
+    }
+    const Shows shows = cannot_tell.empty() ? Shows::change : Shows::difference;
+    out.text += change_sentences(change, model, shows);
     // Another input moves another error.
     const bool leaves_other = run.left_over.changed && !run.has_other_input;
     out.subjects[i].left_over.changed = leaves_other;
@@ -200,17 +206,18 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     out.text += table_of(out.subjects.front(), out.subjects[i]);
     any_leaves_other = any_leaves_other || leaves_other;
     any_differs = any_differs || change.changed || !run.cannot_tell.empty();
-    any_changed = any_changed || (change.changed && !run.has_other_input && run.cannot_tell.empty());
-    if (!run.cannot_tell.empty()) {
-      out.findings.sentences.push_back(fmt::format("{}: cannot tell: {}.", titles[i], run.cannot_tell));
+    any_changed = any_changed || (change.changed && cannot_tell.empty());
+    if (!cannot_tell.empty()) {
+      out.findings.sentences.push_back(fmt::format("{}: cannot tell: {}.", titles[i], cannot_tell));
     }
-    add_changes(out.findings.sentences, titles[i], change, model);
+    add_changes(out.findings.sentences, titles[i], change, model, shows);
     if (leaves_other) out.findings.sentences.push_back(titles[i] + ": " + left_over);
   }
   out.findings.title = fmt::format("Comparison of {} and {}", titles.front(),
                                    titles.size() == 2 ? titles.back() : fmt::format("{} others", titles.size() - 1));
-  out.findings.heading = any_changed        ? "The plant has changed"
-                         : any_differs      ? "Not comparable: the records differ in input or length"
+  out.findings.heading = any_changed ? "The plant has changed"
+                         : any_differs
+                             ? "Not shown whether the plant has changed: the records differ in input or length"
                          : any_leaves_other ? "No parameter changed, but what the model leaves over did"
                                             : "No change of the plant found";
   out.findings.is_alike = !any_differs && !any_leaves_other;

@@ -20,13 +20,22 @@ namespace {
 
 constexpr double kMostShown = 10.0;  // joint half widths to both sides
 
+}  // namespace
+
+std::string change_word(const ComparedSubject& subject, bool changed) {
+  if (!changed) return "not shown";
+  return subject.cannot_tell.empty() ? "yes" : "differs";
+}
+
+namespace {
+
 std::string changes_table(const ComparedSubject& first, const ComparedSubject& subject) {
   const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
   for (const ident::ParameterChange& p : subject.change->parameters) {
     rows.push_back({p.name, ident::unit_of(p, model), ident::value_text(p.name, p.before, first.model),
                     ident::value_text(p.name, p.after, model), fmt::format("{:.3g}", p.after - p.before),
-                    fmt::format("{:.2g}", p.half_width), p.changed ? "yes" : "not shown"});
+                    fmt::format("{:.2g}", p.half_width), change_word(subject, p.changed)});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
     rows.push_back({"left over, rms", model.output_unit, fmt::format("{:.3g}", e.before),
@@ -79,7 +88,11 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   item.figure = changes_figure(change, "Changes of the parameters, " + item.heading);
   const auto changed = std::count_if(change.parameters.begin(), change.parameters.end(),
                                      [](const ident::ParameterChange& p) { return p.changed; });
-  item.remark.seen = fmt::format("{} of {} parameters changed.", changed, change.parameters.size());
+  item.remark.seen =
+      subject.cannot_tell.empty()
+          ? fmt::format("{} of {} parameters changed.", changed, change.parameters.size())
+          : fmt::format("{} of {} parameters differ, which is not shown to be a change of the plant: {}.", changed,
+                        change.parameters.size(), subject.cannot_tell);
   const bool is_beyond = std::any_of(change.parameters.begin(), change.parameters.end(), [](const auto& p) {
     return p.half_width > 0.0 && std::abs(p.after - p.before) > kMostShown * p.half_width;
   });
@@ -87,7 +100,8 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   item.remark.good = "Every bar reaches the dashed line at 0, as on an unchanged rig; one that does not is a change.";
   if (subject.left_over.changed) item.remark.seen += " " + left_over_sentence(first, subject);
   item.remark.to_do =
-      change.changed
+      !subject.cannot_tell.empty() ? "Record both with one experiment, of one length, and compare again."
+      : change.changed
           ? "Look for the cause of each change. A null or dead band that moved is the valve's, or comes from a leak "
             "past the piston: with a leak `eha characterise` finds a drift inside the dead band. A gain is the supply "
             "pressure's, the valve's or a leak's. Identify the rig anew before you rely on an old model."

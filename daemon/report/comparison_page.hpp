@@ -19,11 +19,15 @@ struct ComparedSubject {
   ident::Model model;
   std::optional<ident::PlantChange> change = {};  ///< from the first one to this one; none for the first
   identify::LeftOver left_over = {};              ///< the same, of two records
+  std::string cannot_tell = {};  ///< why a difference is not shown to be a change of the plant; empty: it is
   // The record and the model on it, of one length; empty for a model alone.
   Eigen::VectorXd time_s = {};
   Eigen::VectorXd measured = {};
   Eigen::VectorXd simulated = {};
 };
+
+/// Whether a parameter changed, in a word: "yes", "differs" where that is no change of the plant, or "not shown".
+[[nodiscard]] std::string change_word(const ComparedSubject& subject, bool changed);
 
 /// "What the model leaves over changed by a factor of 2.4, from 0.00078 in rms on base to 0.00189 in."
 [[nodiscard]] std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject);
