@@ -84,10 +84,12 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
 
 /// Writes the map's values, with their intervals if the model lists them.
 std::string input_map_text(const Model& model) {
+  // An interval takes the structure for the plant's.
+  const char* plus_minus = model.verdict && may_miss_a_part(*model.verdict) ? "+- at least" : "+-";
   const auto text = [&](ident::ParameterRole role, double value) {
     const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                  [&](const ParameterEstimate& parameter) { return parameter.role == role; });
-    return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at);
+    return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at, plus_minus);
   };
   const ident::ValveMap& map = *model.input_map;
   return fmt::format(", behind a valve: null {} {}, dead band {} {}, negative gain ratio {}",

@@ -100,7 +100,7 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
 plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
   const report::Subject subject = report::in_unit(report::load_models({file}), unit);
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
-  return report::bode_figure({&subject.models.front()}, response, subject.name);
+  return report::bode_figure({&subject.models.front()}, response, subject.name, &subject.fit);
 }
 
 /// Draws the step of a controller's trial.
@@ -131,7 +131,8 @@ std::optional<plot::Figure> of_known_table(const std::string& file, const record
     subject = report::load_run(folder);
     subject.response = table;
     subject = report::in_unit(std::move(subject), unit);
-    if (!subject.models.empty()) return report::bode_figure(subject.pictured(), &*subject.response, title_of(file));
+    if (!subject.models.empty())
+      return report::bode_figure(subject.pictured(), &*subject.response, title_of(file), &subject.fit);
     subject = {};
   }
   if (table.find("gain_dB") != nullptr && table.find("phase_deg") != nullptr) {

@@ -25,12 +25,6 @@ bool has_valve_map(const Subject& subject) {
   return any_model(subject, [](const ident::Model& model) { return model.input_map.has_value(); });
 }
 
-bool misses_a_part(const ident::Model& model) {
-  using Kind = ident::CriterionKind;
-  return model.verdict && fails_any(*model.verdict, {Kind::residual_input, Kind::error_over_noise,
-                                                     Kind::far_error_over_noise, Kind::nonlinearity});
-}
-
 std::string what_to_try(const Subject& subject, const ident::Model& model) {
   std::vector<std::string> untried;
   if (!has_valve_map(subject)) untried.emplace_back("--input-map valve");

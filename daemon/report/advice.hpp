@@ -14,10 +14,6 @@ namespace eha::report {
 /// that no model of the subject has.
 [[nodiscard]] std::string what_to_try(const Subject& subject, const ident::Model& model);
 
-/// Whether its residual shows effects of the plant that the structure cannot represent: they shift a map's null and
-/// dead band by more than their intervals, which are of noise alone.
-[[nodiscard]] bool misses_a_part(const ident::Model& model);
-
 /// What to do about a model's error, by the cause that the box at the top of the page names; empty if none is known.
 [[nodiscard]] std::string against_error(const Subject& subject, const ident::Model& model);
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <string_view>
 #include <utility>
 
 #include "daemon/report/figures.hpp"
+#include "daemon/report/map_response.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
 
@@ -20,6 +22,8 @@ using record::NumberTable;
 constexpr double kLowest_Hz = 0.01;
 constexpr double kHighest_Hz = 10.0;
 constexpr std::size_t kGridPoints = 80;
+constexpr int kMapStyle = 2;
+constexpr double kVisibleBar = 0.05;      // of the gains' range
 constexpr double kBeyondModel_dB = 20.0;  // of the models' gains: noise far below would flatten them
 
 /// Grows to hold finite values.
@@ -89,8 +93,9 @@ void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range&
   const auto* std = response.find("std");
   const auto* noise_dB = response.find("noise_dB");  // below the output, as the distortion is
   if (f == nullptr || level == nullptr || gain_dB == nullptr || phase_deg == nullptr || std == nullptr) return;
-  Series g{.label = "measured, 95 %", .x = *f, .y = *gain_dB, .mark = Mark::error_bars, .style = 0};
+  Series g{.label = "measured", .x = *f, .y = *gain_dB, .mark = Mark::error_bars, .style = 0};
   Series p{.label = "", .x = *f, .y = *phase_deg, .mark = Mark::error_bars, .style = 0};
+  double longest_bar_dB = 0.0;
   Series noise{.label = "noise", .x = *f, .mark = Mark::points, .style = 5};
   for (std::size_t i = 0; i < f->size(); ++i) {
     const double relative = std::min(0.9, ident::kInterval95 * (*std)[i] / (*level)[i]);
@@ -101,7 +106,10 @@ void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range&
     noise.y.push_back(noise_dB != nullptr ? (*gain_dB)[i] + (*noise_dB)[i] : std::numeric_limits<double>::quiet_NaN());
     for (const double value : {g.lower[i], g.upper[i], noise.y[i]}) gains.add(value);
     for (const double value : {p.lower[i], p.upper[i]}) phases.add(value);
+    longest_bar_dB = std::max(longest_bar_dB, g.upper[i] - g.lower[i]);
   }
+  // Over three decades of gain most bars are shorter than their points are high.
+  g.label += longest_bar_dB < kVisibleBar * (gains.high - gains.low) ? " (its 95 % bars: see gain error)" : ", 95 %";
   const auto distortion = [&](const char* name, const char* label, int style) {
     const auto* below_dB = response.find(name);
     if (below_dB == nullptr) return;
@@ -239,8 +247,25 @@ plot::Figure response_figure(const NumberTable& response, const std::string& uni
   return stacked(title, std::move(gain), std::move(error), std::move(phase));
 }
 
+bool shows_map(const ident::Model& model, const NumberTable* response, const identify::FitTable* fit) {
+  if (!model.input_map || fit == nullptr || !is_measured(response)) return false;
+  return !map_response(*model.input_map, *fit, *response->find("frequency_Hz")).empty();
+}
+
+ident::BodeCurve curve_at_lines(const ident::Model& model, const NumberTable& response, const identify::FitTable* fit) {
+  const std::vector<double>& lines_Hz = *response.find("frequency_Hz");
+  ident::BodeCurve curve = ident::bode_curve(model, lines_Hz, {});
+  if (!model.input_map || fit == nullptr) return curve;
+  const std::vector<std::complex<double>> map = map_response(*model.input_map, *fit, lines_Hz);
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    curve.gain_dB[i] += 20.0 * std::log10(std::abs(map[i]));
+    curve.phase_deg[i] += std::arg(map[i]) * kDegrees;
+  }
+  return curve;
+}
+
 plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const NumberTable* response,
-                         const std::string& title) {
+                         const std::string& title, const identify::FitTable* fit) {
   const ident::Model* first = models.empty() ? nullptr : &models.front()->model;
   const std::string unit = first == nullptr ? "" : " [dB re " + first->output_unit + "/" + first->input_unit + "]";
   Panel gain{.x_label = "", .y_label = "gain" + unit, .log_x = true};
@@ -270,6 +295,23 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
     for (const double value : curve.frequency_Hz) frequencies.add(value);
     ++style;
   }
+  if (first != nullptr && shows_map(*first, response, fit)) {
+    const ident::BodeCurve at_lines = curve_at_lines(*first, *response, fit);
+    Series with_map{.label = first->name + " with its map, at the lines",
+                    .x = at_lines.frequency_Hz,
+                    .y = at_lines.gain_dB,
+                    .mark = Mark::points,
+                    .style = kMapStyle};
+    Series map_phase = with_map;
+    map_phase.label.clear();
+    map_phase.y = at_lines.phase_deg;
+    const double shift = turns_deg(at_lines, response);
+    for (double& value : map_phase.y) value += shift;
+    for (const double value : with_map.y) gains.add(value);
+    for (const double value : map_phase.y) phases.add(value);
+    gain.series.push_back(std::move(with_map));
+    phase.series.push_back(std::move(map_phase));
+  }
   const Range of_models = gains;
   if (response != nullptr) add_measured(*response, gain, phase, gains, phases);
   gains.keep_within(of_models.low - kBeyondModel_dB, of_models.high + kBeyondModel_dB);
@@ -284,8 +326,9 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
   }
   std::optional<Panel> error;
   if (first != nullptr && is_measured(response)) {
-    const ident::BodeCurve at_lines = ident::bode_curve(*first, *response->find("frequency_Hz"), {});
-    error = gain_error_panel(*response->find("gain_dB"), at_lines.gain_dB, *response, first->name);
+    const bool has_map = shows_map(*first, response, fit);
+    error = gain_error_panel(*response->find("gain_dB"), curve_at_lines(*first, *response, fit).gain_dB, *response,
+                             first->name + (has_map ? " with its map" : ""));
   }
   return stacked(title, std::move(gain), std::move(error), std::move(phase));
 }

@@ -40,9 +40,21 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
 
 /// Draws gain and phase of the first models with their 95 % bounds, over the measured response with its 95 % bars, the
 /// noise and the distortion; shades the usable band of the first model. Because the bars are small beside three decades
-/// of gain, a panel below has the measured gain over that of the first model. @param response  may be null
+/// of gain, a panel below has the measured gain over that of the first model. Of a first model behind a valve's map its
+/// response with the map is drawn at the lines, too, and compared with the measured one: the map passes less than G.
+/// @param response  may be null   @param fit  rows whose input the map is linearised for; null: G alone is drawn
 [[nodiscard]] plot::Figure bode_figure(const std::vector<const ReportedModel*>& models,
-                                       const record::NumberTable* response, const std::string& title);
+                                       const record::NumberTable* response, const std::string& title,
+                                       const identify::FitTable* fit = nullptr);
+
+/// Gain and phase of a model at the lines of a measured response, with its valve's map where it has one and `fit` shows
+/// the input; without what bode_figure() needs for it, of G.
+[[nodiscard]] ident::BodeCurve curve_at_lines(const ident::Model& model, const record::NumberTable& response,
+                                              const identify::FitTable* fit);
+
+/// Whether curve_at_lines() includes the map.
+[[nodiscard]] bool shows_map(const ident::Model& model, const record::NumberTable* response,
+                             const identify::FitTable* fit);
 
 /// Draws the measured response of frequency_response.csv alone, with the two nearest models of its columns.
 /// @param unit  of the gain, "in/V"; empty: not known

@@ -48,6 +48,21 @@ Distance distance_of(const record::NumberTable& response, const std::string& mod
   return distance;
 }
 
+/// The same with the model's valve map, where shows_map().
+Distance distance_with_map(const record::NumberTable& response, const ident::Model& model,
+                           const identify::FitTable& fit) {
+  const ident::BodeCurve curve = curve_at_lines(model, response, &fit);
+  const std::vector<double>& gain = *response.find("gain_dB");
+  const std::vector<double>& phase = *response.find("phase_deg");
+  Distance distance{
+      .lines = gain.size(), .lowest_Hz = curve.frequency_Hz.front(), .highest_Hz = curve.frequency_Hz.back()};
+  for (std::size_t i = 0; i < gain.size(); ++i) {
+    distance.gain_dB = std::max(distance.gain_dB, std::abs(gain[i] - curve.gain_dB[i]));
+    distance.phase_deg = std::max(distance.phase_deg, std::abs(std::remainder(phase[i] - curve.phase_deg[i], 360.0)));
+  }
+  return distance;
+}
+
 /// Returns the greatest distortion at or beside the lines, relative to the output there; none if it was not measured.
 std::optional<double> greatest_distortion_dB(const record::NumberTable& response) {
   std::optional<double> greatest;
@@ -97,15 +112,18 @@ Remark without_response(const ReportedModel& reported) {
 }
 
 Remark remark_on(const Subject& subject, const ReportedModel& reported, const record::NumberTable* response) {
-  const Distance distance = response != nullptr ? distance_of(*response, reported.model.name) : Distance{};
+  const bool has_map = shows_map(reported.model, response, &subject.fit);
+  const Distance distance = has_map               ? distance_with_map(*response, reported.model, subject.fit)
+                            : response != nullptr ? distance_of(*response, reported.model.name)
+                                                  : Distance{};
   if (distance.lines == 0) return without_response(reported);
   const std::optional<double> distortion = greatest_distortion_dB(*response);
   Remark remark;
   remark.seen = fmt::format(
       "At the {} measured frequencies from {:.3g} to {:.3g} Hz, {} is within {:.2g} dB and {:.2g} "
       "deg of the measured response.",
-      distance.lines, distance.lowest_Hz, distance.highest_Hz, reported.model.name, distance.gain_dB,
-      distance.phase_deg);
+      distance.lines, distance.lowest_Hz, distance.highest_Hz, reported.model.name + (has_map ? " with its map" : ""),
+      distance.gain_dB, distance.phase_deg);
   remark.seen += distortion ? fmt::format(" The distortion is at most {:.0f} dB relative to the output.", *distortion)
                             : " Distortion was not measured; an odd_random_multisine would.";
   remark.seen += median_sentence(*response);
@@ -119,7 +137,18 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
             "record does not test the structure."
           : " The grey band shows the 95 % bounds.";
   const bool is_close = distance.gain_dB < kClose_dB && distance.phase_deg < kClose_deg;
-  if (reported.model.input_map) {
+  if (has_map) {
+    remark.seen +=
+        " The line is the linear part above the dead band, which no record shows alone; the squares are the same model "
+        "behind its map, linearised for this record's input.";
+    remark.good =
+        "The bars of the gain error reach 0, and the squares lie on the measured points: below the line, as the dead "
+        "band takes its share of the amplitude. Outside the measured frequencies the model extrapolates.";
+    remark.to_do = is_close ? "Nothing. For commands of another amplitude the squares move; the line does not."
+                            : "The model misses a part of the plant at the frequencies where squares and points "
+                              "differ. " +
+                                  what_to_try(subject, reported.model);
+  } else if (reported.model.input_map) {
     remark.good =
         "Bars of the gain error on a level line below 0: the dead band takes that share of the amplitude. The shaded "
         "frequencies are the usable band, where the grey band shows the model's 95 % bounds: beyond, the record does "
@@ -147,7 +176,7 @@ Section frequency_section(const Subject& subject) {
   const std::vector<const ReportedModel*> shown = subject.pictured();
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
   Item item{.heading = "Gain and phase of the models over the measured response"};
-  item.figure = bode_figure(shown, response, "Bode plot of the models and the measured response");
+  item.figure = bode_figure(shown, response, "Bode plot of the models and the measured response", &subject.fit);
   item.remark = remark_on(subject, *shown.front(), response);
   if (const auto& notes = subject.part("identification", "frequency_response_notes"); notes.is_array()) {
     for (const auto& note : notes) item.html += paragraph("About this plot: " + note.get<std::string>() + ".");

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstddef>
 
-#include "daemon/report/advice.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::report {
 namespace {
@@ -57,10 +57,15 @@ std::string fraction(const std::string& above, const std::string& below) {
                      hidden(") / ("), below, hidden(")"));
 }
 
+/// Between an estimate and half its interval, which takes the structure for the plant's.
+const char* plus_minus(const Model& model) {
+  return model.verdict && may_miss_a_part(*model.verdict) ? "± at least" : "±";
+}
+
 std::string estimate_or(const Model& model, ident::ParameterRole role, double value) {
   const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                [&](const ParameterEstimate& parameter) { return parameter.role == role; });
-  return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at, "±");
+  return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at, plus_minus(model));
 }
 
 /// Whether the level at which a free response ends is known better than ten times the largest error.
@@ -146,17 +151,19 @@ std::string equation(const Model& model) {
     const auto gain = std::find_if(model.parameters.begin(), model.parameters.end(),
                                    [](const ParameterEstimate& p) { return p.name == "K" && !p.fixed; });
     const double width = gain == model.parameters.end() ? 0.0 : gain->upper95 - gain->lower95;
-    if (width > 0.0 && std::isfinite(width)) html += fmt::format(" (K ± {:.2g})", 0.5 * width);
+    if (width > 0.0 && std::isfinite(width)) html += fmt::format(" (K {} {:.2g})", plus_minus(model), 0.5 * width);
   }
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {
     html += fmt::format(
-        "<br>behind a valve: null {} {}, half dead band {} {}, gain of negative over positive commands {} (± is half a "
-        "95 % interval, of noise alone{})",
+        "<br>behind a valve: null {} {}, half dead band {} {}, gain of negative over positive commands {} (±: half a "
+        "95 % interval{})",
         estimate_or(model, ident::ParameterRole::valve_null, model.input_map->null), input_unit,
         estimate_or(model, ident::ParameterRole::dead_band, model.input_map->dead_band), input_unit,
         estimate_or(model, ident::ParameterRole::negative_gain_ratio, model.input_map->negative_gain_ratio),
-        misses_a_part(model) ? ": what the model misses shifts null and dead band by more" : "");
+        model.verdict && may_miss_a_part(*model.verdict)
+            ? ", of noise alone; at least, as a part of the plant that the model misses adds an error of its own"
+            : "");
   } else {
     html += fmt::format("<br>input bias {:.4g} {}", model.input_bias, input_unit);
   }

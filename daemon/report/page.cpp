@@ -23,6 +23,11 @@ h3 { font-size: 1em; margin: 1em 0 .3em; overflow-wrap: anywhere; }
 p { margin: .4em 0; overflow-wrap: anywhere; }
 ul { margin: .4em 0; padding-left: 1.3em; overflow-wrap: anywhere; }
 .subtitle { color: #444; }
+summary { cursor: pointer; overflow-wrap: anywhere; }
+summary { font-weight: bold; }
+details.section > summary { font-size: 1.25em; }
+details.section { margin: 1.2em 0 0; padding-top: .5em; border-top: 1px solid #bbb; }
+details.section[open] > summary { margin-bottom: .5em; }
 .verdict { border: 2px solid #111; padding: 4px 16px 8px; margin: 16px 0; }
 .verdict.some { border-left-width: 12px; }
 .verdict.none { border-style: dashed; }
@@ -68,16 +73,20 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
 }
 @page { size: A4; margin: 14mm; }
 @media print {
-  body { font-size: 10pt; }
+  body { font-size: 9pt; line-height: 1.35; }
   main { max-width: none; padding: 0; }
-  .with-plot { display: grid; grid-template-columns: minmax(0, 2fr) minmax(0, 1fr); column-gap: 5mm; }
+  h2 { margin: 1em 0 .4em; }
+  p, ul { margin: .25em 0; }
+  .item { margin-bottom: .6em; }
+  .with-plot { display: grid; grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); column-gap: 5mm; }
   .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }
   .with-plot, .verdict, tr { break-inside: avoid; }
   h2, h3, thead { break-after: avoid; }
   .table, .plot { overflow: visible; }
   pre { white-space: pre-wrap; }
-  table { font-size: 8pt; width: 100%; }
-  td, th { padding-right: 6px; }
+  table { font-size: 7.5pt; width: 100%; }
+  td, th { padding: 2px 6px 2px 0; }
+  details.section { margin-top: .4em; padding-top: .2em; }
 }
 )";
 
@@ -93,8 +102,10 @@ std::string remark_html(const Remark& remark) {
 }
 
 std::string item_html(const Item& item, const plot::InlineFigure* drawn) {
-  std::string html = drawn != nullptr ? "<div class=\"item with-plot\">\n" : "<div class=\"item\">\n";
-  if (!item.heading.empty()) html += "<h3>" + escaped(item.heading) + "</h3>\n";
+  std::string html =
+      item.folded ? "<details class=\"item\">\n<summary>" + escaped(item.heading) + "</summary>\n" : std::string();
+  html += drawn != nullptr ? "<div class=\"item with-plot\">\n" : "<div class=\"item\">\n";
+  if (!item.heading.empty() && !item.folded) html += "<h3>" + escaped(item.heading) + "</h3>\n";
   if (drawn != nullptr) {
     html += drawn->error.empty() ? "<div class=\"plot\">" + drawn->svg + "</div>\n"
                                  : "<p class=\"missing\">This plot is missing: " + escaped(drawn->error) + "</p>\n";
@@ -103,7 +114,7 @@ std::string item_html(const Item& item, const plot::InlineFigure* drawn) {
   } else {
     html += item.html;
   }
-  return html + "</div>\n";
+  return html + (item.folded ? "</div>\n</details>\n" : "</div>\n");
 }
 
 }  // namespace
@@ -131,12 +142,14 @@ Page assembled(const std::string& title, const std::string& lead_html, const std
   std::size_t next = 0;
   for (const Section& section : sections) {
     if (section.items.empty()) continue;
-    page.html += "<section>\n<h2>" + escaped(section.title) + "</h2>\n";
+    const std::string name = escaped(section.title);
+    page.html += section.folded ? "<details class=\"section\">\n<summary>" + name + "</summary>\n"
+                                : "<section>\n<h2>" + name + "</h2>\n";
     for (const Item& item : section.items) {
       page.html += item_html(item, item.figure ? &drawn[next] : nullptr);
       if (item.figure) ++next;
     }
-    page.html += "</section>\n";
+    page.html += section.folded ? "</details>\n" : "</section>\n";
   }
   page.html += "</main>\n</body>\n</html>\n";
   return page;

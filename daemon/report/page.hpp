@@ -14,7 +14,8 @@ struct Page {
   std::vector<std::string> missing = {};  ///< plots that could not be drawn, one sentence each
 };
 
-/// Renders a page of sections, each plot with its remark; leaves out a section without items.
+/// Renders a page of sections, each plot with its remark; leaves out a section without items. What is folded is closed
+/// until a reader opens it.
 /// @param title      text @param lead_html  first part, as HTML
 /// Cost: some 0.2 s, nearly all of it gnuplot's. If gnuplot is missing or fails, the page has no plots.
 [[nodiscard]] Page assembled(const std::string& title, const std::string& lead_html,

@@ -8,6 +8,7 @@
 #include "daemon/report/section.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::report {
 namespace {
@@ -111,13 +112,17 @@ std::string parameter_table(const Model& model) {
       rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), unit, "not known", "", ""});
     }
   }
+  const bool is_least = model.verdict && may_miss_a_part(*model.verdict);
   return table({{"parameter"},
                 {"value", Column::number},
                 {"unit"},
-                {"standard error", Column::number},
-                {"lower 95 %", Column::number},
-                {"upper 95 %", Column::number}},
-               rows);
+                {is_least ? "standard error, at least" : "standard error", Column::number},
+                {is_least ? "lower 95 %, at most" : "lower 95 %", Column::number},
+                {is_least ? "upper 95 %, at least" : "upper 95 %", Column::number}},
+               rows) +
+         (is_least ? paragraph("At least, at most: by noise alone. A part of the plant that the model may miss adds an "
+                               "error of its own to every value.")
+                   : std::string());
 }
 
 }  // namespace

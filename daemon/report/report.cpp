@@ -25,10 +25,15 @@ std::string subtitle(const Subject& subject) {
 }  // namespace
 
 Page page_of(const Subject& subject) {
-  const std::vector<Section> sections{time_section(subject),  models_section(subject),    frequency_section(subject),
-                                      step_section(subject),  stability_section(subject), residual_section(subject),
-                                      valve_section(subject), parameter_section(subject), other_models_section(subject),
-                                      paper_section(subject), timing_section(subject),    manifest_section(subject)};
+  std::vector<Section> sections{time_section(subject), models_section(subject), frequency_section(subject),
+                                step_section(subject), valve_section(subject)};
+  // What is looked up, once the first pages have said what to do. Without a model it is what there is to say.
+  for (Section section :
+       {stability_section(subject), residual_section(subject), parameter_section(subject),
+        other_models_section(subject), paper_section(subject), timing_section(subject), manifest_section(subject)}) {
+    section.folded = !subject.models.empty();
+    sections.push_back(std::move(section));
+  }
   return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections);
 }
 

@@ -23,12 +23,14 @@ struct Item {
   std::optional<plot::Figure> figure = {};
   Remark remark = {};
   std::string html = {};  ///< below the plot
+  bool folded = false;    ///< closed until its heading is clicked; not printed while closed
 };
 
 /// A part of a report. Without items it is left out.
 struct Section {
   std::string title;
   std::vector<Item> items = {};
+  bool folded = false;  ///< as of an item
 };
 
 // Sections in the order of the page. Each is empty if the subject has no data for it.

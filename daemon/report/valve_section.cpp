@@ -60,9 +60,9 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
           : fmt::format(
                 "A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative command.",
                 high, unit, low, unit);
-  if (misses_a_part(model)) {
+  if (model.verdict && may_miss_a_part(*model.verdict)) {
     remark.to_do +=
-        " What the model misses, such as friction, shifts null and dead band by more than their intervals say: for a "
+        " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
         "controller take those of the valve sheet (eha characterise), as `eha tune` does.";
   }
   if (const auto sheet = compare_with_sheet(subject, model)) {

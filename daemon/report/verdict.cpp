@@ -12,6 +12,7 @@
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/model/engineering_form.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::report {
 namespace {
@@ -58,12 +59,27 @@ std::string grade_sentence(const ident::Verdict& verdict) {
   return {};
 }
 
+/// What to record first where the record is too short to judge the model; empty where it is long enough.
+std::string longer_record(const Subject& subject, const Model& model) {
+  if (!model.verdict || !needs_longer_record(*model.verdict)) return {};
+  const ordered_json& next = subject.part("identification", "next_experiment", "file");
+  const std::string experiment = next.is_string()
+                                     ? "`eha run` with " + next.get<std::string>() + " of this run's folder"
+                                     : std::string("a longer record");
+  return "first " + experiment +
+         ", as this one is too short to judge what is named above; a controller of this model is "
+         "a guess. Then ";
+}
+
 /// What to do with an accepted model.
 std::string next_steps(const Subject& subject, const ReportedModel& reported) {
   const std::string file = reported.file.empty() ? "MODEL.json" : reported.file;
   std::string text = "Next: ";
-  if (subject.manifest)
+  if (const std::string longer = longer_record(subject, reported.model); !longer.empty()) {
+    text += longer;
+  } else if (subject.manifest) {
     text += "`eha tune` with this run's folder makes a controller of it and says what the rod will do; ";
+  }
   return text + fmt::format(
                     "`eha validate {} RECORD` scores it on another record; `eha export {} --format octave -o plant.m` "
                     "writes it for another program.",
@@ -72,7 +88,11 @@ std::string next_steps(const Subject& subject, const ReportedModel& reported) {
 
 std::string band_sentence(const ReportedModel& reported) {
   const auto band = reported.usable_band();
-  if (!band) return {};
+  if (!band) {
+    return "Usable band: none. The record determines the response at none of the excited frequencies: record longer, "
+           "or "
+           "with more tones.";
+  }
   std::string text = fmt::format("Usable from {:.3g} to {:.3g} Hz", band->lowest_Hz, band->highest_Hz);
   const auto& criteria = reported.model.verdict->criteria;
   const bool misses_input = std::any_of(criteria.begin(), criteria.end(), [](const ident::Criterion& c) {
@@ -104,40 +124,7 @@ std::string unit_of(const ident::Criterion& criterion, const Model& model) {
 
 /// What a model fails in or is not judged in, in few words.
 std::string short_note(const ident::Criterion& criterion) {
-  using Kind = ident::CriterionKind;
-  const std::string& parameter = criterion.parameter;
-  if (!criterion.judged) return "not judged: " + words_of(criterion);
-  switch (criterion.kind) {
-    case Kind::residual_input:
-      return "the input moves the error";
-    case Kind::residual_whiteness:
-      return "the error is no plain noise";
-    case Kind::nonlinearity:
-      return "plant not linear";
-    case Kind::future_input:
-      return "loop closed";
-    case Kind::residual_drift:
-      return "the error drifts";
-    case Kind::error_over_noise:
-    case Kind::far_error_over_noise:
-      return fmt::format("error {:.2g} times the noise", criterion.value);
-    case Kind::above_recommended:
-      return parameter + " clearly better";
-    case Kind::coefficient_interval:
-      return parameter + " may be 0";
-    case Kind::order_error:
-      return "order " + parameter + " not known";
-    case Kind::left_out:
-      return "no need of " + parameter;
-    case Kind::excitation_order:
-      return "input too simple";
-    case Kind::stability_margin:
-      return criterion.value > 0.0 ? "margin too small" : "not stable";
-    case Kind::converged:
-      return "search did not converge";
-    default:
-      return words_of(criterion);
-  }
+  return criterion.judged ? note_of(criterion) : "not judged: " + words_of(criterion);
 }
 
 /// The first of what a model fails in or is not judged in.
@@ -173,7 +160,9 @@ std::string of_model(const Subject& subject, const ReportedModel& reported) {
   std::string html = paragraph(scores_sentence(reported.model));
   if (const std::string band = band_sentence(reported); is_accepted && !band.empty()) html += paragraph(band);
   if (is_accepted) {
-    html += paragraph(grade_sentence(*verdict)) + list(verdict->reasons) + paragraph(next_steps(subject, reported));
+    html += paragraph(grade_sentence(*verdict)) + list(verdict->reasons);
+    if (const std::string sight = sight_of(reported.model, *verdict); !sight.empty()) html += paragraph(sight);
+    html += paragraph(next_steps(subject, reported));
   }
   return html + equation(reported.model);
 }
@@ -261,17 +250,14 @@ std::string verdict(const Subject& subject) {
                ended + of_model(subject, main) + reason + remarks_on_record(main.model));
   }
   if (grade == Grade::rejected) {
-    std::string html = ended + reason;
+    const std::vector<std::string> none;
+    const std::vector<std::string>& reasons = main.model.verdict ? main.model.verdict->reasons : none;
+    // The reason why none is recommended may begin the list.
+    const bool is_listed =
+        !reasons.empty() && subject.reason.find(ident::statement_of(reasons.front())) != std::string::npos;
+    std::string html = ended + (is_listed ? "" : reason);
     if (main.model.verdict) {
-      std::vector<std::string> reasons = main.model.verdict->reasons;
-      // The reason of a recommendation that there is none may be the first of these.
-      if (!reasons.empty() && subject.reason.find(reasons.front()) != std::string::npos) {
-        reasons.erase(reasons.begin());
-        if (!reasons.empty()) html += paragraph("Also found:");
-      } else {
-        html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name));
-      }
-      html += list(reasons);
+      html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name)) + list(reasons);
     }
     return box("none", "No model can be used", html + remarks_on_record(main.model) + of_model(subject, main));
   }
@@ -343,7 +329,7 @@ Section models_section(const Subject& subject) {
   section.items.push_back(std::move(overview));
   const Model& first = subject.models.front().model;
   if (!first.verdict || first.verdict->criteria.empty()) return section;
-  Item checks{.heading = "Every check of " + first.name};
+  Item checks{.heading = "Every check of " + first.name, .folded = true};
   std::vector<std::vector<std::string>> criteria;
   for (const ident::Criterion& criterion : first.verdict->criteria) {
     criteria.push_back({words_of(criterion), criterion_value(criterion, criterion.value),

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -154,6 +156,19 @@ TEST(ComparisonPage, SaysWhatHidesAChange) {
       std::string::npos)
       << html.substr(html.find("Seen here"), 600);
   EXPECT_NE(html.find("↑ 188"), std::string::npos) << "the bar of the dead band lies beyond the panel";
+  EXPECT_NE(html.find("1 of 2 parameters changed."), std::string::npos);
+  // Where the records cannot tell, no part of the page says that something changed.
+  const std::string unknown =
+      comparison_page({.title = "Comparison", .heading = "Not shown"},
+                      {{.label = "monday", .model = model},
+                       {.label = "friday", .model = model, .change = change, .cannot_tell = "the inputs differ"}})
+          .html;
+  EXPECT_NE(
+      unknown.find("1 of 2 parameters differ, which is not shown to be a change of the plant: the inputs differ."),
+      std::string::npos);
+  EXPECT_NE(unknown.find(">differs</td>"), std::string::npos);
+  EXPECT_EQ(unknown.find(">yes</td>"), std::string::npos);
+  EXPECT_EQ(unknown.find("Look for the cause of each change"), std::string::npos);
 }
 
 TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
@@ -251,6 +266,53 @@ TEST(BodeFigure, ShowsTheErrorOfTheGainOnAScaleOfItsOwn) {
   ASSERT_TRUE(figure.panels[1].y_range.has_value());
   EXPECT_LT(figure.panels[1].y_range->second - figure.panels[1].y_range->first, 0.3) << "the bars can be seen";
   EXPECT_LT(figure.panels[1].y_range->first, 0.0) << "and how far they are from 0";
+}
+
+TEST(BodeFigure, ComparesAModelBehindAMapWithItsMap) {
+  ReportedModel reported{model_named("io_valve", ident::Grade::good, 99.0), "io_valve.json"};
+  const ident::ValveMap map{-0.2, 0.3, 0.9};
+  reported.model.input_map = map;
+  const std::vector<double> f{0.05, 0.2};
+  identify::FitTable fit;
+  constexpr int kRows = 1000;
+  Eigen::VectorXd volts(kRows);
+  for (int k = 0; k < kRows; ++k) {
+    fit.time_s.push_back(0.04 * k);
+    const double t = 2.0 * std::numbers::pi * fit.time_s.back();
+    volts[k] = 1.5 * std::cos(f[0] * t) + 1.0 * std::cos(f[1] * t + 1.0);
+    fit.applied.push_back(volts[k]);
+  }
+  // The plant is the model: its response is that of G to what the valve passes.
+  const Eigen::VectorXd passed = mapped(map, volts);
+  const ident::BodeCurve of_g = ident::bode_curve(reported.model, f, {});
+  record::NumberTable response;
+  response.names = {"frequency_Hz", "gain", "gain_dB", "phase_deg", "std"};
+  response.columns = {f, {}, {}, {}, {}};
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    std::complex<double> in;
+    std::complex<double> out;
+    for (int k = 0; k < kRows; ++k) {  // 40 s, whole periods of both
+      const auto turn = std::polar(1.0, -2.0 * std::numbers::pi * f[i] * fit.time_s[static_cast<std::size_t>(k)]);
+      in += volts[k] * turn;
+      out += passed[k] * turn;
+    }
+    response.columns[2].push_back(of_g.gain_dB[i] + 20.0 * std::log10(std::abs(out / in)));
+    response.columns[3].push_back(of_g.phase_deg[i] + std::arg(out / in) * kDegrees);
+    response.columns[1].push_back(std::pow(10.0, response.columns[2].back() / 20.0));
+    response.columns[4].push_back(0.001 * response.columns[1].back());
+  }
+  const plot::Figure figure = bode_figure({&reported}, &response, "Bode plot", &fit);
+  const plot::Panel& gain = figure.panels[0];
+  const auto with_map = std::find_if(gain.series.begin(), gain.series.end(), [](const plot::Series& series) {
+    return series.label == "io_valve with its map, at the lines";
+  });
+  ASSERT_NE(with_map, gain.series.end());
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    EXPECT_NEAR(with_map->y[i], response.columns[2][i], 1e-6);
+    EXPECT_LT(with_map->y[i], of_g.gain_dB[i] - 1.0) << "the dead band takes its share";
+    EXPECT_NEAR(figure.panels[1].series.front().y[i], 0.0, 1e-6);
+  }
+  EXPECT_LT(figure.panels[1].y_range->second - figure.panels[1].y_range->first, 0.1) << "the bars can be seen";
 }
 
 TEST(BodeFigure, LeavesOutNoiseThatItsAxisDoesNotReach) {

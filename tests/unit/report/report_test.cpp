@@ -55,6 +55,8 @@ TEST(Page, SaysTheReasonOfARejectionOnce) {
   subject.reason = "io, the best one, is rejected: The rod stands at an end; cut with --from 37.";
   const std::string html = page_of(subject).html;
   EXPECT_EQ(count(html, "The rod stands at an end; cut with --from 37."), 1U);
+  subject.reason = "io, the best one, is rejected: The rod stands at an end";
+  EXPECT_EQ(count(page_of(subject).html, "The rod stands at an end"), 1U) << "a quoted statement";
   EXPECT_NE(html.find("<li>R2 is too low.</li>"), std::string::npos);
 }
 
@@ -293,6 +295,55 @@ TEST(Page, DescribesTheOtherModelsAfterThePicturesOfTheFirst) {
   EXPECT_GT(html.find("io3: rejected"), html.find("Parameters of io"));
   EXPECT_NE(html.find("a3 may be 0"), std::string::npos);
   EXPECT_NE(html.find("&lt; 0.0001"), std::string::npos) << "a probability has no twenty digits";
+}
+
+TEST(Page, FoldsWhatIsLookedUpBehindWhatAReaderNeedsFirst) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.has_recommendation = true;
+  subject.models.push_back({model_named("io3", ident::Grade::rejected, 95.0), "models/rejected/io3.json"});
+  const std::string html = page_of(subject).html;
+  const std::size_t first_fold = html.find("<details");
+  ASSERT_NE(first_fold, std::string::npos);
+  EXPECT_EQ(html.find("<details class=\"section\" open"), std::string::npos);
+  for (const char* open : {"Recommended model: io", "<h2>Over time</h2>", "<h2>Models</h2>"}) {
+    EXPECT_LT(html.find(open), first_fold) << open;
+  }
+  for (const char* title : {"Stability", "Parameters", "The other models"}) {
+    EXPECT_NE(html.find(std::string("<summary>") + title + "</summary>"), std::string::npos) << title;
+  }
+  EXPECT_NE(html.find("<summary>Every check of io</summary>"), std::string::npos);
+  // Without a model they are all that the page has.
+  Subject ended{.name = "run"};
+  ended.manifest.emplace();
+  (*ended.manifest)["outcome"] = "faulted";
+  EXPECT_EQ(page_of(ended).html.find("<details"), std::string::npos);
+}
+
+TEST(Page, CallsAnIntervalALeastOneWhereAPartMayBeMissing) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  ident::Model& model = subject.models[0].model;
+  model.input_map = ident::ValveMap{-0.4, 0.3, 0.9};
+  model.parameters.push_back({"null", -0.4, 0.005, -0.41, -0.39, false, ident::ParameterRole::valve_null});
+  EXPECT_NE(equation(model).find("null -0.4000 ± 0.0100 V"), std::string::npos) << equation(model);
+  model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::nonlinearity, .value = 1e-5, .limit = 0.002, .passed = false});
+  EXPECT_NE(equation(model).find("null -0.4000 ± at least 0.0100 V"), std::string::npos) << equation(model);
+  EXPECT_NE(page_of(subject).html.find("lower 95 %, at most"), std::string::npos);
+}
+
+TEST(Page, OffersTheLongerExperimentOfAShortRecordBeforeAController) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  subject.has_recommendation = true;
+  subject.manifest.emplace();
+  (*subject.manifest)["outcome"] = "completed";
+  EXPECT_NE(page_of(subject).html.find("eha tune"), std::string::npos);
+  (*subject.manifest)["identification"]["next_experiment"]["file"] = "next_experiment.toml";
+  subject.models[0].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::residual_input, .value = 0.5, .limit = 0.01, .judged = false});
+  const std::string html = page_of(subject).html;
+  EXPECT_EQ(html.find("eha tune"), std::string::npos);
+  EXPECT_NE(html.find("Next: first `eha run` with next_experiment.toml"), std::string::npos);
+  EXPECT_NE(html.find("Usable band: none"), std::string::npos);
 }
 
 TEST(Page, PicturesTheRecommendedModelAloneWhereThereIsNoRunnerUp) {
