@@ -10,6 +10,7 @@
 
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
+#include "daemon/tune/controller_answer.hpp"
 #include "daemon/tune/kind_table.hpp"
 
 namespace eha::tune {
@@ -193,16 +194,6 @@ report::Item sensitivity(const Curves& c) {
   return item;
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    lines.push_back(text.substr(at, end - at));
-    at = end + 1;
-  }
-  return lines;
-}
-
 }  // namespace
 
 plot::Figure motion_figure(const TrialTrace& t, std::string title, const DisplayUnit& unit) {
@@ -362,6 +353,7 @@ report::Page controller_page(const ControllerSubject& subject) {
       "<p class=\"subtitle\">{}</p>\n",
       report::escaped(fmt::format("{} controller \"{}\" for {}, to {}, tick {:g} s", ident::text(c.settings.kind),
                                   c.name, c.provenance.rig, c.purpose, c.settings.tick_s)));
+  lead += answer_box(subject);
   std::vector<report::Section> sections;
   if (subject.measured) sections.push_back(measured(*subject.measured, c.promise, subject.unit));
   report::Section promise{.title = "Promise"};
@@ -373,7 +365,7 @@ report::Page controller_page(const ControllerSubject& subject) {
                               {"to", Column::number},
                               {"unit", Column::text}},
                              promise_rows(c.promise, subject.unit)) +
-               report::paragraph(promise_note(c.settings, subject.unit)) + report::list(lines_of(c.promise.remarks))});
+               report::paragraph(promise_note(c.settings, subject.unit))});
   if (const auto rows = kind_rows(subject.kinds, subject.unit); !rows.empty()) {
     std::vector<report::TableColumn> columns;
     for (const std::string& title : kind_titles(subject.unit)) {

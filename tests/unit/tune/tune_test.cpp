@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "daemon/tune/controller_answer.hpp"
 #include "daemon/tune/kind_table.hpp"
 #include "hal/sim/cylinder.hpp"
 
@@ -37,6 +38,30 @@ TuneTask task_for(const hal::SimOptions& rig) {
   task.twins = 4;
   task.hold_s = 8.0;
   return task;
+}
+
+TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
+  ControllerSubject subject;
+  config::ControllerConfig& c = subject.controller;
+  c.name = "axis";
+  c.settings.reference = {.lowest = 0.5, .highest = 5.5, .velocity = 0.2, .acceleration = 1.0, .jerk = 10.0};
+  c.promise.twins = 50;
+  c.promise.following_worst_in = {0.001, 0.0005, 0.0026};
+  c.promise.overshoot_in = {0.0, 0.0, 0.0012};
+  c.promise.phase_margin_deg = {80.0, 69.0, 80.0};
+  c.promise.remarks = "The margin limits the gain.\nThe promise is of a simulated rig.";
+  std::string html = answer_box(subject);
+  EXPECT_EQ(html.rfind("<section class=\"verdict some\"><h2>P controller", 0), 0U) << html;
+  for (const char* told :
+       {"within 0.0026 in of the reference", "overshoots by at most 0.0012 in", "phase 80 degrees and at least 69",
+        "<li>The margin limits the gain.</li>", "Next: `eha track`"}) {
+    EXPECT_NE(html.find(told), std::string::npos) << told << " in " << html;
+  }
+  subject.measured.emplace().figures = {{.name = "following error, worst", .value = 0.1, .unit = "in", .kept = "no"}};
+  html = answer_box(subject);
+  EXPECT_EQ(html.rfind("<section class=\"verdict none\">", 0), 0U) << html;
+  EXPECT_NE(html.find("The rig did not keep: following error, worst."), std::string::npos) << html;
+  EXPECT_NE(html.find("Next: `eha characterise`"), std::string::npos) << html;
 }
 
 TEST(TwinDraws, HaveTheGainsOfTheSimulatedCylinder) {

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/tune/controller_answer.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "daemon/report/html.hpp"
+
+namespace eha::tune {
+namespace {
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    lines.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return lines;
+}
+
+/// Time of the trial's step from a tenth to nine tenths of its way; none without a trial on the twin.
+std::optional<double> rise_s(const ControllerSubject& subject) {
+  if (!subject.trace) return std::nullopt;
+  const ident::AxisSettings& settings = subject.controller.settings;
+  const ident::TrialPlan plan = ident::trial_plan(settings);
+  const ident::TrialMotion motion(settings, plan, settings.reference.lowest);
+  const TrialTrace& trace = *subject.trace;
+  std::vector<std::size_t> rows;  // of the step
+  for (std::size_t row = 0; row < trace.time_s.size(); ++row) {
+    const auto part = motion.part(row);
+    if (part == ident::TrialMotion::Part::step) rows.push_back(row);
+    if (part != ident::TrialMotion::Part::step && part != ident::TrialMotion::Part::rest) break;
+  }
+  if (rows.empty()) return std::nullopt;
+  const double start = trace.rod_in[rows.front()];
+  const double way = trace.reference_in[rows.back()] - start;  // to either side
+  std::optional<double> low_s;
+  for (const std::size_t row : rows) {
+    const double share = (trace.rod_in[row] - start) / way;
+    if (!low_s && share >= 0.1) low_s = trace.time_s[row];
+    if (low_s && share >= 0.9) return trace.time_s[row] - *low_s;
+  }
+  return std::nullopt;
+}
+
+std::string margins(const config::ControllerPromise& p) {
+  return fmt::format(
+      "Margins: phase {:.0f} degrees and at least {:.0f} for 95 % of what the model may be, gain {:.3g} times and at "
+      "least {:.3g}, {:.2g} s of further delay and at least {:.2g}.",
+      p.phase_margin_deg.value, p.phase_margin_deg.lower, p.gain_margin.value, p.gain_margin.lower,
+      p.delay_margin_s.value, p.delay_margin_s.lower);
+}
+
+std::string upper_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
+
+std::string answer_box(const ControllerSubject& subject) {
+  const config::ControllerConfig& c = subject.controller;
+  const config::ControllerPromise& p = c.promise;
+  const double factor = subject.unit.factor("in");
+  const std::string in = subject.unit.of("in");
+  std::vector<std::string> not_kept;
+  if (subject.measured) {
+    for (const MeasuredFigure& figure : subject.measured->figures) {
+      if (figure.kept == "no") not_kept.push_back(figure.name);
+    }
+  }
+  std::string html;
+  if (!not_kept.empty()) {
+    html += report::paragraph(fmt::format("The rig did not keep: {}.", fmt::join(not_kept, ", ")));
+  }
+  html += report::paragraph(fmt::format(
+      "Promised on {} drawn rigs: while the rod moves it is within {:.2g} {} of the reference (RMS {:.2g}), at rest "
+      "within {:.2g} {}.",
+      p.twins, factor * p.following_worst_in.upper, in, factor * p.following_rms_in.upper,
+      factor * p.rest_error_in.upper, in));
+  const double step = factor * std::abs(ident::trial_plan(c.settings).step);
+  const std::optional<double> rise = rise_s(subject);
+  html += report::paragraph(fmt::format(
+      "A step of {:.3g} {}{}: the rod settles within 2 % of it at most {:.2g} s after the reference arrives, and "
+      "overshoots by at most {:.2g} {}. The reference moves at up to {:.3g} {}/s and {:.3g} {}/s^2.",
+      step, in, rise ? fmt::format(" takes {:.2g} s from 10 to 90 % on the twin", *rise) : std::string(),
+      p.settling_s.upper, factor * p.overshoot_in.upper, in, factor * c.settings.reference.velocity, in,
+      factor * c.settings.reference.acceleration, in));
+  html += report::paragraph(margins(p));
+  if (const std::vector<std::string> limits = lines_of(p.remarks); !limits.empty()) {
+    html += report::paragraph("What limits it, and what the promise rests on:") + report::list(limits);
+  }
+  html += report::paragraph(
+      !not_kept.empty() ? "Next: `eha characterise` measures the valve again, then `eha tune`."
+      : subject.measured
+          ? "Next: `eha export` with the controller's file and `--format st` (or c, simulink) writes it for a PLC."
+          : "Next: `eha track` with the controller's file plays it on the rig and says whether the promise is kept; "
+            "then "
+            "`eha export` with `--format st` (or c, simulink) writes it for a PLC.");
+  return fmt::format(
+      "<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", not_kept.empty() ? "some" : "none",
+      report::escaped(fmt::format("{} controller \"{}\": error within {:.2g} {} in motion, {:.2g} {} at rest",
+                                  upper_case(std::string(ident::text(c.settings.kind))), c.name,
+                                  factor * p.following_worst_in.upper, in, factor * p.rest_error_in.upper, in)),
+      html);
+}
+
+}  // namespace eha::tune

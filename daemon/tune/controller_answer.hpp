@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "daemon/tune/controller_page.hpp"
+
+namespace eha::tune {
+
+/// The box at the head of a controller's page, as HTML: what the controller achieves, its margins, what limits it, what
+/// to do next. Of a trial on a rig: what of the promise is not kept, too.
+[[nodiscard]] std::string answer_box(const ControllerSubject& subject);
+
+}  // namespace eha::tune
