@@ -193,7 +193,9 @@ report::Page page_of(const Table& table) {
   report::Section records{.title = "Records"};
   if (table.judged > 0) {
     models.items.push_back({.heading = "", .html = models_table(table)});
-    records.items.push_back({.heading = "", .html = records_table(table)});
+    const std::string note = grade_note(table);
+    records.items.push_back(
+        {.heading = "", .html = records_table(table) + (note.empty() ? note : report::paragraph(note))});
   }
   std::vector<std::string> reasons;
   for (const Row& row : table.rows) {

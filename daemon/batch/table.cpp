@@ -8,6 +8,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <optional>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -265,6 +266,16 @@ std::string other_units_text(const Table& table) {
   }
   if (others.size() > kMostNamed) text += fmt::format(" and {} more", others.size() - kMostNamed);
   return text;
+}
+
+std::string grade_note(const Table& table) {
+  const auto has = [&](std::string_view grade) {
+    return std::any_of(table.rows.begin(), table.rows.end(), [&](const Row& row) { return grade_of(row) == grade; });
+  };
+  if (!has("good") || !has("usable")) return {};
+  return "A grade is about what the tests can see beside the noise of its record: the model of a noisy record may be "
+         "good "
+         "where that of a clean one, with a smaller error, is usable.";
 }
 
 std::string grade_of(const Row& row) {

@@ -92,6 +92,9 @@ struct Parameter {
 /// The verdict's grade of the recommended model; empty without one.
 [[nodiscard]] std::string grade_of(const Row& row);
 
+/// Why one record's model is good and another's usable; empty where the grades do not differ so.
+[[nodiscard]] std::string grade_note(const Table& table);
+
 /// Why no model is recommended, as `eha fit` says; empty where one is.
 [[nodiscard]] std::string why_none(const Row& row);
 

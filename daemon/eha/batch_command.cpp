@@ -22,6 +22,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/text_table.hpp"
 
@@ -141,6 +142,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   for (const batch::Trend& one : table.trends) {
     text += fmt::format("trend    {} {} from the first record to the last\n", one.parameter, batch::change_text(one));
   }
+  if (const std::string note = batch::grade_note(table); !note.empty()) text += "grade    " + wrapped(note, 9) + "\n";
   text += without;
   if (apart.empty() && !table.resolutions.empty()) text += "apart    none\n";
   text += apart;
