@@ -22,7 +22,7 @@ using Json = nlohmann::json;
 constexpr const char* kExperiment = R"(schema = 1
 name = "ways"
 duration_s = 24.0
-repetitions = 1
+repetitions = 2
 [excitation]
 kind = "multisine"
 offset_V = -0.2
