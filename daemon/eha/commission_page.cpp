@@ -44,7 +44,10 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   add_measured(rows, sheet, "dead_band_V", "dead band, half width", "V", 1.0);
   add_measured(rows, sheet, "gain_positive_in_per_V_s", "velocity gain extending", gain_unit.c_str(), gain);
   add_measured(rows, sheet, "gain_negative_in_per_V_s", "velocity gain retracting", gain_unit.c_str(), gain);
-  return report::table({{"valve"}, {"value", Column::number}, {"+- (95 %)", Column::number}, {"unit"}}, rows);
+  return report::table({{"valve"}, {"value", Column::number}, {"+- (95 %)", Column::number}, {"unit"}}, rows) +
+         report::paragraph(
+             "These numbers of the valve count: rig file and controller have them. Null and dead band in the model's "
+             "equation are of a fit, which dry friction shifts by some hundredths of a volt.");
 }
 
 /// Returns the ticks of a run as time [s].

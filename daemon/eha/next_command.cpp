@@ -10,19 +10,16 @@
 #include <system_error>
 #include <vector>
 
-#include "config/rig_config.hpp"
-#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/socket_path.hpp"
-#include "daemon/eha/console.hpp"
+#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/report/report.hpp"
-#include "daemon/sheet/run_sheet.hpp"
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/model/model_file.hpp"
 
@@ -105,38 +102,20 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
 
 namespace {
 
-/// Whether a model's valve agrees with that of a sheet; true if the model has none.
-bool is_of_one_valve(const std::optional<ident::ValveMap>& map, const fs::path& sheet_run) {
-  if (!map) return true;
-  const auto sheet = nlohmann::json::parse(os::read_file(sheet_run / sheet::kSheetFile), nullptr, false);
-  const auto off_V = [&](const char* key, double value) {
-    const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
-    return sheet.contains(place) && sheet.at(place).is_number() ? std::abs(sheet.at(place).get<double>() - value) : 0.0;
-  };
-  return off_V("null_V", map->null) <= config::kSameValve_V &&
-         off_V("dead_band_V", map->dead_band) <= config::same_dead_band_V(map->dead_band);
-}
-
 /// Returns the valve of a run's recommended model; none if it recommends none, or one without a map.
 std::optional<ident::ValveMap> valve_of(const fs::path& folder) {
   const auto file = recommended_model(folder);
   return file ? ident::model_from_text(os::read_file(*file), file->string()).input_map : std::nullopt;
 }
 
-/// " --sheet RUN" of the newest valve sheet of the same rig beside a run; empty without one.
+/// " --sheet RUN" of the newest valve sheet of the same rig beside a run; empty without one, or if the valve has
+/// changed since.
 std::string sheet_option(const fs::path& folder, const std::optional<ident::ValveMap>& map) {
-  const auto rig_of = [](const fs::path& run) {
-    return record::read_manifest(run).other.value(nlohmann::ordered_json::json_pointer("/rig/name"), std::string());
-  };
-  std::error_code ignored;
-  const std::string rig = rig_of(folder);
-  std::vector<fs::path> runs = record::list_runs(fs::canonical(folder, ignored).parent_path());
-  for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
-    if (!fs::is_regular_file(*run / sheet::kSheetFile, ignored) || rig_of(*run) != rig) continue;
-    if (!is_of_one_valve(map, *run)) return {};  // the valve has changed since
-    return " --sheet " + shell_word((folder.parent_path() / run->filename()).string());
-  }
-  return {};
+  const auto run = newest_sheet_run(folder);
+  if (!run) return {};
+  const auto sheet = valve_of_sheet(*run);
+  if (map && sheet && !is_of_one_valve(*map, *sheet)) return {};
+  return " --sheet " + shell_word(run->string());
 }
 
 }  // namespace
@@ -150,30 +129,6 @@ std::optional<std::string> tune_of_run(const fs::path& folder, const std::option
 std::string tune_of_model(const fs::path& model, const fs::path& run) {
   return "eha tune " + shell_word(model.string()) +
          sheet_option(run, ident::model_from_text(os::read_file(model), model.string()).input_map);
-}
-
-void warn_of_changed_valve(const fs::path& folder, const Console& console) {
-  const std::optional<ident::ValveMap> map = valve_of(folder);
-  const nlohmann::ordered_json other = record::read_manifest(folder).other;
-  const nlohmann::ordered_json::json_pointer text("/rig/text");
-  if (!map || !other.contains(text)) return;
-  const config::RigConfig rig =
-      config::parse_rig(other.at(text).get<std::string>(), (folder / "run.json (rig)").string());
-  if (!rig.limits.following) return;
-  const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
-  const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
-  constexpr double kStds = 2.0;
-  const double null_off_V = std::abs(map->null - known.null_V);
-  const double band_off_V = std::abs(map->dead_band - known.dead_band_V);
-  if (null_off_V <= config::kSameValve_V + kStds * uncertainty.null_V &&
-      band_off_V <= config::same_dead_band_V(known.dead_band_V) + kStds * uncertainty.dead_band_V) {
-    return;
-  }
-  console.warning(
-      fmt::format("the record shows a valve of null {:.3f} V and dead band {:.3f} V, [following] of the rig file has "
-                  "{:.3f} and {:.3f} "
-                  "V: rehearsals and the following check are for another valve; measure it again: eha characterise",
-                  map->null, map->dead_band, known.null_V, known.dead_band_V));
 }
 
 }  // namespace eha::cli

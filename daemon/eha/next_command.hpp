@@ -10,7 +10,6 @@
 
 namespace eha::cli {
 
-class Console;
 struct RunCommand;
 
 /// Adds --socket to a command for the service that the user has just used, unless it is the default one.
@@ -45,9 +44,6 @@ struct RunCommand;
 /// @param rig_file  as named for the run; none: the default
 [[nodiscard]] std::optional<std::string> tune_of_run(const std::filesystem::path& folder,
                                                      const std::optional<std::string>& rig_file = {});
-
-/// Warns if the valve of a run's recommended model differs from [following] of the run's rig file.
-void warn_of_changed_valve(const std::filesystem::path& folder, const Console& console);
 
 /// `eha tune MODEL` with the same sheet, for a model of that run's record.
 [[nodiscard]] std::string tune_of_model(const std::filesystem::path& model, const std::filesystem::path& run);

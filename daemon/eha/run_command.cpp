@@ -19,6 +19,7 @@
 #include "core/display_unit.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/place_text.hpp"
@@ -211,6 +212,7 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
 /// Reports a rod that has reached its place.
 ExitCode report_placed(const play::FinishedRun& run, double place_in, const std::string& units, const std::string& next,
                        const Console& console) {
+  warn_of_unused_sheet(run.folder, console);
   print_place(run.displacement_in, units, next, console);
   console.print_json({{"schema", "eha-run/1"},
                       {"run", run.folder.string()},
@@ -224,6 +226,7 @@ ExitCode report_placed(const play::FinishedRun& run, double place_in, const std:
 ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console& console) {
   const identify::Source source = identify::load_source(folder.string(), std::nullopt);
   const identify::IdentificationTask task = identify::task_of(source);
+  for (const std::string& remark : source.remarks) console.warning(remark);
   print_warnings(source, task.options.decimation, console);
   using Paper = identify::Comparisons::Paper;
   const Paper paper = source.experiment && source.experiment->compares_with_paper ? Paper::include : Paper::leave_out;

@@ -19,6 +19,7 @@
 #include "config/tone_grid.hpp"
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/place_text.hpp"
@@ -101,6 +102,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
                       {"exit_code", static_cast<int>(code)}});
   if (entry.value("placed_in", Json()).is_number()) {
     if (code == ExitCode::ok) {
+      if (!folder.empty()) warn_of_unused_sheet(folder, console);
       print_place(entry.at("placed_in").get<double>(), units, through(command.socket, "eha read"), console);
     }
     if (code == ExitCode::safety_trip) {

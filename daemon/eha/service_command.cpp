@@ -75,7 +75,8 @@ Example:
   eha metrics)";
 
 constexpr const char* kReloadFooter = R"(
-Reads rig.toml and ehad.toml again. Refused while the rig is armed; after a refusal, as of a file with faults, the
+Reads rig.toml and ehad.toml again. Refused while the rig is armed, or somebody else holds the lease (whose `eha
+disarm` returns it; root may); after a refusal, as of a file with faults, the
 configuration read before stays in force.
 
 Example:

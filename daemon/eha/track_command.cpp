@@ -16,6 +16,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/drive_options.hpp"
+#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_command.hpp"
@@ -139,6 +140,7 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
     os::write_file_atomically(result.folder / report::kReportFile, page.html);
     for (const std::string& sentence : page.missing) console.warning(sentence);
   }
+  warn_of_unused_sheet(result.folder, console);
   const ExitCode code = result.is_kept() ? ExitCode::ok : ExitCode::model_rejected;
   nlohmann::ordered_json document = track::to_json(result);
   document["exit_code"] = static_cast<int>(code);

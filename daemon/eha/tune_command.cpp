@@ -14,6 +14,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
@@ -200,6 +201,11 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   const config::RigConfig rig = rig_of(rig_file);
   if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
     console.warning(fmt::format("{}: the model was rejected: {}", command.model_file, model.verdict->reasons.front()));
+  }
+  const auto sheet = command.sheet_run ? valve_of_sheet(*command.sheet_run) : std::nullopt;
+  if (sheet || model.input_map) {
+    warn_if_following_differs(rig, sheet ? *sheet : valve_of_model(*model.input_map, command.model_file, std::nullopt),
+                              console);
   }
   tune::TuneInputs inputs;
   tune::Tuned tuned;

@@ -118,7 +118,7 @@ void Service::on_signal() {
 void Service::reload_on_signal() {
   const auto report = [](const std::exception& error) { spdlog::warn("SIGHUP: {}", error.what()); };
   try {
-    supervisor_.reload([report](const std::function<Json()>& result) {
+    supervisor_.reload(std::nullopt, [report](const std::function<Json()>& result) {
       try {
         static_cast<void>(result());
       } catch (const std::exception& error) {
@@ -175,7 +175,7 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
         if constexpr (std::is_same_v<T, control::AckCall>) supervisor_.acknowledge(peer, call.run, later);
         if constexpr (std::is_same_v<T, control::RemoveCall>) supervisor_.remove(peer, call.run, later);
         if constexpr (std::is_same_v<T, control::MetricsCall>) now({{"text", supervisor_.metrics()}});
-        if constexpr (std::is_same_v<T, control::ReloadCall>) supervisor_.reload(later);
+        if constexpr (std::is_same_v<T, control::ReloadCall>) supervisor_.reload(peer, later);
       },
       request.call);
 }

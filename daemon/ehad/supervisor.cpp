@@ -200,7 +200,8 @@ void Supervisor::disarm_rig(const std::string& why, LeaseFate lease) {
   spdlog::info("disarmed: {}{}{}", why, kept, held > 0 ? fmt::format("; {} experiments are held", held) : "");
 }
 
-void Supervisor::reload(Answer answer) {
+void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
+  if (peer) require_lease(*peer, "not reloaded");
   if (rig_.is_armed() || rig_.is_arming() || active_) {
     throw PermissionError("not reloaded: the rig is armed; eha disarm first");
   }

@@ -67,7 +67,8 @@ class Supervisor {
   void acknowledge(const Peer& peer, const std::string& run, Answer answer);
   void remove(const Peer& peer, const std::string& run, Answer answer);
   [[nodiscard]] std::string metrics() const;
-  void reload(Answer answer);
+  /// @param peer  none: a signal, which only root and the service's own user can send
+  void reload(const std::optional<Peer>& peer, Answer answer);
 
   /// Call when a connection has ended: holds its experiments that were submitted without `detach` and have not begun.
   void client_gone(control::ClientId client);

@@ -2,6 +2,7 @@
 // From a rig to an axis that keeps its promise, command by command as each names the next.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -99,6 +100,7 @@ TEST_F(Axis, IsTunedFromTheRunWithTheValveSheetBesideIt) {
   ASSERT_EQ(tuned_->code, 0) << tuned_->err;
   EXPECT_EQ(next_of(*tuned_, "track"), "track axis.toml --rig rig.toml --local --fast");
   EXPECT_TRUE(fs::exists(folder_->path() / "axis.html"));
+  EXPECT_NE(tuned_->out.find("the sheet applies, here and in [following]"), std::string::npos) << tuned_->out;
   for (const char* step : {"eha plot axis.toml", "eha export axis.toml --format csv", "--format st"}) {
     EXPECT_NE(tuned_->out.find(step), std::string::npos) << step;
   }
@@ -146,6 +148,31 @@ TEST_F(Axis, IsForAnotherTickOnTheSimulatedRig) {
               folder_->path());
   EXPECT_EQ(tracked.code, 0) << tracked.out << tracked.err;
   EXPECT_NE(tracked.out.find("nothing breaks the promise"), std::string::npos) << tracked.out;
+}
+
+TEST_F(Axis, NamesAFollowingSectionThatIsNotOfTheMeasuredValve) {
+  std::string rig = content_of(source_file("config/rigs/sim.toml"));
+  rig.replace(rig.find("null_V = -0.2 "), 14, "null_V = -0.12 ");
+  rig.replace(rig.find("dead_band_V = 0.2 "), 18, "dead_band_V = 0.27 ");
+  folder_->write("old.toml", rig);
+  folder_->write("short.csv", "time_s,position_mm\n0,75\n2,76\n");
+  std::vector<std::string> tune = words(tune_line_);
+  tune.insert(tune.end(), {"--kind", "p", "-o", "old_axis.toml"});
+  *std::find(tune.begin(), tune.end(), "rig.toml") = "old.toml";
+  const std::vector<std::vector<std::string>> commands{
+      tune,
+      {"track", "axis.toml", "short.csv", "--local", "--fast", "--rig", "old.toml", "-o", "runs"},
+      {"goto", "60mm", "--local", "--fast", "--rig", "old.toml", "-o", "runs"}};
+  for (const std::vector<std::string>& command : commands) {
+    const Ended ended = run_eha(command, folder_->path());
+    EXPECT_NE(ended.err.find("null_V = -0.120 and dead_band_V = 0.270"), std::string::npos)
+        << command.front() << ended.err;
+    EXPECT_NE(ended.err.find("they are -0.20"), std::string::npos) << command.front() << ended.err;
+    EXPECT_NE(ended.err.find("`eha characterise "), std::string::npos) << command.front() << ended.err;
+    EXPECT_EQ(ended.err.find("[following]", ended.err.find("[following]") + 1), std::string::npos) << ended.err;
+  }
+  EXPECT_EQ(tuned_->err.find("[following]"), std::string::npos) << tuned_->err;
+  EXPECT_EQ(tracked_->err.find("[following]"), std::string::npos) << tracked_->err;
 }
 
 TEST_F(Axis, FollowsSetPointsOfACsvFileInMillimetres) {

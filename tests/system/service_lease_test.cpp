@@ -98,6 +98,25 @@ TEST_F(ServiceLease, StaysWithItsHolderThroughAFaultUntilItsReleaseOrRoot) {
   EXPECT_TRUE(daemon_.logs("the lease of daemon is taken over by root")) << daemon_.log();
 }
 
+TEST_F(ServiceLease, KeepsAnotherUserFromReloadingAlsoWhileDisarmed) {
+  const auto alice = connect_as(kAlice, daemon_);
+  const auto bob = connect_as(kBob, daemon_);
+  bob->call("reload");
+  alice->call("arm");
+  EXPECT_NE(refused(*bob, "reload").message.find("nobody"), std::string::npos);
+  EXPECT_NE(refused(*connect_as(0, daemon_), "reload").message.find("the rig is armed"), std::string::npos);
+  bob->call("stop");
+  EXPECT_EQ(alice->call("status").at("state"), "idle");
+  const Refused answer = refused(*bob, "reload");
+  EXPECT_EQ(answer.code, kRefused);
+  EXPECT_NE(answer.message.find("not reloaded"), std::string::npos) << answer.message;
+  EXPECT_NE(answer.message.find("nobody"), std::string::npos) << answer.message;
+  alice->call("reload");
+  connect_as(0, daemon_)->call("reload");
+  alice->call("disarm");
+  bob->call("reload");
+}
+
 TEST_F(ServiceLease, StaysWithItsHolderThroughAStop) {
   const auto alice = connect_as(kAlice, daemon_);
   const auto bob = connect_as(kBob, daemon_);

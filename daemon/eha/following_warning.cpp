@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/following_warning.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <vector>
+
+#include "config/valve_estimate.hpp"
+#include "core/error.hpp"
+#include "core/os/files.hpp"
+#include "core/shell_word.hpp"
+#include "daemon/eha/next_command.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "daemon/sheet/run_sheet.hpp"
+#include "ident/model/model_file.hpp"
+
+namespace eha::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Standard deviations of [following] that a difference may have beside kSameValve_V.
+constexpr double kStds = 2.0;
+
+/// Returns the rig file of a run; none without [following], or in a record without a rig file.
+std::optional<config::RigConfig> known_rig_of(const fs::path& run) {
+  const nlohmann::ordered_json other = record::read_manifest(run).other;
+  const nlohmann::ordered_json::json_pointer text("/rig/text");
+  if (!other.contains(text)) return std::nullopt;
+  config::RigConfig rig =
+      config::parse_rig(other.at(text).get<std::string>(), fmt::format("the rig file of {}", run.string()));
+  if (!rig.limits.following) return std::nullopt;
+  return rig;
+}
+
+}  // namespace
+
+std::optional<fs::path> newest_sheet_run(const fs::path& run) {
+  const auto rig_of = [](const fs::path& folder) {
+    return record::read_manifest(folder).other.value(nlohmann::ordered_json::json_pointer("/rig/name"), std::string());
+  };
+  std::error_code ignored;
+  const std::string rig = rig_of(run);
+  const std::vector<fs::path> runs = record::list_runs(fs::canonical(run, ignored).parent_path());
+  const auto sheet = std::find_if(runs.rbegin(), runs.rend(), [&](const fs::path& one) {
+    return fs::is_regular_file(one / sheet::kSheetFile, ignored) && rig_of(one) == rig;
+  });
+  if (sheet == runs.rend()) return std::nullopt;
+  return run.parent_path() / sheet->filename();
+}
+
+std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
+  const auto sheet = nlohmann::json::parse(os::read_file(run / sheet::kSheetFile), nullptr, false);
+  const auto value = [&](const char* key) -> std::optional<double> {
+    const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
+    if (!sheet.contains(place) || !sheet.at(place).is_number()) return std::nullopt;
+    return sheet.at(place).get<double>();
+  };
+  const auto null_V = value("null_V");
+  const auto dead_band_V = value("dead_band_V");
+  if (!null_V || !dead_band_V) return std::nullopt;
+  return FoundValve{.null_V = *null_V,
+                    .dead_band_V = std::max(0.0, *dead_band_V),
+                    .source = fmt::format("the valve sheet of {}", run.string()),
+                    .remedy = fmt::format("eha characterise {} -o rig-new.toml", shell_word(run.string()))};
+}
+
+bool is_of_one_valve(const ident::ValveMap& map, const FoundValve& sheet) {
+  return std::abs(sheet.null_V - map.null) <= config::kSameValve_V &&
+         std::abs(sheet.dead_band_V - map.dead_band) <= config::same_dead_band_V(map.dead_band);
+}
+
+FoundValve valve_of_model(const ident::ValveMap& map, const std::string& model,
+                          const std::optional<FoundValve>& sheet) {
+  return {.null_V = map.null,
+          .dead_band_V = map.dead_band,
+          .source = model,
+          .remedy = sheet && is_of_one_valve(map, *sheet) ? sheet->remedy : "eha characterise -o rig-new.toml"};
+}
+
+void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console) {
+  if (!rig.limits.following) return;
+  const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
+  const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
+  if (std::abs(found.null_V - known.null_V) <= config::kSameValve_V + kStds * uncertainty.null_V &&
+      std::abs(found.dead_band_V - known.dead_band_V) <=
+          config::same_dead_band_V(known.dead_band_V) + kStds * uncertainty.dead_band_V) {
+    return;
+  }
+  console.warning(fmt::format(
+      "[following] of {} has null_V = {:.3f} and dead_band_V = {:.3f}; after {} they are {:.3f} and {:.3f}: goto, "
+      "rehearsals and the following check are for another valve; `{}` writes the rig file with measured numbers",
+      rig.file_name, known.null_V, rig.limits.following->dead_band_V, found.source, found.null_V,
+      found.dead_band_V + config::kDeadBandSpare_V, found.remedy));
+}
+
+void warn_of_unused_sheet(const fs::path& run, const Console& console) {
+  try {
+    const auto sheet_run = newest_sheet_run(run);
+    const auto rig = known_rig_of(run);
+    if (!sheet_run || !rig) return;
+    if (const auto sheet = valve_of_sheet(*sheet_run)) warn_if_following_differs(*rig, *sheet, console);
+  } catch (const Error& error) {  // a folder that the caller may not read
+    console.debug(error.what());
+  }
+}
+
+void warn_of_changed_valve(const fs::path& run, const Console& console) {
+  const auto file = recommended_model(run);
+  const auto map = file ? ident::model_from_text(os::read_file(*file), file->string()).input_map : std::nullopt;
+  const auto rig = map ? known_rig_of(run) : std::nullopt;
+  if (!rig) return;
+  const auto sheet = newest_sheet_run(run);
+  warn_if_following_differs(*rig, valve_of_model(*map, "this record", sheet ? valve_of_sheet(*sheet) : std::nullopt),
+                            console);
+}
+
+}  // namespace eha::cli

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "config/rig_config.hpp"
+#include "daemon/eha/console.hpp"
+#include "ident/signal/valve_map.hpp"
+
+namespace eha::cli {
+
+/// Null and half dead band of a valve, as measured or fitted.
+struct FoundValve {
+  double null_V = 0.0;
+  double dead_band_V = 0.0;
+  std::string source = {};  ///< "the valve sheet of RUN"
+  std::string remedy = {};  ///< command that brings the rig file up to date
+};
+
+/// Returns the newest run of [characterise] on the same rig beside a run; none without one.
+[[nodiscard]] std::optional<std::filesystem::path> newest_sheet_run(const std::filesystem::path& run);
+
+/// Returns the valve of a run's sheet, with the command that writes its numbers into a rig file.
+/// @param run  a run of [characterise]
+[[nodiscard]] std::optional<FoundValve> valve_of_sheet(const std::filesystem::path& run);
+
+/// Whether null and dead band are those of one valve, given what a model's map and a sheet may differ by.
+[[nodiscard]] bool is_of_one_valve(const ident::ValveMap& map, const FoundValve& sheet);
+
+/// Returns a model's valve. The remedy is that of a sheet that agrees with it, otherwise a new measurement.
+[[nodiscard]] FoundValve valve_of_model(const ident::ValveMap& map, const std::string& model,
+                                        const std::optional<FoundValve>& sheet);
+
+/// Warns if null or dead band of [following] in a rig file are not those of a found valve.
+void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console);
+
+/// The same for a run's rig file and the newest valve sheet beside the run.
+void warn_of_unused_sheet(const std::filesystem::path& run, const Console& console);
+
+/// The same for a run's rig file and the model that the run recommends.
+void warn_of_changed_valve(const std::filesystem::path& run, const Console& console);
+
+}  // namespace eha::cli
