@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <system_error>
 #include <utility>
 
 #include "core/error.hpp"
 #include "daemon/importer/import.hpp"
+#include "daemon/importer/output_findings.hpp"
 #include "daemon/record/run_header.hpp"
 
 namespace eha::identify {
@@ -46,6 +48,21 @@ void cut(Source& source, const importer::Options& options) {
   record.start_s += record.step_s * static_cast<double>(first);
   // Repetitions are counted from the beginning.
   if (first > 0) source.repetition_samples = 0;
+}
+
+/// Names single wild samples of a run.
+void name_lone_rows(Source& source) {
+  const auto values = [](const Eigen::VectorXd& x) {
+    return std::span<const double>(x.data(), static_cast<std::size_t>(x.size()));
+  };
+  const ident::Record& record = source.record;
+  const std::vector<std::size_t> rows = importer::lone_rows(values(record.input), values(record.output));
+  if (rows.empty()) return;
+  const double first_s = record.start_s + record.step_s * static_cast<double>(rows.front());
+  source.remarks.push_back(
+      fmt::format("{}; a loose contact or a disturbed sensor does that, a rod cannot; they are left in the record and "
+                  "spoil a model: mend the sensor's wire and record again, or fit a part without them (--from, --to)",
+                  importer::lone_rows_text(rows, values(record.output), first_s)));
 }
 
 }  // namespace
@@ -91,6 +108,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   source.interpolated_rows = run.interpolated_rows;
   source.repetition_samples = run.samples_per_repetition;
   cut(source, options);
+  name_lone_rows(source);
   if (!source.experiment) {
     source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name),
                                                  config::NamedFiles::leave);

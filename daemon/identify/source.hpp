@@ -27,7 +27,7 @@ struct Source {
   std::string units = {};                 ///< of displayed lengths, from the run's rig file; empty: none
   std::size_t interpolated_rows = 0;      ///< as record::LoadedRun; for a file the filled rows
   std::string guess = {};                 ///< of a file: the guesses, in one line; may be empty
-  std::vector<std::string> remarks = {};  ///< of a file: for a person to look at, one sentence each
+  std::vector<std::string> remarks = {};  ///< on the record: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
   std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each
   /// What the input does between rows. If it is straight, the record has ident::kPartsOfARow rows for each of the

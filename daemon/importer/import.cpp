@@ -84,10 +84,12 @@ ident::Channel channel_of(const Column& column, const char* otherwise, bool is_r
   return {name, column.unit};
 }
 
-/// For a step that no hydraulic rig is sampled with: the time has another unit, or is none.
-std::string remark_on_pace(double step_s, const std::filesystem::path& path) {
+/// For a step that no hydraulic rig is sampled with: the time has another unit, or is none. A rod, whose place is a
+/// length, moves within a second.
+std::string remark_on_pace(double step_s, const std::string& output_unit, const std::filesystem::path& path) {
   constexpr double kLongest_s = 1e6;
-  if (step_s >= kShortestStep_s && step_s <= kLongest_s) return {};
+  constexpr double kLongestOfRod_s = 0.99;  // a record of 1 kHz in milliseconds
+  if (step_s >= kShortestStep_s && step_s <= (is_length(output_unit) ? kLongestOfRod_s : kLongest_s)) return {};
   return fmt::format(
       "{}: a row every {:.3g} s is {} than any hydraulic rig is sampled: check the unit of the time; --period gives "
       "the "
@@ -261,10 +263,15 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   if (own) refuse_exchanged(imported.record, roles, path, options);
   const ident::Record& record = imported.record;
   imported.guess = guess_text(*table, roles, path, record);
-  if (std::string remark = remark_on_pace(record.step_s, path); !remark.empty()) imported.remarks.push_back(remark);
-  const std::string why = roles.by_order ? why_exchanged({record.input.begin(), record.input.end()},
-                                                         {record.output.begin(), record.output.end()})
-                                         : std::string();
+  if (std::string remark = remark_on_pace(record.step_s, options.period_s ? "" : record.output_channel.unit, path);
+      !remark.empty())
+    imported.remarks.push_back(remark);
+  // A plain record without units has nothing but the order of its columns either.
+  const bool is_without_units = record.input_channel.unit.empty() && record.output_channel.unit.empty();
+  const std::string why =
+      roles.by_order || (own && is_without_units)
+          ? why_exchanged({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()})
+          : std::string();
   if (!why.empty()) {
     imported.remarks.push_back(fmt::format(
         "{}: input and output {}may be exchanged: {}; the other way round: `{}`", path.string(),
@@ -300,7 +307,7 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   input.series.step_s = record.step_s;
   input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
   input.guess = guess_text(*table, roles, path, record);
-  if (std::string remark = remark_on_pace(record.step_s, path); !remark.empty()) input.remarks.push_back(remark);
+  if (std::string remark = remark_on_pace(record.step_s, "", path); !remark.empty()) input.remarks.push_back(remark);
   return input;
 }
 

@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -47,7 +48,7 @@ struct Scale {
   double range = 0.0;  ///< of the middle 98 %
 };
 
-Scale scale_of(const std::vector<double>& values) {
+Scale scale_of(std::span<const double> values) {
   std::vector<double> finite;
   std::vector<double> off;
   std::copy_if(values.begin(), values.end(), std::back_inserter(finite), [](double x) { return std::isfinite(x); });
@@ -58,15 +59,24 @@ Scale scale_of(const std::vector<double>& values) {
   return {quantile(std::move(off), 0.5), quantile(finite, 0.99) - quantile(finite, 0.01)};
 }
 
-/// Whether rows from .. from + count - 1 lie apart from both neighbours, which agree.
-bool stands_alone(const std::vector<double>& y, std::size_t from, std::size_t count, const Scale& scale) {
+/// Whether rows from .. from + count - 1 lie apart from both neighbours, which agree, or are on one way of the rod with
+/// the neighbours beyond them.
+bool stands_alone(std::span<const double> y, std::size_t from, std::size_t count, const Scale& scale) {
+  const std::size_t next = from + count;
   const double before = y[from - 1];
-  const double after = y[from + count];
-  const double middle = 0.5 * (before + after);
-  double distance = std::abs(y[from] - middle);
-  for (std::size_t k = from; k < from + count; ++k) distance = std::min(distance, std::abs(y[k] - middle));
+  const double after = y[next];
+  const double slope = (after - before) / static_cast<double>(count + 1);
+  double distance = std::numeric_limits<double>::infinity();
+  for (std::size_t k = from; k < next; ++k) {
+    distance = std::min(distance, std::abs(y[k] - before - slope * static_cast<double>(k + 1 - from)));
+  }
+  double off = std::abs(after - before);
+  if (from >= 2 && next + 1 < y.size()) {
+    const double usual = 0.5 * (before - y[from - 2] + y[next + 1] - after);
+    off = std::min(off, std::abs(after - before - usual * static_cast<double>(count + 1)));
+  }
   return std::isfinite(distance) && distance > kOverUsual * scale.usual && distance > kOverRange * scale.range &&
-         std::abs(before - after) < kNeighboursOff * distance;
+         off < kNeighboursOff * distance;
 }
 
 /// First and last row.
@@ -261,7 +271,7 @@ std::string why_exchanged(const std::vector<double>& input, const std::vector<do
       100.0 * exchanged, 100.0 * std::max(0.0, given));
 }
 
-std::vector<std::size_t> lone_rows(const std::vector<double>& input, const std::vector<double>& output) {
+std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<const double> output) {
   if (output.size() < kFewestRows || input.size() != output.size()) return {};
   const Scale scale = scale_of(output);
   const Scale of_input = scale_of(input);
@@ -284,7 +294,7 @@ std::vector<std::size_t> lone_rows(const std::vector<double>& input, const std::
   return found;
 }
 
-std::string lone_rows_text(const std::vector<std::size_t>& rows, const std::vector<double>& output, double first_s) {
+std::string lone_rows_text(const std::vector<std::size_t>& rows, std::span<const double> output, double first_s) {
   const std::size_t first = rows.front();
   std::size_t after = first + 1;
   while (std::binary_search(rows.begin(), rows.end(), after)) ++after;

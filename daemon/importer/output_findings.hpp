@@ -2,21 +2,22 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace eha::importer {
 
 /// Rows of an output that stand alone: up to three in a row that lie far from both neighbours, which agree with each
-/// other, while the input does nothing of the kind. A rod cannot do that; a loose contact or a disturbed sensor does.
-/// One is enough to spoil a model.
+/// other or are on the rod's way, while the input does nothing of the kind. A rod cannot do that; a loose contact or a
+/// disturbed sensor does. One is enough to spoil a model.
 /// @param input, output  of equal length; values that are not finite are passed over
 /// @returns rows from 0, ascending; none where so many stand alone that it is the signal's own way. Cost O(N).
-[[nodiscard]] std::vector<std::size_t> lone_rows(const std::vector<double>& input, const std::vector<double>& output);
+[[nodiscard]] std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<const double> output);
 
 /// "2 rows of the output stand alone, the first at 15.01 s: 0 between 65.1 and 65.2".
 /// @param rows  at least one, of lone_rows()
-[[nodiscard]] std::string lone_rows_text(const std::vector<std::size_t>& rows, const std::vector<double>& output,
+[[nodiscard]] std::string lone_rows_text(const std::vector<std::size_t>& rows, std::span<const double> output,
                                          double first_s);
 
 /// Why what is taken for input and output may be exchanged: the output is so much rougher than the input, while a plant

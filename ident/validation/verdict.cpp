@@ -155,6 +155,8 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
   if (at_an_end > kFarSaturated_percent) {
     judgement.criterion(Kind::far_saturated, at_an_end, kFarSaturated_percent, false);
   }
+  // However few samples it is, the model was fitted to the stop as well.
+  if (validation.end_stop) judgement.lower(Grade::usable);
   // What jumped is in the estimating part or in the error: no figure of this fit holds without the cut.
   if (const auto& jump = validation.jump) {
     judgement.criterion(Kind::jump, std::abs(jump->change), jump->usual, false);

@@ -213,6 +213,20 @@ TEST_F(BenchFile, SaysThatNoRigIsSampledSoFast) {
   EXPECT_NE(remarks_of(write("fast.csv", text)).find("faster than any hydraulic rig"), std::string::npos);
 }
 
+TEST_F(BenchFile, SaysThatNoRodIsRecordedSoSlowly) {
+  // Milliseconds in a column of seconds, at 1 kHz and at 50 Hz.
+  for (const double step : {1.0, 20.0}) {
+    const auto rows = [&](const char* output) {
+      std::string text = fmt::format("time_s,voltage_V,{}\n", output);
+      for (int k = 0; k < 100; ++k) text += fmt::format("{},{},{}\n", step * k, k % 7, k % 5);
+      return text;
+    };
+    EXPECT_NE(remarks_of(write("slow.csv", rows("displacement_in"))).find("slower than any hydraulic rig"),
+              std::string::npos);
+    EXPECT_EQ(remarks_of(write("tank.csv", rows("temperature_K"))).find("slower"), std::string::npos);
+  }
+}
+
 TEST_F(BenchFile, TakesASpreadsheetsErrorForAMissingValue) {
   for (const char* error : {"#WERT!", "#NV", "#DIV/0!", "#BEZUG!", "#N/A"}) {
     for (const int kind : {0, 1, 2}) {  // a cell, the first cell, the only cell of a row

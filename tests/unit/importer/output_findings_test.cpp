@@ -68,6 +68,20 @@ TEST(LoneRows, AreThoseThatARodCannotReach) {
   EXPECT_EQ(lone_rows(r.input, r.output), (std::vector<std::size_t>{700, 1800, 1801, 2500}));
 }
 
+TEST(LoneRows, AreFoundWhereTheRodIsFast) {
+  Rod fast = rod();
+  for (double& y : fast.output) y = 60.0 + 8.0 * (y - 60.0);  // up to 1.2 mm a row, over 130 mm
+  EXPECT_TRUE(lone_rows(fast.input, fast.output).empty());
+  std::size_t k = 1500;  // where the rod is at its fastest
+  for (std::size_t j = 1500; j < 2500; ++j) {
+    if (std::abs(fast.output[j + 1] - fast.output[j - 1]) > std::abs(fast.output[k + 1] - fast.output[k - 1])) k = j;
+  }
+  fast.output[k] += 14.0;
+  fast.output[600] -= 14.0;
+  fast.output[601] -= 14.0;
+  EXPECT_EQ(lone_rows(fast.input, fast.output), (std::vector<std::size_t>{600, 601, k}));
+}
+
 TEST(LoneRows, AreNoneWhereTheInputHasAPulseOrTheSignalIsSuch) {
   std::vector<double> input(kRodRows, 0.0);
   std::vector<double> output(kRodRows, 1.0);
@@ -188,6 +202,10 @@ TEST(Columns, SeemExchangedWhereTheInputIsTheSmootherOne) {
   ASSERT_EQ(imported.remarks.size(), 1U);
   const std::string& remark = imported.remarks.front();
   EXPECT_NE(remark.find("may be exchanged"), std::string::npos) << remark;
+  text.replace(0, 4, "time_s");
+  const Imported plain = import_record(folder.write("plain.csv", text), {.command = "eha fit plain.csv"});
+  ASSERT_FALSE(plain.remarks.empty()) << "a plain record without units";
+  EXPECT_NE(plain.remarks.front().find("may be exchanged"), std::string::npos) << plain.remarks.front();
   EXPECT_NE(remark.find("`eha fit scope.csv --input 3 --output 2`"), std::string::npos) << remark;
   EXPECT_TRUE(import_record(path, {.input = "3", .output = "2"}).remarks.empty());
 }

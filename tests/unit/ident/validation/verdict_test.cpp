@@ -53,6 +53,8 @@ TEST(Verdict, RejectsWhatWasFittedToARodAtItsEnd) {
   Model model = good_model();
   model.validation->end_stop = EndStop{.level = 72.7, .from_s = 1.0, .percent = 4.9};
   EXPECT_TRUE(judge(model, {}).accepted);
+  model.validation->end_stop->percent = 0.3;
+  EXPECT_EQ(judge(model, {}).grade, Grade::usable) << "however few the samples";
   model.validation->end_stop->percent = 30.0;
   EXPECT_FALSE(judge(model, {}).accepted);
   model.validation->end_stop.reset();
