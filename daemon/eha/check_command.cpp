@@ -213,7 +213,9 @@ void add_check(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("check", "Check a rig, experiment or controller file and report every fault");
   sub->footer(kCheckFooter);
   auto& check = options_of<CheckCommand>(*sub, line);
-  sub->add_option("file", check.file, "rig.toml, experiment.toml or controller.toml")->required()->type_name("FILE");
+  sub->add_option("file", check.file, "rig.toml, experiment.toml or controller.toml")
+      ->required()
+      ->type_name("RIG|EXPERIMENT|CONTROLLER");
   CLI::Option* rig =
       sub->add_option("--rig", check.rig_file, "Rig file to check an experiment against")->type_name("RIG");
   sub->add_option("--at", check.place, "Where the rod stands, such as 2.95in or 75mm (default: mid-travel)")

@@ -76,6 +76,21 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   return what + "; see `" + command + " --help`";
 }
 
+/// Returns the words of the arguments and options that may name files to read.
+std::vector<NamedFile> named_files(const CLI::App& app) {
+  std::vector<NamedFile> files;
+  for (const CLI::App* sub : app.get_subcommands()) {
+    for (const CLI::Option* option : sub->get_options()) {
+      const std::string takes = option->get_type_name();
+      if (takes == "FILE" && !option->get_positional()) continue;  // written
+      for (const std::string& word : option->results()) files.push_back({word, takes});
+    }
+    const std::vector<NamedFile> below = named_files(*sub);
+    files.insert(files.end(), below.begin(), below.end());
+  }
+  return files;
+}
+
 /// A name with line breaks could imitate messages of the program.
 void refuse_ends_of_lines(int argc, const char* const* argv) {
   constexpr std::size_t kShown = 60;
@@ -100,6 +115,7 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   for (const auto add : kCommands) add(app, line);
   try {
     app.parse(is_batch ? static_cast<int>(dashes - argv) : argc, argv);
+    line.named_files = named_files(app);
   } catch (const CLI::CallForHelp&) {
     line.text = app.help();
   } catch (const CLI::CallForVersion&) {

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/eha/wrong_file.hpp"
 
 namespace eha::cli {
 
@@ -18,6 +19,7 @@ struct ParsedLine {
   std::function<ExitCode(Console&)> command = {};
   std::string text = {};                       ///< help or version, for standard output
   std::string as_given = {};                   ///< the line, quoted for a shell
+  std::vector<NamedFile> named_files = {};     ///< of the command
   std::vector<std::string> after_dashes = {};  ///< the arguments after `--` of `eha batch`
 };
 

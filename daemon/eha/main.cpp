@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <exception>
+#include <string>
 
 #include "core/error.hpp"
 #include "daemon/eha/command_line.hpp"
@@ -17,8 +18,9 @@ ExitCode run_program(int argc, char** argv) {
   // A closed pipe, or a file at its size limit, must cause an error message and not end the process silently.
   for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
   Console console({});
+  eha::cli::ParsedLine line;
   try {
-    const eha::cli::ParsedLine line = eha::cli::parse_command_line(argc, argv);
+    line = eha::cli::parse_command_line(argc, argv);
     console = Console(line.console);
     ExitCode code = ExitCode::ok;
     if (line.command) {
@@ -30,7 +32,9 @@ ExitCode run_program(int argc, char** argv) {
     return code;
   } catch (const eha::Error& error) {
     console.end_progress();
-    console.error(error.what());
+    const bool is_of_input = error.exit_code() != ExitCode::safety_trip && error.exit_code() != ExitCode::bug;
+    const std::string wrong = is_of_input ? eha::cli::wrong_file(line.named_files) : "";
+    console.error(wrong.empty() ? error.what() : wrong);
     return error.exit_code();
   } catch (const std::bad_alloc&) {
     console.end_progress();

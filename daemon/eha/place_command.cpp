@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -172,6 +173,14 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
   const std::string where = fmt::format("{}", fmt::join(command.words, " "));
   const std::optional<double> length_in = inches_of(where);
   if (!length_in) {
+    std::string with_point = where;
+    std::replace(with_point.begin(), with_point.end(), ',', '.');
+    if (inches_of(with_point)) {
+      throw UsageError(fmt::format("\"{}\": the decimal sign is a point; write {}", where, with_point));
+    }
+    if (inches_of(where + "in")) {
+      throw UsageError(fmt::format("\"{0}\": a length needs its unit; write {0}mm or {0}in", where));
+    }
     throw UsageError(fmt::format("\"{}\": expected a length with its unit, such as {}", where,
                                  command.is_relative ? "+0.2in or -5mm" : "2.95in or 75mm"));
   }

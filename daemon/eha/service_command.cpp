@@ -300,7 +300,16 @@ ExitCode execute(const ServiceCommand& command, Console& console) {
 
 namespace {
 
-CLI::Validator entry_number() { return CLI::Range(std::int64_t{1}, std::int64_t{1} << 53).description(""); }
+/// Refuses what is no number of an experiment.
+CLI::Validator entry_number() {
+  const auto check = [](const std::string& text) -> std::string {
+    std::int64_t number = 0;
+    if (CLI::detail::lexical_cast(text, number) && number >= 1 && number <= std::int64_t{1} << 53) return {};
+    return fmt::format(
+        "\"{}\": expected the number of an experiment, such as 7, as the first column of `eha queue` lists them", text);
+  };
+  return CLI::Validator(check, "");
+}
 
 /// Reads the target of `eha queue move`. @returns its error, or nothing
 std::string take_place(const std::string& where, ServiceCommand& service) {

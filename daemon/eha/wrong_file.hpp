@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace eha::cli {
+
+/// A file or folder of the command line.
+struct NamedFile {
+  std::string path;
+  std::string takes;  ///< kinds that the argument takes, as in its help: "RIG", "MODEL|RUN"
+};
+
+/// Says which named file is of a kind that its argument does not take, what was expected, and which commands take it.
+/// Meant for after a refusal. @returns empty if every kind is right or not recognised
+[[nodiscard]] std::string wrong_file(const std::vector<NamedFile>& files);
+
+}  // namespace eha::cli
