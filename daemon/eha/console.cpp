@@ -94,10 +94,16 @@ void Console::print_json(const nlohmann::ordered_json& document) const {
     kept_->push_back(document);
     return;
   }
-  if (options_.json) write_out(document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  if (options_.json) {
+    // A terminal obeys control characters beyond ASCII; a program gets the text as it is.
+    const bool ascii = isatty(STDOUT_FILENO) != 0;
+    write_out(document.dump(2, ' ', ascii, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  }
 }
 
-void Console::print_content(std::string_view text) const { write_out(text); }
+void Console::print_content(std::string_view text) const {
+  write_out(isatty(STDOUT_FILENO) != 0 ? terminal_text(text) : std::string(text));
+}
 
 nlohmann::ordered_json Console::taken_documents() {
   nlohmann::ordered_json documents = kept_.value_or(nlohmann::ordered_json::array());

@@ -189,7 +189,7 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     const auto tune = command.output ? std::nullopt : tune_of_run(*source.run_folder);
     return tune ? *tune : tune_of_model(written[*best], *source.run_folder);
   }
-  if (best) return fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", shell_word(written[*best].string()));
+  if (best) return "eha report " + shell_word(command.output->string()) + "/*.json";
   return importer::command_with(command.import, command.source, "-o models");
 }
 

@@ -94,10 +94,11 @@ void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
     return;
   }
   console.warning(fmt::format(
-      "[following] of {} has null_V = {:.3f} and dead_band_V = {:.3f}; after {} they are {:.3f} and {:.3f}: goto, "
+      "[following] of {} has null_V = {:.3f} and dead_band_V = {:.3f}; after {} they are {:.3f} and {:.3f} ({:.3f} and "
+      "{:.2f} to spare): goto, "
       "rehearsals and the following check are for another valve; `{}` writes the rig file with measured numbers",
       rig.file_name, known.null_V, rig.limits.following->dead_band_V, found.source, found.null_V,
-      found.dead_band_V + config::kDeadBandSpare_V, found.remedy));
+      found.dead_band_V + config::kDeadBandSpare_V, found.dead_band_V, config::kDeadBandSpare_V, found.remedy));
 }
 
 void warn_of_unused_sheet(const fs::path& run, const Console& console) {

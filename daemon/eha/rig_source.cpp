@@ -2,6 +2,7 @@
 #include "daemon/eha/rig_source.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <system_error>
@@ -42,6 +43,14 @@ config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file
                     EHA_DATA_DIR));
   }
   return config::load_rig(found->string());
+}
+
+bool is_edited_since_read(const nlohmann::ordered_json& rig) {
+  struct stat file {};
+  if (!rig.contains("read_s") || stat(rig.at("file").get<std::string>().c_str(), &file) != 0) return false;
+  constexpr double kNs = 1e-9;
+  const double changed_s = static_cast<double>(file.st_ctim.tv_sec) + kNs * static_cast<double>(file.st_ctim.tv_nsec);
+  return changed_s > rig.at("read_s").get<double>();
 }
 
 }  // namespace eha::cli

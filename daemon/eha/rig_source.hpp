@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -16,5 +17,10 @@ namespace eha::cli {
 /// Reads the named rig file or the default one.
 /// @throws UsageError  there is none; ConfigError, PermissionError as config::load_rig
 [[nodiscard]] config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file);
+
+/// Whether the rig file of a running service has been changed since the service read it, so that other limits are in
+/// force. False where this user cannot know.
+/// @param rig  of the service's status
+[[nodiscard]] bool is_edited_since_read(const nlohmann::ordered_json& rig);
 
 }  // namespace eha::cli

@@ -21,6 +21,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/recent_samples.hpp"
+#include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/run_line.hpp"
@@ -121,6 +122,9 @@ std::string status_text(const Json& status, const Console& console) {
   const Json& rig = status.at("rig");
   lines.push_back(
       {"rig", fmt::format("{} ({})", rig.at("name").get<std::string>(), rig.at("file").get<std::string>())});
+  if (is_edited_since_read(rig)) {
+    lines.push_back({"", "the file was edited since ehad read it: what it was before is in force until eha reload"});
+  }
   const DisplayUnit unit = console.unit(rig.value("units", ""));
   for (NamedText& line : rod_lines(status.value("rod", Json()), unit)) lines.push_back(std::move(line));
   if (!rig.value("moves", true)) {

@@ -77,6 +77,7 @@ Json Supervisor::status() const {
   const config::RigConfig& rig = *rig_.config();
   status["rig"] = {{"name", rig.name},
                    {"file", options_.rig_file},
+                   {"read_s", std::chrono::duration<double>(rig_read_.time_since_epoch()).count()},
                    {"backend", hal::name_of(rig.backend)},
                    {"moves", rig_.moves_machine()},
                    {"characterised", rig.limits.following.has_value()},

@@ -212,8 +212,9 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
   };
   try {
     const config::ServiceConfig config = config::load_service_config(options_.config_file);
+    const auto read = std::chrono::system_clock::now();
     rig_.reconfigure(RigKeeper::load(options_.rig_file),
-                     [this, config, fail, answer = std::move(answer)](std::future<void> done) {
+                     [this, config, read, fail, answer = std::move(answer)](std::future<void> done) {
                        answer([&]() -> Json {
                          try {
                            done.get();
@@ -222,6 +223,7 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
                            throw;
                          }
                          config_ = config;
+                         rig_read_ = read;
                          notifier_.ready();
                          spdlog::info("configuration reloaded: {} ({}), {}", rig_.config()->name, options_.rig_file,
                                       options_.config_file);

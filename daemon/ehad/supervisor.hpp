@@ -201,6 +201,7 @@ class Supervisor {
   Mailbox mailbox_;
   Background disk_thread_;  ///< files
   SleepInhibitor inhibitor_;
+  std::chrono::system_clock::time_point rig_read_ = std::chrono::system_clock::now();  ///< when its file was
   RigKeeper rig_;
 };
 

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "core/shell_word.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/model/engineering_form.hpp"
@@ -73,7 +74,10 @@ std::string longer_record(const Subject& subject, const Model& model) {
 
 /// What to do with an accepted model.
 std::string next_steps(const Subject& subject, const ReportedModel& reported) {
-  const std::string file = reported.file.empty() ? "MODEL.json" : reported.file;
+  // A name with line breaks could imitate another command.
+  std::string file = reported.file.empty() ? "MODEL.json" : shell_word(reported.file);
+  std::replace_if(
+      file.begin(), file.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
   std::string text = "Next: ";
   if (const std::string longer = longer_record(subject, reported.model); !longer.empty()) {
     text += longer;

@@ -255,9 +255,15 @@ class Climber {
     if (is_estimated(climbed.structure, climbed.structure.structure.delay)) return false;
     StructureOptions asked = climbed.structure;
     asked.structure.delay.freedom = Freedom::free;
+    const std::vector<Model> own = {climbed.result.model};
     std::vector<Model> known = delayed_;
-    known.push_back(climbed.result.model);
+    known.insert(known.end(), own.begin(), own.end());
     auto delayed = fitted(asked, quick(search), known);
+    if (search == Search::nearest && !delayed_.empty()) {
+      // A delay that does all the work of a lag leaves the lag no slope: the nearest start may be such a one.
+      auto from_own = fitted(asked, quick(search), own);
+      if (from_own && (!delayed || ar_bic(*from_own) < ar_bic(*delayed))) delayed = std::move(from_own);
+    }
     if (!delayed || !(ar_bic(*delayed) <= ar_bic(climbed) - kDelayGain)) return false;
     if (search != Search::nearest) delayed_.push_back(delayed->result.model);
     climbed = std::move(*delayed);

@@ -68,7 +68,13 @@ TEST_F(ServicePlace, NamesTheMeasurementOfTheValveFirst) {
   rig.erase(following, rig.find("\n[", following + 1) - following);
   std::ofstream(daemon_.rig_file()) << rig;
   ASSERT_EQ(eha({"disarm"}).code, 0);
+  const std::string paper = EHA_SOURCE_DIR "/config/experiments/paper.toml";
+  const Ended early = eha({"check", paper});
+  EXPECT_EQ(early.code, static_cast<int>(ExitCode::usage)) << "another rig is in force";
+  EXPECT_NE(early.err.find("edited since the service read it"), std::string::npos) << early.err;
+  EXPECT_NE(eha({"status"}).out.find("until eha reload"), std::string::npos);
   ASSERT_EQ(eha({"reload"}).code, 0);
+  EXPECT_EQ(eha({"status"}).out.find("until eha reload"), std::string::npos);
   const Ended armed = eha({"arm"});
   EXPECT_NE(armed.out.find("Next: eha characterise"), std::string::npos) << armed.out << armed.err;
   EXPECT_NE(armed.err.find("has no [following]"), std::string::npos) << armed.out << armed.err;
