@@ -59,8 +59,7 @@ Scale scale_of(std::span<const double> values) {
   return {quantile(std::move(off), 0.5), quantile(finite, 0.99) - quantile(finite, 0.01)};
 }
 
-/// Whether rows from .. from + count - 1 lie apart from both neighbours, which agree, or are on one way of the rod with
-/// the neighbours beyond them.
+/// Whether rows from .. from + count - 1 lie apart from both neighbours, which agree.
 bool stands_alone(std::span<const double> y, std::size_t from, std::size_t count, const Scale& scale) {
   const std::size_t next = from + count;
   const double before = y[from - 1];
@@ -70,11 +69,7 @@ bool stands_alone(std::span<const double> y, std::size_t from, std::size_t count
   for (std::size_t k = from; k < next; ++k) {
     distance = std::min(distance, std::abs(y[k] - before - slope * static_cast<double>(k + 1 - from)));
   }
-  double off = std::abs(after - before);
-  if (from >= 2 && next + 1 < y.size()) {
-    const double usual = 0.5 * (before - y[from - 2] + y[next + 1] - after);
-    off = std::min(off, std::abs(after - before - usual * static_cast<double>(count + 1)));
-  }
+  const double off = std::abs(after - before);
   return std::isfinite(distance) && distance > kOverUsual * scale.usual && distance > kOverRange * scale.range &&
          off < kNeighboursOff * distance;
 }

@@ -9,7 +9,7 @@
 namespace eha::importer {
 
 /// Rows of an output that stand alone: up to three in a row that lie far from both neighbours, which agree with each
-/// other or are on the rod's way, while the input does nothing of the kind. A rod cannot do that; a loose contact or a
+/// other, while the input does nothing of the kind. A rod cannot do that; a loose contact or a
 /// disturbed sensor does. One is enough to spoil a model.
 /// @param input, output  of equal length; values that are not finite are passed over
 /// @returns rows from 0, ascending; none where so many stand alone that it is the signal's own way. Cost O(N).

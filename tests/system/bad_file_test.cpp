@@ -135,7 +135,7 @@ TEST(BadFile, IsARunThatIsBeingWrittenOrAModel) {
   folder.write("run/run.json", R"({"schema": "eha-run/1", "outcome": "in_progress"})");
   expect_refused(folder, {"fit", "run"}, ExitCode::bad_data, {"still going", "eha runs recover"});
   folder.write("m.json", "{\n  \"schema\": \"eha-model/1\"}\n");
-  expect_refused(folder, {"fit", "m.json"}, ExitCode::bad_data, {"perhaps a model file", "expected a record"});
+  expect_refused(folder, {"fit", "m.json"}, ExitCode::bad_data, {"is a model file", "expected a record"});
 }
 
 TEST(BadFile, OfTwoGigabytesIsRefusedAtOnce) {
