@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "config/rig_config.hpp"
@@ -41,6 +42,19 @@ inline constexpr double kSameValve_V = 0.03;
 [[nodiscard]] inline double same_dead_band_V(double dead_band_V) noexcept {
   constexpr double kShare = 0.15;
   return std::max(kSameValve_V, kShare * dead_band_V);
+}
+
+/// Where a valve passes nothing [V].
+struct DeadZone {
+  double null_V = 0.0;
+  double dead_band_V = 0.0;  ///< half width
+};
+
+/// Whether two findings are of one valve. @param slack  further difference that each number may have [V]
+[[nodiscard]] inline bool is_of_one_valve(const DeadZone& known, const DeadZone& found,
+                                          const DeadZone& slack = {}) noexcept {
+  return std::abs(found.null_V - known.null_V) <= kSameValve_V + slack.null_V &&
+         std::abs(found.dead_band_V - known.dead_band_V) <= same_dead_band_V(known.dead_band_V) + slack.dead_band_V;
 }
 
 /// Returns the greatest distance of a closed loop's command from the valve's null [V]: the rig file's value, else a

@@ -274,8 +274,7 @@ std::string grade_note(const Table& table) {
   };
   if (!has("good") || !has("usable")) return {};
   return "A grade is about what the tests can see beside the noise of its record: the model of a noisy record may be "
-         "good "
-         "where that of a clean one, with a smaller error, is usable.";
+         "good where that of a clean one, with a smaller error, is usable.";
 }
 
 std::string grade_of(const Row& row) {

@@ -164,8 +164,7 @@ std::string beyond_the_rig(double position_in, const config::RigConfig& rig, con
   const double factor = unit.factor("in");
   return fmt::format(
       "the position {0:.4g} {1} lies far beyond the travel limits of {2}, {3:.4g} to {4:.4g} {1}; write the unit of "
-      "the "
-      "ruler (75mm, 2.95in), or correct the limits there first",
+      "the ruler (75mm, 2.95in), or correct the limits there first",
       factor * position_in, unit.of("in"), rig.file_name, factor * limits.travel_min_in, factor * limits.travel_max_in);
 }
 

@@ -40,7 +40,7 @@ std::string an_experiment() {
 constexpr const char* kCheckFooter = R"(
 Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
 the rig that `eha run` would use (--rig, else that of a running service with the place of its rod, unless a run moves it,
-else the default one): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
+else the default one; refused while the service has not read what the file says now): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
 then rehearsed with the rig's valve, and refused if half of the rehearsed rods reach a travel or velocity limit, or if the
 rod stands beyond one.
 
@@ -182,8 +182,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     if (service && service->is_edited) {
       throw UsageError(
           fmt::format("{0}: edited since the service read it, which goes on with the limits of before; put it in force "
-                      "with eha reload, "
-                      "or check against it as it is with --rig {1}",
+                      "with eha reload, or check against it as it is with --rig {1}",
                       service->file, shell_word(service->file)));
     }
     if (service) rig_file = service->file;

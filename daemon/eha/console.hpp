@@ -57,7 +57,7 @@ class Console {
   /// Prints the document of --json; prints nothing without that option.
   void print_json(const nlohmann::ordered_json& document) const;
 
-  /// Prints content such as CSV to standard output, independently of the options.
+  /// Prints content such as CSV to standard output, independently of the options; on a terminal as terminal_text().
   void print_content(std::string_view text) const;
 
   /// Prints the next useful command, as the last line of a success; prints nothing with --json or --quiet.

@@ -236,7 +236,7 @@ void add_export(CLI::App& app, ParsedLine& line) {
   auto& command = options_of<ExportCommand>(*sub, line);
   takes_run_name(sub->add_option("source", command.source, "Model file, controller file, run folder or record"))
       ->required()
-      ->type_name("MODEL|CONTROLLER|RUN");
+      ->type_name("MODEL|CONTROLLER|RECORD|RUN");
   std::vector<std::string> names;
   for (const ident::ModelFormat& format : ident::model_formats()) names.emplace_back(format.name);
   for (const record::RecordFormat& format : record::record_formats()) names.emplace_back(format.name);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <vector>
@@ -25,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Standard deviations of [following] that a difference may have beside kSameValve_V.
+/// Standard deviations of [following] that a difference may have beside that of one valve.
 constexpr double kStds = 2.0;
 
 /// Returns the rig file of a run; none without [following], or in a record without a rig file.
@@ -65,21 +64,18 @@ std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
   const auto null_V = value("null_V");
   const auto dead_band_V = value("dead_band_V");
   if (!null_V || !dead_band_V) return std::nullopt;
-  return FoundValve{.null_V = *null_V,
-                    .dead_band_V = std::max(0.0, *dead_band_V),
+  return FoundValve{.zone = {*null_V, std::max(0.0, *dead_band_V)},
                     .source = fmt::format("the valve sheet of {}", run.string()),
                     .remedy = fmt::format("eha characterise {} -o rig-new.toml", shell_word(run.string()))};
 }
 
 bool is_of_one_valve(const ident::ValveMap& map, const FoundValve& sheet) {
-  return std::abs(sheet.null_V - map.null) <= config::kSameValve_V &&
-         std::abs(sheet.dead_band_V - map.dead_band) <= config::same_dead_band_V(map.dead_band);
+  return config::is_of_one_valve({map.null, map.dead_band}, sheet.zone);
 }
 
 FoundValve valve_of_model(const ident::ValveMap& map, const std::string& model,
                           const std::optional<FoundValve>& sheet) {
-  return {.null_V = map.null,
-          .dead_band_V = map.dead_band,
+  return {.zone = {map.null, map.dead_band},
           .source = model,
           .remedy = sheet && is_of_one_valve(map, *sheet) ? sheet->remedy : "eha characterise -o rig-new.toml"};
 }
@@ -88,17 +84,15 @@ void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
   if (!rig.limits.following) return;
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
   const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
-  if (std::abs(found.null_V - known.null_V) <= config::kSameValve_V + kStds * uncertainty.null_V &&
-      std::abs(found.dead_band_V - known.dead_band_V) <=
-          config::same_dead_band_V(known.dead_band_V) + kStds * uncertainty.dead_band_V) {
-    return;
-  }
+  const config::DeadZone slack{kStds * uncertainty.null_V, kStds * uncertainty.dead_band_V};
+  if (config::is_of_one_valve({known.null_V, known.dead_band_V}, found.zone, slack)) return;
   console.warning(fmt::format(
       "[following] of {} has null_V = {:.3f} and dead_band_V = {:.3f}; after {} they are {:.3f} and {:.3f} ({:.3f} and "
       "{:.2f} to spare): goto, "
       "rehearsals and the following check are for another valve; `{}` writes the rig file with measured numbers",
-      rig.file_name, known.null_V, rig.limits.following->dead_band_V, found.source, found.null_V,
-      found.dead_band_V + config::kDeadBandSpare_V, found.dead_band_V, config::kDeadBandSpare_V, found.remedy));
+      rig.file_name, known.null_V, rig.limits.following->dead_band_V, found.source, found.zone.null_V,
+      found.zone.dead_band_V + config::kDeadBandSpare_V, found.zone.dead_band_V, config::kDeadBandSpare_V,
+      found.remedy));
 }
 
 void warn_of_unused_sheet(const fs::path& run, const Console& console) {

@@ -6,15 +6,15 @@
 #include <string>
 
 #include "config/rig_config.hpp"
+#include "config/valve_estimate.hpp"
 #include "daemon/eha/console.hpp"
 #include "ident/signal/valve_map.hpp"
 
 namespace eha::cli {
 
-/// Null and half dead band of a valve, as measured or fitted.
+/// A valve as measured or fitted.
 struct FoundValve {
-  double null_V = 0.0;
-  double dead_band_V = 0.0;
+  config::DeadZone zone = {};
   std::string source = {};  ///< "the valve sheet of RUN"
   std::string remedy = {};  ///< command that brings the rig file up to date
 };

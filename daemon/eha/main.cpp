@@ -4,7 +4,6 @@
 #include <csignal>
 #include <exception>
 #include <string>
-#include <string_view>
 
 #include "core/error.hpp"
 #include "daemon/eha/command_line.hpp"
@@ -34,9 +33,7 @@ ExitCode run_program(int argc, char** argv) {
   } catch (const eha::Error& error) {
     console.end_progress();
     const bool is_of_input = error.exit_code() != ExitCode::safety_trip && error.exit_code() != ExitCode::bug;
-    // A refusal that names what to write knows better.
-    const bool helps = std::string_view(error.what()).find("-o NAME") != std::string_view::npos;
-    const std::string wrong = is_of_input && !helps ? eha::cli::wrong_file(line.named_files) : "";
+    const std::string wrong = is_of_input ? eha::cli::wrong_file(line.named_files) : "";
     console.error(wrong.empty() ? error.what() : wrong);
     return error.exit_code();
   } catch (const std::bad_alloc&) {

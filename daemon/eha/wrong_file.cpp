@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <string_view>
 #include <system_error>
@@ -78,7 +79,7 @@ const Kind* kind_of(const fs::path& path) {
   if (std::find(kOfRecords.begin(), kOfRecords.end(), extension) != kOfRecords.end()) return &kRecord;
   try {
     const std::string text = config::read_config_file(path.string());
-    if (text.find_first_not_of(" \t\r\n") != std::string::npos && text[text.find_first_not_of(" \t\r\n")] == '{') {
+    if (const std::size_t first = text.find_first_not_of(" \t\r\n"); first != std::string::npos && text[first] == '{') {
       if (path.filename() == record::kManifestFile && record::is_run_folder(path.parent_path())) return &kManifest;
       return text.find("\"eha-model/") != std::string::npos ? &kModel : nullptr;
     }

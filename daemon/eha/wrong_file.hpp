@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +13,7 @@ struct NamedFile {
 };
 
 /// Says which named file is of a kind that its argument does not take, what was expected, and which commands take it.
-/// Meant for after a refusal. @returns empty if every kind is right or not recognised
+/// Meant for after a refusal: reads the files. @returns empty if every kind is right or not recognised
 [[nodiscard]] std::string wrong_file(const std::vector<NamedFile>& files);
 
 }  // namespace eha::cli

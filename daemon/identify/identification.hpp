@@ -64,14 +64,13 @@ struct Identification {
   std::optional<ident::FrequencyResponse> frequency_response = {};
   std::vector<std::string> response_notes = {};  ///< what it leaves out and why, one sentence each
   std::vector<CrossValidatedModel> cross_validation = {};
-  FitTable fit_table = {};                   ///< of `models`
-  FitTable paper_fit_table = {};             ///< of `paper`
-  std::vector<std::string> warnings = {};    ///< reasons for missing comparisons, one sentence each
-  std::vector<std::string> notes = {};       ///< reasons for a missing frequency response
-  std::vector<ident::Refusal> refused = {};  ///< structures that the record does not allow
-  std::vector<Round> rounds = {};            ///< in their order, at least one
-  std::optional<NextExperiment> next_experiment =
-      {};  ///< set without an accepted model, or if the record is too short to judge it
+  FitTable fit_table = {};                             ///< of `models`
+  FitTable paper_fit_table = {};                       ///< of `paper`
+  std::vector<std::string> warnings = {};              ///< reasons for missing comparisons, one sentence each
+  std::vector<std::string> notes = {};                 ///< reasons for a missing frequency response
+  std::vector<ident::Refusal> refused = {};            ///< structures that the record does not allow
+  std::vector<Round> rounds = {};                      ///< in their order, at least one
+  std::optional<NextExperiment> next_experiment = {};  ///< set without a model that this record accepts and can judge
 };
 
 /// The comparisons to make with the task's models.

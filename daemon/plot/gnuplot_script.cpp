@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <numbers>
 #include <string_view>
 #include <vector>
 
@@ -222,7 +223,7 @@ TickLayout tick_layout(const Panel& panel) {
   constexpr double kAir_px = 8.0;
   constexpr double kTickLetter_px = 6.6;  // Arial of 14 px
   constexpr double kSlanted_deg = 25.0;
-  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  constexpr double kDegree = std::numbers::pi / 180.0;
   if (panel.x_ticks.empty()) return {};
   double longest = 0.0;
   for (const Tick& tick : panel.x_ticks) longest = std::max(longest, letters_of(tick.text));

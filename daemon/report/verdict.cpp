@@ -94,8 +94,7 @@ std::string band_sentence(const ReportedModel& reported) {
   const auto band = reported.usable_band();
   if (!band) {
     return "Usable band: none. The record determines the response at none of the excited frequencies: record longer, "
-           "or "
-           "with more tones.";
+           "or with more tones.";
   }
   std::string text = fmt::format("Usable from {:.3g} to {:.3g} Hz", band->lowest_Hz, band->highest_Hz);
   const auto& criteria = reported.model.verdict->criteria;

@@ -50,12 +50,22 @@ std::optional<double> rise_s(const ControllerSubject& subject) {
   return std::nullopt;
 }
 
+/// Two digits of a bound, rounded to the side on which nothing is promised that is not held.
+std::string bound_text(double bound, double (*rounded)(double), double slack) {
+  const double digit = bound > 0.0 ? std::pow(10.0, std::floor(std::log10(bound)) - 1.0) : 1.0;
+  return fmt::format("{:.4g}", digit * rounded(bound / digit + slack));
+}
+
+constexpr double kRounding = 1e-9;
+std::string at_most(double bound) { return bound_text(bound, std::ceil, -kRounding); }
+std::string at_least(double bound) { return bound_text(bound, std::floor, kRounding); }
+
 std::string margins(const config::ControllerPromise& p) {
   return fmt::format(
-      "Margins: phase {:.0f} degrees and at least {:.0f} for 95 % of what the model may be, gain {:.3g} times and at "
-      "least {:.3g}, {:.2g} s of further delay and at least {:.2g}.",
-      p.phase_margin_deg.value, p.phase_margin_deg.lower, p.gain_margin.value, p.gain_margin.lower,
-      p.delay_margin_s.value, p.delay_margin_s.lower);
+      "Margins: phase {:.0f} degrees and at least {} for 95 % of what the model may be, gain {:.3g} times and at "
+      "least {}, {:.2g} s of further delay and at least {}.",
+      p.phase_margin_deg.value, at_least(p.phase_margin_deg.lower), p.gain_margin.value, at_least(p.gain_margin.lower),
+      p.delay_margin_s.value, at_least(p.delay_margin_s.lower));
 }
 
 std::string upper_case(std::string text) {
@@ -81,18 +91,18 @@ std::string answer_box(const ControllerSubject& subject) {
     html += report::paragraph(fmt::format("The rig did not keep: {}.", fmt::join(not_kept, ", ")));
   }
   html += report::paragraph(fmt::format(
-      "Promised on {} drawn rigs: while the rod moves it is within {:.2g} {} of the reference (RMS {:.2g}), at rest "
-      "within {:.2g} {}.",
-      p.twins, factor * p.following_worst_in.upper, in, factor * p.following_rms_in.upper,
-      factor * p.rest_error_in.upper, in));
+      "Promised on {} drawn rigs: while the rod moves it is within {} {} of the reference (RMS {}), at rest "
+      "within {} {}.",
+      p.twins, at_most(factor * p.following_worst_in.upper), in, at_most(factor * p.following_rms_in.upper),
+      at_most(factor * p.rest_error_in.upper), in));
   const double step = factor * std::abs(ident::trial_plan(c.settings).step);
   const std::optional<double> rise = rise_s(subject);
   html += report::paragraph(fmt::format(
-      "A step of {:.3g} {}{}: the rod settles within 2 % of it at most {:.2g} s after the reference arrives, and "
-      "overshoots by at most {:.2g} {}. The reference moves at up to {:.3g} {}/s and {:.3g} {}/s^2.",
+      "A step of {:.3g} {}{}: the rod settles within 2 % of it at most {} s after the reference arrives, and "
+      "overshoots by at most {} {}. The reference moves at up to {:.3g} {}/s and {:.3g} {}/s^2.",
       step, in, rise ? fmt::format(" takes {:.2g} s from 10 to 90 % on the twin", *rise) : std::string(),
-      p.settling_s.upper, factor * p.overshoot_in.upper, in, factor * c.settings.reference.velocity, in,
-      factor * c.settings.reference.acceleration, in));
+      at_most(p.settling_s.upper), at_most(factor * p.overshoot_in.upper), in, factor * c.settings.reference.velocity,
+      in, factor * c.settings.reference.acceleration, in));
   html += report::paragraph(margins(p));
   if (const std::vector<std::string> limits = lines_of(p.remarks); !limits.empty()) {
     html += report::paragraph("What limits it, and what the promise rests on:") + report::list(limits);
@@ -102,14 +112,13 @@ std::string answer_box(const ControllerSubject& subject) {
       : subject.measured
           ? "Next: `eha export` with the controller's file and `--format st` (or c, simulink) writes it for a PLC."
           : "Next: `eha track` with the controller's file plays it on the rig and says whether the promise is kept; "
-            "then "
-            "`eha export` with `--format st` (or c, simulink) writes it for a PLC.");
-  return fmt::format(
-      "<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", not_kept.empty() ? "some" : "none",
-      report::escaped(fmt::format("{} controller \"{}\": error within {:.2g} {} in motion, {:.2g} {} at rest",
-                                  upper_case(std::string(ident::text(c.settings.kind))), c.name,
-                                  factor * p.following_worst_in.upper, in, factor * p.rest_error_in.upper, in)),
-      html);
+            "then `eha export` with `--format st` (or c, simulink) writes it for a PLC.");
+  return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", not_kept.empty() ? "some" : "none",
+                     report::escaped(fmt::format("{} controller \"{}\": error within {} {} in motion, {} {} at rest",
+                                                 upper_case(std::string(ident::text(c.settings.kind))), c.name,
+                                                 at_most(factor * p.following_worst_in.upper), in,
+                                                 at_most(factor * p.rest_error_in.upper), in)),
+                     html);
 }
 
 }  // namespace eha::tune

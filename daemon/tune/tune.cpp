@@ -126,13 +126,11 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                     plant.compared_step_s, plant.unseen_delay_s));
   }
   if (plant.replaced) {
-    const bool is_one_valve =
-        std::abs(plant.replaced->null - plant.valve.null) <= config::kSameValve_V &&
-        std::abs(plant.replaced->dead_band - plant.valve.dead_band) <= config::same_dead_band_V(plant.valve.dead_band);
+    const bool is_one_valve = config::is_of_one_valve({plant.valve.null, plant.valve.dead_band},
+                                                      {plant.replaced->null, plant.replaced->dead_band});
     lines.push_back(fmt::format(
         "The valve sheet has null {:.3f} V and dead band {:.3f} V, the model {:.3f} and {:.3f} V; the sheet applies, "
-        "here "
-        "and in [following]. {}",
+        "for [following] too. {}",
         plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band,
         is_one_valve
             ? "A model's numbers are of a fit: dry friction and the structure shift them by some hundredths of "

@@ -149,14 +149,16 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
   const auto at_most = [&](Kind kind, const std::optional<double>& share, double limit) {
     if (share) judgement.criterion(kind, *share, limit, *share <= limit);
   };
-  at_most(Kind::saturated, validation.saturated_percent, kMostSaturated_percent);
   const double at_an_end =
       std::max(validation.saturated_percent.value_or(0.0), validation.end_stop ? validation.end_stop->percent : 0.0);
+  if (validation.saturated_percent || validation.end_stop) {
+    // However few samples it is at a stop, the model was fitted to it as well.
+    const double most = validation.end_stop ? 0.0 : kMostSaturated_percent;
+    judgement.criterion(Kind::saturated, at_an_end, most, at_an_end <= most);
+  }
   if (at_an_end > kFarSaturated_percent) {
     judgement.criterion(Kind::far_saturated, at_an_end, kFarSaturated_percent, false);
   }
-  // However few samples it is, the model was fitted to the stop as well.
-  if (validation.end_stop) judgement.lower(Grade::usable);
   // What jumped is in the estimating part or in the error: no figure of this fit holds without the cut.
   if (const auto& jump = validation.jump) {
     judgement.criterion(Kind::jump, std::abs(jump->change), jump->usual, false);

@@ -60,19 +60,18 @@ struct RecordFacts {
 /// which is no valve; an error of more than ten times the noise unless the fit is 95 %; a record of which more than
 /// kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth model. A model that is
 /// not rejected is good when it passes the rest too, else usable: each residual test at 1 %, no drift of the residual,
-/// no jump of the error, an AR-BIC at most kClearGain above that of the
-/// recommended model, no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), a
-/// predicted error on a fresh input of at most 5 %, at most 1 % of samples at which the output is at its limit and the
-/// model is not, a validating error (rms) of at most kGreatestErrorOverNoise times the noise, at most 5 % of the
-/// validating samples with an input beyond the estimating ones, and an input of an excitation order no less than the
-/// parameters of G. A criterion that a short record does not determine is not judged, and the model is usable: the
-/// residual tests that pass on too few samples to say something (see kNoticedShare), or on an input that hardly moves
-/// (see answering_samples()), a predicted error
-/// whose interval holds 5 %, other amplitudes than those of an input of two levels, the noise of an excitation that
-/// repeats without two periods. Every criterion that applied is listed with value and limit; each that failed or was
-/// not judged has a sentence, those of a rejection first. A model without validation (the whole record estimated) is
-/// judged by its estimation figures, and usable; a sentence says so. Never throws on a model's content; a figure that
-/// is not finite does not pass.
+/// no jump of the error, an AR-BIC at most kClearGain above that of the recommended model, no nonlinear effect in it
+/// (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a fresh input of at most 5 %,
+/// no stay at an end stop and at most 1 % of samples at which the output is at its limit and the model is not, a
+/// validating error (rms) of at most kGreatestErrorOverNoise times the noise, at most 5 % of the validating samples
+/// with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of G. A
+/// criterion that a short record does not determine is not judged, and the model is usable: the residual tests that
+/// pass on too few samples to say something (see kNoticedShare), or on an input that hardly moves (see
+/// answering_samples()), a predicted error whose interval holds 5 %, other amplitudes than those of an input of two
+/// levels, the noise of an excitation that repeats without two periods. Every criterion that applied is listed with
+/// value and limit; each that failed or was not judged has a sentence, those of a rejection first. A model without
+/// validation (the whole record estimated) is judged by its estimation figures, and usable; a sentence says so. Never
+/// throws on a model's content; a figure that is not finite does not pass.
 [[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts = {});
 
 /// The validating samples that can show an answer of the plant: those behind a move of the input, as in ResidualTests.

@@ -100,7 +100,7 @@ TEST_F(Axis, IsTunedFromTheRunWithTheValveSheetBesideIt) {
   ASSERT_EQ(tuned_->code, 0) << tuned_->err;
   EXPECT_EQ(next_of(*tuned_, "track"), "track axis.toml --rig rig.toml --local --fast");
   EXPECT_TRUE(fs::exists(folder_->path() / "axis.html"));
-  EXPECT_NE(tuned_->out.find("the sheet applies, here and in [following]"), std::string::npos) << tuned_->out;
+  EXPECT_NE(tuned_->out.find("the sheet applies, for [following] too"), std::string::npos) << tuned_->out;
   for (const char* step : {"eha plot axis.toml", "eha export axis.toml --format csv", "--format st"}) {
     EXPECT_NE(tuned_->out.find(step), std::string::npos) << step;
   }
