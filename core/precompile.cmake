@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Parses slow headers once for every target of the same optimisation: once for the programs, once for ident, once for the
-# tests. Sources still include what they use; a build without this file differs in time only.
+# Parses slow headers once for every target of the same optimisation: once for the programs, once for what only
+# arranges and prints, once for ident, once for the tests. Sources still include what they use; a build without this file differs in time only.
 # eha_precompile(OWNER HEADER...): makes the target OWNER, which holds the parsed headers.
 function(eha_precompile owner)
   add_library(${owner} OBJECT ${PROJECT_SOURCE_DIR}/core/precompile.cpp)
@@ -8,12 +8,12 @@ function(eha_precompile owner)
   target_precompile_headers(${owner} PRIVATE ${ARGN})
 endfunction()
 
-# Gives every static library and program below `folder` the headers of `owner`.
+# Gives every static library and program below `folder` the headers of `owner`, but for those of EHA_ARRANGING.
 function(eha_reuse_precompiled owner folder)
   get_property(targets DIRECTORY ${folder} PROPERTY BUILDSYSTEM_TARGETS)
   foreach(target ${targets})
     get_target_property(type ${target} TYPE)
-    if(type MATCHES "STATIC_LIBRARY|EXECUTABLE")
+    if(type MATCHES "STATIC_LIBRARY|EXECUTABLE" AND NOT target IN_LIST EHA_ARRANGING)
       target_precompile_headers(${target} REUSE_FROM ${owner})
     endif()
   endforeach()

@@ -60,10 +60,17 @@ Wire read_wire() {
   Wire wire;
   std::string key;
   std::int64_t ignored = 0;
-  file >> key >> wire.ao0_uV >> key >> ignored >> key >> wire.digital_outputs >> key >> ignored;
-  if (!file || key != "changes") throw std::runtime_error("/proc/pci1716_wire is not as expected");
-  for (WireChange change; file >> change.time_ns >> change.wire >> change.value;) wire.changes.push_back(change);
+  file >> key >> wire.ao0_uV >> key >> ignored >> key >> wire.digital_outputs;
+  if (!file || key != "do") throw std::runtime_error("/proc/pci1716_wire is not as expected");
   return wire;
+}
+
+std::vector<WireChange> read_wire_changes() {
+  std::ifstream file("/proc/pci1716_changes");
+  std::vector<WireChange> changes;
+  for (WireChange change; file >> change.time_ns >> change.wire >> change.value;) changes.push_back(change);
+  if (changes.empty()) throw std::runtime_error("/proc/pci1716_changes is not as expected");
+  return changes;
 }
 
 bool wire_is_safe() {
@@ -79,7 +86,7 @@ std::int64_t now_ns() {
 
 std::int64_t off_since_ns() {
   std::int64_t since_ns = kNeverOff;
-  for (const WireChange& change : read_wire().changes) {
+  for (const WireChange& change : read_wire_changes()) {
     if (change.wire != "do") continue;
     if ((change.value & kEnableBit) != 0) {
       since_ns = kNeverOff;

@@ -33,14 +33,16 @@ struct WireChange {
   std::int64_t value = 0;    ///< [uV], or the digital word
 };
 
-/// The wires of the stand-in card.
+/// The wires of the stand-in card, now.
 struct Wire {
   std::int64_t ao0_uV = 0;
   std::int64_t digital_outputs = 0;
-  std::vector<WireChange> changes;  ///< the newest 4096, oldest first
 };
 
 [[nodiscard]] Wire read_wire();
+
+/// The newest 4096 changes, oldest first.
+[[nodiscard]] std::vector<WireChange> read_wire_changes();
 
 /// How pci1716.toml wires the stand-in card.
 inline constexpr std::int64_t kEnableBit = 1;

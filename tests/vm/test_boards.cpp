@@ -90,12 +90,12 @@ TEST(StandInCard, ShowsTheOldCodeInTheNewRangeBeforeTheNewCode) {
   const Device device = open_device();
   ASSERT_TRUE(device);
   EXPECT_EQ(read_wire().ao0_uV, 0);  // code 0 of 0..5 V
-  const std::size_t before = read_wire().changes.size();
+  const std::size_t before = read_wire_changes().size();
   ASSERT_EQ(comedi_data_write(device.get(), kOutput, 0, 1, AREF_GROUND, 0x8000), 1);
-  const Wire wire = read_wire();
-  ASSERT_EQ(wire.changes.size(), before + 2);
-  EXPECT_EQ(wire.changes[before].value, -10'000'000);
-  EXPECT_NEAR(static_cast<double>(wire.changes[before + 1].value), 0.0, 20e6 / 0xffff);
+  const std::vector<WireChange> changes = read_wire_changes();
+  ASSERT_EQ(changes.size(), before + 2);
+  EXPECT_EQ(changes[before].value, -10'000'000);
+  EXPECT_NEAR(static_cast<double>(changes[before + 1].value), 0.0, 20e6 / 0xffff);
 }
 
 TEST(StandInCard, FailsAsManyConversionsAsItIsTold) {

@@ -35,13 +35,13 @@ Examined examine(const std::string& rig_file) {
 
 TEST(Doctor, FindsTheShippedRigFilesCardFitAndMovesNothing) {
   const Board board("pci1716_card");
-  const std::size_t changes = read_wire().changes.size();
+  const std::size_t changes = read_wire_changes().size();
   const Examined examined = examine(pci1716_rig());
   EXPECT_EQ(examined.exit_code, 0) << examined.output;
   for (const char* name : {"device", "board", "emergency_stop", "enable", "heartbeat"}) {
     EXPECT_EQ(examined.level(name), "ok") << name << '\n' << examined.output;
   }
-  EXPECT_EQ(read_wire().changes.size(), changes);
+  EXPECT_EQ(read_wire_changes().size(), changes);
 }
 
 TEST(Doctor, NamesAnotherCardsBoardAndEndsWithTheDevicesExitCode) {

@@ -147,7 +147,7 @@ TEST_F(ComediRigOnTheStandInCard, IsSafeFromTheMomentItIsOpened) {
 TEST_F(ComediRigOnTheStandInCard, EnablesOnlyAfterTheOutputLeftTheLowerEndOfItsRange) {
   ASSERT_EQ(rig->set_enable(true), RigStatus::ok);
   bool enabled = false;
-  for (const WireChange& change : read_wire().changes) {
+  for (const WireChange& change : read_wire_changes()) {
     if (change.wire == "do") enabled = (change.value & kEnableBit) != 0;
     if (enabled && change.wire == "ao0") {
       EXPECT_GT(change.value, -9'000'000);
@@ -221,13 +221,13 @@ TEST_F(ComediRigOnTheStandInCard, RefusesToWriteWhatIsNoVoltage) {
 TEST_F(ComediRigOnTheStandInCard, SwitchesTheEnableOffThenWritesTheSafeVoltage) {
   ASSERT_EQ(rig->set_enable(true), RigStatus::ok);
   ASSERT_EQ(rig->command(3.0, applied), RigStatus::ok);
-  const std::size_t before = read_wire().changes.size();
+  const std::size_t before = read_wire_changes().size();
   ASSERT_EQ(rig->make_safe(), RigStatus::ok);
   expect_safe_wire();
-  const Wire wire = read_wire();
-  ASSERT_GE(wire.changes.size(), before + 2);
-  EXPECT_EQ(wire.changes[before].wire, "do");
-  EXPECT_EQ(wire.changes[before + 1].wire, "ao0");
+  const std::vector<WireChange> changes = read_wire_changes();
+  ASSERT_GE(changes.size(), before + 2);
+  EXPECT_EQ(changes[before].wire, "do");
+  EXPECT_EQ(changes[before + 1].wire, "ao0");
 }
 
 TEST_F(ComediRigOnTheStandInCard, ReportsRemoval) {

@@ -27,7 +27,7 @@
  *   removed (0 or 1)                     the device goes, as by a hot unplug; 0 brings it back
  *   di                                   word at the digital inputs (an emergency stop is one of its bits)
  *
- * /proc/pci1716_wire: what stands on the wire, then the newest changes, oldest first:
+ * /proc/pci1716_wire: what stands on the wire. /proc/pci1716_changes: the newest changes, oldest first:
  *   CLOCK_MONOTONIC_ns ao0|ao1|do value_uV|word
  */
 #include <linux/comedi/comedidev.h>
@@ -380,31 +380,76 @@ module_param_cb(removed, &removed_ops, &removed, 0644);
 
 static int show_wire(struct seq_file *file, void *unused)
 {
-	u64 i, count;
+	seq_printf(file, "ao0 %lld\nao1 %lld\ndo %u\n", div_s64(ao_nV(0), 1000), div_s64(ao_nV(1), 1000), do_word);
+	return 0;
+}
+
+/* The changes that one reader sees: those there when it began. */
+struct reading {
+	u64 first;
+	u64 end;
+};
+
+static void *change_at(struct seq_file *file, loff_t *position)
+{
+	struct reading *reading = file->private;
+
+	return reading->first + *position < reading->end ? position : NULL;
+}
+
+static void *first_change(struct seq_file *file, loff_t *position)
+{
+	struct reading *reading = file->private;
+
+	if (*position == 0) {
+		spin_lock(&log_lock);
+		reading->end = log_count;
+		spin_unlock(&log_lock);
+		reading->first = reading->end > LOG_LENGTH ? reading->end - LOG_LENGTH : 0;
+	}
+	return change_at(file, position);
+}
+
+static void *next_change(struct seq_file *file, void *unused, loff_t *position)
+{
+	++*position;
+	return change_at(file, position);
+}
+
+static void no_more_changes(struct seq_file *file, void *unused)
+{
+}
+
+static int show_change(struct seq_file *file, void *position)
+{
+	struct reading *reading = file->private;
+	struct wire_change entry;
 
 	spin_lock(&log_lock);
-	count = log_count;
+	entry = wire_log[(reading->first + *(loff_t *)position) % LOG_LENGTH];
 	spin_unlock(&log_lock);
-	seq_printf(file, "ao0 %lld\nao1 %lld\ndo %u\nchanges %llu\n", div_s64(ao_nV(0), 1000), div_s64(ao_nV(1), 1000),
-		   do_word, count);
-	for (i = count > LOG_LENGTH ? count - LOG_LENGTH : 0; i < count; i++) {
-		struct wire_change entry;
-
-		spin_lock(&log_lock);
-		entry = wire_log[i % LOG_LENGTH];
-		spin_unlock(&log_lock);
-		seq_printf(file, "%llu %s %d\n", entry.time_ns, wire_names[entry.wire], entry.value);
-		cond_resched(); /* some 10 ms in all, which whoever keeps 1 ms ticks could not wait */
-	}
+	seq_printf(file, "%llu %s %d\n", entry.time_ns, wire_names[entry.wire], entry.value);
 	return 0;
+}
+
+static const struct seq_operations change_ops = {
+	.start = first_change, .next = next_change, .stop = no_more_changes, .show = show_change,
+};
+
+static void remove_proc_entries(void)
+{
+	remove_proc_entry("pci1716_wire", NULL);
+	remove_proc_entry("pci1716_changes", NULL);
 }
 
 static int __init card_init(void)
 {
 	int status;
 
-	if (!proc_create_single("pci1716_wire", 0444, NULL, show_wire))
-		return -ENOMEM;
+	status = -ENOMEM;
+	if (!proc_create_single("pci1716_wire", 0444, NULL, show_wire) ||
+	    !proc_create_seq_private("pci1716_changes", 0444, NULL, &change_ops, sizeof(struct reading), NULL))
+		goto no_card;
 	card = platform_device_register_simple("pci1716_card", -1, NULL, 0);
 	if (IS_ERR(card)) {
 		status = PTR_ERR(card);
@@ -423,7 +468,7 @@ no_config:
 no_driver:
 	platform_device_unregister(card);
 no_card:
-	remove_proc_entry("pci1716_wire", NULL);
+	remove_proc_entries();
 	return status;
 }
 module_init(card_init);
@@ -433,7 +478,7 @@ static void __exit card_exit(void)
 	comedi_auto_unconfig(&card->dev);
 	comedi_driver_unregister(&card_driver);
 	platform_device_unregister(card);
-	remove_proc_entry("pci1716_wire", NULL);
+	remove_proc_entries();
 }
 module_exit(card_exit);
 
