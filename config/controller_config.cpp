@@ -108,6 +108,7 @@ class TomlWriter {
   void text(std::string_view key, const std::string& value, Need need = Need::required) {
     if (!value.empty() || need == Need::required) put(key, toml_string(value));
   }
+  void lines(std::string_view key, const std::string& value, Need need = Need::required) { text(key, value, need); }
 
  private:
   void put(std::string_view key, const std::string& value) {

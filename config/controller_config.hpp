@@ -55,7 +55,7 @@ struct ControllerPromise {
     keys.table("phase_margin_deg", self.phase_margin_deg);
     keys.table("gain_margin", self.gain_margin);
     keys.table("delay_margin_s", self.delay_margin_s);
-    keys.text("remarks", self.remarks, Need::optional);
+    keys.lines("remarks", self.remarks, Need::optional);
   }
 };
 

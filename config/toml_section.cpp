@@ -10,6 +10,7 @@
 #include "config/volts_csv.hpp"
 #include "core/error.hpp"
 #include "core/range_text.hpp"
+#include "core/terminal_text.hpp"
 #include "core/text.hpp"
 
 namespace eha::config {
@@ -233,15 +234,28 @@ void Section::boolean(std::string_view key, std::optional<bool>& target) {
   target = value;
 }
 
-void Section::text(std::string_view key, std::string& target, Need need) {
+const std::string* Section::find_text(std::string_view key, Need need) {
   const toml::node* node = find(key, "a string", need);
-  if (node == nullptr) return;
+  if (node == nullptr) return nullptr;
   const auto* value = node->as_string();
-  if (value != nullptr && !value->get().empty()) {
-    target = value->get();
+  if (value != nullptr && !value->get().empty()) return &value->get();
+  wrong(key, *node, "a string that is not empty");
+  return nullptr;
+}
+
+void Section::text(std::string_view key, std::string& target, Need need) {
+  const std::string* value = find_text(key, need);
+  if (value == nullptr) return;
+  // What stands behind the end of a line could be taken for a message of the program.
+  if (one_line(*value) == *value) {
+    target = *value;
   } else {
-    wrong(key, *node, "a string that is not empty");
+    wrong(key, *table_->get(key), "a string of one line, without control characters");
   }
+}
+
+void Section::lines(std::string_view key, std::string& target, Need need) {
+  if (const std::string* value = find_text(key, need)) target = *value;
 }
 
 void Section::file_stem(std::string_view key, std::string& target) {

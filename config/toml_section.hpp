@@ -53,8 +53,10 @@ class Section {
   /// inches.
   void number(std::string_view key, double& target, const Range& range, Need need = Need::required);
   void boolean(std::string_view key, bool& target, Need need = Need::required);
-  /// A string that is not empty.
+  /// A string of one line that is not empty.
   void text(std::string_view key, std::string& target, Need need = Need::required);
+  /// A string with a sentence a line; in no message.
+  void lines(std::string_view key, std::string& target, Need need = Need::required);
   /// A string of at most 64 letters, digits, '.', '_' and '-' that starts with a letter or digit.
   void file_stem(std::string_view key, std::string& target);
 
@@ -139,6 +141,7 @@ class Section {
   void number_in_millimetres(std::string_view key, const MillimetreKey& written, const toml::node& node, double& target,
                              const Range& range);
   const toml::node* find(std::string_view key, std::string_view expected, Need need);
+  const std::string* find_text(std::string_view key, Need need);
   std::optional<std::int64_t> whole_number(std::string_view key, std::int64_t low, std::int64_t high, Need need);
   std::optional<std::size_t> one_of(std::string_view key, const std::vector<std::string_view>& names, Need need);
   void wrong(std::string_view key, const toml::node& node, std::string_view expected);

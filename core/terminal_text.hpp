@@ -31,4 +31,17 @@ namespace eha {
   return result;
 }
 
+/// Makes a name of a file fit for one line of a message: as terminal_text(), and what ends a line (U+000A, U+2028,
+/// U+2029) or leaps ahead in it (U+0009) becomes '?' too. What stands behind the end of a line could be taken for a
+/// message of the program.
+[[nodiscard]] inline std::string one_line(std::string_view name) {
+  std::string result = terminal_text(name);
+  for (const std::string_view end : {"\n", "\t", "\xE2\x80\xA8", "\xE2\x80\xA9"}) {
+    for (std::size_t at = result.find(end); at != std::string::npos; at = result.find(end, at)) {
+      result.replace(at, end.size(), "?");
+    }
+  }
+  return result;
+}
+
 }  // namespace eha

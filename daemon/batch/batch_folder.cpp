@@ -15,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/record/one_line_texts.hpp"
 #include "daemon/record/sha256.hpp"
 
 namespace eha::batch {
@@ -53,7 +54,8 @@ std::string text_of(const Batch& batch) {
 template <class Read>
 auto parsed(const fs::path& path, const char* schema, const Read& read) {
   try {
-    const Json document = Json::parse(os::read_file(path));
+    Json document = Json::parse(os::read_file(path));
+    record::make_one_line(document);
     if (document.at("schema") != schema) throw DataError(fmt::format("{}: not of schema {}", path.string(), schema));
     return read(document);
   } catch (const nlohmann::json::exception& error) {

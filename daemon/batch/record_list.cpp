@@ -14,6 +14,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/terminal_text.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
@@ -93,8 +94,11 @@ std::string content_of(const fs::path& source) {
   }
 }
 
-/// @throws UsageError  the manifest could not name it
+/// @throws UsageError  the manifest could not name it, or its name could imitate messages of the program
 void require_text(const fs::path& path) {
+  if (path.string().find_first_of("\n\r") != std::string::npos) {
+    throw UsageError(fmt::format("{}: holds the end of a line; rename the file", one_line(path.string())));
+  }
   try {
     static_cast<void>(nlohmann::json(path.string()).dump());
   } catch (const nlohmann::json::exception&) {

@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/terminal_text.hpp"
 #include "daemon/record/csv_field.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
@@ -80,7 +81,7 @@ std::string last_line(const std::string& message) {
   const std::size_t begin = message.rfind('\n', end);
   std::string line = message.substr(begin == std::string::npos ? 0 : begin + 1, end - (begin + 1) + 1);
   const std::string prefix = "eha: error: ";
-  return line.starts_with(prefix) ? line.substr(prefix.size()) : line;
+  return one_line(line.starts_with(prefix) ? line.substr(prefix.size()) : line);
 }
 
 /// Returns the model that most rows recommend, the first of equals; without one the first model of the first row.

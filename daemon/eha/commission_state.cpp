@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/record/one_line_texts.hpp"
 
 namespace eha::cli {
 namespace {
@@ -21,6 +22,7 @@ CommissionState::CommissionState(std::filesystem::path folder)
   if (!std::filesystem::exists(file(kStateFile), ignored)) return;
   const std::string name = file(kStateFile).string();
   document_ = Json::parse(os::read_file(name), nullptr, false);
+  record::make_one_line(document_);
   if (!document_.is_object() || document_.value("schema", "") != "eha-commission/1" || !document_.contains("steps") ||
       !document_.at("steps").is_object()) {
     throw DataError(name + ": is no state of a commissioning; name another folder with -o");

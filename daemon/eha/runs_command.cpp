@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/os/files.hpp"
+#include "core/terminal_text.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
@@ -145,7 +146,8 @@ void name_runs_of_service(const fs::path& listed, const Console& console) {
 void name_latest(const RunList& list, const Console& console) {
   std::error_code ignored;
   const fs::path latest = fs::read_symlink(fs::path(list.folder) / record::kLatestLink, ignored);
-  std::string text = latest.empty() ? "no run is latest" : fmt::format("latest is {}", latest.filename().string());
+  std::string text =
+      latest.empty() ? "no run is latest" : fmt::format("latest is {}", one_line(latest.filename().string()));
   bool is_told = !latest.empty();
   for (auto run = list.runs.rbegin(); run != list.runs.rend(); ++run) {
     const fs::path folder = run->folder;
@@ -156,7 +158,7 @@ void name_latest(const RunList& list, const Console& console) {
     try {
       const std::string against = record::reason_against_latest(record::read_manifest(folder));
       if (against.empty()) break;
-      text += fmt::format(", not {}: {}", folder.filename().string(), against);
+      text += fmt::format(", not {}: {}", one_line(folder.filename().string()), against);
       is_told = true;
     } catch (const Error& error) {
       console.debug(error.what());
@@ -283,7 +285,7 @@ ExitCode execute(const RunsRecoverCommand& command, Console& console) {
                                   {"gaps", recovery.gaps},
                                   {"torn_bytes", recovery.torn_bytes}});
       console.print(recovery.changed ? record::describe(run, recovery)
-                                     : fmt::format("{}: complete, nothing to do", run.string()));
+                                     : fmt::format("{}: complete, nothing to do", one_line(run.string())));
     } catch (const Error& error) {
       // A run that cannot be recovered must not prevent the recovery of others.
       console.error(error.what());

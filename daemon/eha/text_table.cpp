@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "core/terminal_text.hpp"
+
 namespace eha::cli {
 namespace {
 
@@ -16,9 +18,12 @@ std::size_t characters(const std::string& text) {
 }  // namespace
 
 std::string text_table(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows) {
+  // A name with line breaks would begin lines outside of the table.
+  std::vector<std::vector<std::string>> cells = rows;
+  for (auto& row : cells) std::transform(row.begin(), row.end(), row.begin(), one_line);
   std::vector<std::size_t> widths;
   for (const Column& column : columns) widths.push_back(characters(column.title));
-  for (const auto& row : rows) {
+  for (const auto& row : cells) {
     for (std::size_t i = 0; i < columns.size(); ++i) widths[i] = std::max(widths[i], characters(row[i]));
   }
   std::string out;
@@ -35,7 +40,7 @@ std::string text_table(const std::vector<Column>& columns, const std::vector<std
   };
   add_line([&](std::size_t i) { return columns[i].title; });
   add_line([&](std::size_t i) { return std::string(widths[i], '-'); });
-  for (const auto& row : rows) add_line([&](std::size_t i) { return row[i]; });
+  for (const auto& row : cells) add_line([&](std::size_t i) { return row[i]; });
   return out;
 }
 

@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/acquisition/clock.hpp"
+#include "daemon/record/one_line_texts.hpp"
 #include "daemon/record/plain_files.hpp"
 #include "daemon/record/report_json.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -305,6 +306,7 @@ Manifest manifest_from_json(Json document, const std::string& source) {
   if (!document.is_object() || document.value("schema", Json()) != kManifestSchema) {
     throw DataError(source + ": not the manifest of a run (schema " + std::string(kManifestSchema) + ")");
   }
+  make_one_line(document);
   const Members members(document, source);
   Manifest manifest;
   const std::string outcome = members.required_text("outcome");
@@ -329,6 +331,7 @@ Manifest manifest_from_header(const Json& header) {
   for (const char* key : {"host", "kernel", "files", "report", "identification"}) {
     if (!document.contains(key)) document[key] = nullptr;
   }
+  make_one_line(document);
   Manifest manifest;
   manifest.other = std::move(document);
   return manifest;

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/terminal_text.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/plain_files.hpp"
@@ -102,7 +103,7 @@ std::string describe(const std::filesystem::path& folder, const Recovery& recove
   const std::string lost = recovery.gaps == 0 ? ""
                                               : fmt::format(" {} rows lost in {} damaged {},", recovery.lost_rows,
                                                             recovery.gaps, recovery.gaps == 1 ? "place" : "places");
-  return fmt::format("{}: recovered: {} rows kept,{} {} torn bytes left out, outcome {}", folder.string(),
+  return fmt::format("{}: recovered: {} rows kept,{} {} torn bytes left out, outcome {}", one_line(folder.string()),
                      recovery.rows, lost, recovery.torn_bytes, acquisition::to_text(recovery.outcome));
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/enum_names.hpp"
 #include "core/error.hpp"
+#include "daemon/record/one_line_texts.hpp"
 
 namespace eha::record {
 namespace {
@@ -59,7 +60,8 @@ Json to_json(const RunSummary& summary) {
           {"models", to_json(summary.models)}};
 }
 
-RunSummary summary_from_json(const Json& json, const std::string& source) {
+RunSummary summary_from_json(Json json, const std::string& source) {
+  make_one_line(json);
   try {
     RunSummary summary{.folder = json.at("folder"), .outcome = json.at("outcome")};
     if (const auto fault = json.find("fault"); fault != json.end() && fault->is_string()) summary.fault = *fault;

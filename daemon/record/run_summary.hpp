@@ -28,6 +28,6 @@ struct RunSummary {
 /// {"folder", "outcome", "fault", "purpose", "recorded_s", "models"}; fault is null without one.
 [[nodiscard]] nlohmann::ordered_json to_json(const RunSummary& summary);
 /// Gives members that an earlier version left out their defaults. @throws DataError  names `source`
-[[nodiscard]] RunSummary summary_from_json(const nlohmann::ordered_json& json, const std::string& source);
+[[nodiscard]] RunSummary summary_from_json(nlohmann::ordered_json json, const std::string& source);
 
 }  // namespace eha::record

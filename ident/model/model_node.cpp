@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/terminal_text.hpp"
 #include "core/text.hpp"
 
 namespace eha::ident {
@@ -15,6 +16,9 @@ using Json = ModelNode::Json;
 
 /// A model file is seven levels deep; a far deeper one is refused.
 constexpr int kDeepest = 32;
+
+/// The member with a sentence a line; it is in no message.
+constexpr std::string_view kSentences = "remarks";
 
 /// The JSON library's message without the offending bytes.
 std::string syntax_detail(std::string_view what) {
@@ -77,7 +81,7 @@ double ModelNode::number() const {
 
 void ModelNode::read(std::string& target) const {
   if (!value_->is_string()) refuse("a string");
-  target = value_->get<std::string>();
+  target = one_line(value_->get_ref<const std::string&>());
 }
 
 void ModelNode::read(bool& target) const {
@@ -101,7 +105,8 @@ std::map<std::string, std::string> ModelNode::texts() const {
   if (!value_->is_object()) refuse("an object");
   std::map<std::string, std::string> result;
   for (const auto& [key, value] : value_->items()) {
-    result[key] = value.is_string() ? value.get<std::string>() : value.dump();
+    const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+    result[one_line(key)] = key == kSentences ? terminal_text(text) : one_line(text);
   }
   return result;
 }

@@ -52,7 +52,7 @@ class ModelNode {
     if (has(key)) child(key, (*value_)[key]).read(target);
   }
 
-  /// Returns the members as texts: a string unchanged, anything else as JSON text.
+  /// Returns the members as texts of one line: a string as such, anything else as JSON text. "remarks" keeps its lines.
   [[nodiscard]] std::map<std::string, std::string> texts() const;
 
  private:

@@ -25,5 +25,13 @@ TEST(TerminalText, KeepsLinesTabsAndEveryLanguage) {
   EXPECT_EQ(terminal_text(kText), kText);
 }
 
+TEST(OneLine, EndsNoLineWhateverTheNameHolds) {
+  EXPECT_EQ(one_line("fo\nNext: eha arm\r\n\tx\v\f"), "fo?Next: eha arm???x??");
+  EXPECT_EQ(one_line("a\xC2\x85"
+                     "b\xE2\x80\xA8"
+                     "c\xE2\x80\xA9 \xE2\x80\x99\xC2\xB5m\xE2\x80"),
+            "a?b?c? \xE2\x80\x99\xC2\xB5m\xE2\x80");
+}
+
 }  // namespace
 }  // namespace eha

@@ -16,6 +16,13 @@ TEST(TextTable, AlignsByCharactersAndLeavesNoTrailingBlanks) {
             "longer  ±12\n");
 }
 
+TEST(TextTable, HasOneLineForARowWhateverItsNamesHold) {
+  EXPECT_EQ(text_table({{"run", Align::left}, {"s", Align::right}}, {{"a\nNext: eha arm", "1"}}),
+            "run              s\n"
+            "---------------  -\n"
+            "a?Next: eha arm  1\n");
+}
+
 TEST(TextTable, HasTitlesWithoutRows) { EXPECT_EQ(text_table({{"a", Align::left}}, {}), "a\n-\n"); }
 
 }  // namespace
