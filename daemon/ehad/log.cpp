@@ -20,6 +20,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/terminal_text.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
 
 namespace eha::service {
@@ -29,18 +30,11 @@ constexpr std::size_t kMostQueued = 1024;  // messages
 constexpr std::size_t kLongestLine = 4000;
 
 /// Returns the text as one line. A client's text may contain newlines, after which it could imitate other messages.
-std::string one_line(std::string_view text) {
+std::string line_of(std::string_view text) {
   std::string line;
-  for (const char c : text.substr(0, kLongestLine)) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '\n') {
-      line += " | ";
-    } else {
-      line += byte < 0x20 || byte == 0x7f ? '?' : c;
-    }
-  }
+  for (const char c : text.substr(0, kLongestLine)) line += c == '\n' ? std::string(" | ") : std::string(1, c);
   if (text.size() > kLongestLine) line += "...";
-  return line;
+  return one_line(line);
 }
 
 /// Writes to standard error, and counts the flushes that reached it.
@@ -50,7 +44,7 @@ class ErrorSink final : public spdlog::sinks::base_sink<std::mutex> {
 
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {
-    const std::string line = one_line({message.payload.data(), message.payload.size()});
+    const std::string line = line_of({message.payload.data(), message.payload.size()});
     spdlog::details::log_msg clean = message;
     clean.payload = line;
     spdlog::memory_buf_t text;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Names, units and reasons of a model file that a stranger wrote, through every export: they change comments only.
+#include "tests/unit/hostile_text.hpp"
+
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cstdlib>
 #include <random>
 #include <sstream>
@@ -17,30 +18,9 @@
 namespace eha::ident {
 namespace {
 
+using test::hostile;
+
 constexpr int kTexts = 10000;
-
-/// What ends or begins comments, strings, escapes, directives and lines in C, Python, Octave, MATLAB and a shell.
-constexpr auto kPieces = std::to_array<std::string_view>({
-    // clang-format off
-    "*/", "*\\", "/*", "\\", "\\\n", "\n", "\r", "\r\n", "\v", "\f", "\"", "\"\"\"", "'", "''\'", "?\?/", "?\?/\n",
-    "*?\?/", "%{", "%}", "%{\n", "...\n", "#", "#{", "# coding: utf-7\n", "@include", "-*- texinfo -*-", "$(id)",
-    "`id`", "\xe2\x80\xa8", "\xc2\x85", "\xff", "\xc0\xaf", "\x1a", "\x1b[", "{", "}", "{}", "{0}", "%n", "%s",
-    "<!--", "]]>", "&lt;", "NAME_", "FUNCTION_", "DRIVING", "COUNT", "int pwned;", "int pwned(void) { return 1; }",
-    "#define double int\n", "pwned = 1\n", "import os\n", "\nend\nsystem('id')\n", "/", "*", "V", "in/s", "u_", " ",
-    "_Pragma(\"once\")", "\\u002a\\u002f", "+ACoALw-", "\b", "//\\\n"  // clang-format on
-});
-
-std::string hostile(std::mt19937_64& generator, std::size_t longest) {
-  std::string text;
-  const std::size_t pieces = 1 + generator() % 8;
-  for (std::size_t i = 0; i < pieces; ++i) {
-    text += generator() % 8 == 0 ? std::string(1, static_cast<char>(generator() % 256))
-                                 : std::string(kPieces[generator() % kPieces.size()]);
-  }
-  // The end of a comment also where the text is cut off.
-  if (generator() % 4 == 0) text = std::string(longest > text.size() ? longest - text.size() / 2 : 1, ' ') + text;
-  return text;
-}
 
 ExportedModel sound() {
   Model model;
