@@ -154,5 +154,44 @@ TEST(SlipCampaign, KeepsASlipOfThePenSlow) {
   }
 }
 
+/// Half of the sensor's slope from a moment of a long way on: a cable of two in parallel, a supply that breaks down.
+TEST(SlipCampaign, FindsASlopeThatHalvesOnALongWay) {
+  constexpr double kMostTime_s = 1.5;
+  constexpr double kMostWay_in = 0.5;
+  const int runs = runs_wanted(1000);
+  std::map<std::string, int> ends;
+  double longest_s = 0.0;
+  double furthest_in = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    Random random(80'000 + static_cast<unsigned>(run));
+    hal::SimOptions plant = random_plant(random);
+    const bool is_up = below(random, 2) == 0;
+    plant.initial_displacement_in = is_up ? 1.0 : 4.9;
+    const config::Following following = commissioned(plant, random);
+    const config::RigConfig rig = rig_with(following);
+    if (is_refused(rig)) continue;
+    const double failed_s = following.pressure_delay_s + uniform(random, 1.5, 5.0);
+    const Placed result =
+        placed(plant, rig, is_up ? 4.7 : 1.2,
+               hal::InjectedFault{.kind = hal::FaultKind::scaled_sensor,
+                                  .first_tick = static_cast<std::int64_t>(std::llround(failed_s / kTick_s)),
+                                  .ticks = hal::InjectedFault::kAlways,
+                                  .amount = 0.5});
+    ++ends[result.fault == Fault::none ? "not found" : std::string(to_text(result.fault))];
+    const std::string what =
+        fmt::format("run {}: {}, {:.2f} s and {:.2f} in after it failed at {:.2f} s, dead band {:.2f} V, flow {:.1f}",
+                    run, to_text(result.fault), result.at_s - failed_s, result.lost_in, failed_s,
+                    plant.valve_dead_band_V, plant.valve_rated_flow_L_per_min);
+    EXPECT_NE(result.fault, Fault::none) << what;
+    EXPECT_LE(result.at_s - failed_s, kMostTime_s) << what;
+    EXPECT_LE(result.lost_in, kMostWay_in) << what;
+    EXPECT_FALSE(result.met_end_stop) << what;
+    longest_s = std::max(longest_s, result.at_s - failed_s);
+    furthest_in = std::max(furthest_in, result.lost_in);
+  }
+  for (const auto& [fault, count] : ends) fmt::print("{}: {}\n", fault, count);
+  fmt::print("{} slopes halved: found after {:.2f} s and {:.2f} in at most\n", runs, longest_s, furthest_in);
+}
+
 }  // namespace
 }  // namespace eha::place
