@@ -14,6 +14,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/terminal_text.hpp"
 #include "daemon/record/confined_reader.hpp"
 #include "daemon/record/experiment_rows.hpp"
 #include "daemon/record/journal.hpp"
@@ -41,6 +42,10 @@ std::filesystem::path resolve(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::path resolved = std::filesystem::canonical(folder, error);
   if (error) os::throw_system_error("open", folder, error.value());
+  // `latest` may lead to a name that could imitate messages of the program.
+  if (const std::string name = resolved.string(); name.find_first_of("\n\r") != std::string::npos) {
+    throw DataError(one_line(name) + ": holds the end of a line; rename the folder");
+  }
   return resolved;
 }
 

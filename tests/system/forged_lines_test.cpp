@@ -157,6 +157,8 @@ TEST_F(ForgedLines, ComeFromNoNameOfAFolder) {
   fs::create_directory_symlink(with_end("q0"), at("runs/latest"));
   printed({"runs", "list"});
   printed({"runs", "show", "runs/latest"});
+  const Ended refused = printed({"fit", "runs/latest", "--model", "io", "--poles", "1"});
+  EXPECT_NE(refused.err.find("holds the end of a line; rename the folder"), std::string::npos) << refused.err;
   const fs::path torn = at("runs") / with_end("z");
   fs::copy(at("runs/r"), torn);
   Document manifest = read_json(torn / "run.json");
