@@ -228,8 +228,8 @@ class ConflictSearch {
       return;
     }
     const auto numbers = [](double null_V, double dead_band_V, double positive, double negative) {
-      return fmt::format("null {:.3g} V, dead band {:.3g} V, gains {:.3g} and {:.3g} in/(V s)", null_V, dead_band_V,
-                         positive, negative);
+      return fmt::format("null {:.3g} V, half dead band {:.3g} V, gains {:.3g} and {:.3g} in/(V s)", null_V,
+                         dead_band_V, positive, negative);
     };
     add("track.controller",
         fmt::format(

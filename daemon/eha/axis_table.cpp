@@ -35,7 +35,7 @@ std::string cell(std::string text) {
 
 /// Settings that belong to the valve.
 bool is_of_valve(const std::string& setting) {
-  static const std::set<std::string> kNames{"null", "dead band", "gain extending", "gain retracting"};
+  static const std::set<std::string> kNames{"null", "half dead band", "gain extending", "gain retracting"};
   return kNames.contains(setting);
 }
 
@@ -73,7 +73,7 @@ std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
     };
     const ident::ValveSheet& sheet = *table.sheet;
     row("null", sheet.null_V, "V");
-    row("dead band", sheet.dead_band_V, "V");
+    row("half dead band", sheet.dead_band_V, "V");
     row("gain extending", sheet.gain_positive_in_per_V_s, "in/(V s)");
     row("gain retracting", sheet.gain_negative_in_per_V_s, "in/(V s)");
     rows.push_back({"valve, measured", "sensor noise, RMS", fmt::format("{:.3g}", sheet.noise_in * unit.factor("in")),

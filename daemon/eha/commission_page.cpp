@@ -41,7 +41,7 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   const std::string gain_unit = unit.of("in/(V s)");
   const double gain = unit.factor("in/(V s)");
   add_measured(rows, sheet, "null_V", "null", "V", 1.0);
-  add_measured(rows, sheet, "dead_band_V", "dead band, half width", "V", 1.0);
+  add_measured(rows, sheet, "dead_band_V", "half dead band", "V", 1.0);
   add_measured(rows, sheet, "gain_positive_in_per_V_s", "velocity gain extending", gain_unit.c_str(), gain);
   add_measured(rows, sheet, "gain_negative_in_per_V_s", "velocity gain retracting", gain_unit.c_str(), gain);
   return report::table({{"valve"}, {"value", Column::number}, {"+- (95 %)", Column::number}, {"unit"}}, rows) +

@@ -228,8 +228,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
       "joint +-: a difference within it is not shown to be a change; at most {:g} % false alarms for all parameters "
       "and runs together\n"
       "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
-      "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n",
-      100.0 * identify::kFalseAlarm, identify::kOtherLeftOver);
+      "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n{}\n",
+      100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, ident::kDeadBandIs);
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", identify::kFalseAlarm},

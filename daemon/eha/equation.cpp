@@ -15,7 +15,7 @@ std::string behind(const std::string& unit) { return unit.empty() ? "" : " " + u
 /// "u + 0.3281 V", or the valve map in words.
 std::string driving_text(const ident::Model& model) {
   if (model.input_map) {
-    return fmt::format("map(u); map: null {:.4g}{}, dead band {:.4g}{}, negative gain ratio {:.4g}",
+    return fmt::format("map(u); map: null {:.4g}{}, half dead band {:.4g}{}, negative gain ratio {:.4g}",
                        model.input_map->null, behind(model.input_unit), model.input_map->dead_band,
                        behind(model.input_unit), model.input_map->negative_gain_ratio);
   }

@@ -44,10 +44,10 @@ int compared_ticks(double highest_Hz, double tick_s) {
 void warn_of_dead_band(double rms_V, const ExcitationRoom& room, Console& console) {
   constexpr double kFewestBands = 3.0;
   if (rms_V >= kFewestBands * room.dead_band_V) return;
-  console.warning(
-      fmt::format("the tones have {:.3g} V RMS, the dead band {:.3g} V: measured gains will be too low; a narrower "
-                  "band or a shorter period allows larger tones",
-                  rms_V, room.dead_band_V));
+  console.warning(fmt::format(
+      "the tones have {:.3g} V RMS, half the dead band {:.3g} V: measured gains will be too low; a narrower "
+      "band or a shorter period allows larger tones",
+      rms_V, room.dead_band_V));
 }
 
 }  // namespace eha::cli

@@ -92,7 +92,7 @@ std::string input_map_text(const Model& model) {
     return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at, plus_minus);
   };
   const ident::ValveMap& map = *model.input_map;
-  return fmt::format(", behind a valve: null {} {}, dead band {} {}, negative gain ratio {}",
+  return fmt::format(", behind a valve: null {} {}, half dead band {} {}, negative gain ratio {}",
                      text(ident::ParameterRole::valve_null, map.null), model.input_unit,
                      text(ident::ParameterRole::dead_band, map.dead_band), model.input_unit,
                      text(ident::ParameterRole::negative_gain_ratio, map.negative_gain_ratio));

@@ -84,6 +84,10 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   const ident::PlantChange& change = *subject.change;
   Item item{.heading = fmt::format("From {} to {}", first.label, subject.label)};
   item.html = changes_table(first, subject);
+  if (std::any_of(change.parameters.begin(), change.parameters.end(),
+                  [](const auto& p) { return p.role == ident::ParameterRole::dead_band; })) {
+    item.html += paragraph(std::string(ident::kDeadBandIs) + ".");
+  }
   if (change.parameters.empty()) return item;
   item.figure = changes_figure(change, "Changes of the parameters, " + item.heading);
   const auto changed = std::count_if(change.parameters.begin(), change.parameters.end(),

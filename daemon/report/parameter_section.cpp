@@ -134,6 +134,7 @@ Section parameter_section(const Subject& subject) {
     if (section.items.size() == kMostTables || model.parameters.empty()) break;
     Item item{.heading = "Parameters of " + model.name};
     item.html = parameter_table(model);
+    if (model.input_map) item.html += paragraph(std::string(ident::kDeadBandIs) + ".");
     std::vector<const ParameterEstimate*> estimated;
     for (const ParameterEstimate& parameter : model.parameters) {
       if (is_estimated(parameter)) estimated.push_back(&parameter);

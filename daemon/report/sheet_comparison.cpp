@@ -79,7 +79,7 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
       by_model(model, Role::valve_null), sheet("null_V"), sheet("null_uncertainty_V"));
   auto dead_band = sheet("dead_band_V");
   if (dead_band) dead_band = std::max(0.0, *dead_band - kDeadBandSpare_V);
-  add({.name = "dead band", .unit = model.input_unit, .rounding = rounding}, by_model(model, Role::dead_band),
+  add({.name = "half dead band", .unit = model.input_unit, .rounding = rounding}, by_model(model, Role::dead_band),
       dead_band, sheet("dead_band_uncertainty_V"));
   const auto positive = sheet("gain_positive_in_per_V_s");
   const auto negative = sheet("gain_negative_in_per_V_s");

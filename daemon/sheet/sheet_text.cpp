@@ -50,7 +50,7 @@ std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit) {
   std::vector<SheetRow> rows;
   const auto add = [&](const char* name, const std::string& value) { rows.push_back({name, value}); };
   add("null", with_interval(sheet.null_V, 1.0, 4, "V"));
-  add("dead band, half width", with_interval(sheet.dead_band_V, 1.0, 4, "V"));
+  add("half dead band", with_interval(sheet.dead_band_V, 1.0, 4, "V"));
   add("velocity gain extending", with_interval(sheet.gain_positive_in_per_V_s, factor, 5, gain_unit));
   add("velocity gain retracting", with_interval(sheet.gain_negative_in_per_V_s, factor, 5, gain_unit));
   add("retracting / extending",

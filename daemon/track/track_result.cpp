@@ -100,7 +100,7 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
   };
   if (!(seen.gain_positive_in_per_V_s > 0.0 && seen.gain_negative_in_per_V_s > 0.0)) return changes;
   volts("null", map.null, seen.null_V);
-  volts("dead band", map.dead_band, seen.dead_band_V);
+  volts("half dead band", map.dead_band, seen.dead_band_V);
   gain("gain extending", map.gain_positive, seen.gain_positive_in_per_V_s);
   gain("gain retracting", map.gain_negative, seen.gain_negative_in_per_V_s);
   return changes;

@@ -289,7 +289,7 @@ std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfi
           row("kd", s.feedback.kd, ""),
           row("filter", s.feedback.filter_s, "s"),
           row("null", s.inverse.null, "V"),
-          row("dead band", s.inverse.dead_band, "V"),
+          row("half dead band", s.inverse.dead_band, "V"),
           row("gain extending", s.inverse.gain_positive, "in/(V s)"),
           row("gain retracting", s.inverse.gain_negative, "in/(V s)"),
           row("smoothing", s.inverse.smoothing, "in/s"),

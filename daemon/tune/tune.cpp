@@ -129,7 +129,8 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
     const bool is_one_valve = config::is_of_one_valve({plant.valve.null, plant.valve.dead_band},
                                                       {plant.replaced->null, plant.replaced->dead_band});
     lines.push_back(fmt::format(
-        "The valve sheet has null {:.3f} V and dead band {:.3f} V, the model {:.3f} and {:.3f} V; the sheet applies, "
+        "The valve sheet has null {:.3f} V and half dead band {:.3f} V, the model {:.3f} and {:.3f} V; the sheet "
+        "applies, "
         "for [following] too. {}",
         plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band,
         is_one_valve

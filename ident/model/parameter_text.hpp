@@ -8,6 +8,9 @@
 
 namespace eha::ident {
 
+/// What every figure of a dead band is.
+inline constexpr std::string_view kDeadBandIs = "dead_band: half the dead band, from the null to an edge";
+
 inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval [standard errors]
 
 /// Returns half the width of the 95 % interval: 0 if fixed, not finite if the interval is unbounded.

@@ -117,8 +117,8 @@ TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {
   const std::string table = content_of(track_run() / "axis_table.csv");
   EXPECT_EQ(lines_beginning_with(table, "part,figure,value,from,to,measured,noise adds to,unit,kept"), 1U);
   for (const char* row :
-       {"axis,rig,simulated rig,", "model,name,lagging,", "model,verdict,", "\"valve, measured\",dead band,0.15",
-        "\"valve, as used\",dead band,0.15", "controller,kp,", "promise,Ms,"}) {
+       {"axis,rig,simulated rig,", "model,name,lagging,", "model,verdict,", "\"valve, measured\",half dead band,0.15",
+        "\"valve, as used\",half dead band,0.15", "controller,kp,", "promise,Ms,"}) {
     EXPECT_EQ(lines_beginning_with(table, row), 1U) << row << table;
   }
   const Json result = Json::parse(content_of(track_run() / "track.json"));

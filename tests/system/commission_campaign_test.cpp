@@ -96,13 +96,13 @@ TEST(CommissionCampaign, KeepsThePromiseOnUnknownRigs) {
         const json document = json::parse(track.out);
         for (const json& change : document.at("changes")) {
           const auto text = change.get<std::string>();
-          is_named = is_named || text.find(is_dead_band ? "dead band" : "gain") == 0;
+          is_named = is_named || text.find(is_dead_band ? "half dead band" : "gain") == 0;
         }
         said += document.at("changes").dump();
       }
       if (track.code == 11) {
         // The rig's own following check was first.
-        is_named = track.err.find(is_dead_band ? "shows: dead band" : "shows: gain") != std::string::npos &&
+        is_named = track.err.find(is_dead_band ? "shows: half dead band" : "shows: gain") != std::string::npos &&
                    track.err.find("the promise is not kept") != std::string::npos;
       }
       noticed += is_named ? 1 : 0;

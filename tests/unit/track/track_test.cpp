@@ -125,7 +125,7 @@ TEST_F(Track, NamesADeadBandThatHasGrown) {
   EXPECT_FALSE(result.is_kept());
   const std::vector<std::string> changes = changes_of(result, DisplayUnit("mm"));
   ASSERT_EQ(changes.size(), 1U) << track_text(result, DisplayUnit("in"));
-  EXPECT_TRUE(changes.front().starts_with("dead band")) << changes.front();
+  EXPECT_TRUE(changes.front().starts_with("half dead band")) << changes.front();
   EXPECT_NEAR(result.valve.dead_band_V, sim().valve_dead_band_V, 0.01);
 }
 
