@@ -12,6 +12,7 @@
 
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::batch {
 namespace {
@@ -53,7 +54,10 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
   for (const Estimate& one : parameter.estimates) {
     const Row& row = table.rows[one.row];
     const bool is_one = is_apart(row, parameter.name);
-    append(is_one ? apart : usual, static_cast<double>(one.row + 1), one.value, one.lower95, one.upper95);
+    const bool is_compared = one.half_width > 0.0;
+    append(is_one ? apart : usual, static_cast<double>(one.row + 1), one.value,
+           is_compared ? one.value - one.half_width : one.lower95,
+           is_compared ? one.value + one.half_width : one.upper95);
     if (is_one) names.push_back(row.record.id);
     lowest = std::min(lowest, one.value);
     highest = std::max(highest, one.value);
@@ -70,20 +74,24 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
   panel.rules = {{.at = parameter.median, .vertical = false}};
   panel.series.push_back(std::move(usual));
   if (!apart.x.empty()) panel.series.push_back(std::move(apart));
-  report::Item item{.heading = parameter.name};
+  report::Item item{.heading = parameter.name == "dead_band" ? std::string(ident::kDeadBandIs) : parameter.name};
   item.figure = plot::Figure{.title = fmt::format("{} over the records", parameter.name), .panels = {std::move(panel)}};
+  const bool is_compared = parameter.estimates.size() >= kFewestForOutliers;
   item.remark.seen = fmt::format(
-      "Median {:.5g} (the dashed line), from {:.5g} to {:.5g} over {} records, each with its "
-      "95 % interval.",
-      parameter.median, lowest, highest, parameter.estimates.size());
+      "Median {:.5g} (the dashed line), from {:.5g} to {:.5g} over {} records, each with {}.", parameter.median, lowest,
+      highest, parameter.estimates.size(), is_compared ? "the interval by which it is compared" : "its 95 % interval");
   const Trend* trend = trend_of(table, parameter.name);
   if (trend != nullptr) item.remark.seen += fmt::format(" It {} from the first to the last.", change_text(*trend));
-  if (parameter.estimates.size() < kFewestForOutliers) {
+  if (!is_compared) {
     item.remark.good = fmt::format("Nothing is compared with fewer than {} records.", kFewestForOutliers);
     item.remark.to_do = "Record more.";
     return item;
   }
-  item.remark.good = "Intervals that overlap, without slope: the plant did not change.";
+  item.remark.good = fmt::format(
+      "Every interval holds the dashed line, without slope: the plant did not change. A record lies apart if its "
+      "interval does not, which happens by chance in {:g} % of such tables; the interval holds its own error and the "
+      "records' scatter.",
+      100.0 * kOutlierLevel);
   item.remark.to_do =
       names.empty() ? "Nothing: no record lies apart." : fmt::format("Look at what was different: {}.", some_of(names));
   return item;
@@ -106,11 +114,16 @@ std::string names_apart(const Row& row) {
 }
 
 std::string records_table(const Table& table) {
+  const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
   std::vector<std::vector<std::string>> rows;
   for (const Row& row : table.rows) {
     if (!row.judged) continue;
+    std::string missing = why_none(row);
+    for (const NotCompared& one : left_out) {
+      if (&table.rows[one.row] == &row && missing.empty()) missing = "not compared: " + one.reason;
+    }
     rows.push_back({row.record.id, row.record.source, row.recommended, grade_of(row), fit_percent_of(row),
-                    names_apart(row), why_none(row)});
+                    names_apart(row), std::move(missing)});
   }
   using report::Column;
   return report::table({{"record"},
@@ -119,7 +132,7 @@ std::string records_table(const Table& table) {
                         {"grade"},
                         {"fit on unseen data, %", Column::number},
                         {"apart in"},
-                        {"why no model", Column::wide_text}},
+                        {"why no model, or not compared", Column::wide_text}},
                        rows);
 }
 
@@ -157,6 +170,14 @@ std::string lead_of(const Table& table, std::size_t failed) {
     sentences.push_back(
         fmt::format("Not compared, as they are in other units: {}. Judge them in a batch of their own.", others));
   }
+  const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
+  for (std::size_t i = 0; i < std::min(left_out.size(), kMostNamed); ++i) {
+    sentences.push_back(fmt::format("{} is not compared, so it may be the one that changed: {}.",
+                                    table.rows[left_out[i].row].record.id, left_out[i].reason));
+  }
+  if (left_out.size() > kMostNamed) {
+    sentences.push_back(fmt::format("{} more are not compared, see the table.", left_out.size() - kMostNamed));
+  }
   std::size_t apart = 0;
   for (const Row& row : table.rows) {
     if (row.outliers.empty()) continue;
@@ -173,11 +194,13 @@ std::string lead_of(const Table& table, std::size_t failed) {
   if (table.resolutions.empty()) {
     sentences.push_back(fmt::format("Nothing was compared: that needs {} records with one model.", kFewestForOutliers));
   } else if (apart == 0)
-    sentences.push_back("No record lies apart from the others.");
+    sentences.push_back(left_out.empty() ? "No record lies apart from the others."
+                                         : "None of the compared records lies apart from the others.");
   if (const std::string changes = resolution_text(table); !changes.empty()) {
     sentences.push_back(fmt::format("The smallest change that these records can show: {}.", changes));
   }
-  const char* kind = apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 ? "all" : "some";
+  const char* kind =
+      apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 && left_out.empty() ? "all" : "some";
   return fmt::format("<section class=\"verdict {}\"><h2>Result</h2>\n", kind) + report::list(sentences) +
          "</section>\n";
 }

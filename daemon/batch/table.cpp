@@ -16,6 +16,7 @@
 #include "daemon/record/csv_field.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::batch {
 namespace {
@@ -113,13 +114,11 @@ double median_of(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-/// Reports the records that deviate. @returns the smallest changes that could have been reported
-std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string& model) {
-  const std::vector<Parameter> parameters = parameters_of(rows, model);
-  std::vector<Resolution> resolutions;
+/// Computes the distances from which on an estimate is an outlier.
+void set_half_widths(std::vector<Parameter>& parameters) {
   std::size_t comparisons = 0;
   for (const Parameter& parameter : parameters) comparisons += parameter.estimates.size();
-  for (const Parameter& parameter : parameters) {
+  for (Parameter& parameter : parameters) {
     const std::size_t count = parameter.estimates.size();
     if (count < kFewestForOutliers) continue;
     std::vector<double> distances;
@@ -128,10 +127,19 @@ std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string&
     const boost::math::students_t student(static_cast<double>(count - 1));
     const double share = kOutlierLevel / (2.0 * static_cast<double>(comparisons));
     const double t = boost::math::quantile(boost::math::complement(student, share));
+    for (Estimate& one : parameter.estimates) one.half_width = t * std::max(one.std, spread);
+  }
+}
+
+/// Reports the records that deviate. @returns the smallest changes that could have been reported
+std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string& model) {
+  std::vector<Resolution> resolutions;
+  for (const Parameter& parameter : parameters_of(rows, model)) {
+    if (parameter.estimates.size() < kFewestForOutliers) continue;
     Resolution resolution{.parameter = parameter.name, .median = parameter.median};
     double furthest = -1.0;  // in half widths
     for (const Estimate& one : parameter.estimates) {
-      const double half_width = t * std::max(one.std, spread);
+      const double half_width = one.half_width;
       const double distance = std::abs(one.value - parameter.median);
       if (resolution.change <= 0.0 || half_width < resolution.change) resolution.change = half_width;
       if (half_width > 0.0 && distance / half_width > furthest) {
@@ -171,6 +179,12 @@ std::vector<Trend> trends_of(const std::vector<Parameter>& parameters) {
         {parameter.name, median_of(std::move(slopes)) * static_cast<double>(seen.back().row - seen.front().row)});
   }
   return trends;
+}
+
+/// The reason of one row; empty if it is compared.
+std::string why_not_compared(const std::vector<NotCompared>& left_out, std::size_t row) {
+  const auto found = std::find_if(left_out.begin(), left_out.end(), [&](const auto& one) { return one.row == row; });
+  return found == left_out.end() ? std::string() : found->reason;
 }
 
 std::string number(const Json& value) { return value.is_number() ? fmt::format("{}", value.get<double>()) : ""; }
@@ -255,7 +269,25 @@ std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::st
     for (const Estimate& one : parameter.estimates) values.push_back(one.value);
     parameter.median = median_of(std::move(values));
   }
+  set_half_widths(parameters);
   return parameters;
+}
+
+std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::string& model) {
+  std::vector<NotCompared> left_out;
+  if (model.empty()) return left_out;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!rows[i].judged) continue;
+    const Json* found = model_of(rows[i].fit, model);
+    if (found != nullptr && is_accepted(*found)) continue;
+    std::string reason = model + (found == nullptr ? " was not fitted" : " is rejected");
+    const Json reasons = found == nullptr ? Json() : found->at("verdict").value("reasons", Json());
+    if (reasons.is_array() && !reasons.empty() && reasons.front().is_string()) {
+      reason += ": " + ident::statement_of(reasons.front().get<std::string>());
+    }
+    left_out.push_back({i, std::move(reason)});
+  }
+  return left_out;
 }
 
 std::string other_units_text(const Table& table) {
@@ -351,6 +383,7 @@ std::string to_csv(const Table& table) {
 }
 
 nlohmann::ordered_json to_json(const Table& table) {
+  const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
   Json records = Json::array();
   for (const Row& row : table.rows) {
     Json outliers = Json::array();
@@ -364,6 +397,7 @@ nlohmann::ordered_json to_json(const Table& table) {
                        {"exit_code", row.exit_code},
                        {"reason", row.reason},
                        {"recommended", row.recommended},
+                       {"not_compared", why_not_compared(left_out, records.size())},
                        {"outliers", std::move(outliers)},
                        {"fit", row.fit}});
   }

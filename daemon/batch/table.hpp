@@ -68,6 +68,8 @@ struct Estimate {
   double std = 0.0;
   double lower95 = 0.0;
   double upper95 = 0.0;
+  /// Distance from the median from which on the record is an outlier; 0 with fewer than kFewestForOutliers.
+  double half_width = 0.0;
 };
 
 /// A parameter of one model, over the records.
@@ -85,6 +87,15 @@ struct Parameter {
 /// Returns the records with an accepted model of this name in other units than those of the first: an inch and a
 /// millimetre are not compared.
 [[nodiscard]] std::vector<std::size_t> rows_in_other_units(const std::vector<Row>& rows, const std::string& model);
+
+/// A judged record that takes no part in the comparison by a model.
+struct NotCompared {
+  std::size_t row = 0;
+  std::string reason;  ///< "io is rejected: The rod stands ..."
+};
+
+/// Returns the judged records without an accepted model of this name, with the reason.
+[[nodiscard]] std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::string& model);
 
 /// "0006-mm, 0009-b": those records of the table, the first ones if they are many; empty without any.
 [[nodiscard]] std::string other_units_text(const Table& table);

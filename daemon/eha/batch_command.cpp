@@ -25,6 +25,7 @@
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::cli {
 namespace {
@@ -36,8 +37,8 @@ Fits and judges many records under the same rules, each with `eha fit` in a proc
 there are processors. SOURCE is a run folder, a file with a record, a folder of both, or a list: a file *.list with one
 path a line. What follows -- are options of `eha fit`; --experiment makes one experiment's rules apply to all.
 -o DIR holds batch.json (rules and records), records/ID/ (result.json and the models of each), table.csv and table.json.
-After Ctrl-C or a kill the same command continues the batch. Outliers among the records are named ("apart"), rejected
-models left out; "shown" gives the smallest change of each parameter that the records can show.
+After Ctrl-C or a kill the same command continues the batch. Outliers among the records are named ("apart"), and records
+whose model is rejected ("left out", with the reason); "shown" gives the smallest change of each parameter that the records can show.
 --shard I/N fits every N-th record only, for N machines. Parts may share a folder; `eha batch merge` makes their table.
 Exit code 0: every record judged, accepted or not; 10: some cannot be read or fitted, the table's text says why.
 
@@ -144,11 +145,19 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
   }
   if (const std::string note = batch::grade_note(table); !note.empty()) text += "grade    " + wrapped(note, 9) + "\n";
   text += without;
-  if (apart.empty() && !table.resolutions.empty()) text += "apart    none\n";
+  for (const batch::NotCompared& one : batch::not_compared(table.rows, table.common_model)) {
+    if (!batch::why_none(table.rows[one.row]).empty()) continue;  // said already
+    text += fmt::format("left out {}: {}\n", table.rows[one.row].record.id, one.reason);
+  }
+  if (apart.empty() && !table.resolutions.empty()) text += "apart    none of those compared\n";
   text += apart;
   for (const batch::Resolution& one : table.resolutions) {
     text += fmt::format("shown    a change of {} above {:.2g}; furthest {:.4g} in {}, median {:.4g}\n", one.parameter,
                         one.change, one.furthest, table.rows[one.furthest_row].record.id, one.median);
+  }
+  if (std::any_of(table.resolutions.begin(), table.resolutions.end(),
+                  [](const batch::Resolution& one) { return one.parameter == "dead_band"; })) {
+    text += fmt::format("note     {}\n", ident::kDeadBandIs);
   }
   text += failures;
   for (const fs::path& file : files) text += fmt::format("written: {}\n", file.string());

@@ -93,6 +93,36 @@ TEST(BatchTable, LeavesRejectedModelsOut) {
   for (const Row& row : table.rows) EXPECT_TRUE(row.outliers.empty()) << row.record.id;
 }
 
+TEST(BatchTable, NamesEachRecordThatItDoesNotCompare) {
+  const test::TemporaryFolder folder;
+  Table table = table_with({0.150, 0.151, 0.149, 0.150, 0.152}, {0.9}, folder.path());
+  table.rows[5].fit["models"][0]["verdict"]["reasons"] = {"The rod stands on an end stop; cut it.", "More."};
+  table.rows[4].fit["models"] = Json::array();
+  const std::vector<NotCompared> left_out = not_compared(table.rows, "io_valve");
+  ASSERT_EQ(left_out.size(), 2U);
+  EXPECT_EQ(left_out[0].row, 4U);
+  EXPECT_EQ(left_out[0].reason, "io_valve was not fitted");
+  EXPECT_EQ(left_out[1].row, 5U);
+  EXPECT_EQ(left_out[1].reason, "io_valve is rejected: The rod stands on an end stop");
+  EXPECT_EQ(to_json(table)["records"][5]["not_compared"], left_out[1].reason);
+  EXPECT_EQ(to_json(table)["records"][0]["not_compared"], "");
+  const std::string html = page_of(table).html;
+  EXPECT_NE(html.find("0006 is not compared, so it may be the one that changed: io_valve is rejected"),
+            std::string::npos);
+  EXPECT_EQ(html.find("No record lies apart"), std::string::npos);
+}
+
+TEST(BatchTable, DrawsTheIntervalsByWhichItCompares) {
+  const test::TemporaryFolder folder;
+  const Table table = table_with({0.150, 0.151, 0.149, 0.150, 0.152, 0.150, 0.151, 0.3}, {}, folder.path());
+  const Parameter parameter = parameters_of(table.rows, "io_valve").front();
+  for (const Estimate& one : parameter.estimates) {
+    const bool holds_median = std::abs(one.value - parameter.median) <= one.half_width;
+    EXPECT_EQ(holds_median, table.rows[one.row].outliers.empty()) << one.row;
+  }
+  EXPECT_FALSE(table.rows[7].outliers.empty());
+}
+
 TEST(BatchTable, DoesNotCompareInchesWithMillimetres) {
   const test::TemporaryFolder folder;
   Table table = table_with({0.150, 0.151, 3.81}, {}, folder.path());
