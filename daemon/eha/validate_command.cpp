@@ -32,7 +32,7 @@ constexpr const char* kValidateFooter = R"(
 Scores a model on a record it has not seen, with its offset kept and with the offset estimated anew. Shows the residual's
 correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after --discard seconds is scored.
 Fits the model's structure to the record as well, as `eha compare` does: a model whose parameters differ from that fit's
-and whose error is more than 1.5 times its error is of another plant, and rejected.
+and whose error is more than 1.5 times its error, and that on its own record, is of another plant, and rejected.
 Exit code 0: accepted; 3: rejected.
 
 Examples:
@@ -103,7 +103,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
   ident::RecordFacts facts{.interpolated_percent = identify::interpolated_percent(source)};
   const bool can_tell = scored_here.cannot_tell.empty();
-  if (can_tell && scored_here.change && scored_here.change->changed && scored_here.refit_rms_error > 0.0) {
+  if (can_tell && scored_here.of_another_plant && scored_here.refit_rms_error > 0.0) {
     facts.error_over_refit = scored_here.rms_error / scored_here.refit_rms_error;
   }
   model.verdict = ident::judge(judged, limits, facts);

@@ -54,8 +54,9 @@ struct ScoredModel {
   std::optional<ident::FitResult> refit;
   double refit_rms_error = 0.0;
   std::optional<ident::PlantChange> change;  ///< from the model to its refit
-  bool of_another_plant =
-      false;  ///< parameters changed, and the error is ident::kGreatestErrorOverRefit times the refit's
+  /// Parameters changed, and the error is ident::kGreatestErrorOverRefit times the greater of the refit's and that on
+  /// the model's own record; behind a map the parameters by more than another experiment shifts them.
+  bool of_another_plant = false;
   /// Why the record does not show whether the model is of this plant, and what to record; empty: it does. A straight
   /// model is another one for each stretch of a valve's motion: it needs half the time that estimated it.
   std::string cannot_tell = {};

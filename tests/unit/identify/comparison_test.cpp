@@ -52,6 +52,21 @@ TEST(Comparison, CallsAModelOfAnotherPlantThat) {
   EXPECT_FALSE(scored[1].of_another_plant);
 }
 
+TEST(Comparison, CallsNoUnchangedRigAnotherPlantBecauseTheAmplitudesAreOthers) {
+  const Source whole = source_of(seeded(1));
+  ident::StructureOptions valve;
+  valve.name = "integrator_lag_valve";
+  valve.structure = ident::structures::behind_valve(ident::structures::integrator_lag());
+  const ident::Model model = ident::fit(whole.record, valve, whole.experiment->fit, thread_executor()).model;
+  for (const double share : {0.5, 0.7}) {
+    const ScoredModel unchanged = score_models({model}, source_of(seeded(2), share)).front();
+    EXPECT_FALSE(unchanged.of_another_plant) << share;
+    hal::SimOptions other = seeded(3);
+    other.valve_dead_band_V += 0.04;
+    EXPECT_TRUE(score_models({model}, source_of(other, share)).front().of_another_plant) << share;
+  }
+}
+
 TEST(Comparison, CannotTellFromAShortRecordWhetherAStraightModelIsOfThisPlant) {
   const Source whole = source_of(seeded(1));
   ident::StructureOptions straight;

@@ -10,8 +10,9 @@
 namespace eha::identify::test {
 
 /// 40 s of the simulated rig with the paper's tones, compared as in the shipped experiment.
-inline Source source_of(const hal::SimOptions& options) {
-  const replay::test::TwinRecord record = replay::test::record_of(options, 40.0);
+/// @param share  of the amplitudes
+inline Source source_of(const hal::SimOptions& options, double share = 1.0) {
+  const replay::test::TwinRecord record = replay::test::record_of(options, 40.0, share);
   Source source;
   source.name = "run";
   source.record.step_s = record.step_s;

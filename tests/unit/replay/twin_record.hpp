@@ -16,7 +16,8 @@ struct TwinRecord {
 };
 
 /// What the simulated rig records, converters and noise included, while it plays the paper's tones.
-inline TwinRecord record_of(const hal::SimOptions& options, double duration_s) {
+/// @param share  of their amplitudes
+inline TwinRecord record_of(const hal::SimOptions& options, double duration_s, double share = 1.0) {
   const auto rig = hal::open_rig(options, 0.0);
   static_cast<void>(rig->set_enable(true));
   TwinRecord record;
@@ -29,9 +30,9 @@ inline TwinRecord record_of(const hal::SimOptions& options, double duration_s) {
     static_cast<void>(rig->read(k * 1'000'000, reading));
     record.displacement_in[k] = reading.displacement_in;
     hal::AppliedCommand applied;
-    static_cast<void>(rig->command(
-        -0.1 + 1.9 * std::cos(0.05 * t + 1.8) + 1.6 * std::cos(0.2 * t + 1.9) + 1.5 * std::cos(0.65 * t + 4.2),
-        applied));
+    static_cast<void>(rig->command(-0.1 + share * (1.9 * std::cos(0.05 * t + 1.8) + 1.6 * std::cos(0.2 * t + 1.9) +
+                                                   1.5 * std::cos(0.65 * t + 4.2)),
+                                   applied));
     record.volts[k] = applied.applied_V;
   }
   return record;
