@@ -116,10 +116,12 @@ constexpr std::array kOutputNames = std::to_array<std::string_view>(
     {"y",      "output",  "displacement", "placement", "position", "pos",    "weg",     "hub",
      "stroke", "ausgang", "sortie",       "lvdt",      "rod",      "kolben", "travel",  "response",
      "yout",   "lage",    "ist",          "actual",    "feedback", "fbk",    "measured"});
-/// Of a set point whatever its unit but that of a valve, and of one where the unit is of the rod's place.
+/// Of a set point whatever its unit but that of a valve, and of one where unit or another word is of the rod's place.
 constexpr std::array kSetPointNames = std::to_array<std::string_view>({"soll", "setpoint", "consigne"});
 constexpr std::array kPlaceDemandNames =
     std::to_array<std::string_view>({"command", "commande", "cmd", "demand", "reference", "ref", "target", "stell"});
+constexpr std::array kPlaceNames = std::to_array<std::string_view>(
+    {"displacement", "position", "pos", "weg", "hub", "stroke", "kolben", "rod", "travel", "lage"});
 constexpr std::array kValveNames = std::to_array<std::string_view>(
     {"valve", "ventil", "stell", "spannung", "voltage", "strom", "servo", "spool", "u"});
 constexpr std::array kIndexNames = std::to_array<std::string_view>(
@@ -192,7 +194,7 @@ std::optional<std::string> unit_word_of_time(std::string_view label) {
 /// The place that a control loop is to reach: "Soll", "Ch 1 Command [mm]", but not "Ventil Soll [V]".
 bool is_set_point(const std::vector<std::string>& words, std::string_view unit) {
   if (holds(kInputUnits, unit)) return false;
-  if (has_word(words, kPlaceDemandNames) && holds(kOutputUnits, unit)) return true;
+  if (has_word(words, kPlaceDemandNames) && (holds(kOutputUnits, unit) || has_word(words, kPlaceNames))) return true;
   const bool has_set_point = std::adjacent_find(words.begin(), words.end(), [](const auto& a, const auto& b) {
                                return a == "set" && b == "point";
                              }) != words.end();
@@ -298,6 +300,7 @@ Hints hints_of(std::string_view name, std::string_view unit) {
     hints.input = 0;
     hints.output = 0;
     hints.is_beside = true;
+    hints.is_set_point = true;
   }
   hints.is_beside = hints.is_beside || holds(kForceUnits, unit);
   hints.index = holds(kIndexNames, lower(trimmed(name))) ? 2 : 0;

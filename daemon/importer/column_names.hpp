@@ -44,8 +44,9 @@ struct Hints {
   int time = 0;
   int input = 0;
   int output = 0;
-  int index = 0;           ///< 0 or 2: a column that numbers the rows
-  bool is_beside = false;  ///< a set point of the rod's place, a force or a pressure: no input that is taken unasked
+  int index = 0;              ///< 0 or 2: a column that numbers the rows
+  bool is_beside = false;     ///< a set point of the rod's place, a force or a pressure: no input that is taken unasked
+  bool is_set_point = false;  ///< of the rod's place: no output that is taken unasked
 };
 [[nodiscard]] Hints hints_of(std::string_view name, std::string_view unit);
 

@@ -368,7 +368,9 @@ class Finder {
         best_output = left.back();
       }
     }
-    const bool is_doubtful = !input && best_input && hints_[*best_input].is_beside;
+    // A set point is what the rod was to do, not what it did.
+    const bool is_doubtful = (!input && best_input && hints_[*best_input].is_beside) ||
+                             (!output && best_output && hints_[*best_output].is_set_point);
     if (is_doubtful || !best_input || !best_output || *best_input == *best_output)
       ask(roles, left, best_input, best_output);
     roles.input = *best_input;

@@ -58,6 +58,25 @@ TEST(TimeUnit, AsksForTheUnitOfAClockOfUnevenCounts) {
   }
 }
 
+TEST(SetPoint, IsNoOutputThatIsTakenUnasked) {
+  const test::TemporaryFolder folder;
+  const auto taken = [&](const char* header) {
+    try {
+      return import_record(folder.write("r.csv", counted(header, 1.0)), {}).guess + " taken";
+    } catch (const DataError& error) {
+      return std::string(error.what());
+    }
+  };
+  for (const char* header : {"Zeit [s],Ventil [V],Weg Soll [mm]", "t [s],Valve [V],Position command",
+                             "t [s],Servo [V],PosRef", "time [s],valve [V],setpoint"}) {
+    EXPECT_NE(taken(header).find("which columns are input and output?"), std::string::npos)
+        << header << ": " << taken(header);
+  }
+  for (const char* header : {"t [s],Valve command,Position", "t [s],Command [V],Position [mm]", "t [s],u,y"}) {
+    EXPECT_TRUE(taken(header).ends_with(" taken")) << header << ": " << taken(header);
+  }
+}
+
 /// The refusal of 300 rows of "u,y" below these lines.
 std::string refused_below(const std::string& lines) {
   const test::TemporaryFolder folder;
