@@ -34,6 +34,10 @@
 #include "daemon/report/subject.hpp"
 #include "daemon/track/track_result.hpp"
 #include "daemon/tune/controller_page.hpp"
+#include "ident/model/engineering_form.hpp"
+#include "ident/validation/output_unit.hpp"
+#include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::cli {
 namespace {
@@ -44,7 +48,7 @@ constexpr const char* kPlotFooter = R"(
 A run: measured output, its best models, errors and input over time; fit.csv: the same with the two models of least
 error. A run of `eha track`: reference, rod, error and command. A record or another table of eha: its columns over the first one. A model file: gain and phase with 95 % bounds,
 over the measured response if frequency_response.csv is beside it, and below the measured gain over the model's, on a
-scale of its own. A controller file: a step on its twin; its report
+scale of its own; its parameters with their 95 % intervals are printed. A controller file: a step on its twin; its report
 has trapezoids, sine and hold too. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
 Exit code 69: gnuplot is missing or failed.
 
@@ -230,6 +234,25 @@ plot::Figure figure_of(const std::string& source, const Console& console) {
   return report::record_figure(record, title_of(source));
 }
 
+/// "K = 0.1305 +- 0.0008 in/(V s)" of each estimated parameter of a model file, a line each; empty for other sources.
+std::string parameters_text(const std::string& source, const Console& console) {
+  std::error_code ignored;
+  if (fs::is_directory(source, ignored) || fs::path(source).extension() != ".json") return {};
+  const ident::Model model = in_unit(read_model(source), console.unit(rig_units_of_model(source)));
+  std::string text;
+  for (const ident::ParameterEstimate& p : model.parameters) {
+    if (p.fixed || !(p.std > 0.0)) continue;
+    const std::string unit = ident::unit_of(p, model);
+    text += fmt::format("{:<20} {}{}  (95 %: {}{}{})\n", p.name, fmt::format("{:.5g}", p.value),
+                        unit.empty() ? "" : " " + unit, ident::interval_text(p), unit.empty() ? "" : " ", unit);
+  }
+  if (text.empty()) return text;
+  const bool is_least = model.verdict && may_miss_a_part(*model.verdict);
+  return text + (is_least
+                     ? "95 %: by noise alone; a part of the plant that the model may miss adds an error of its own\n"
+                     : "");
+}
+
 plot::CharacterSize terminal_size(std::size_t panels) {
   plot::CharacterSize size{.columns = 79, .rows = 0};
   winsize window{};
@@ -245,12 +268,13 @@ ExitCode execute(const PlotCommand& command, Console& console) {
   if (command.output) static_cast<void>(format_of(*command.output));
   const plot::Figure figure = figure_of(command.source, console);
   if (!command.output) {
-    console.print_content(plot::draw_in_characters(figure, terminal_size(figure.panels.size())));
+    console.print_content(plot::draw_in_characters(figure, terminal_size(figure.panels.size())) +
+                          parameters_text(command.source, console));
     return ExitCode::ok;
   }
   os::write_file_atomically(*command.output, plot::draw(figure, format_of(*command.output)));
   console.print_json({{"schema", "eha-plot/1"}, {"file", command.output->string()}});
-  console.print(fmt::format("written: {}", command.output->string()));
+  console.print(parameters_text(command.source, console) + fmt::format("written: {}", command.output->string()));
   return ExitCode::ok;
 }
 

@@ -11,6 +11,7 @@
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::report {
 namespace {
@@ -26,7 +27,17 @@ struct Distance {
   double highest_Hz = 0.0;
   double gain_dB = 0.0;
   double phase_deg = 0.0;
+  std::size_t missed = 0;  ///< lines whose 95 % bar of the gain error does not hold 0
 };
+
+/// Whether the bar of a line, as gain_error_panel() draws it, does not hold 0.
+bool misses_0(const record::NumberTable& response, std::size_t line, double error_dB) {
+  const auto* level = response.find("gain");
+  const auto* deviation = response.find("std");
+  if (level == nullptr || deviation == nullptr || !std::isfinite((*deviation)[line])) return false;
+  const double relative = std::min(0.9, ident::kInterval95 * (*deviation)[line] / (*level)[line]);
+  return error_dB + 20.0 * std::log10(1.0 - relative) > 0.0 || error_dB + 20.0 * std::log10(1.0 + relative) < 0.0;
+}
 
 Distance distance_of(const record::NumberTable& response, const std::string& model) {
   Distance distance;
@@ -37,7 +48,9 @@ Distance distance_of(const record::NumberTable& response, const std::string& mod
   const auto* model_phase = response.find(model + "_phase_deg");
   if (f == nullptr || gain == nullptr || phase == nullptr || model_gain == nullptr || model_phase == nullptr) return {};
   for (std::size_t i = 0; i < f->size(); ++i) {
-    distance.gain_dB = std::max(distance.gain_dB, std::abs((*gain)[i] - (*model_gain)[i]));
+    const double error_dB = (*gain)[i] - (*model_gain)[i];
+    if (misses_0(response, i, error_dB)) ++distance.missed;
+    distance.gain_dB = std::max(distance.gain_dB, std::abs(error_dB));
     distance.phase_deg = std::max(distance.phase_deg, std::abs((*phase)[i] - (*model_phase)[i]));
   }
   distance.lines = f->size();
@@ -57,6 +70,7 @@ Distance distance_with_map(const record::NumberTable& response, const ident::Mod
   Distance distance{
       .lines = gain.size(), .lowest_Hz = curve.frequency_Hz.front(), .highest_Hz = curve.frequency_Hz.back()};
   for (std::size_t i = 0; i < gain.size(); ++i) {
+    if (misses_0(response, i, gain[i] - curve.gain_dB[i])) ++distance.missed;
     distance.gain_dB = std::max(distance.gain_dB, std::abs(gain[i] - curve.gain_dB[i]));
     distance.phase_deg = std::max(distance.phase_deg, std::abs(std::remainder(phase[i] - curve.phase_deg[i], 360.0)));
   }
@@ -137,6 +151,17 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
             "record does not test the structure."
           : " The grey band shows the 95 % bounds.";
   const bool is_close = distance.gain_dB < kClose_dB && distance.phase_deg < kClose_deg;
+  if (distance.missed > 0) {
+    remark.seen += fmt::format(" The bars of {} of the {} lines do not hold 0: more than noise is left there.",
+                               distance.missed, distance.lines);
+  }
+  const std::string nothing =
+      distance.missed == 0
+          ? "Nothing."
+          : fmt::format(
+                "Use the model where an error of {:.2g} dB does not matter: what is left is small, but the "
+                "model's, not noise.",
+                distance.gain_dB);
   if (has_map) {
     remark.seen +=
         " The line is the linear part above the dead band, which no record shows alone; the squares are the same model "
@@ -144,7 +169,7 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
     remark.good =
         "The bars of the gain error reach 0, and the squares lie on the measured points: below the line, as the dead "
         "band takes its share of the amplitude. Outside the measured frequencies the model extrapolates.";
-    remark.to_do = is_close ? "Nothing. For commands of another amplitude the squares move; the line does not."
+    remark.to_do = is_close ? nothing + " For commands of another amplitude the squares move; the line does not."
                             : "The model misses a part of the plant at the frequencies where squares and points "
                               "differ. " +
                                   what_to_try(subject, reported.model);
@@ -161,7 +186,7 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
                                             "with a valve's map (table above) in the plot over time."
                                           : "The plant is not linear at this amplitude: fit with --input-map valve.";
   } else {
-    remark.to_do = is_close ? "Nothing. To learn the response at other frequencies, excite them."
+    remark.to_do = is_close ? nothing + " To learn the response at other frequencies, excite them."
                             : "The model misses a part of the plant at the frequencies where line and bars differ. " +
                                   what_to_try(subject, reported.model);
   }

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "core/os/files.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/report/display.hpp"
@@ -13,7 +15,18 @@ namespace eha::report {
 namespace {
 
 std::string subtitle(const Subject& subject) {
-  if (!subject.manifest) return paragraph("From model files.");
+  if (!subject.manifest) {
+    std::set<std::string> records;
+    for (const ReportedModel& reported : subject.models) {
+      const auto record = reported.model.provenance.find("record");
+      if (record != reported.model.provenance.end() && !record->second.empty()) records.insert(record->second);
+    }
+    const std::string of = records.empty()       ? "a record that the files do not name"
+                           : records.size() == 1 ? "the record " + *records.begin()
+                                                 : fmt::format("{} records", records.size());
+    return fmt::format("<p class=\"subtitle\">From model files of {}{}.</p>\n", escaped(of),
+                       subject.written.empty() ? "" : ", written " + escaped(subject.written) + " UTC");
+  }
   const auto text = [](const nlohmann::ordered_json& json) {
     return json.is_string() ? json.get<std::string>() : std::string("unknown");
   };

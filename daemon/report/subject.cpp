@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <ctime>
 #include <limits>
 #include <system_error>
 #include <tuple>
@@ -119,6 +121,24 @@ std::string folder_text(const fs::path& model_file) {
   return folder.filename().empty() ? std::string() : " of " + folder.filename().string();
 }
 
+/// "2026-01-31 14:05", when the newest of the files was written, UTC; empty where this is not known.
+std::string written_at(const std::vector<fs::path>& files) {
+  std::optional<std::chrono::sys_seconds> newest;
+  for (const fs::path& file : files) {
+    std::error_code unknown;
+    const fs::file_time_type time = fs::last_write_time(file, unknown);
+    if (unknown) continue;
+    const auto at = std::chrono::floor<std::chrono::seconds>(std::chrono::file_clock::to_sys(time));
+    newest = newest ? std::max(*newest, at) : at;
+  }
+  if (!newest) return {};
+  const std::time_t seconds = newest->time_since_epoch().count();
+  std::tm utc{};
+  if (gmtime_r(&seconds, &utc) == nullptr) return {};
+  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday, utc.tm_hour,
+                     utc.tm_min);
+}
+
 }  // namespace
 
 std::vector<const ReportedModel*> Subject::pictured() const {
@@ -180,6 +200,7 @@ Subject load_run(const fs::path& folder) {
 
 Subject load_models(const std::vector<fs::path>& files) {
   Subject subject;
+  subject.written = written_at(files);
   bool is_one_folder = true;
   for (const fs::path& file : files) {
     subject.models.push_back(read_model(file, file.string()));

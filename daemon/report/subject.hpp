@@ -29,6 +29,7 @@ struct ReportedModel {
 /// Contents of a report, as read from files.
 struct Subject {
   std::string name;                                     ///< of the run, or of the models
+  std::string written = {};                             ///< when the newest of the model files was, UTC; of a run empty
   std::optional<nlohmann::ordered_json> manifest = {};  ///< run.json
   std::vector<ReportedModel> models = {};               ///< recommended first, runner-up second, then by verdict
   bool has_recommendation = false;                      ///< models.front() is recommended

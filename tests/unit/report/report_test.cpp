@@ -172,7 +172,7 @@ TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
                                              {"gain_negative_in_per_V_s", 0.065},
                                              {"gain_uncertainty_percent", 1.0}};
   const std::string html = page_of(subject).html;
-  EXPECT_NE(html.find("The valve has changed since its sheet, or is another one: dead band."), std::string::npos);
+  EXPECT_NE(html.find("The valve has changed since its sheet, or is another one: half dead band."), std::string::npos);
   EXPECT_NE(html.find("they differ by 0.059"), std::string::npos);
   EXPECT_EQ(html.find("Trust the valve sheet"), std::string::npos);
   EXPECT_NE(html.find("mm/(V s) there, they agree"), std::string::npos);
@@ -245,6 +245,27 @@ TEST(Page, SaysTheSameOfAnErrorBesideItsPicturesAsInTheBox) {
                           [](const std::string& note) { return note.rfind("What is left is plain noise", 0) == 0; }),
             2)
       << "beside the plots over time and of the residual";
+}
+
+TEST(Page, SaysWhereBarsOfTheGainErrorDoNotHold0) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  const ident::Model& model = subject.models[0].model;
+  const std::vector<double> f{0.05, 0.2, 0.6};
+  const ident::BodeCurve curve = ident::bode_curve(model, f, {});
+  record::NumberTable response;
+  response.names = {"frequency_Hz",           "gain", "gain_dB", "phase_deg", "std", model.name + "_gain_dB",
+                    model.name + "_phase_deg"};
+  response.columns = {f, {}, {}, curve.phase_deg, {}, curve.gain_dB, curve.phase_deg};
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    response.columns[2].push_back(curve.gain_dB[i] + (i == 0 ? 0.0 : 0.3));
+    response.columns[1].push_back(std::pow(10.0, response.columns[2].back() / 20.0));
+    response.columns[4].push_back(0.001 * response.columns[1].back());
+  }
+  subject.response = response;
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("The bars of 2 of the 3 lines do not hold 0"), std::string::npos);
+  EXPECT_NE(html.find("Use the model where an error of 0.3 dB does not matter"), std::string::npos);
+  EXPECT_EQ(html.find("Nothing. To learn the response"), std::string::npos);
 }
 
 TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
@@ -424,6 +445,16 @@ TEST(LoadModels, TakesTheTableOfTheirFolder) {
   const Subject subject = load_models({file});
   ASSERT_EQ(subject.fit.models.size(), 1U);
   EXPECT_EQ(subject.fit.models[0].simulated[1], 2.5);
+}
+
+TEST(LoadModels, NamesTheRecordAndTheDate) {
+  const TemporaryFolder folder;
+  ident::Model model = model_named("io", ident::Grade::good, 99.0);
+  model.provenance["record"] = "bench-17.csv";
+  const Subject subject = load_models({folder.write("io.json", ident::to_text(model))});
+  ASSERT_EQ(subject.written.size(), 16U) << subject.written;
+  EXPECT_NE(page_of(subject).html.find("From model files of the record bench-17.csv, written " + subject.written),
+            std::string::npos);
 }
 
 TEST(LoadModels, PutsTheBestModelFirst) {
