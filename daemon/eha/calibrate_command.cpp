@@ -84,7 +84,8 @@ class Sensor {
  public:
   Sensor(const CalibrateCommand& command, const fs::path& socket, bool is_local, const config::RigConfig& config) {
     if (!is_local) {
-      client_ = std::make_unique<control::Client>(command.socket.value_or(socket));
+      socket_ = command.socket.value_or(socket);
+      client_ = std::make_unique<control::Client>(socket_);
       return;
     }
     require_local_rig_file(config);
@@ -105,14 +106,22 @@ class Sensor {
     return reading.feedback_V;
   }
   [[nodiscard]] double of_service() {
-    const Json status = client_->call("status");
-    if (!status.at("run").is_null()) throw UsageError("a run is on; calibrate when it is over");
+    if (!client_) client_ = std::make_unique<control::Client>(socket_);
+    Json status;
+    try {
+      status = client_->call("status");
+    } catch (const control::ConnectionLost&) {
+      client_.reset();  // the next reading connects anew
+      throw;
+    }
+    if (!status.at("run").is_null()) throw UsageError("a run is on");
     const Json rod = status.value("rod", Json());
     if (!rod.is_object()) throw DeviceError("the service has not read the rod yet; try again");
     if (rod.at("error").is_string()) throw DeviceError(rod.at("error").get<std::string>());
     return rod.at("feedback_V");
   }
 
+  fs::path socket_;
   std::unique_ptr<control::Client> client_;
   std::unique_ptr<hal::Rig> rig_;
   std::int64_t elapsed_ns_ = 0;
@@ -183,7 +192,14 @@ void ask_points(std::vector<CalibrationPoint>& points, Sensor& sensor, const con
       console.warning("not taken: " + beyond);
       continue;
     }
-    points.push_back({*position_in, sensor.voltage_V()});
+    try {
+      points.push_back({*position_in, sensor.voltage_V()});
+    } catch (const Error& error) {
+      console.warning(fmt::format("not taken: {}; {} kept, type this position again when that is over", error.what(),
+                                  points.size() == 1 ? "the reading before it is"
+                                                     : fmt::format("the {} readings before it are", points.size())));
+      continue;
+    }
     console.info(
         fmt::format("{:.3f} {} at {:.4f} V", unit.factor("in") * *position_in, unit.of("in"), points.back().voltage_V));
   }

@@ -19,6 +19,25 @@ namespace {
 /// Interval of the reminders of a held experiment.
 constexpr auto kReminder = std::chrono::minutes(1);
 
+enum class HeldText { first, reminder };
+
+/// Says that a held experiment is not played, and the commands that start it. @param reason  the service's
+std::string held_text(std::int64_t experiment, const std::string& reason, const std::string& arm,
+                      const std::string& release, HeldText kind) {
+  if (!reason.starts_with("eha arm, then ")) {
+    if (kind == HeldText::reminder) return fmt::format("experiment {} is still held", experiment);
+    return fmt::format(
+        "experiment {} is held and waits for {}; type that in another terminal, or Ctrl-C here, which removes it from "
+        "the queue",
+        experiment, reason);
+  }
+  const std::size_t why = reason.find(": ");
+  return fmt::format("the rig is not armed, and experiment {} is {}held{}; in another terminal: `{} && {}`{}",
+                     experiment, kind == HeldText::reminder ? "still " : "",
+                     why == std::string::npos ? "" : " (" + reason.substr(why + 2) + ")", arm, release,
+                     kind == HeldText::reminder ? "" : "; Ctrl-C here removes it from the queue");
+}
+
 }  // namespace
 
 RunFollower::RunFollower(std::filesystem::path socket, Client& client, std::vector<std::int64_t> queued,
@@ -67,12 +86,10 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
     const std::string reason = entry.value("waits_for", "");
     const auto now = std::chrono::steady_clock::now();
     if (reason != reason_ || (state == "held" && now - reminded_at_ >= kReminder)) {
-      // Reminders say no more than that.
-      console_.info(state != "held"     ? fmt::format("experiment {} waits for {}", experiment, reason)
-                    : reason == reason_ ? fmt::format("experiment {} is still held", experiment)
-                                        : fmt::format("experiment {} is held and waits for {}; type that in another "
-                                                      "terminal{}, or Ctrl-C here, which removes it from the queue",
-                                                      experiment, reason, through(socket_, "")));
+      console_.info(state != "held" ? fmt::format("experiment {} waits for {}", experiment, reason)
+                                    : held_text(experiment, reason, through(socket_, "eha arm"),
+                                                through(socket_, fmt::format("eha queue release {}", experiment)),
+                                                reason == reason_ ? HeldText::reminder : HeldText::first));
       reminded_at_ = now;
     }
     reason_ = reason;

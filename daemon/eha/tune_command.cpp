@@ -11,6 +11,7 @@
 #include "config/file_kind.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/control/socket_path.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
@@ -20,6 +21,7 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_argument.hpp"
+#include "daemon/eha/service_text.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/record/manifest.hpp"
@@ -117,9 +119,8 @@ config::RigConfig rig_of(const fs::path& file_or_run) {
   return config::parse_rig(rig->at("text").get<std::string>(), (file_or_run / "run.json (rig)").string());
 }
 
-/// Finds the rig file: the named one, that of the run which the model is from, or the default one.
-fs::path rig_path(const TuneCommand& command, const ident::Model& model) {
-  if (command.rig_file) return *command.rig_file;
+/// Returns the run that the model is from; none if it is of a file.
+std::optional<fs::path> run_of(const TuneCommand& command, const ident::Model& model) {
   std::error_code ignored;
   fs::path folder = fs::canonical(command.model_file, ignored).parent_path();
   for (int level = 0; level < 3 && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
@@ -127,7 +128,34 @@ fs::path rig_path(const TuneCommand& command, const ident::Model& model) {
   }
   const auto record = model.provenance.find("record");
   if (record != model.provenance.end() && record::is_run_folder(record->second)) return record->second;
-  return load_rig_or_default(std::nullopt).file_name;
+  return std::nullopt;
+}
+
+/// Whether two rig files are of one rig; their limits and [following] may differ.
+bool is_one_rig(const config::RigConfig& a, const config::RigConfig& b) {
+  const auto* sim_a = std::get_if<hal::SimOptions>(&a.backend);
+  const auto* sim_b = std::get_if<hal::SimOptions>(&b.backend);
+  return a.name == b.name && (sim_a == nullptr) == (sim_b == nullptr) && (sim_a == nullptr || *sim_a == *sim_b);
+}
+
+/// Finds the rig file: the named one, that of the run which the model is from, or the default one. With a valve sheet
+/// the rig file of the run may be from before its numbers: the default one counts if it is of the same rig.
+fs::path rig_path(const TuneCommand& command, const ident::Model& model, const Console& console) {
+  if (command.rig_file) return *command.rig_file;
+  const std::optional<fs::path> run = run_of(command, model);
+  if (!run) return load_rig_or_default(std::nullopt).file_name;
+  if (!command.sheet_run) return *run;
+  try {
+    const config::RigConfig before = rig_of(*run);
+    const config::RigConfig now = load_rig_or_default(std::nullopt);
+    if (!is_one_rig(before, now) || before.text == now.text) return *run;
+    console.info(fmt::format("the limits are those of {} as it is now, not those of {}; --rig names another file",
+                             now.file_name, run->string()));
+    return now.file_name;
+  } catch (const Error& error) {
+    console.debug(error.what());
+    return *run;
+  }
 }
 
 tune::TuneChoices choices_of(const TuneCommand& command, const config::RigConfig& rig) {
@@ -165,13 +193,11 @@ void refuse_existing(const fs::path& file) {
 
 /// Whether a controller for one rig does what it promises on the other.
 bool is_same_rig(const config::RigConfig& a, const config::RigConfig& b) {
-  const auto* sim_a = std::get_if<hal::SimOptions>(&a.backend);
-  const auto* sim_b = std::get_if<hal::SimOptions>(&b.backend);
-  if ((sim_a == nullptr) != (sim_b == nullptr) || (sim_a != nullptr && *sim_a != *sim_b)) return false;
+  if (!is_one_rig(a, b)) return false;
   const auto& valve_a = a.limits.following;
   const auto& valve_b = b.limits.following;
-  if (!valve_a || !valve_b) return a.name == b.name && valve_a.has_value() == valve_b.has_value();
-  return a.name == b.name && valve_a->null_V == valve_b->null_V && valve_a->dead_band_V == valve_b->dead_band_V;
+  if (!valve_a || !valve_b) return valve_a.has_value() == valve_b.has_value();
+  return valve_a->null_V == valve_b->null_V && valve_a->dead_band_V == valve_b->dead_band_V;
 }
 
 /// Returns " --rig RIG" if the default rig file is of another rig.
@@ -182,6 +208,15 @@ std::string rig_option(const TuneCommand& command, const config::RigConfig& rig)
   } catch (const Error&) {  // there is no default
   }
   return " --rig RIG.toml";
+}
+
+/// Returns the command that tries the controller on a simulated rig: the service's, if the run was its own.
+std::string track_command(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
+                          const std::string& file) {
+  const std::optional<fs::path> run = run_of(command, model);
+  const Json entry = run ? entry_of_run(*run, control::default_socket()) : Json();
+  if (entry.is_object()) return fmt::format("eha track {}{}", file, entry.value("fast", false) ? " --fast" : "");
+  return fmt::format("eha track {}{} --local --fast", file, rig_option(command, rig));
 }
 
 ExitCode execute(const TuneCommand& given, Console& console) {
@@ -197,7 +232,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   }
   refuse_existing(command.output);
   const ident::Model model = read_model(command.model_file);
-  const fs::path rig_file = fs::canonical(rig_path(command, model));
+  const fs::path rig_file = fs::canonical(rig_path(command, model, console));
   const config::RigConfig rig = rig_of(rig_file);
   if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
     console.warning(fmt::format("{}: the model was rejected: {}", command.model_file, model.verdict->reasons.front()));
@@ -303,9 +338,8 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       page_file.string(), file, file, shell_word(command.output.stem().string() + ".csv"), file,
       shell_word(command.output.stem().string() + "_control.st"));
   console.print(text);
-  console.next_step(hal::moves_machine(rig.backend)
-                        ? fmt::format("xdg-open {}", shell_word(page_file.string()))
-                        : fmt::format("eha track {}{} --local --fast", file, rig_option(command, rig)));
+  console.next_step(hal::moves_machine(rig.backend) ? fmt::format("xdg-open {}", shell_word(page_file.string()))
+                                                    : track_command(command, model, rig, file));
   return ExitCode::ok;
 }
 

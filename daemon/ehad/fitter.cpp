@@ -3,6 +3,7 @@
 
 #include <ctime>
 #include <exception>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -56,9 +57,11 @@ FitConclusion conclude_fit(const std::filesystem::path& run, const worker::Worke
   conclusion.fitted = end.exit_code && is_verdict(*end.exit_code);
   conclusion.code = end.exit_code ? static_cast<ExitCode>(*end.exit_code) : ExitCode::not_converged;
   if (!conclusion.fitted) {
-    conclusion.note = end.text;
+    // Whoever shows the note says himself that it is an error.
+    constexpr std::string_view kPrefix = "eha: error: ";
+    conclusion.note = end.text.starts_with(kPrefix) ? end.text.substr(kPrefix.size()) : end.text;
     try {
-      record::write_identification(run, {.models = {}, .error = end.text});
+      record::write_identification(run, {.models = {}, .error = conclusion.note});
     } catch (const std::exception& error) {
       conclusion.manifest_error = error.what();
     }

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 
@@ -67,6 +68,35 @@ TEST(Read, SeesTheRodWhileARunIsOn) {
   EXPECT_GT(rod.at("feedback_code").get<int>(), 32768);
   client.call("stop");
   EXPECT_EQ(follow(daemon, entry).at("outcome"), "interrupted");
+}
+
+TEST(Calibrate, GoesOnAskingWhenARunComesBetween) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
+  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  const std::string said = output_of_shell("printf '75mm\\n50mm\\n\\n' | " EHA_PROGRAM " calibrate --socket " +
+                                           daemon.socket().string() + " 2>&1");
+  client.call("stop");
+  EXPECT_NE(said.find("not taken: a run is on; the 0 readings before it are kept"), std::string::npos) << said;
+  EXPECT_EQ(lines_beginning_with(said, "position 1 [in]: eha: warning: not taken"), 2U) << said;
+  EXPECT_EQ(follow(daemon, entry).at("outcome"), "interrupted");
+}
+
+TEST(Run, SaysAtOnceThatTheRigIsNotArmedAndHowToArmIt) {
+  Daemon daemon;
+  daemon.start();
+  const std::filesystem::path file = daemon.folder() / "e.toml";
+  std::ofstream(file) << experiment_text("held");
+  const std::string socket = daemon.socket().string();
+  const std::string said =
+      output_of_shell("timeout -s INT 3 " EHA_PROGRAM " run " + file.string() + " --socket " + socket + " 2>&1");
+  EXPECT_NE(said.find("the rig is not armed, and experiment 1 is held; in another terminal: `eha arm --socket " +
+                      socket + " && eha queue release 1 --socket " + socket + "`"),
+            std::string::npos)
+      << said;
 }
 
 TEST(Read, ReadsALocalRigOnceAndTheOneOfTheEnvironmentsSocket) {

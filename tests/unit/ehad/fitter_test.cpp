@@ -47,6 +47,10 @@ TEST_F(FitConclusionTest, WritesTheReasonIntoTheManifestOfARunThatWasNotFitted) 
   EXPECT_FALSE(failed.fitted);
   EXPECT_EQ(failed.code, ExitCode::bad_data);
   EXPECT_EQ(identification().at("error"), "bad data");
+  // A console puts this before every error by itself.
+  const FitConclusion said = conclude_fit(folder_.path(), {10, "eha: error: the record has a hole"});
+  EXPECT_EQ(said.note, "the record has a hole");
+  EXPECT_EQ(identification().at("error"), "the record has a hole");
 }
 
 TEST_F(FitConclusionTest, NamesAManifestThatCannotBeWritten) {
