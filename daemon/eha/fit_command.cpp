@@ -153,14 +153,14 @@ void require_own_folder(const FitCommand& command, const Source& source) {
   }
 }
 
-/// Returns the options that cut a record to the part beside an end stop; empty if no model met one.
-std::string cut_of(const Identification& identification) {
-  for (const identify::IdentifiedModel& identified : identification.models) {
-    const auto& validation = identified.result.model.validation;
-    if (!validation || !validation->end_stop) continue;
-    return ident::cut_options(*validation->end_stop);
-  }
-  return {};
+/// Returns the command that fits the part of the record beside an end stop; none if no model met one, and of a record
+/// that is cut already.
+std::optional<std::string> cut_command(const FitCommand& command, const Source& source,
+                                       const Identification& identification) {
+  const auto stop = identify::end_stop_of(identification);
+  if (!stop || command.import.from_s || command.import.to_s) return std::nullopt;
+  const std::string folder = command.output || source.run_folder ? std::string() : " -o models";
+  return importer::command_with(command.import, command.source, ident::cut_options(*stop) + folder);
 }
 
 std::string next_step(const FitCommand& command, const Source& source, const Identification& identification,
@@ -174,11 +174,6 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     if (!best || is_recommended) best = i;
   }
   if (identification.recommendation.model.empty() && !source.run_folder && !names_models(command.models)) {
-    const bool is_cut = command.import.from_s || command.import.to_s;
-    const std::string cut = is_cut ? std::string() : cut_of(identification);
-    if (!cut.empty()) {
-      return importer::command_with(command.import, command.source, cut + (command.output ? "" : " -o models"));
-    }
     if (command.output) return "eha report " + shell_word(command.output->string()) + "/*.json";
   }
   // The part before a trip or a stop is short: recommends its report before a controller.
@@ -278,9 +273,11 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
+  const auto cut = cut_command(command, source, identification);
+  if (cut) console.next_step(*cut);
   if (const auto next = identify::next_experiment_file(written)) {
     console.next_step("eha run " + shell_word(next->string()));
-  } else if (code == ExitCode::ok) {
+  } else if (code == ExitCode::ok && !cut) {
     console.next_step(next_step(command, source, identification, written));
   }
   return code;

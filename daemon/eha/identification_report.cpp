@@ -2,6 +2,7 @@
 #include "daemon/eha/identification_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -44,6 +45,15 @@ void print_written(const std::vector<std::filesystem::path>& written, const Cons
     console.print(
         fmt::format("written: {} rejected {} in {}", files, files == 1 ? "model" : "models", folder.string()));
   }
+}
+
+/// "Left out: io_valve, lag_valve, as the record does not allow them: model io_valve: 3 % of ..."; empty without any.
+std::string left_out_text(const std::vector<ident::Refusal>& refused) {
+  if (refused.empty()) return {};
+  std::vector<std::string> names;
+  for (const ident::Refusal& refusal : refused) names.push_back(refusal.model);
+  return fmt::format("Left out: {}, as the record does not allow {}: {}.", fmt::join(names, ", "),
+                     names.size() == 1 ? "it" : "them", refused.front().reason);
 }
 
 }  // namespace
@@ -110,10 +120,8 @@ void print_identification(const identify::Identification& identification,
   if (console.verbose()) {
     console.print(wrapped(recommendation_text(answer_of(identification), unit), 0));
     console.print(model_report(shown_in(identification.models, unit), shown_in(identification.paper, unit)));
-    for (const ident::Refusal& refusal : identification.refused) {
-      console.print(fmt::format("Left out: {}.", refusal.reason));
-    }
   }
+  if (const std::string text = left_out_text(identification.refused); !text.empty()) console.print(wrapped(text, 0));
   if (console.verbose() && identification.frequency_response) {
     console.print(frequency_table(*identification.frequency_response, identification.models, unit));
   }

@@ -15,6 +15,7 @@
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/run_command.hpp"
+#include "daemon/eha/short_report.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/manifest.hpp"
@@ -22,6 +23,7 @@
 #include "daemon/report/report.hpp"
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/record_findings.hpp"
 
 namespace eha::cli {
 
@@ -98,6 +100,17 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return std::nullopt;
   return file;
+}
+
+std::optional<std::string> cut_of_run(const fs::path& folder) {
+  try {
+    for (const ident::Model& model : answer_of_run(folder, record::read_manifest(folder)).models) {
+      if (!model.validation || !model.validation->end_stop) continue;
+      return fmt::format("eha fit {} {}", shell_word(folder.string()), ident::cut_options(*model.validation->end_stop));
+    }
+  } catch (const Error&) {  // a folder that the caller may not read
+  }
+  return std::nullopt;
 }
 
 namespace {

@@ -241,6 +241,7 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", acquisition::to_text(source.outcome)}}, unit,
       console);
   warn_of_changed_valve(folder, console);
+  if (const auto cut = cut_of_run(folder)) console.next_step(*cut);
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));

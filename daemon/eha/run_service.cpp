@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -31,6 +32,7 @@
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
+#include "daemon/identify/publish.hpp"
 
 namespace eha::cli {
 namespace {
@@ -114,6 +116,15 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   }
   print_answer_of_service(entry, console);
   if (code == ExitCode::safety_trip) console.next_step(through(command.socket, "eha read"));
+  if (code == ExitCode::model_rejected) {
+    const auto cut = cut_of_run(folder);
+    if (cut) console.next_step(*cut);
+    const std::filesystem::path next = std::filesystem::path(folder) / identify::kNextExperimentFile;
+    std::error_code unknown;
+    console.next_step(!cut && std::filesystem::exists(next, unknown)
+                          ? again(command, next.string())
+                          : report_of_run(folder, "eha runs show " + shell_word(folder)));
+  }
   if (code == ExitCode::ok) {
     warn_of_changed_valve(folder, console);
     console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));

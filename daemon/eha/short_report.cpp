@@ -121,12 +121,13 @@ std::string without_figures(const std::string& sentence) {
 }
 
 /// Writes the reasons for which each model is rejected. A reason that several models share except for its figures
-/// appears once, after their names.
-std::string reasons_by_model(const std::vector<Model>& models) {
+/// appears once, after their names. @param given  already, and left out
+std::string reasons_by_model(const std::vector<Model>& models, const std::string& given) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const Model& model : models) {
     if (!model.verdict || model.verdict->reasons.empty()) continue;
     const std::string& reason = model.verdict->reasons.front();
+    if (without_figures(reason) == without_figures(given)) continue;
     auto at = std::find_if(groups.begin(), groups.end(),
                            [&](const auto& group) { return without_figures(group.first) == without_figures(reason); });
     if (at == groups.end()) at = groups.insert(groups.end(), {reason, {}});
@@ -294,8 +295,15 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
     text += what_it_is(*chosen) + why_it_is_recommended(*chosen, recommendation);
   } else {
     text += line("recommended", "none");
-    if (!recommendation.reason.empty()) text += line("because", brief(recommendation.reason));
-    text += reasons_by_model(answer.models);
+    if (!recommendation.reason.empty()) {
+      // What lies in the record comes with what to do.
+      const bool is_of_record = std::any_of(answer.models.begin(), answer.models.end(), [&](const Model& model) {
+        return model.verdict && !model.verdict->reasons.empty() &&
+               model.verdict->reasons.front() == recommendation.reason + ".";
+      });
+      text += line("because", is_of_record ? recommendation.reason + "." : brief(recommendation.reason));
+    }
+    text += reasons_by_model(answer.models, recommendation.reason);
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;
   std::vector<std::vector<std::string>> rows;

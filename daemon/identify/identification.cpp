@@ -10,6 +10,7 @@
 #include <exception>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "core/shell_word.hpp"
@@ -132,15 +133,25 @@ void choose(const IdentificationTask& task, Identification& identification) {
       });
   if (picked == identification.models.end()) return;
   const ident::Model& best = picked->result.model;
+  std::vector<const ident::Model*> models;
+  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
+  std::map<const ident::Model*, std::string> explained_by;
+  for (const ident::Model* model : models) {
+    if (const ident::Model* other = ident::explaining(*model, models)) explained_by[model] = other->name;
+  }
   for (IdentifiedModel& identified : identification.models) {
     ident::Model& model = identified.result.model;
-    if (&model == &best || !is_accepted(identified) || !ident::is_comparable(model, best)) continue;
     ident::RecordFacts facts = facts_of(task);
-    facts.recommended = {best.name, ident::ar_bic(model) - ident::ar_bic(best)};
+    facts.explained_by = explained_by[&model];
+    const bool is_best = &model == &best;
+    if (!is_best) facts.error_over_recommended = ident::error_over(model, best);
+    if (!is_best && is_accepted(identified) && ident::is_comparable(model, best)) {
+      facts.recommended = {best.name, ident::ar_bic(model) - ident::ar_bic(best)};
+    }
     const std::optional<ident::FrequencyInterval> band = model.verdict->usable_band;
     model.verdict = ident::judge(model, task.acceptance, facts);
     model.verdict->usable_band = band;
-    if (band && facts.recommended->ar_bic_lower_by > ident::kClearGain &&
+    if (band && facts.recommended && facts.recommended->ar_bic_lower_by > ident::kClearGain &&
         model.input_map.has_value() == best.input_map.has_value()) {
       model.verdict->usable_band = ident::agreeing_band(model, best, *band, task.acceptance);
     }
@@ -354,6 +365,8 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   end_round(is_ladder ? "the ladder of structures" : "the asked models", "");
   if (task.options.procedure == ident::Procedure::paper) return identification;
   if (identification.rounds.back().accepted) return with_longer_experiment(std::move(identification), source);
+  // Neither other starts nor a longer experiment move a rod off its end stop.
+  if (end_stop_of(identification)) return identification;
 
   std::string reason = identification.recommendation.reason;
   IdentificationTask other = task;
@@ -387,6 +400,14 @@ std::vector<ident::StructureOptions> compared_structures(const IdentificationTas
 }
 
 }  // namespace
+
+std::optional<ident::EndStop> end_stop_of(const Identification& identification) {
+  for (const IdentifiedModel& identified : identification.models) {
+    const auto& validation = identified.result.model.validation;
+    if (validation && validation->end_stop) return validation->end_stop;
+  }
+  return std::nullopt;
+}
 
 IdentificationTask task_of(const Source& source) {
   IdentificationTask task{.record = source.record,

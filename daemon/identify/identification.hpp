@@ -104,6 +104,9 @@ struct Comparisons {
 
 [[nodiscard]] bool is_accepted(const IdentifiedModel& identified);
 
+/// The end stop on which the record's rod stands, as the first model that sees it has it; none if no model does.
+[[nodiscard]] std::optional<ident::EndStop> end_stop_of(const Identification& identification);
+
 /// ok with at least one accepted model, else model_rejected, else (none converged) not_converged.
 [[nodiscard]] ExitCode exit_code(const std::vector<IdentifiedModel>& models);
 

@@ -235,6 +235,13 @@ struct Verdict {
   /// there is no such band, or it is unknown.
   std::optional<FrequencyInterval> usable_band = {};
   bool beside_ladder = false;  ///< every structure of the ladder was fitted to the record, too
+  /// The verdict in one word, for tables; see verdict_word(). Empty in files of earlier versions.
+  std::string word = {};
+  /// Another accepted model of the record, which leaves nothing over that the input moves; empty: none.
+  std::string explained_by = {};
+  /// Rms error over that of the recommended model, both on the validation part; none: it is the recommended one, or
+  /// there is none.
+  std::optional<double> error_over_recommended = {};
 };
 
 /// One window of the estimated input before t = 0, added to its value at rest: constant over from_s <= t < to_s <= 0.

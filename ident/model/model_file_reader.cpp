@@ -287,11 +287,17 @@ Grade read_grade(const Node& node) {
 }
 
 Verdict read_verdict(const Node& node) {
-  const Node object = node.object({"accepted", "grade", "criteria", "reasons", "usable_band_Hz", "beside_ladder"});
+  const Node object = node.object({"accepted", "grade", "criteria", "reasons", "usable_band_Hz", "beside_ladder",
+                                   "word", "explained_by", "error_over_recommended"});
   Verdict verdict;
   object.at("accepted").read(verdict.accepted);
   object.read("reasons", verdict.reasons);
   object.read("beside_ladder", verdict.beside_ladder);
+  object.read("word", verdict.word);
+  object.read("explained_by", verdict.explained_by);
+  if (object.has("error_over_recommended")) {
+    object.at("error_over_recommended").read(verdict.error_over_recommended.emplace());
+  }
   // Files of earlier versions have no grade.
   verdict.grade = verdict.accepted ? Grade::usable : Grade::rejected;
   if (object.has("grade")) verdict.grade = read_grade(object.at("grade"));

@@ -175,16 +175,20 @@ bool fails_input_test(const Model& model) {
   return model.verdict && fails_any(*model.verdict, {CriterionKind::residual_input});
 }
 
-/// Names the best accepted model that leaves nothing over that the input moves, where the picked one does.
 /// @param all  the least AR-BIC first
 std::string without_input_in_residual(const Model& picked, const Models& all) {
-  if (!fails_input_test(picked)) return {};
-  const auto other = std::find_if(all.begin(), all.end(), [](const Model* model) {
-    return is_accepted(*model) && !fails_input_test(*model) && model->validation && model->validation->tests;
-  });
-  return other == all.end()
+  const Model* other = explaining(picked, all);
+  return other == nullptr
              ? std::string()
-             : fmt::format("; of the accepted ones {} leaves nothing over that the input moves", (*other)->name);
+             : fmt::format("; of the accepted ones {} leaves nothing over that the input moves", other->name);
+}
+
+/// The word of a rejected model's verdict beside the picked one.
+std::string_view word_beside(const Model& picked, const Model& model) {
+  if (!model.verdict) return text(Grade::rejected);
+  Verdict verdict = *model.verdict;
+  verdict.error_over_recommended = error_over(model, picked);
+  return verdict_word(verdict);
 }
 
 /// Why better models by AR-BIC are not picked: "; io3, 25.1 better, is rejected: a0 = ...". @param all  the least first
@@ -197,11 +201,24 @@ std::string better_but_rejected(const Model& picked, const Models& all, const Mo
     const double gain = ar_bic(picked) - ar_bic(*model);
     if (gain < kFractionalGain || is_accepted(*model) || model == named) continue;
     if (++count > kMostNamed) continue;
-    text += fmt::format("; {}, {:.1f} better, is {}: {}", model->name, gain,
-                        model->verdict ? verdict_word(*model->verdict) : "rejected", first_reason(*model));
+    text += fmt::format("; {}, {:.1f} better, is {}: {}", model->name, gain, word_beside(picked, *model),
+                        first_reason(*model));
   }
   if (count > kMostNamed) text += fmt::format("; and {} more (-v, or the table's verdicts)", count - kMostNamed);
   return text;
+}
+
+/// What lies in the record, and holds for every model of it, with what to do; empty without such a thing.
+std::string cause_in_record(const Models& all) {
+  for (const Model* model : all) {
+    if (!model->verdict || model->verdict->reasons.empty() || !model->validation || !model->validation->end_stop) {
+      continue;
+    }
+    std::string reason = model->verdict->reasons.front();
+    if (reason.ends_with('.')) reason.pop_back();
+    return reason;
+  }
+  return {};
 }
 
 /// Why none of the identified models is picked.
@@ -247,6 +264,22 @@ const Model* next_best(const Models& order, const Model& picked) {
 
 }  // namespace
 
+const Model* explaining(const Model& model, const std::vector<const Model*>& models) {
+  if (!fails_input_test(model)) return nullptr;
+  const Model* best = nullptr;
+  for (const Model* other : models) {
+    const bool explains = is_accepted(*other) && !fails_input_test(*other) && other->validation &&
+                          other->validation->tests && is_comparable(*other, model);
+    if (explains && (best == nullptr || ar_bic(*other) < ar_bic(*best))) best = other;
+  }
+  return best;
+}
+
+std::optional<double> error_over(const Model& model, const Model& other) {
+  if (!model.validation || !other.validation || !(other.validation->score.mse > 0.0)) return std::nullopt;
+  return std::sqrt(model.validation->score.mse / other.validation->score.mse);
+}
+
 double ar_bic(const Model& model) { return model.estimation->information->ar_bic; }
 
 bool is_comparable(const Model& model, const Model& with) {
@@ -278,9 +311,11 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
     result.reason = "no model has a criterion to compare it by";
     return result;
   }
+  const std::string cause = cause_in_record(all);
   if (identified.empty()) {
-    result.reason = fmt::format("none is stable and identified; {} has the least AR-BIC: {}", all.front()->name,
-                                first_reason(*all.front()));
+    result.reason = !cause.empty() ? cause
+                                   : fmt::format("none is stable and identified; {} has the least AR-BIC: {}",
+                                                 all.front()->name, first_reason(*all.front()));
     return result;
   }
   const Models order = preferred(all, identified);
@@ -288,7 +323,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
     return is_accepted(*model) && may_be_picked(all, *model) && surpassing(order, *model) == nullptr;
   });
   if (picked == order.end()) {
-    result.reason = none_picked(order, all);
+    result.reason = cause.empty() ? none_picked(order, all) : cause;
     result.runner_up = order.front()->name;  // which the reason names
     return result;
   }

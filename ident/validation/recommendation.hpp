@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,13 @@ struct Recommendation {
 
 /// Fall of AR-BIC needed to recommend a model of fractional order instead of every one of integer order.
 inline constexpr double kFractionalGain = 10.0;
+
+/// The best accepted model that leaves nothing over that the input moves, where `model` does; null without one.
+/// @param models  those of one record
+[[nodiscard]] const Model* explaining(const Model& model, const std::vector<const Model*>& models);
+
+/// Rms error of a model over that of another, both on the validation part; none where one of them has none.
+[[nodiscard]] std::optional<double> error_over(const Model& model, const Model& other);
 
 /// Of a model that is_comparable().
 [[nodiscard]] double ar_bic(const Model& model);

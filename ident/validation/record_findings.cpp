@@ -23,6 +23,8 @@ constexpr Index kFewestTouching = 3;    // rows at a known stop
 constexpr double kAskedOverBand = 3.0;  // motion beyond the stop that the input demands
 constexpr double kSameInput = 0.1;      // of the input's range
 constexpr double kIntegrates = 0.6;     // R2 of the motion by the input
+constexpr double kLeftShare = 0.3;      // of the rows, to the end of the record
+constexpr double kInputGoesOn = 0.5;    // of the input's range, there
 constexpr std::size_t kFewestWindows = 20;
 constexpr std::size_t kFewestAlike = 3;
 constexpr double kStdOfMad = 1.4826;  // of a normal distribution, in its median absolute deviations
@@ -71,10 +73,15 @@ class Search {
   }
 
   [[nodiscard]] std::optional<EndStop> found() const {
-    if (!(band_ > 0.0) || !(input_range_ > 0.0) || !integrates()) return std::nullopt;
+    if (!(band_ > 0.0) || !(input_range_ > 0.0)) return std::nullopt;
     std::vector<Stay> stays;
-    std::copy_if(candidates_.begin(), candidates_.end(), std::back_inserter(stays),
-                 [&](const Stay& stay) { return is_held(stay); });
+    if (integrates()) {
+      std::copy_if(candidates_.begin(), candidates_.end(), std::back_inserter(stays),
+                   [&](const Stay& stay) { return is_held(stay); });
+    }
+    for (const double side : {1.0, -1.0}) {
+      if (const auto stay = left_at(side); stays.empty() && stay) stays.push_back(*stay);
+    }
     if (stays.empty()) return std::nullopt;
     add_touches(stays);
     std::sort(stays.begin(), stays.end(), [](const Stay& a, const Stay& b) { return a.first < b.first; });
@@ -167,7 +174,7 @@ class Search {
       uy += (w.input - u) * (w.motion - y);
       yy += (w.motion - y) * (w.motion - y);
     }
-    return uu > 0.0 && yy > 0.0 && uy > 0.0 && uy * uy > kIntegrates * uu * yy;
+    return uu > 0.0 && yy > 0.0 && uy * uy > kIntegrates * uu * yy;
   }
 
   /// Returns the motion of other rows with this input; none if there are too few.
@@ -198,6 +205,22 @@ class Search {
       beyond = std::max(beyond, y - lowest);
     }
     return most > kAskedOverBand * band_ && beyond > kAskedOverBand * band_;
+  }
+
+  /// Returns the last rows at the greatest (side 1) or the least value, where the output came there and stays, whatever
+  /// the input does: a rod that moves for so short a part of the record that it does not show how it moves.
+  [[nodiscard]] std::optional<Stay> left_at(double side) const {
+    const Eigen::VectorXd y = side * rows_.measured;
+    const double lowest = y.maxCoeff() - kWidestBand * (y.maxCoeff() - y.minCoeff());
+    Index first = y.size();
+    while (first > 0 && y[first - 1] >= lowest) --first;
+    const Index count = y.size() - first;
+    if (first < kShortestWindow || static_cast<double>(count) < kLeftShare * static_cast<double>(y.size())) {
+      return std::nullopt;
+    }
+    const auto u = rows_.input.tail(count);
+    if (u.maxCoeff() - u.minCoeff() < kInputGoesOn * input_range_) return std::nullopt;
+    return Stay{first, y.size() - 1, side};
   }
 
   const ComparedRows& rows_;

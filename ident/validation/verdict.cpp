@@ -259,6 +259,9 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   }
   Verdict verdict = judgement.verdict();
   verdict.beside_ladder = facts.beside_ladder;
+  verdict.explained_by = facts.explained_by;
+  verdict.error_over_recommended = facts.error_over_recommended;
+  verdict.word = verdict_word(verdict);
   verdict.reasons = reasons_of(model, verdict);
   return verdict;
 }

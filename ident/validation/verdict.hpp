@@ -50,6 +50,9 @@ struct RecordFacts {
     double ar_bic_lower_by = 0.0;  ///< than that of the judged model
   };
   std::optional<Recommended> recommended = {};
+  /// As in Verdict.
+  std::string explained_by = {};
+  std::optional<double> error_over_recommended = {};
 };
 
 /// Compares a fitted model with the experiment's limits and with the information in its own record.
@@ -103,9 +106,12 @@ inline constexpr std::string_view kNotDetermined = "undetermined";
 inline constexpr std::string_view kAgainstNoise =
     "play a larger amplitude or filter the sensor; a longer record makes the parameters exact, but leaves the error";
 
-/// The verdict in one word for tables: its grade, but for a rejected model that is wrong in nothing kNotDetermined
-/// where the interval of a coefficient has no end, else kNotNeeded: the record hardly determines parameters, or shows
-/// that it does without them.
+/// A model describes a record as well as another if its rms error is at most this many times the other's.
+inline constexpr double kAsWell = 1.5;
+
+/// The verdict in one word for tables: its grade, but for a rejected model that is wrong in nothing and describes the
+/// record as well as the recommended one (kAsWell) kNotDetermined where the interval of a coefficient has no end, else
+/// kNotNeeded: the record hardly determines parameters, or shows that it does without them.
 [[nodiscard]] std::string_view verdict_word(const Verdict& verdict);
 
 /// What a word of verdict_word() means that is not a grade; empty for a grade.

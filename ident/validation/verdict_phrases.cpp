@@ -10,15 +10,15 @@ namespace eha::ident {
 std::string_view effect_of(NonlinearKind kind) {
   switch (kind) {
     case NonlinearKind::level:
-      return "level of the input: the plant's gain changes with it";
+      return "level of the input, as where the gain changes with it";
     case NonlinearKind::direction:
-      return "direction of the input: the plant has play, hysteresis or a limited rate";
+      return "direction of the input, as with play, hysteresis or a limited rate";
     case NonlinearKind::motion:
-      return "direction of motion: the plant has dry friction";
+      return "direction of motion, as with dry friction or play";
     case NonlinearKind::position:
       break;
   }
-  return "position: the plant's gain or the sensor's may change with it, or friction does";
+  return "position, as where the gain of plant or sensor, or friction, changes with it";
 }
 
 std::string levels_text(const InputLevels& levels, const std::string& unit) {

@@ -10,7 +10,7 @@ namespace eha::ident {
 
 // Parts of the sentences of a verdict.
 
-/// What the residual of a plant with this effect depends on, and such a plant.
+/// What the residual depends on, and what of a plant makes it do so.
 [[nodiscard]] std::string_view effect_of(NonlinearKind kind);
 
 /// "+-1.5 V", "0 and 2 V" or "2 V". @param unit  of the input

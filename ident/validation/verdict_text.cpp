@@ -129,8 +129,8 @@ class Reasons {
         if (c.value < kNoAnswer_percent && cause_ != ErrorCause::end_stop && cause_ != ErrorCause::jump) {
           return fmt::format(
               "The output hardly answers to the input: the {} R2 of {:.2g} % is below the limit of {:.4g} %; were "
-              "supply "
-              "and valve on, and are these the right columns (--input, --output)? Look at the record (eha plot).",
+              "supply and valve on, was the rod off its end stops, and are these the right columns (--input, "
+              "--output)? Look at the record (eha plot).",
               c.parameter, c.value, c.limit);
         }
         return low_r2(c);
@@ -154,8 +154,7 @@ class Reasons {
       case Kind::nonlinearity:
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
         return fmt::format(
-            "The plant bends where the structure is straight: the residual depends on the {} (p = {:.2g}), and at "
-            "another "
+            "The plant is not linear as the structure is: the residual depends on the {} (p = {:.2g}), and at another "
             "amplitude the error is another one; use the model at the recorded amplitudes.",
             effect_of(model_.validation->tests->nonlinearity->kind), c.value);
       case Kind::future_input:
@@ -287,6 +286,12 @@ class Reasons {
 
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const {
+    if (!verdict_.explained_by.empty()) {
+      return fmt::format(
+          "{}, which is accepted too, leaves nothing over that the input moves: take it where this "
+          "matters",
+          verdict_.explained_by);
+    }
     if (verdict_.beside_ladder) {
       return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";
     }
@@ -306,10 +311,9 @@ class Reasons {
     const std::string& unit = model_.output_unit;
     if (const auto& stop = model_.validation->end_stop) {
       found.push_back(fmt::format(
-          "The rod stands at an end in {:.2g} % of the samples, first at {:.4g} {} from {:.4g} s on, while the input "
-          "asks for more: an end stop, or the end of the sensor; no model follows it there; cut with {}, or record "
-          "nearer to mid-travel.",
-          stop->percent, stop->level, unit, stop->from_s, cut_options(*stop)));
+          "The rod stands on an end stop (or the sensor at its end), at {:.3f} {} from {:.5g} s on, {:.2g} % of the "
+          "samples, and no model follows it there; cut with {}, or record nearer to mid-travel.",
+          stop->level, unit, stop->from_s, stop->percent, cut_options(*stop)));
     }
     if (const auto& jump = model_.validation->jump) {
       const CutBeside cut =

@@ -68,14 +68,16 @@ std::string_view verdict_word(const Verdict& verdict) {
   };
   const auto& all = verdict.criteria;
   const bool is_right_otherwise =
-      verdict.grade == Grade::rejected && std::any_of(all.begin(), all.end(), rejects) &&
+      verdict.grade == Grade::rejected && verdict.error_over_recommended.value_or(1.0) <= kAsWell &&
+      std::any_of(all.begin(), all.end(), rejects) &&
       std::all_of(all.begin(), all.end(), [&](const Criterion& c) { return !rejects(c) || asks_too_much(c); });
   if (!is_right_otherwise) return text(verdict.grade);
   return std::any_of(all.begin(), all.end(), is_unbounded) ? kNotDetermined : kNotNeeded;
 }
 
 std::string_view meaning_of(std::string_view verdict_word) {
-  if (verdict_word == kNotNeeded) return "describes the record, with a parameter more than the record shows";
+  if (verdict_word == kNotNeeded)
+    return "describes the record as well as the recommended model, with a parameter more than the record shows";
   if (verdict_word == kNotDetermined) {
     return "describes the record, which determines a combination of its parameters, not each of them";
   }

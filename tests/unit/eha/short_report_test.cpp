@@ -143,6 +143,18 @@ TEST(ShortReport, GivesAReasonOnceThatDiffersInItsFiguresAlone) {
   EXPECT_EQ(text.find("12.5"), std::string::npos) << text;
 }
 
+TEST(ShortReport, GivesAReasonThatLiesInTheRecordOnce) {
+  Answer answer = answer_with("");
+  answer.models.insert(answer.models.begin(), 2, rejected_for("wrong", ident::CriterionKind::r2));
+  answer.recommendation.model.clear();
+  answer.recommendation.reason = "The rod stands on an end stop from 12.1 s on; cut with --to 12.08";
+  answer.models[0].verdict->reasons = {"The rod stands on an end stop from 12.1 s on; cut with --to 12.08."};
+  answer.models[1].verdict->reasons = {"The rod stands on an end stop from 12.3 s on; cut with --to 12.28."};
+  const std::string text = short_report(answer, {});
+  EXPECT_NE(text.find("because         The rod stands"), std::string::npos) << text;
+  EXPECT_EQ(text.find("2 models"), std::string::npos) << text;
+}
+
 TEST(ShortReport, ShowsTheEstimationsFiguresWhereNothingWasLeftUnseen) {
   Answer answer = answer_with("");
   answer.models[0].validation.reset();

@@ -66,7 +66,10 @@ Model full_model() {
                            {CriterionKind::order_error, "n2", 0.1, 0.15, true},
                            {CriterionKind::other, "of_tomorrow", 1.0, 2.0, true}},
                           FrequencyInterval{0.05, 0.65},
-                          true};
+                          true,
+                          "usable",
+                          "io1",
+                          1.25};
   model.procedure = "paper";
   model.provenance = {{"normalisation", "a1 = 1"}, {"seed", "1"}};
   return model;
@@ -120,6 +123,9 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_FALSE(read.verdict->criteria.at(2).judged);
   EXPECT_EQ(read.verdict->usable_band->highest_Hz, 0.65);
   EXPECT_TRUE(read.verdict->beside_ladder);
+  EXPECT_EQ(read.verdict->word, "usable");
+  EXPECT_EQ(read.verdict->explained_by, "io1");
+  EXPECT_EQ(read.verdict->error_over_recommended, 1.25);
   EXPECT_EQ(read.estimation->information->left_out.at(0).rise, 40.5);
   EXPECT_EQ(read.validation->tests->whiteness.degrees, 18U);
   EXPECT_EQ(read.estimation->compared_step_s, 0.04);

@@ -208,6 +208,34 @@ TEST(Recommendation, IsNoneWithTheReasonWhereNothingIsAccepted) {
   EXPECT_EQ(recommended({}).model, "");
 }
 
+TEST(Recommendation, SaysFirstWhatLiesInTheRecord) {
+  std::vector<Model> models{model_of("io", -100.0), model_of("io3", -107.0)};
+  for (Model& model : models) {
+    model.validation->end_stop = EndStop{.level = 5.9, .from_s = 12.1, .percent = 79.0, .clean_to_s = 12.08};
+    model.verdict = judge(model, {});
+  }
+  const Recommendation found = recommended(models);
+  EXPECT_TRUE(found.model.empty());
+  EXPECT_EQ(
+      found.reason,
+      "The rod stands on an end stop (or the sensor at its end), at 5.900 in from 12.1 s on, 79 % of the samples, "
+      "and no model follows it there; cut with --to 12.08, or record nearer to mid-travel");
+}
+
+TEST(Recommendation, CallsARejectedModelSuperfluousOnlyWhereItFitsAsWell) {
+  Model io = model_of("io", -100.0);
+  io.validation->score.mse = 1.0;
+  const auto text_with = [&](double error) {
+    Model io3 = model_of("io3", -125.0);
+    io3.validation->score.mse = error * error;
+    io3.parameters.front().lower95 = -1.0;
+    io3.verdict = judge(io3, {});
+    return recommended({io, io3}).reason;
+  };
+  EXPECT_NE(text_with(1.4).find("io3, 25.0 better, is not needed: "), std::string::npos) << text_with(1.4);
+  EXPECT_NE(text_with(1.6).find("io3, 25.0 better, is rejected: "), std::string::npos) << text_with(1.6);
+}
+
 TEST(Recommendation, DoesNotCallAnAcceptedModelRejected) {
   const Recommendation found = recommended(
       {model_of("fo", -105.0, Order::estimated), model_of("io", -100.0, Order::whole, Figures::unconverged)});

@@ -79,6 +79,27 @@ TEST(EndStopTest, LeavesNoTouchOfAKnownStopInTheCut) {
   }
 }
 
+TEST(EndStopTest, IsFoundOnARodThatPositiveVoltsRetract) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Record record = rod(5.0, 0.18, seed);
+    record.input = -record.input;
+    const ValidationReport report = report_on(record, structures::integrator_lag());
+    ASSERT_TRUE(report.end_stop) << seed;
+    EXPECT_NEAR(report.end_stop->level, 5.0, 0.005) << seed;
+  }
+}
+
+TEST(EndStopTest, IsFoundWhereTheRodMovesForAShortTimeOnly) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Record record = rod(3.4, 2.0, seed);  // there after 2 of 100 s
+    const ValidationReport report = report_on(record, structures::integrator_lag());
+    ASSERT_TRUE(report.end_stop) << seed;
+    EXPECT_NEAR(report.end_stop->level, 3.4, 0.005) << seed;
+    EXPECT_LT(report.end_stop->from_s, 4.0) << seed;
+    EXPECT_GT(report.end_stop->percent, 90.0) << seed;
+  }
+}
+
 TEST(EndStopTest, IsNotSeenWhereTheRodTurnsBackByItself) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const ValidationReport report = report_on(rod(100.0, 0.0, seed), structures::integrator_lag());

@@ -56,6 +56,17 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
   EXPECT_EQ(judge(model, {}).grade, Grade::good);
 }
 
+TEST(Verdict, CallsAModelSuperfluousOnlyWhereItDescribesTheRecordAsWell) {
+  Model model = identified_model();
+  model.parameters[0].lower95 = 0.0;
+  EXPECT_EQ(judge(model, {}).word, kNotNeeded) << "nothing to compare with";
+  const Verdict as_well = judge(model, {}, {.error_over_recommended = 1.4});
+  EXPECT_EQ(as_well.word, kNotNeeded);
+  EXPECT_EQ(as_well.word, verdict_word(as_well));
+  EXPECT_EQ(as_well.grade, Grade::rejected) << "as in files of before";
+  EXPECT_EQ(judge(model, {}, {.error_over_recommended = 10.0}).word, "rejected");
+}
+
 TEST(Verdict, DoesNotCallACoefficientSuperfluousThatTheRecordDoesNotDetermine) {
   Model model = identified_model();
   model.parameters[0].lower95 = -std::numeric_limits<double>::infinity();

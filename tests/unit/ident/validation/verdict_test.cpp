@@ -7,10 +7,12 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ident/fractional/stability.hpp"
 #include "ident/search/least_squares.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 #include "tests/unit/ident/validation/good_model.hpp"
 
 namespace eha::ident {
@@ -326,6 +328,26 @@ TEST(Verdict, AdvisesInWholeSentencesBesideALadder) {
   const std::string reason = judge(model, {}, {.beside_ladder = true}).reasons.at(0);
   EXPECT_NE(reason.find("; as every structure of the ladder was tried, record smaller amplitudes"), std::string::npos)
       << reason;
+}
+
+TEST(Verdict, NamesTheModelThatExplainsWhatThisOneLeavesOver) {
+  Model model = good_model();
+  model.validation->tests->input.p = 1e-5;
+  const Verdict verdict = judge(model, {}, {.beside_ladder = true, .explained_by = "io1_valve"});
+  EXPECT_EQ(verdict.explained_by, "io1_valve");
+  const std::string& reason = verdict.reasons.at(0);
+  EXPECT_NE(reason.find("; io1_valve, which is accepted too, leaves nothing over that the input moves"),
+            std::string::npos)
+      << reason;
+  EXPECT_EQ(reason.find("smaller amplitudes"), std::string::npos) << reason;
+}
+
+TEST(Verdict, SaysOfAnEffectWhatWasSeenAndWhatLooksSo) {
+  for (const NonlinearKind kind :
+       {NonlinearKind::level, NonlinearKind::direction, NonlinearKind::motion, NonlinearKind::position}) {
+    EXPECT_NE(effect_of(kind).find(", as w"), std::string_view::npos) << effect_of(kind);
+    EXPECT_EQ(effect_of(kind).find("the plant has"), std::string_view::npos) << effect_of(kind);
+  }
 }
 
 TEST(Verdict, CallsANoisySensorOne) {
