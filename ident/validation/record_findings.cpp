@@ -115,7 +115,7 @@ class Search {
       if (std::none_of(known.begin(), known.end(), [&](const Stay& stay) { return stay.side == side; })) continue;
       for (const Stay& touch : at_extreme(side, kFewestTouching)) {
         const bool is_known = std::any_of(known.begin(), known.end(), [&](const Stay& stay) {
-          return stay.side == side && stay.first == touch.first;
+          return stay.side == side && stay.first <= touch.last && touch.first <= stay.last;
         });
         if (!is_known) stays.push_back(touch);
       }
