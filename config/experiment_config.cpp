@@ -58,7 +58,7 @@ std::string reference_fault(const ident::TrialPlan& plan) {
 /// [track]: reads the text of the controller's file and the trial's options.
 Track read_track(Section& section, ExperimentConfig& experiment, Document& document) {
   std::string text;
-  section.text("controller", text);
+  section.lines("controller", text);
   Track track;
   if (document.issues.clean("track.controller")) {
     try {

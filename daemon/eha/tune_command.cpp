@@ -25,6 +25,7 @@
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/tune/controller_page.hpp"
@@ -232,7 +233,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   }
   refuse_existing(command.output);
   const ident::Model model = read_model(command.model_file);
-  const fs::path rig_file = fs::canonical(rig_path(command, model, console));
+  const fs::path rig_file = record::resolved_path(rig_path(command, model, console));
   const config::RigConfig rig = rig_of(rig_file);
   if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
     console.warning(fmt::format("{}: the model was rejected: {}", command.model_file, model.verdict->reasons.front()));
@@ -256,14 +257,14 @@ ExitCode execute(const TuneCommand& given, Console& console) {
 
   const auto record = model.provenance.find("record");
   config::ControllerProvenance provenance{
-      .model = fs::canonical(command.model_file).string(),
+      .model = record::resolved_path(command.model_file).string(),
       .model_sha256 = record::sha256_of_file(command.model_file),
       .rig = rig.name,
       .rig_file = rig_file.string(),
       .rig_sha256 = record::sha256_of(std::as_bytes(std::span(rig.text))),
-      .twin = command.twin_file ? fs::canonical(*command.twin_file).string() : inputs.twin,
+      .twin = command.twin_file ? record::resolved_path(*command.twin_file).string() : inputs.twin,
       .run = record != model.provenance.end() && !record->second.empty() ? record->second : "unknown",
-      .sheet = command.sheet_run ? fs::canonical(*command.sheet_run).string() : "",
+      .sheet = command.sheet_run ? record::resolved_path(*command.sheet_run).string() : "",
       .made_by = fmt::format("eha {}", EHA_VERSION)};
   const config::ControllerConfig controller =
       tune::controller_of(tuned, inputs, std::move(provenance), command.output.stem().string());

@@ -14,10 +14,10 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
-#include "core/terminal_text.hpp"
 #include "daemon/record/confined_reader.hpp"
 #include "daemon/record/experiment_rows.hpp"
 #include "daemon/record/journal.hpp"
+#include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_header.hpp"
 #include "daemon/record/sha256.hpp"
 
@@ -35,18 +35,6 @@ std::string file_safe(std::string_view name) {
     if (std::isalnum(byte) == 0 && letter != '-' && letter != '_' && letter != '.') letter = '-';
   }
   return safe;
-}
-
-/// Returns the folder's path with links followed and no slash at its end. @throws IoError, PermissionError
-std::filesystem::path resolve(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::path resolved = std::filesystem::canonical(folder, error);
-  if (error) os::throw_system_error("open", folder, error.value());
-  // `latest` may lead to a name that could imitate messages of the program.
-  if (const std::string name = resolved.string(); name.find_first_of("\n\r") != std::string::npos) {
-    throw DataError(one_line(name) + ": holds the end of a line; rename the folder");
-  }
-  return resolved;
 }
 
 void require_unchanged(const std::filesystem::path& path, const Manifest& manifest) {
@@ -106,7 +94,7 @@ bool is_run_folder(const std::filesystem::path& path) {
 
 LoadedRun read_run(const std::filesystem::path& folder, StillGoing still_going) {
   LoadedRun run;
-  run.folder = resolve(folder);
+  run.folder = resolved_path(folder);
   run.manifest = read_manifest(run.folder);
   const bool is_read_so_far = !run.manifest.outcome && still_going == StillGoing::read &&
                               std::filesystem::exists(run.folder / kJournalFile) &&
@@ -138,7 +126,7 @@ LoadedRun read_run(const std::filesystem::path& folder, StillGoing still_going) 
 }
 
 std::vector<TickRecord> read_ticks(const std::filesystem::path& folder) {
-  const std::filesystem::path resolved = resolve(folder);
+  const std::filesystem::path resolved = resolved_path(folder);
   std::vector<TickRecord> all;
   read_raw(resolved, read_manifest(resolved),
            [&](const std::vector<TickRecord>& ticks) { all.insert(all.end(), ticks.begin(), ticks.end()); });
@@ -159,7 +147,7 @@ std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_f
 }
 
 void publish_latest(const std::filesystem::path& folder) {
-  const std::filesystem::path run = resolve(folder);
+  const std::filesystem::path run = resolved_path(folder);
   const std::filesystem::path link = run.parent_path() / kLatestLink;
   std::filesystem::path temporary = link;
   temporary += "." + std::to_string(::getpid()) + ".tmp";

@@ -130,8 +130,7 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                                                       {plant.replaced->null, plant.replaced->dead_band});
     lines.push_back(fmt::format(
         "The valve sheet has null {:.3f} V and half dead band {:.3f} V, the model {:.3f} and {:.3f} V; the sheet "
-        "applies, "
-        "for [following] too. {}",
+        "applies, for [following] too. {}",
         plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band,
         is_one_valve
             ? "A model's numbers are of a fit: dry friction and the structure shift them by some hundredths of "

@@ -144,8 +144,7 @@ void require_both_sides(const ValveMap& map, const Eigen::Ref<const Eigen::Vecto
   if (!(rarer < kLeastShareOfASide)) return;
   throw DataError(fmt::format(
       "model {}: {:.1f} % of the samples that estimate lie {} the dead band (null {:.4g} {}, half dead band {:.4g} "
-      "{}); the "
-      "valve map needs at least {:.0f} % on either side: fit without a map, or record more input on that side",
+      "{}); the valve map needs at least {:.0f} % on either side: fit without a map, or record more input on that side",
       model_name, 100.0 * rarer, share_above < share_below ? "above" : "below", map.null, unit, map.dead_band, unit,
       100.0 * kLeastShareOfASide));
 }

@@ -288,8 +288,8 @@ class Reasons {
   [[nodiscard]] std::string remedy() const {
     if (!verdict_.explained_by.empty()) {
       return fmt::format(
-          "{}, which is accepted too, leaves nothing over that the input moves: take it where this "
-          "matters",
+          "{}, which is accepted too, leaves nothing over that the input moves: take it where "
+          "this matters",
           verdict_.explained_by);
     }
     if (verdict_.beside_ladder) {

@@ -76,8 +76,9 @@ std::string_view verdict_word(const Verdict& verdict) {
 }
 
 std::string_view meaning_of(std::string_view verdict_word) {
-  if (verdict_word == kNotNeeded)
+  if (verdict_word == kNotNeeded) {
     return "describes the record as well as the recommended model, with a parameter more than the record shows";
+  }
   if (verdict_word == kNotDetermined) {
     return "describes the record, which determines a combination of its parameters, not each of them";
   }

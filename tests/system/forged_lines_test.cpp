@@ -150,15 +150,17 @@ TEST_F(ForgedLines, ComeFromNoTextOfARun) {
 TEST_F(ForgedLines, ComeFromNoNameOfAFolder) {
   for (std::size_t i = 0; i < kEnds.size(); ++i) {
     const fs::path run = at("runs") / with_end(fmt::format("q{}", i), kEnds[i]);
-    fs::create_directory(run);
-    fs::copy_file(at("runs/r/run.json"), run / "run.json");
+    fs::copy(at("runs/r"), run, fs::copy_options::recursive);
   }
   printed({"runs", "list"});
   fs::create_directory_symlink(with_end("q0"), at("runs/latest"));
   printed({"runs", "list"});
   printed({"runs", "show", "runs/latest"});
-  const Ended refused = printed({"fit", "runs/latest", "--model", "io", "--poles", "1"});
-  EXPECT_NE(refused.err.find("holds the end of a line; rename the folder"), std::string::npos) << refused.err;
+  for (const Words& words : std::vector<Words>{{"fit", "runs/latest", "--model", "io", "--poles", "1"},
+                                               {"tune", "runs/latest", "--kind", "p", "-o", "a.toml"}}) {
+    const Ended refused = printed(words);
+    EXPECT_NE(refused.err.find("holds the end of a line"), std::string::npos) << refused.err;
+  }
   const fs::path torn = at("runs") / with_end("z");
   fs::copy(at("runs/r"), torn);
   Document manifest = read_json(torn / "run.json");

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <stdexcept>
 #include <system_error>
@@ -102,7 +103,7 @@ Ended interrupt_eha(const std::vector<std::string>& arguments, const fs::path& a
   Program program(arguments, at, {});
   while (!ready()) {
     if (program.wait(WNOHANG)) throw std::runtime_error("ended before it was ready: " + program.ended().err);
-    std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));  // leaves the processor to what it waits for
   }
   program.send(signal);
   program.wait(0);

@@ -86,7 +86,8 @@ TEST(ChildProcess, DoesNotRunWhileItIsStopped) {
   child.signal(SIGSTOP);
   const auto becomes = [&](bool running) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (child.runs() != running && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    while (child.runs() != running && std::chrono::steady_clock::now() < deadline)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return child.runs() == running;
   };
   EXPECT_TRUE(becomes(false));

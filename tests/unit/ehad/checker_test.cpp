@@ -73,7 +73,8 @@ class Checks {
  private:
   static bool comes_true(const std::function<bool()>& holds) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (!holds() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    while (!holds() && std::chrono::steady_clock::now() < deadline)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return holds();
   }
   [[nodiscard]] std::filesystem::path helper() const {
